@@ -262,7 +262,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bit_and_a_name_make_a_difference_and_a_name_of_the_table_none() {
+    fn changed_bits_and_names_are_differences_except_for_renamed_fields() {
         let of = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), vec![value.to_bits()])]);
         let outcome = |fields| RunFiles { fields, ..RunFiles::default() };
         let (none, table) =

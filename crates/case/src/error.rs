@@ -131,13 +131,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_is_one_line_whatever_names_hold() {
+    fn control_characters_in_messages_are_escaped_to_one_line() {
         assert_eq!(printable("bodies.a\nb\u{1b}[31m: \u{202e}is"), "bodies.a\\nb\\u{1b}[31m: \\u{202e}is");
         assert_eq!(printable("Böschung: 0.25 m, −3 °"), "Böschung: 0.25 m, −3 °");
     }
 
     #[test]
-    fn long_names_lose_their_middle_and_places_stay() {
+    fn long_names_in_messages_are_shortened_and_paths_remain() {
         let name = "n".repeat(5000);
         let short = shortened(&format!("materials.{name}.friction_angle: 95 is not in 0..=60 degrees"));
         assert!(short.starts_with("materials.nnn") && short.len() < 400, "{short}");
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_stay_short_and_equal() {
+    fn numbers_in_messages_are_printed_in_short_exact_form() {
         for (value, short) in [(1e300, "1e300"), (-1.5e-200, "-1.5e-200"), (1e22, "10000000000000000000000")]
         {
             assert_eq!(printable(&format!("radius: {value} is not")), format!("radius: {short} is not"));

@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_number_is_done_once_and_a_failure_is_told() {
+    fn each_task_runs_once_and_a_failure_is_returned() {
         let done = Mutex::new(vec![0; 9]);
         let work = |number: usize| {
             done.lock().unwrap()[number] += rayon::current_num_threads();

@@ -131,7 +131,7 @@ fn grain_cases(space: &str, diameter: f64) -> Vec<MemoryCase> {
 }
 
 #[test]
-fn a_plan_knows_what_its_run_will_hold() {
+fn memory_estimates_of_a_plan_match_the_memory_of_its_run() {
     let continuum = [("plane-strain", 0.05), ("3d", 0.1)];
     let grains = [("plane-strain", 0.03), ("3d", 0.1)];
     let continuum = continuum.into_iter().flat_map(|(space, cell)| continuum_cases(space, cell));
@@ -144,8 +144,8 @@ fn a_plan_knows_what_its_run_will_hold() {
         let (size, plan) = (method_of.problem_size(&case).unwrap(), method_of.plan(&case).unwrap());
         let [made, held] = held(&case, method);
         // Grains may take most memory before they move.
-        let most = if method == "dem" { made.max(held) } else { held };
-        let (said, before) = (plan.memory as f64 / held, size.memory / most);
+        let peak = if method == "dem" { made.max(held) } else { held };
+        let (said, before) = (plan.memory as f64 / held, size.memory / peak);
         println!(
             "{name} {:?}: {made:.3e} made, {held:.3e} held, plan {said:.3}, size {before:.3} ({} points)",
             case.space, plan.points

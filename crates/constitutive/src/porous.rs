@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn suction_pulls_grains_together() {
+    fn suction_gives_compressive_effective_stress_and_apparent_cohesion() {
         let stress = bishop_stress(&SymTensor::ZERO, 0.5, -20e3, 0.0);
         assert_eq!(stress, SymTensor::isotropic(-10e3));
         assert!((apparent_cohesion(0.5, 20e3, 45f64.to_radians()) - 10e3).abs() < 1e-9);

@@ -218,10 +218,6 @@ mod tests {
 
     use super::*;
 
-    fn near(a: f64, b: f64, tolerance: f64) {
-        assert!((a - b).abs() < tolerance, "{a} for {b}");
-    }
-
     #[test]
     fn stoker_has_the_values_of_the_sheet() {
         let table = [
@@ -264,8 +260,8 @@ mod tests {
             assert_near(found.1, speed, 1e-5);
         }
         let gravity = 9.81 * 22f64.to_radians().cos();
-        let pull = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
-        let (h, u) = frictional_dam_break(gravity, 10.0, pull, 10.0, 2.0);
+        let driving_acceleration = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
+        let (h, u) = frictional_dam_break(gravity, 10.0, driving_acceleration, 10.0, 2.0);
         assert_near(h, 3.055_66, 1e-5);
         assert_near(u, 12.013_48, 1e-5);
     }

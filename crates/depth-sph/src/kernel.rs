@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn four_at_once_are_the_single_ones() {
+    fn packed_kernel_values_equal_scalar_values() {
         for kernel in ALL {
             for k in 0..60 {
                 let q: [f64; 4] = std::array::from_fn(|lane| 1e-9 + 0.0124 * f64::from(4 * k + lane as i32));

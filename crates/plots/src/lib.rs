@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_stands_in_the_middle_of_its_range_however_small_it_is() {
+    fn a_constant_is_at_the_middle_of_its_axis_range() {
         for value in [4e-8, 1e-3, -2.0, 7e12] {
             let range = range([value; 3].into_iter(), 0.05);
             let share = (value - range.start) / (range.end - range.start);
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_survive_odd_data() {
+    fn charts_of_empty_and_non_finite_data_are_drawn() {
         let odd = [
             vec![],
             vec![(f64::NAN, 1.0)],

@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn no_data_is_told_and_not_interpolated() {
+    fn no_data_is_not_interpolated_and_empty_rasters_are_invalid() {
         let mut raster = plane();
         raster.values[14] = f64::NAN;
         assert_eq!(raster.interpolate(107.0, 204.0), None);

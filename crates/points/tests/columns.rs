@@ -49,7 +49,7 @@ fn points(count: usize) -> Points<2> {
 
 proptest! {
     #[test]
-    fn a_permutation_and_its_inverse_leave_everything_in_place(keys in prop::collection::vec(0u32..50, 0..200)) {
+    fn a_permutation_and_its_inverse_restore_all_columns(keys in prop::collection::vec(0u32..50, 0..200)) {
         let mut order: Vec<u32> = (0..keys.len() as u32).collect();
         order.sort_by_key(|&i| (keys[i as usize], i));
         let mut back = vec![0; order.len()];
@@ -64,7 +64,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_read_is_what_was_written_to_the_last_bit(count in 0usize..9000, value in any::<u64>()) {
+    fn columns_read_back_are_bit_identical(count in 0usize..9000, value in any::<u64>()) {
         let mut written = points(count);
         if let Some(first) = written.place.first_mut() {
             first[0] = f64::from_bits(value);
@@ -81,7 +81,7 @@ proptest! {
 }
 
 #[test]
-fn keeping_some_is_the_same_as_an_order_that_names_them() {
+fn retaining_points_equals_reordering_to_them() {
     let (mut kept, mut named) = (points(20), points(20));
     assert_eq!(kept.retain(|i| i % 4 != 1), 15);
     let order: Vec<u32> = (0..20).filter(|i| i % 4 != 1).collect();
@@ -90,7 +90,7 @@ fn keeping_some_is_the_same_as_an_order_that_names_them() {
 }
 
 #[test]
-fn points_that_go_out_and_come_back_are_what_they_were() {
+fn points_picked_out_and_put_back_are_unchanged() {
     let (mut all, from) = (points(7), points(7));
     let (mut even, mut odd) = (points(1), points(0));
     even.pick(&from, &[0, 2, 4, 6]);

@@ -67,7 +67,7 @@ fn points_on_the_faces_of_cells_are_found() {
 }
 
 #[test]
-fn one_point_has_no_neighbours_and_no_point_no_list() {
+fn one_point_has_no_neighbours_and_an_empty_set_no_list() {
     agrees_with_brute_force(&[[0.3, -0.2]], 0.5);
     let mut list = NeighbourList::new();
     list.build(&[[1e9, -1e9, 0.0]], 1e-3).unwrap();
@@ -79,7 +79,7 @@ fn one_point_has_no_neighbours_and_no_point_no_list() {
 /// Points with individual radii: the list of the largest radius contains the neighbours of all points, and those closer than the mean of
 /// two radii equal the pairs that brute force finds.
 #[test]
-fn the_list_of_the_longest_radius_holds_those_of_all() {
+fn the_list_of_the_largest_radius_contains_the_pairs_of_all_radii() {
     let noise = |i: u32, k: f64| (f64::from(i + 1) * k).fract();
     let points: Vec<[f64; 2]> = (0..300).map(|i| [noise(i, 0.618_034), noise(i, 0.754_878)]).collect();
     let radii: Vec<f64> = (0..300).map(|i| 0.05 + 0.1 * noise(i, 0.569_840)).collect();
@@ -98,7 +98,7 @@ fn the_list_of_the_longest_radius_holds_those_of_all() {
 }
 
 #[test]
-fn what_lies_around_points_of_another_set_is_found_within_the_radius_of_each() {
+fn neighbours_from_another_set_are_found_within_the_radius_of_each_point() {
     let noise = |i: u32, k: f64| (f64::from(i + 1) * k).fract();
     let points = |count: u32, k: f64| -> Vec<[f64; 2]> {
         (0..count).map(|i| [noise(i, 0.618_034 * k), noise(i, 0.754_878 * k)]).collect()
@@ -116,7 +116,7 @@ fn what_lies_around_points_of_another_set_is_found_within_the_radius_of_each() {
 }
 
 #[test]
-fn lost_points_are_named() {
+fn points_at_non_finite_or_distant_positions_are_refused_by_index() {
     let mut list = CellList::new();
     assert_eq!(list.build(&[[0.0, 0.0], [f64::NAN, 0.0]], 1.0), Err(SearchError::NotFinite(1)));
     assert!(matches!(list.build(&[[0.0, 0.0], [1e12, 1e12]], 1.0), Err(SearchError::TooSpread(..))));

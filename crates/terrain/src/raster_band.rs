@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_are_compared_in_single_precision_and_units_that_are_no_lengths_refused() {
+    fn no_data_is_compared_in_single_precision_and_non_length_units_are_refused() {
         assert!(
             is_no_data(-9999.0, -9999.0)
                 && is_no_data(f64::from(0.1f32), 0.1)

@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn systems_are_read_wherever_geojson_has_them_and_those_of_links_are_refused() {
+    fn geojson_reference_systems_are_read_at_any_level_and_links_are_refused() {
         let of = |text: &str| geojson_system(&text.parse().unwrap());
         let named = r#""crs": {"type": "name", "properties": {"name": "EPSG:31254"}}"#;
         let ring = r#""coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]"#;

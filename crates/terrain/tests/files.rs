@@ -81,12 +81,12 @@ fn closed_meshes_are_read_and_open_ones_refused() {
     let commas = problem("comma.stl", &commas);
     assert!(commas.contains("does not have three numbers: write numbers with a decimal point"), "{commas}");
     assert!(problem("none.stl", "not a mesh").contains("is not an STL file, or is truncated: its 10 bytes"));
-    let goes_on = obj.replace("f 1 3 2", "f 1 \\\n3 2");
-    assert!(read_mesh(&file(&folder, "on.obj", &goes_on), &as_it_is).is_ok());
+    let continued = obj.replace("f 1 3 2", "f 1 \\\n3 2");
+    assert!(read_mesh(&file(&folder, "on.obj", &continued), &as_it_is).is_ok());
 }
 
 #[test]
-fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refused_with_its_line() {
+fn concave_obj_polygons_are_read_and_non_planar_ones_are_refused_with_their_line() {
     let folder = tempfile::tempdir().unwrap();
     // Prism over an L, starting at each of its corners.
     let plan = [[-1, 5], [-5, 5], [-5, -5], [5, -5], [5, -1], [-1, -1]];
@@ -115,8 +115,8 @@ fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refu
     assert!(read(&cube.replacen("v 1 1 1", "v 1 1 1.1", 1)).is_ok(), "bent as quadrilaterals of terrain are");
     assert!(problem("v 1 1 1", "v 1 1 3").starts_with("line 10: is a polygon whose corners lie up to"));
     // A continued line does not shift the line numbers of the following lines.
-    let goes_on = cube.replace("f 4 3 2 1", "f 4 3 \\\n2 1").replace("f 5 6 7 8", "f 5 7 6 8");
-    assert!(read(&goes_on).unwrap_err().problem.starts_with("line 11: "));
+    let continued = cube.replace("f 4 3 2 1", "f 4 3 \\\n2 1").replace("f 5 6 7 8", "f 5 7 6 8");
+    assert!(read(&continued).unwrap_err().problem.starts_with("line 11: "));
     assert!(problem("v 1 1 1", "v 1 1 1 2").starts_with("line 7: the vertex has the fourth number 2"));
     assert!(read(&cube.replace("v 1 1 1", "v 1 1 1 1.0")).is_ok(), "a weight that changes nothing");
     let coloured: Vec<String> = cube
@@ -127,7 +127,7 @@ fn polygons_of_an_obj_file_keep_their_dents_and_what_is_no_plane_polygon_is_refu
 }
 
 #[test]
-fn all_solids_of_an_stl_file_are_read_and_its_words_may_be_capitals() {
+fn all_solids_of_an_stl_file_are_read_with_case_insensitive_keywords() {
     let folder = tempfile::tempdir().unwrap();
     let beside = TETRAHEDRON.map(|triangle| triangle.map(|[x, y, z]| [x + 5.0, y, 1e-3 * z]));
     let both = stl(&TETRAHEDRON) + "\n" + &stl(&beside).replace("solid t", "solid of facet 2");
@@ -290,7 +290,7 @@ fn features_have_the_numbers_of_their_attributes() {
 }
 
 #[test]
-fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_there_are_rows() {
+fn deleted_table_rows_are_skipped_and_shape_counts_must_match() {
     use shapefile::dbase::{FieldValue, Record, TableWriterBuilder};
     use shapefile::{Point, Polygon, PolygonRing, Polyline};
     let folder = tempfile::tempdir().unwrap();
@@ -326,8 +326,8 @@ fn rows_that_are_deleted_do_not_count_and_shapes_must_be_as_many_polygons_as_the
     std::fs::write(&table, &bytes[..6]).unwrap();
     assert!(read_outlines(&shape).unwrap_err().problem.contains("truncated"));
     let line = folder.path().join("b.shp");
-    let way = Polyline::new(vec![Point::new(0.0, 0.0), Point::new(4.0, 4.0)]);
-    shapefile::ShapeWriter::from_path(&line).unwrap().write_shapes(&vec![way]).unwrap();
+    let diagonal = Polyline::new(vec![Point::new(0.0, 0.0), Point::new(4.0, 4.0)]);
+    shapefile::ShapeWriter::from_path(&line).unwrap().write_shapes(&vec![diagonal]).unwrap();
     let problem = read_outlines(&line).unwrap_err().problem;
     assert!(problem.starts_with("feature 1: is a Polyline, but only polygons"), "{problem}");
     let both = r#"{"type": "FeatureCollection", "features": [

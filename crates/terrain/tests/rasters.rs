@@ -160,7 +160,7 @@ fn numbers_of_all_kinds_and_orders_of_bytes_are_read() {
 }
 
 #[test]
-fn classes_with_a_palette_are_their_numbers_and_bits_and_bands_are_refused() {
+fn palette_rasters_are_read_and_bit_or_multiband_rasters_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for big in [false, true] {
         let mut tags = without(placed(8, 1), 262);
@@ -177,7 +177,7 @@ fn classes_with_a_palette_are_their_numbers_and_bits_and_bands_are_refused() {
 }
 
 #[test]
-fn scale_offset_and_units_of_a_band_and_of_heights_are_believed() {
+fn scale_offset_and_units_of_bands_and_heights_are_applied() {
     let folder = tempfile::tempdir().unwrap();
     let image = || counted(|x| i16::from(x).to_le_bytes());
     let with = |name: &str, tags: &[Tag]| {
@@ -214,7 +214,7 @@ fn scale_offset_and_units_of_a_band_and_of_heights_are_believed() {
 }
 
 #[test]
-fn masks_take_away_what_they_hide() {
+fn masked_pixels_have_no_data() {
     let folder = tempfile::tempdir().unwrap();
     let image = || counted(|x| f32::from(x).to_le_bytes());
     // Mask of bits: all but the second pixel of the first row and the last of the last.
@@ -238,7 +238,7 @@ fn masks_take_away_what_they_hide() {
 }
 
 #[test]
-fn a_file_beside_a_raster_says_what_its_numbers_are() {
+fn no_data_and_units_of_a_sidecar_file_apply_to_a_raster() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.asc");
     std::fs::write(&path, "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n-32768 4\n").unwrap();
@@ -252,7 +252,7 @@ fn a_file_beside_a_raster_says_what_its_numbers_are() {
 }
 
 #[test]
-fn files_beside_a_plain_image_say_where_and_in_which_system_it_lies() {
+fn world_and_prj_files_give_an_image_its_position_and_reference_system() {
     let folder = tempfile::tempdir().unwrap();
     let beside = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let mut tags = without(placed(64, 3), 34735);

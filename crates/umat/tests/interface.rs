@@ -77,7 +77,7 @@ fn an_elastic_umat_in_kilopascals_is_the_elastic_law() {
 }
 
 #[test]
-fn the_step_is_handed_over_as_four_numbers_of_which_the_first_is_its_own() {
+fn the_step_number_is_passed_as_four_numbers_of_which_the_first_counts() {
     let folder = tempfile::tempdir().unwrap();
     let routine =
         UmatSpec { symbol: "jstep_".to_owned(), state_variables: vec![0.0; 4], ..spec(built(folder.path())) };
@@ -94,7 +94,7 @@ fn the_step_is_handed_over_as_four_numbers_of_which_the_first_is_its_own() {
 }
 
 #[test]
-fn a_rigid_turn_turns_the_stress_of_a_umat() {
+fn a_rigid_rotation_rotates_the_stress_of_a_umat() {
     let folder = tempfile::tempdir().unwrap();
     let umat = MaterialSpec::Umat(spec(built(folder.path()))).build().unwrap();
     let (stress, mut states) = start(&*umat);
@@ -106,7 +106,7 @@ fn a_rigid_turn_turns_the_stress_of_a_umat() {
 }
 
 #[test]
-fn what_is_wrong_with_a_library_is_named() {
+fn errors_in_user_libraries_name_the_key_and_the_cause() {
     let folder = tempfile::tempdir().unwrap();
     let library = built(folder.path());
     let fail = |spec: UmatSpec| MaterialSpec::Umat(spec).build().err().expect("refused").to_string();
@@ -135,7 +135,7 @@ fn what_is_wrong_with_a_library_is_named() {
 }
 
 #[test]
-fn a_stiffness_that_is_no_number_stops_the_step() {
+fn a_non_finite_stiffness_of_a_umat_fails_the_step() {
     let folder = tempfile::tempdir().unwrap();
     // Also with a user-defined modulus for the time step.
     for wave_modulus in [None, Some(1e8)] {
@@ -151,7 +151,7 @@ fn a_stiffness_that_is_no_number_stops_the_step() {
 
 /// The files of incrementalDriver supply values that a user material omits; its own values, a unit of one pascal too, have priority.
 #[test]
-fn files_fill_only_what_a_user_material_leaves_open() {
+fn driver_files_supply_only_omitted_values_of_a_user_material() {
     let folder = tempfile::tempdir().unwrap();
     let library = built(folder.path());
     let read = |more: UmatSpec| {

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_soil_cut_in_two_alike_is_one() {
+    fn two_equal_layers_have_the_factor_of_one() {
         let soil =
             |top: Vec<[f64; 2]>| SoilLayer { top, unit_weight: 19e3, cohesion: 5e3, friction_angle: 25.0 };
         let surface = vec![[0.0, 0.0], [20.0, 10.0]];

@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn reach_is_that_of_the_share_and_not_of_the_farthest() {
+    fn reach_is_the_position_of_a_mass_share_and_not_of_the_farthest_point() {
         let row = snapshot((0..10).map(|i| [f64::from(i), 0.0, 0.0]).collect());
         assert_eq!(mass_quantile_position(&row, 1.0, |x| x[0]), 9.0);
         assert_eq!(mass_quantile_position(&row, 0.9, |x| x[0]), 8.0);
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn a_front_is_held_by_two_neighbours() {
+    fn a_front_point_needs_two_neighbours() {
         // A row a metre apart, the last of which has one neighbour, and one detached point.
         let mut row: Vec<[f64; 3]> = (0..4).map(|i| [f64::from(i), 0.0, 0.0]).collect();
         row.push([9.0, 0.0, 0.0]);
@@ -87,14 +87,14 @@ mod tests {
     }
 
     #[test]
-    fn the_crest_is_the_top_of_a_point_before_a_place() {
+    fn the_crest_is_the_top_of_the_highest_point_before_a_position() {
         let points = snapshot(vec![[0.0, 1.0, 0.0], [1.0, 2.0, 0.0], [2.0, 3.0, 0.0]]);
         assert_eq!(crest(&points, 1.5), 2.1);
         assert!(crest(&points, -1.0).is_nan());
     }
 
     #[test]
-    fn what_moves_ends_between_the_places_above_and_below_the_level() {
+    fn the_base_of_the_moving_mass_is_interpolated_between_points() {
         // Two columns: the value falls by one a metre downwards; in the second column everything moves.
         let first = (0..4).map(|i| ([0.5, f64::from(i)], f64::from(i)));
         let second = (0..4).map(|i| ([1.5, f64::from(i)], 9.0));

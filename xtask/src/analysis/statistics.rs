@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_number_is_the_largest() {
+    fn nan_is_the_maximum_of_a_list_that_contains_it() {
         assert_eq!([3.0, -1.0, 7.0].into_iter().max_or_nan(), 7.0);
         for list in [&[][..], &[f64::NAN, 1.0], &[1.0, f64::NAN], &[1.0, f64::NAN, 2.0]] {
             assert!(list.iter().copied().max_or_nan().is_nan(), "{list:?}");
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_of_a_bowl_is_its_bottom_or_the_side_next_to_it() {
+    fn grid_search_finds_the_minimum_or_the_nearest_bound() {
         let bowl = |[x, y]: [f64; 2]| (x - 0.3).powi(2) + (y - 2.0).powi(2);
         let (_, at) = grid_search_minimum([(-1.0, 1.0), (0.0, 1.0)], (9, 0.5), bowl).unwrap();
         assert!((at[0] - 0.3).abs() < 1e-3 && at[1] == 1.0, "{at:?}");

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn factors_scale_with_strength_and_weak_clay_below_takes_from_them() {
+    fn safety_factor_scales_with_strength_and_decreases_with_weak_clay_below() {
         let one = clays(&[], -10.0).min_circle_safety_factor();
         let twice = LayeredClaySlope { layers: vec![(f64::INFINITY, 100e3)], ..clays(&[], -10.0) };
         assert!((twice.min_circle_safety_factor() / one - 2.0).abs() < 1e-6);
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weak_layer_pushes_where_the_slip_is_at_its_base() {
+    fn the_block_safety_factor_is_least_at_the_base_of_a_weak_layer() {
         let layered = clays(&[(0.0, 10e3), (-1.0, 50e3)], -5.0);
         let [top, base] = [0.0, -1.0].map(|level| layered.min_block_safety_factor(level));
         assert!((top - 1.2118).abs() < 5e-3 && (base - 1.0484).abs() < 5e-3, "{top} {base}");
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wedge_that_shears_along_a_vertical_plane_costs_half_as_much_again() {
+    fn a_vertical_shear_plane_raises_the_wedge_factor_by_half() {
         // 4 c / (γ H) of a wedge of 45° behind a vertical cut, and 2 c / (γ H) along the plane in front of it.
         let cut = LayeredClaySlope { cotangent: 1e-3, ..clays(&[], 0.0) };
         assert!((cut.block_safety_factor(0.0, [0.011, 0.25 * PI, 0.0]) / (4.0 * 0.25) - 1.5).abs() < 0.02);

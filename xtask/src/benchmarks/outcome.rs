@@ -236,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_a_source_are_as_short_as_they_are_exact() {
+    fn reference_values_are_printed_in_the_shortest_form_of_ten_digits() {
         let values = [0.404, 0.0, -2.5e-7, 1e9, 1.0 / 3.0, 0.1 + 0.2];
         assert_eq!(values.map(ten_digits), ["0.404", "0", "-2.5e-7", "1e9", "0.3333333333", "0.3"]);
     }

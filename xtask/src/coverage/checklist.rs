@@ -216,9 +216,9 @@ mod tests {
     }
 
     #[test]
-    fn names_that_are_not_there_are_told() {
+    fn missing_names_in_the_checklist_are_reported() {
         let file = "xtask/src/coverage/checklist.rs";
-        let test = format!("{file}::names_that_are_not_there_are_told");
+        let test = format!("{file}::missing_names_in_the_checklist_are_reported");
         assert!(known(&format!("1;done;{file};{test};dem/gas;")).wrong().is_empty());
         for (data, words) in [
             ("1;done;crates/none.rs;;dem/gas;".to_owned(), "no file crates/none.rs"),

@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn cases_that_are_for_this_alone_are_sound() {
+    fn cases_written_for_the_fuzz_test_are_valid() {
         let files = json_files(&crate::root().join("validation/fuzz")).unwrap();
         assert!(!files.is_empty());
         for path in files {

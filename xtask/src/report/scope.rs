@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_head_says_what_ran_in_which_form() {
+    fn the_report_header_counts_benchmarks_in_full_and_short_form() {
         let scope = |filter: Option<&str>, full, short, left_out: &[&'static str]| {
             let filter = filter.map(str::to_owned);
             ReportScope { filter, quick: false, short, full, left_out: left_out.to_vec() }.text()

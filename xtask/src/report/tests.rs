@@ -46,7 +46,7 @@ fn a_failing_check_makes_a_benchmark_fail_whatever_else_is_open() {
 }
 
 #[test]
-fn the_page_of_a_benchmark_shows_what_fails_and_why_it_is_open() {
+fn the_page_of_a_benchmark_shows_failed_checks_and_reasons_of_open_ones() {
     let text = benchmark_page::page(&entry(&[(1.0, false), (2.0, true), (3.0, false)]), &provenance(), "../")
         .into_string();
     assert_eq!(text.matches("✓ pass").count(), 1, "one check");
@@ -63,7 +63,7 @@ fn the_page_of_a_benchmark_shows_what_fails_and_why_it_is_open() {
 }
 
 #[test]
-fn the_index_counts_what_the_json_has() {
+fn the_index_page_has_the_counts_of_the_json_report() {
     let entries =
         [entry(&[(1.0, false)]), entry(&[(2.0, true)]), entry(&[(2.0, false), (2.0, true), (1.0, false)])];
     let page = index_page::page(&entries, &provenance(), &scope(&entries)).into_string();

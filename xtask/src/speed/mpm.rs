@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn the_textbook_kernel_computes_what_the_solver_computes() {
+    fn the_textbook_kernel_agrees_with_the_solver() {
         both_end_at_the_same_places::<2>(400);
         both_end_at_the_same_places::<3>(1000);
     }

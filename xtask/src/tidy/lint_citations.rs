@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_there_may_be_cited() {
+    fn citations_of_existing_sheet_labels_are_accepted() {
         for text in [
             "//! The step (sheet: mpm §3.3).",
             "/// Shapes (sheet: mpm §2.5b, §3.3,\n/// A-27; after somebody).",
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_found() {
+    fn citations_of_missing_sheet_labels_are_reported() {
         for (text, expected) in [
             ("// sheet: mpm §3.4", "sheet mpm has no §3.4"),
             ("// sheet: mpm §3.3, A-29", "sheet mpm has no A-29"),

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn methods_know_what_lies_below_them_and_never_each_other() {
+    fn methods_may_depend_on_lower_crates_but_not_on_each_other() {
         let mut packages = Packages::new();
         for folder in ["constitutive", "points", "grid", "case", "mpm", "sph", "testkit"] {
             packages.insert(format!("colluvium-{folder}"), made(folder, &[], &[]));

@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_is_no_circle() {
+    fn a_chain_of_modules_is_no_cycle() {
         let files = [
             ("lib.rs", "mod a; mod b; mod c;"),
             ("a.rs", "use crate::b::B;"),
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_is_seen_through_uses_paths_folders_and_re_exports() {
+    fn dependency_cycles_are_found_through_uses_paths_folders_and_re_exports() {
         let files = [
             ("lib.rs", "mod a; mod b; mod c; pub use c::Deep;"),
             ("a.rs", "fn f() -> crate::b::B { todo!() }"),
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn tests_and_parents_make_no_circle() {
+    fn tests_and_parent_modules_cause_no_cycle() {
         let files = [
             ("lib.rs", "mod a; mod b;"),
             ("a/mod.rs", "mod part; use crate::b::B;"),

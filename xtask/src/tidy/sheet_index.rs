@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_end_where_they_end() {
+    fn labels_of_sheets_are_parsed_to_their_end() {
         let found = |text| label(text).unwrap_or_default();
         assert_eq!(found("V-40: the slope"), "V-40");
         assert_eq!(found("V18b, more"), "V18b");

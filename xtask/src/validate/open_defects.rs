@@ -46,14 +46,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_open_defect_names_a_benchmark_and_says_what_was_found() {
+    fn every_open_defect_names_its_checks_and_finding() {
         for defect in open().unwrap() {
             assert!(!defect.found.is_empty() && !defect.checks.is_empty(), "{}", defect.benchmark);
         }
     }
 
     #[test]
-    fn a_check_is_known_by_how_its_name_begins() {
+    fn checks_are_identified_by_the_prefix_of_their_name() {
         let defect = DefectRecord {
             benchmark: "mpm/bar".into(),
             checks: vec!["order".into()],

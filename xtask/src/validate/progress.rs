@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_machine_of_half_the_speed_doubles_what_is_left() {
+    fn a_machine_of_half_the_speed_doubles_the_remaining_time() {
         let progress = ValidationProgress::new([10, 30, 60].into_iter(), 1);
         assert_eq!(progress.header_text(), "1 at a time, about 100 s");
         let line = progress.finished_text(30, 60.0);
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_said_in_the_unit_that_suits_them() {
+    fn durations_are_printed_in_seconds_minutes_or_hours() {
         assert_eq!([3.4, 119.0, 150.0, 9000.0].map(duration), ["3 s", "119 s", "3 min", "2.5 h"]);
     }
 }

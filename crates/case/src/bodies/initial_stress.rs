@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_bears_the_layers_above_it_with_their_own_weight() {
+    fn vertical_stress_in_a_layer_includes_the_layers_above_by_their_densities() {
         let case = layers(&[]);
         assert!((vertical(&case, 1, [1.0, 2.75, 0.0]) + 7.5e3).abs() < 1e-9);
         assert!((vertical(&case, 0, [1.0, 1.975, 0.0]) + 30.25e3).abs() < 1e-9);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_above_the_given_surface_or_is_rigid_weighs_nothing() {
+    fn material_above_the_given_surface_and_rigid_bodies_add_no_overburden() {
         let own = json!({ "kind": "k0", "surface": 2, "coefficient": 0 });
         assert!((vertical(&layers(&[("/bodies/0/stress", own)]), 0, [1.0, 1.0, 0.0]) + 10e3).abs() < 1e-9);
         let rigid =
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saturated_layer_bears_what_is_above_it_less_its_pore_pressure() {
+    fn effective_stress_of_a_saturated_layer_is_overburden_minus_pore_pressure() {
         let water = json!({ "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "hydrostatic", "surface": 2 } });
         let case = layers(&[("/bodies/0/pore_fluid", water)]);
         // 30 kPa of the dry layer, 1 m of 1400 kg/m³, and 10 kPa of water.
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn open_water_above_the_ground_weighs_on_it() {
+    fn effective_stress_under_open_water_is_independent_of_the_water_depth() {
         let water = |surface: f64| json!({ "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "hydrostatic", "surface": surface } });
         let both = |surface: f64| {
             layers(&[("/bodies/0/pore_fluid", water(surface)), ("/bodies/1/pore_fluid", water(surface))])
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_below_the_ground_ramps_and_water_tables_in_it_are_warned_of() {
+    fn surfaces_below_ground_gravity_ramps_and_water_tables_in_the_ground_cause_warnings() {
         let one = |changes: &[(&str, Value)], word: &str| {
             let warnings = layers(changes).warnings();
             assert!(warnings.iter().any(|warning| warning.contains(word)), "{word}: {warnings:?}");
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn k0_stresses_under_a_slope_are_warned_of_until_the_case_settles_first() {
+    fn k0_stress_under_a_slope_causes_a_warning_without_an_equilibrium_stage() {
         let slope = json!({ "kind": "polygon", "vertices": [[0, 2], [8, 2], [8, 3], [1, 3]] });
         let tilted = layers(&[("/bodies/1/shape", slope.clone())]).warnings();
         assert_eq!(tilted.len(), 2, "both layers: {tilted:?}");

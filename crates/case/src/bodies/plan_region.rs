@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_of_a_raster_are_a_region_by_their_value_or_by_having_one() {
+    fn raster_cells_of_a_value_or_of_any_value_form_a_region() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["cover.asc", "cover.tif"] {
             cover(folder.path(), name);
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_of_no_data_that_are_not_named_are_refused_where_any_number_counts() {
+    fn undeclared_no_data_marks_are_refused_in_regions_of_any_value() {
         let folder = tempfile::tempdir().unwrap();
         for mark in [-99999.0, -32768.0, 9999.0, 1e38, -3.4e38] {
             let value = |x: f64, _: f64| if x > 600_010.0 { 3.0 } else { mark };
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_raster_that_says_nothing_of_the_domain_is_refused() {
+    fn region_rasters_without_the_value_in_the_domain_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         cover(folder.path(), "cover.asc");
         let refused = |name: &str, value| of(folder.path(), name, value).unwrap_err();
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_region_of_a_raster_is_followed_by_its_file() {
+    fn the_fingerprint_and_the_laws_follow_the_raster_file_of_a_region() {
         let folder = tempfile::tempdir().unwrap();
         cover(folder.path(), "cover.asc");
         let mut value: Value = serde_json::from_str(&case(folder.path()).to_json()).unwrap();

@@ -334,15 +334,16 @@ mod tests {
         std::fs::write(folder.path().join("release.geojson"), text).unwrap();
         let over = read().unwrap();
         assert!((over.bodies[0].shape.measure(3).unwrap() / (100.0 * (1.0 + 2.0 * 3.0)) - 1.0).abs() < 0.02);
-        let told: Vec<String> = over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
+        let overlap_warnings: Vec<String> =
+            over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
         assert!(
-            told.len() == 1
-                && told[0].starts_with("bodies[0].shape.outline: ")
-                && told[0].contains(
+            overlap_warnings.len() == 1
+                && overlap_warnings[0].starts_with("bodies[0].shape.outline: ")
+                && overlap_warnings[0].contains(
                     "release.geojson: features 1 and 2 overlap in 100 m². There the thickness of the later \
                      feature is used, here that of feature 2"
                 ),
-            "{told:?}"
+            "{overlap_warnings:?}"
         );
         write(json!("deep"));
         let refused = read().unwrap_err().to_string();
@@ -357,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thickness_that_seems_to_stand_for_no_data_is_refused() {
+    fn thickness_values_that_resemble_no_data_marks_are_refused() {
         let folder = folder();
         let mut value = layered();
         value["bodies"][0]["shape"]["thickness"] = json!("thick.asc");
@@ -416,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_layer_is_told_with_path_and_file() {
+    fn errors_in_layers_name_the_json_path_and_the_file() {
         let folder = folder();
         let refused = |change: &dyn Fn(&mut Value)| {
             let mut value = layered();

@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_case_on_a_map_is_the_case_at_zero_to_the_last_bit() {
+    fn a_case_in_map_coordinates_equals_the_case_at_zero() {
         let here = Case::from_json(&moved([0.0; 2]).to_string()).unwrap();
         let mut there = Case::from_json(&moved([5e5, 5e6]).to_string()).unwrap();
         assert_eq!(Case::from_json(&there.to_json()).unwrap(), there, "what a run keeps of it");
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_case_on_a_map_without_an_origin_is_refused_with_the_cure() {
+    fn map_coordinates_without_an_origin_are_refused_with_a_suggested_origin() {
         let mut case = moved([5e5, 5e6]);
         case["domain"].as_object_mut().unwrap().remove("origin");
         let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();

@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_formula_is_told() {
+    fn invalid_formulas_are_refused_with_the_faulty_part() {
         for (text, part) in [
             ("x + t", "\"t\""),
             ("sin(", "not a formula"),

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn it_moves_from_start_to_stop() {
+    fn a_removal_shape_moves_between_its_start_and_stop_times() {
         let saw = saw();
         assert_eq!([0.0, 0.5, 0.75, 1.0, 3.0].map(|t| saw.moving_time(t)), [0.0, 0.0, 0.25, 0.5, 0.5]);
         assert!(!saw.is_active_between(0.4, 0.5) && saw.is_active_between(0.4, 0.6));
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_it_passes_within_a_step_is_covered_too() {
+    fn the_swept_region_covers_the_whole_path_of_a_step() {
         let saw = saw();
         // From 1 m to 0 m in one step, ten times its width.
         let sweep = saw.swept_region(0.5, 1.0, &saw.bounds(2));

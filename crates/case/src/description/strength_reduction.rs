@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_can_be_weakened_may_start_outside_what_is_left_of_its_strength() {
+    fn reduced_laws_return_an_initial_stress_outside_the_reduced_yield_surface() {
         let reduction = StrengthReduction::by(1.05);
         let mut all = MaterialSpec::examples();
         let drying = |material: &MaterialSpec| {

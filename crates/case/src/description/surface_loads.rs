@@ -280,7 +280,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_lie_on_straight_lines_between_those_given() {
+    fn load_factors_are_interpolated_linearly() {
         let strip = LoadProfile {
             axis: Axis::Y,
             shares: vec![[1.0, 0.0], [1.0, 2.0], [3.0, 1.0], [5.0, 0.0], [6.0, -4.0]],

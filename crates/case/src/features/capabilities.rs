@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_method_does_not_name_is_refused_with_its_place() {
+    fn features_that_a_method_does_not_name_are_refused_with_their_path() {
         let error = Capabilities::for_point_methods("dem")
             .supports(&["stages.damping"])
             .check(&case(""))
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_passed_over_is_told() {
+    fn ignored_features_are_listed_in_notes_with_their_path() {
         let honours = Capabilities::for_point_methods("dem")
             .ignores_with_warning("stages.*", "grains are not damped")
             .supports(&["stages.damping"]);
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_name_counts_before_a_beginning_and_the_last_of_equals() {
+    fn exact_feature_names_override_prefixes_and_later_entries_override_earlier_ones() {
         let all = || Capabilities::new("dem").supports(&["*"]);
         assert!(all().check(&case("")).unwrap().is_empty());
         let error = all().rejects("stages.damping", "none").supports(&["stages.damping*"]).check(&case(""));
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_case_without_what_the_method_needs_is_refused() {
+    fn cases_without_required_input_of_the_method_are_refused() {
         let all = Capabilities::new("lbm").supports(&["*"]);
         let mut empty = case("");
         empty.bodies.clear();

@@ -277,14 +277,14 @@ mod tests {
         serde_json::from_value(value).unwrap()
     }
 
-    fn asked(changes: &[(&str, Value)]) -> Vec<String> {
+    fn requested(changes: &[(&str, Value)]) -> Vec<String> {
         let plain = case(&[]).features();
         let found = case(changes).features().into_iter().filter(|feature| !plain.contains(feature));
         found.map(|feature| format!("{} at {}", feature.name, feature.path)).collect()
     }
 
     #[test]
-    fn a_plain_case_asks_for_its_space_its_shape_and_its_law() {
+    fn features_of_a_minimal_case_are_its_space_shape_and_law() {
         let names: Vec<String> = case(&[]).features().into_iter().map(|feature| feature.name).collect();
         assert_eq!(
             names,
@@ -300,12 +300,12 @@ mod tests {
     }
 
     #[test]
-    fn keys_and_variants_are_asked_for_with_their_places() {
+    fn requested_features_are_keys_and_variants_with_their_paths() {
         use serde_json::json;
-        assert_eq!(asked(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
+        assert_eq!(requested(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
         let wall = json!([{ "side": "x-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3, "bilateral": true } }]);
         assert_eq!(
-            asked(&[("/boundaries", wall)]),
+            requested(&[("/boundaries", wall)]),
             [
                 "boundaries at boundaries[0]",
                 "boundaries.side=x-min at boundaries[0].side",
@@ -315,14 +315,14 @@ mod tests {
         );
         let shape =
             json!({ "kind": "union", "shapes": [{ "kind": "ball", "centre": [0.2, 0.2], "radius": 0.1 }] });
-        let found = asked(&[("/bodies/0/shape", shape)]);
+        let found = requested(&[("/bodies/0/shape", shape)]);
         assert_eq!(found[0], "bodies.shape=union at bodies[0].shape", "{found:?}");
         let measures = json!({ "work": { "kind": "dissipation" } });
-        assert_eq!(asked(&[("/measures", measures)])[1], "measures=dissipation at measures.work");
+        assert_eq!(requested(&[("/measures", measures)])[1], "measures=dissipation at measures.work");
     }
 
     #[test]
-    fn what_says_no_more_than_the_default_is_not_asked_for() {
+    fn keys_with_default_values_are_no_requested_features() {
         use serde_json::json;
         let same = [
             ("/bodies/0/rigid", json!(false)),
@@ -333,11 +333,11 @@ mod tests {
             ("/methods", json!({ "sph": { "spacing": 0.1 } })),
             ("/notes", json!(["a"])),
         ];
-        assert_eq!(asked(&same), [""; 0]);
+        assert_eq!(requested(&same), [""; 0]);
     }
 
     #[test]
-    fn whatever_a_template_asks_for_is_among_the_known_features() {
+    fn features_requested_by_templates_are_known_features() {
         let known = Case::known_features();
         assert!(known.len() > 130, "{}", known.len());
         let templates = concat!(env!("CARGO_MANIFEST_DIR"), "/../colluvium/src/templates");

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_has_the_seal_of_its_bytes_and_of_its_beginning() {
+    fn checksums_of_a_file_and_of_its_first_bytes_match_those_bytes() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("f");
         std::fs::write(&path, "foobar").unwrap();

@@ -277,7 +277,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_units_tell_which_column_is_which() {
+    fn columns_are_identified_by_names_and_units() {
         let right = Ok(vec![[0.0, 1.5], [3600.0, 3.0]]);
         for text in [
             "flow,time\n1.5,0\n3,3600\n",
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_read_with_names_and_without_whatever_separates_them() {
+    fn rows_are_read_with_and_without_headers_for_every_separator() {
         let right = Ok(vec![[0.0, 1.5], [2.0, 3.0]]);
         for text in [
             "0,1.5\n2,3\n",
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn units_without_brackets_count_too() {
+    fn units_without_brackets_are_recognised() {
         let right = vec![[0.0, 1.5], [7200.0, 3.0]];
         for head in ["t/h,Q/(m3/s)", "time in hours,Q in m3/s", "t_h,Q_m3s", "time h,Q m3/s", "t [h],Q"] {
             assert_eq!(pairs(format!("{head}\n0,1.5\n2,3\n").as_bytes()).unwrap(), right, "{head}");
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_named_with_its_line_and_the_cure() {
+    fn unreadable_columns_are_refused_with_line_and_remedy() {
         let problem = |text: &str| pairs(text.as_bytes()).unwrap_err();
         assert_eq!(
             problem("t,q\n0,1,5\n"),

@@ -462,13 +462,13 @@ mod tests {
     }
 
     #[test]
-    fn a_mark_of_byte_order_is_no_error() {
+    fn a_leading_byte_order_mark_is_accepted() {
         assert_eq!(parse("\u{feff}{ \"a\": 1 }").unwrap(), serde_json::json!({ "a": 1 }));
         assert!(parse("{ \u{feff}\"a\": 1 }").is_err());
     }
 
     #[test]
-    fn a_variant_may_stand_under_its_name() {
+    fn enum_variants_may_be_written_as_a_key() {
         #[derive(Debug, PartialEq, serde::Deserialize, JsonSchema)]
         #[serde(rename_all = "kebab-case")]
         enum Shape {

@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_lie_on_straight_lines_above_jumps_and_stay_beyond_the_ends() {
+    fn piecewise_linear_values_jump_at_repeated_points_and_are_constant_beyond_the_ends() {
         let points = [(1.0, 0.0), (1.0, 2.0), (3.0, 1.0), (5.0, -3.0)];
         let at = |x| value_at(&points, |point| point.0, |number| points[number].1, x);
         let expected =
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_before_the_one_before_is_found_and_equals_where_nothing_jumps() {
+    fn non_ascending_values_are_found_and_equal_ones_only_without_jumps() {
         let places = [0.0, 1.0, 1.0, f64::NAN, 0.5, 0.25];
         let found = |jumps| non_ascending(places.into_iter(), jumps).collect::<Vec<_>>();
         assert_eq!(found(true), [(5, 0.25, 0.5)]);

@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_of_columns_are_taken_as_they_are_written() {
+    fn column_units_are_accepted_in_their_usual_spellings() {
         use Quantity::{
             AngularVelocity, Dimensionless, Discharge, Length, Mass, Stress, Time, Velocity, Volume,
         };

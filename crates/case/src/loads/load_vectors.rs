@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn area_vectors_turn_with_the_surface_and_grow_with_it() {
+    fn area_vectors_follow_nansons_formula() {
         // f = 2 along x, 3 along y, 5 along z: the area normal to x grows by 15.
         let step = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 4.0]];
         assert_eq!(nanson(&step, &[1.0, 1.0, 1.0]), [15.0, 10.0, 6.0]);

@@ -148,10 +148,6 @@ mod tests {
         (Case::from_json(case).unwrap(), snapshot)
     }
 
-    fn near(found: f64, exact: f64, within: f64) {
-        assert!((found - exact).abs() <= within, "{found} is not {exact}");
-    }
-
     fn tip(direction: [f64; 2], from: [f64; 2]) -> CrackTip {
         CrackTip {
             body: "weak".to_owned(),
@@ -165,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tip_is_the_end_of_what_is_cut_or_cracked_without_a_gap() {
+    fn the_crack_tip_is_the_end_of_the_contiguous_cut_or_cracked_part() {
         // From the right: two bins cut away, two cracked, one of whose points has moved into the next bin; a daughter crack beyond.
         let places: Vec<(f64, f64, f64)> = (0..8)
             .map(|i| {
@@ -186,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_whose_ends_are_slanted_is_not_cracked_where_it_has_no_point() {
+    fn empty_bins_at_slanted_layer_ends_do_not_count_as_cracked() {
         let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
         let (mut case, snapshot) = cracked(&places);
         // The saw starts at 1 m and passes the empty bin at 0.95 m on its way to 0.75 m, but never reaches the empty bins below 0.2 m.

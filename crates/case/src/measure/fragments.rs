@@ -53,7 +53,7 @@ mod tests {
     use crate::{Field, FieldData};
 
     #[test]
-    fn points_within_a_link_hang_together() {
+    fn points_within_the_link_distance_form_one_fragment() {
         // Pieces of five, three and one points, in mixed order.
         let places = [0.0, 5.0, 0.1, 9.0, 0.2, 5.1, 0.3, 5.2, 0.4];
         let snapshot = Snapshot {

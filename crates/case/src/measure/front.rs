@@ -178,10 +178,6 @@ mod tests {
         FrontColumns { side: Side::XMax, wall: 0.0, across: None, cell }
     }
 
-    fn close(found: f64, exact: f64) {
-        assert!((found - exact).abs() < 1e-12, "{found} is not {exact}");
-    }
-
     #[test]
     fn the_quantile_ignores_stray_points() {
         let mut places: Vec<f64> = (0..100).map(|i| 0.05 + 0.1 * f64::from(i)).collect();
@@ -220,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_hang_together_across_in_three_dimensions() {
+    fn columns_are_connected_across_the_width_in_three_dimensions() {
         // Points around an empty column, and a detached point beside them.
         let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
         let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
@@ -229,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn points_sunk_into_the_wall_stand_at_it() {
+    fn points_that_penetrate_the_wall_count_as_points_at_the_wall() {
         assert_near(columns(0.2).front(&layer(&[-0.01, 0.1, 0.3])), 0.35, 1e-12);
     }
 
@@ -252,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn wall_and_base_are_those_of_the_case() {
+    fn the_wall_position_of_the_front_is_that_of_the_case() {
         let snapshot = layer(&[0.05, 0.15]);
         let found = FrontColumns::of_case(&case(""), Side::XMax, None, &snapshot);
         assert_eq!(found, FrontColumns { wall: -0.5, ..columns(0.2) });
@@ -263,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_stand_beside_each_other_on_a_base_in_three_dimensions() {
+    fn the_width_axis_of_the_front_is_horizontal_in_three_dimensions() {
         let text = r#"{
             "title": "front", "space": "3d", "domain": { "min": [0, 0, 0], "max": [4, 4, 4] }, "gravity": [0, 0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -276,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn the_measure_takes_its_own_cell_or_that_of_the_method() {
+    fn the_front_uses_the_cell_of_the_measure_or_that_of_the_method() {
         let more = r#", "measures": {
             "own": { "kind": "front", "side": "x-max", "cell": 0.1 },
             "method": { "kind": "front", "side": "x-max" },

@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_broken_holds_no_pieces_together() {
+    fn broken_points_do_not_connect_fragments() {
         let mut row = line(&[0.0, 0.1, 0.2, 0.3, 0.4]);
         let strength = FieldData::Scalar(vec![1.0, 2.0, 0.0, f64::NAN, 1.0]);
         row.fields.push(Field { name: "strength".into(), unit: "Pa", data: strength });
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_probe_averages_what_it_sees() {
+    fn a_probe_averages_the_points_within_its_radius() {
         let readings =
             probe("p", &line(&[0.0, 1.0, 5.0]), &[0.5, 0.25], 1.0, &["mass".into(), "heat".into()]);
         assert_eq!(readings[0].0, "p.mass");

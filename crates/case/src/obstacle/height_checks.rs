@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_that_are_no_number_and_marks_that_are_not_named_are_told_with_their_count() {
+    fn non_finite_heights_and_undeclared_no_data_marks_are_reported_with_their_count() {
         let folder = tempfile::tempdir().unwrap();
         let corner = |mark: f64| move |x: f64, y: f64| if x + y < 1.5 { mark } else { 1.0 };
         assert_eq!(warnings(folder.path(), corner(1.0), true), Vec::<String>::new());
@@ -141,8 +141,8 @@ mod tests {
         );
         for (mark, side) in [(-99.99, "above"), (1e20, "below"), (9999.0, "below")] {
             let found = warnings(folder.path(), corner(mark), false);
-            let told = format!("3 of its heights are {mark} m, and all adjacent heights are at least");
-            assert!(found.len() == 1 && found[0].contains(&told) && found[0].contains(side), "{found:?}");
+            let expected = format!("3 of its heights are {mark} m, and all adjacent heights are at least");
+            assert!(found.len() == 1 && found[0].contains(&expected) && found[0].contains(side), "{found:?}");
         }
         // A lake, and a summit.
         let valley = |x: f64, y: f64| (x - 2.0).abs().max((y - 2.0).abs()).max(1.0);

@@ -174,16 +174,16 @@ mod tests {
     }
 
     #[test]
-    fn its_velocity_is_the_slope_of_the_way_of_its_parts() {
+    fn velocity_of_a_moving_obstacle_is_the_time_derivative_of_its_material_positions() {
         let mut own = moving(&[0.3, -0.2], 40.0, 0.1);
         let (time, step) = (0.7, 1e-5);
         own.move_to(time);
         own.set_mean_velocity(time + step, step);
         let x = [2.0, 0.5];
-        let goes = own.material_position(&x, &own.motion.transform(time + step));
-        let came = own.material_position(&x, &own.motion.transform(time - step));
+        let after = own.material_position(&x, &own.motion.transform(time + step));
+        let before = own.material_position(&x, &own.motion.transform(time - step));
         for c in 0..2 {
-            let slope = (goes[c] - came[c]) / (2.0 * step);
+            let slope = (after[c] - before[c]) / (2.0 * step);
             assert!((own.velocity(&x)[c] - slope).abs() < 1e-8, "{slope}");
         }
     }

@@ -77,7 +77,7 @@ mod tests {
     use crate::Case;
 
     #[test]
-    fn the_first_region_that_holds_a_place_in_plan_rules_there() {
+    fn the_first_region_that_contains_a_position_determines_its_wall_law() {
         let folder = tempfile::tempdir().unwrap();
         let ring = json!([[[510.0, 0.0], [520.0, 0.0], [520.0, 9.0], [510.0, 9.0], [510.0, 0.0]]]);
         let text = json!({ "type": "Polygon", "coordinates": ring }).to_string();

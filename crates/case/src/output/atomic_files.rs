@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shorter_text_takes_the_place_of_a_longer_one() {
+    fn files_are_overwritten_in_place_by_shorter_texts_only() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("summary");
         fs::write(&path, "a long text").unwrap();

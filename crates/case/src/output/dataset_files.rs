@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_and_polygons_stand_side_by_side() {
+    fn lines_and_polygons_are_written_in_one_mesh() {
         let places = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let mesh = PolygonMesh { vertices: places, corners: vec![0, 2, 0, 1, 2], ends: vec![2, 5] };
         let set = written(DatasetGeometry::Mesh(mesh), FieldData::Integer(vec![7, -7]));

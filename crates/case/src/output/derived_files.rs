@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_a_command_wrote_is_replaced_and_any_other_only_when_asked() {
+    fn files_of_other_origin_are_replaced_only_with_the_overwrite_option() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a b.png");
         fs::write(&path, "mine").unwrap();

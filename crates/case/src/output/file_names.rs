@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_stay_in_their_folder() {
+    fn file_names_cannot_leave_their_folder() {
         let file = |stem: &str| named_file(Path::new("out"), stem, "csv");
         for stem in ["front", "toe.x", "-1", "Höhe der Böschung", "a..b"] {
             assert_eq!(file(stem).unwrap(), Path::new("out").join(format!("{stem}.csv")));

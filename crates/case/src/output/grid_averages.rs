@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_asked_for_is_averaged() {
+    fn only_requested_fields_are_averaged() {
         let frame = averages(&case("plane-strain", &[]), 0.7, &snapshot(false), Some(&["stress".into()]));
         assert_eq!(count(&frame), [7, 4, 1]);
         let names: Vec<&str> = frame.fields.iter().map(|field| &*field.name).collect();

@@ -176,7 +176,7 @@ mod tests {
     use colluvium_constitutive::SymTensor;
 
     #[test]
-    fn a_frame_and_a_table_read_back_from_an_archive_to_the_last_bit() {
+    fn frames_and_tables_are_read_back_bit_identically_from_an_archive() {
         let field = |name: &str, data| Field { name: name.into(), unit: "", data };
         let snapshot = Snapshot {
             time: 0.1 + 0.2,

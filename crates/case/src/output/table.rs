@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_table_reads_back_to_the_last_bit() {
+    fn a_table_is_read_back_bit_identically() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("t.csv");
         let columns = vec![("time".to_owned(), "s".to_owned()), ("front".to_owned(), "m".to_owned())];
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_grows_by_rows_and_goes_on_where_it_counted() {
+    fn a_table_file_appends_rows_and_continues_at_the_checkpointed_row() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("t.csv");
         let columns = vec![("time".to_owned(), "s".to_owned()), ("front".to_owned(), "m".to_owned())];

@@ -63,7 +63,7 @@ fn a_box_of_cubes_has_the_moments_of_inertia_of_the_box() {
 }
 
 #[test]
-fn points_of_a_turning_body_have_its_motion() {
+fn points_of_a_rotating_body_have_its_rigid_motion() {
     let (mass, (masses, places)) = (boxed([5, 3, 2]), points([5, 3, 2]));
     let gradient = [[0.0, -6.0, 3.0], [6.0, 0.0, -5.0], [-3.0, 5.0, 0.0]];
     let given = Velocity::Linear {
@@ -83,7 +83,7 @@ fn points_of_a_turning_body_have_its_motion() {
 }
 
 #[test]
-fn a_moment_about_a_principal_axis_spins_a_body_up() {
+fn a_moment_about_a_principal_axis_gives_constant_angular_acceleration() {
     let (mass, axis) = (boxed([5, 3, 2]), 1);
     let mut acts = FREE;
     acts.moment[axis] = 0.7;
@@ -101,7 +101,7 @@ fn a_moment_about_a_principal_axis_spins_a_body_up() {
 
 /// Symmetric top without moments: its axis precesses about its angular momentum at L over its transverse moment of inertia.
 #[test]
-fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
+fn precession_of_a_free_symmetric_top_converges_to_second_order() {
     let mass = boxed([2, 2, 6]);
     let (across, along) = (mass.inertia[0][0], mass.inertia[2][2]);
     let spin = [3.0, 0.0, 5.0];
@@ -125,7 +125,7 @@ fn the_axis_of_a_free_top_goes_round_its_angular_momentum_to_second_order() {
     assert!(coarse < 1e-3 && fine < 0.27 * coarse, "{coarse} {fine}");
 }
 
-/// Ground with sticking contacts, whatever the argument.
+/// Ground with sticking contacts for any argument.
 struct Sticky<'a>(&'a SupportPoints);
 
 impl ContactSystem for Sticky<'_> {
@@ -162,7 +162,7 @@ fn falling() -> (SupportPoints, RigidStep) {
 }
 
 #[test]
-fn what_obstacles_get_is_what_the_body_loses_whether_it_slides_or_sticks() {
+fn impulse_on_obstacles_equals_the_momentum_loss_of_the_body_in_sliding_and_sticking() {
     let (planks, body) = falling();
     assert!(!planks.is_empty());
     for stuck in [false, true] {
@@ -173,8 +173,8 @@ fn what_obstacles_get_is_what_the_body_loses_whether_it_slides_or_sticks() {
         let size = body.mass.mass * body.start[0];
         for c in 0..3 {
             let lost = body.mass.mass * (body.motion[c] - motion[c]);
-            let got: f64 = stood.iter().map(|own| own.impulse[c]).sum();
-            assert!((got - lost).abs() < 1e-8 * size, "{stuck} {c}: {got} for {lost}");
+            let received: f64 = stood.iter().map(|own| own.impulse[c]).sum();
+            assert!((received - lost).abs() < 1e-8 * size, "{stuck} {c}: {received} for {lost}");
         }
         let friction: f64 = stood.iter().map(|own| own.friction).sum();
         // It slides after the impact; sticking contacts have no friction work.

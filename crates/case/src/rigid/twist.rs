@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_keeps_lengths_and_its_axis() {
+    fn a_rotation_preserves_lengths_and_its_axis() {
         let turn = [0.3, -0.7, 1.1];
         let matrix = rotation(&turn);
         let kept = multiply(&matrix, &turn);

@@ -71,7 +71,7 @@ impl EnergyMonitor {
 mod tests {
     use super::*;
 
-    fn watched(total: impl Fn(f64) -> f64) -> Option<String> {
+    fn warning_for(total: impl Fn(f64) -> f64) -> Option<String> {
         let mut watch = EnergyMonitor::default();
         for step in 0..200 {
             let time = 0.01 * f64::from(step);
@@ -82,13 +82,13 @@ mod tests {
     }
 
     #[test]
-    fn energy_that_swings_or_falls_is_no_matter_and_what_grows_is_told() {
-        assert_eq!(watched(|_| 3.0), None);
-        assert_eq!(watched(|time| 3.0 * (-time).exp()), None);
-        assert_eq!(watched(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
-        let told = watched(|time| 3.0 + 0.1 * time).unwrap();
-        assert!(told.contains("grown by 1.99e-1 J until 1.9900 s"), "{told}");
+    fn only_growth_of_the_total_energy_causes_a_warning() {
+        assert_eq!(warning_for(|_| 3.0), None);
+        assert_eq!(warning_for(|time| 3.0 * (-time).exp()), None);
+        assert_eq!(warning_for(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
+        let warning = warning_for(|time| 3.0 + 0.1 * time).unwrap();
+        assert!(warning.contains("grown by 1.99e-1 J until 1.9900 s"), "{warning}");
         // Growth after a decrease of the energy.
-        assert!(watched(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some());
+        assert!(warning_for(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some());
     }
 }

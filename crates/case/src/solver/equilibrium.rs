@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_external_force_the_stresses_are_the_measure() {
+    fn without_external_force_the_force_ratio_refers_to_the_internal_forces() {
         let mut scales = EquilibriumScales::default();
         assert_eq!((scales.force_ratio(1.0, 0.0), scales.energy_ratio(0.0, 0.0)), (f64::INFINITY, 0.0));
         let stress = SymTensor::diagonal(3.0, 0.0, 4.0);

@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn points_come_out_of_a_frame_as_they_went_in_and_leave_the_rest() {
+    fn points_taken_out_of_a_frame_are_unchanged_and_other_datasets_remain() {
         let lines = PolygonMesh::of_lines(&[[[0.0; 3], [1.0; 3]]]);
         let contacts =
             Dataset { name: "contacts".into(), geometry: DatasetGeometry::Mesh(lines), fields: Vec::new() };
@@ -298,12 +298,12 @@ mod tests {
         let mut frame = Frame::from(snapshot());
         let DatasetGeometry::Points(points) = &mut frame.datasets[0].geometry else { panic!("points") };
         (points.bodies, points.extents) = (Vec::new(), Vec::new());
-        let seen = frame.take_points().unwrap();
-        assert_eq!((seen.bodies, seen.extents), (vec![Snapshot::NO_BODY; 2], vec![[0.0; 3]; 2]));
+        let snapshot = frame.take_points().unwrap();
+        assert_eq!((snapshot.bodies, snapshot.extents), (vec![Snapshot::NO_BODY; 2], vec![[0.0; 3]; 2]));
     }
 
     #[test]
-    fn rasters_come_back_from_a_dataset() {
+    fn rasters_are_recovered_from_a_dataset() {
         let raster = Raster {
             columns: 2,
             rows: 1,

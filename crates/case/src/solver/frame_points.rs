@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_that_bear_something_are_points_as_wide_as_their_distance() {
+    fn active_nodes_become_points_with_the_lattice_spacing_as_extent() {
         let nodes = Lattice { low: [1.0, 4.0, 0.0], spacing: 0.5, count: [3, 2, 1] };
         let support = DatasetGeometry::Lattice { nodes, mask: vec![true, true, false, true, true, true] };
         let fields = scalars(vec![0.0, 1.0, 2.0, 3.0, f64::NAN, 5.0]);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_of_a_mesh_are_points_in_their_middle() {
+    fn cells_of_a_mesh_become_points_at_their_centres() {
         let lines = PolygonMesh::of_lines(&[[[0.0; 3], [1.0, 2.0, 0.0]], [[1.0; 3], [3.0; 3]]]);
         let set = Dataset {
             name: "ribs".into(),

@@ -216,14 +216,14 @@ mod tests {
     }
 
     #[test]
-    fn outputs_that_cut_the_steps_are_named() {
+    fn output_intervals_that_shorten_the_steps_cause_a_warning() {
         let (case, plan) = planned(&json!({ "frames": 0.01, "measures": 0.1 }), 1.0);
         let warnings = plan.all_warnings(&case);
         assert!(warnings.len() == 1 && warnings[0].starts_with("output.frames: 0.01 s"), "{warnings:?}");
     }
 
     #[test]
-    fn points_that_miss_volume_are_named_and_grains_have_a_mass_of_their_own() {
+    fn missing_volume_of_points_causes_a_warning_except_for_grains() {
         let (case, mut plan) = planned(&json!({}), 0.5);
         let warnings = plan.all_warnings(&case);
         assert!(warnings.len() == 1 && warnings[0].contains("have 50.0 % of its volume"), "{warnings:?}");
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_thinner_than_two_cells_and_gaps_below_one_are_named_with_the_cure() {
+    fn bodies_below_two_cells_and_gaps_below_one_cause_warnings_with_a_remedy() {
         assert_eq!(of_boxes(|_| {}), Vec::<String>::new());
         let thin = of_boxes(|shape| shape["max"] = json!([1, 1.3]));
         assert!(

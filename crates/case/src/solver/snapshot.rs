@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hash_tells_apart_snapshots_that_differ_anywhere() {
+    fn snapshot_hashes_differ_for_a_difference_in_any_field() {
         let whole = Snapshot {
             time: 1.0,
             step: 7,

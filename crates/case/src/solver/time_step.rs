@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_before_an_output_are_alike_and_none_is_a_sliver() {
+    fn the_last_two_steps_before_an_output_are_equal() {
         let limit = TimeStep { dt: 1.0, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
         for (rest, step) in
             [(0.3, 0.3), (1.0, 1.0), (1.0 + 1e-10, 1.0 + 1e-10), (1.5, 0.75), (2.0, 1.0), (7.3, 1.0)]

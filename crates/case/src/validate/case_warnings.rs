@@ -274,14 +274,14 @@ mod tests {
     }
 
     #[test]
-    fn a_load_on_a_free_flat_side_is_not_worth_a_word() {
+    fn a_load_on_a_free_flat_side_causes_no_warning() {
         for side in ["x-min", "x-max", "y-max"] {
             assert_eq!(warnings(side, |_| {}), Vec::<String>::new(), "{side}");
         }
     }
 
     #[test]
-    fn gravity_with_nothing_to_fall_on_is_worth_a_word() {
+    fn gravity_without_a_supporting_wall_causes_a_warning() {
         let falls = |gravity: [f64; 2], change: fn(&mut Value)| {
             let all = warnings("y-max", |case| {
                 case["gravity"] = json!(gravity);
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_that_a_wall_bears_are_named() {
+    fn loads_on_a_side_with_a_wall_cause_warnings() {
         let floor = warnings("y-min", |_| {});
         assert!(
             floor.len() == 1 && floor[0].contains("loads[0].side") && floor[0].contains("takes the load"),
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_on_slopes_and_between_bodies_are_named() {
+    fn loads_on_slopes_and_between_bodies_cause_warnings() {
         let slope = warnings("y-max", |case| {
             case["bodies"][0]["shape"] =
                 json!({ "kind": "polygon", "vertices": [[1, 0], [2, 0], [2, 1], [1.75, 1]] });
@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_through_bodies_and_excavations_of_nothing_are_named() {
+    fn walls_through_bodies_and_empty_excavations_cause_warnings() {
         let cut = warnings("y-max", |case| {
             case["boundaries"] = json!([{ "side": "x-min", "position": 1.5, "wall": { "kind": "smooth" } }]);
         });
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn an_obstacle_that_lies_beyond_the_domain_is_named_unless_it_moves() {
+    fn a_fixed_obstacle_outside_the_domain_causes_a_warning() {
         let with = |obstacle: Value| {
             warnings("y-max", move |case| {
                 case["domain"] = json!({ "min": [5e5, 0], "max": [5e5 + 4.0, 2], "origin": [5e5, 0] });

@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn a_liquid_that_fills_a_box_without_bearing_tension_is_told_to_open() {
+    fn a_liquid_without_tensile_strength_in_a_full_box_causes_a_warning() {
         assert!(warned(1.0, &|_| {}));
         assert!(!warned(0.9, &|_| {}), "it has a free surface");
         assert!(!warned(1.0, &|case| case["gravity"] = json!([0, -9.81])), "weight presses it together");

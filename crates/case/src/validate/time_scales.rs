@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_those_of_closed_forms() {
+    fn time_scales_follow_their_closed_forms() {
         let TimeScales { height, consolidation, wave, fall_time: fall } = column(1590.0).time_scales();
         assert_eq!(height, 2.0);
         // c_v = k / (γ_w (1/M + n/K)), with M = E.
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_density_that_was_meant_for_the_whole_is_doubted() {
+    fn a_density_that_implies_implausible_grain_density_causes_a_warning() {
         let doubts = |density: f64| {
             let all = column(density).warnings();
             all.into_iter().filter(|warning| warning.starts_with("materials.m.density")).collect::<Vec<_>>()

@@ -110,7 +110,7 @@ fn several_mistakes_are_all_reported() {
 }
 
 #[test]
-fn mistakes_in_the_space_hide_no_others() {
+fn errors_in_dimensions_do_not_hide_other_errors() {
     let mut case = sound_with("/domain/max", &json!([1]));
     case["domain"]["min"] = json!([2, 0]);
     case["gravity"] = json!([0, 0, -9.81]);

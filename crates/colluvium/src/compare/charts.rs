@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stays_as_it_is_makes_no_chart_and_neither_does_nothing() {
+    fn constant_and_empty_series_give_no_chart() {
         let line = |values: [f64; 3]| {
             Series::new("a", values.iter().enumerate().map(|(k, v)| (k as f64, *v)).collect(), Style::Line)
         };

@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_rests_when_its_energy_stays_low_to_the_end() {
+    fn a_run_is_at_rest_when_its_energy_remains_low_to_the_end() {
         let ran = |energy: [f64; 5]| CompletedRun {
             measures: Table {
                 columns: [("time", "s"), ("kinetic_energy", "J")]

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_of_unlike_spacing_have_one_profile_and_unlike_heights_their_difference() {
+    fn profiles_are_independent_of_spacing_and_differ_by_height() {
         let (coarse, fine, low) = (block(2.0, 1.0, 0.1), block(2.0, 1.0, 0.025), block(2.0, 0.5, 0.05));
         let columns = ProfileColumns::covering(&[&coarse, &fine, &low], AXES).unwrap();
         let profile = |snapshot| columns.profile(snapshot, AXES);
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn one_point_that_flies_ahead_is_no_front() {
+    fn single_points_ahead_do_not_define_the_front() {
         let mut snapshot = block(2.0, 1.0, 0.02);
         snapshot.positions[7][0] = 50.0;
         assert!((KeyFigures::of_snapshot(&snapshot, AXES).unwrap().front - 2.0).abs() < 1e-9);

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_method_without_an_entry_gets_the_spacing_of_another_and_says_so() {
+    fn a_method_without_options_gets_the_resolution_of_another_with_a_note() {
         let sph = MethodCase::for_method(crate::method("sph").unwrap(), &column());
         assert_eq!(sph.case.methods.keys().collect::<Vec<_>>(), ["sph"]);
         // Cells of 5 mm with three points along each axis.
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn without_any_entry_the_smallest_body_decides() {
+    fn without_method_options_the_smallest_body_sets_the_resolution() {
         let mut case = column();
         case.methods.clear();
         let mpm = MethodCase::for_method(crate::method("mpm").unwrap(), &case);
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn an_entry_of_its_own_is_left_alone_and_grains_are_not_guessed() {
+    fn given_method_options_are_unchanged_and_grains_have_no_derived_options() {
         let mpm = MethodCase::for_method(crate::method("mpm").unwrap(), &column());
         assert_eq!(mpm.case.methods["mpm"], column().methods["mpm"]);
         assert!(mpm.chosen_options.is_empty());

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn profiles_beside_a_case_are_found_and_other_files_of_that_name_are_none() {
+    fn profile_files_beside_a_case_are_read_and_other_tables_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let case = folder.path().join("case.json");
         let file = folder.path().join(SIDECAR_FILE);
@@ -176,15 +176,15 @@ mod tests {
         std::fs::write(&file, "viscosity,front (m)\n0.1,0.4\n").unwrap();
         assert_eq!(ReferenceProfiles::read_sidecar(&case).unwrap(), None);
         std::fs::write(&file, "position,height\n0,2\n1,1\n").unwrap();
-        let mut told = None;
+        let mut reported = None;
         let found =
-            ReferenceProfiles::read_for_case(&case, None, |file| told = Some(file.to_owned())).unwrap();
+            ReferenceProfiles::read_for_case(&case, None, |file| reported = Some(file.to_owned())).unwrap();
         assert_eq!(found.profiles, [(None, vec![(0.0, 2.0), (1.0, 1.0)])]);
-        assert_eq!(told, Some(file));
+        assert_eq!(reported, Some(file));
     }
 
     #[test]
-    fn what_is_the_reference_is_at_no_distance_from_it() {
+    fn points_on_the_reference_profile_have_zero_distance_to_it() {
         let line = |k: i32| (f64::from(k), 2.0 * f64::from(k));
         let profile: Vec<_> = (0..5).map(line).collect();
         assert!(distance_to(&[(0.5, 1.0), (2.5, 5.0)], &profile) < 1e-15);

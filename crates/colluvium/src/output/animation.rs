@@ -62,11 +62,11 @@ mod tests {
                 { "name": "fill", "material": "sand" }
             ]
         });
-        let seen = view(&case, [0, 2], &[]);
-        assert_eq!((seen.axes, seen.up), (vec![0, 1, 2], 1));
-        assert_eq!(seen.classes[0].of_body, [0, 1, 2]);
+        let animation_view = view(&case, [0, 2], &[]);
+        assert_eq!((animation_view.axes, animation_view.up), (vec![0, 1, 2], 1));
+        assert_eq!(animation_view.classes[0].of_body, [0, 1, 2]);
         assert_eq!(
-            (seen.classes[1].names.join(" "), &seen.classes[1].of_body[..]),
+            (animation_view.classes[1].names.join(" "), &animation_view.classes[1].of_body[..]),
             ("sand clay".into(), &[0, 1, 0][..])
         );
         let flat = view(&json!({ "space": "plane-strain", "bodies": [{}] }), [0, 1], &["depth".into()]);

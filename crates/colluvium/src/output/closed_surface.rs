@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn the_skin_of_a_ball_is_closed_and_as_large_as_the_ball() {
+    fn the_surface_mesh_of_a_ball_is_closed_and_has_its_area() {
         let ball = BallSurface::new([1.0, -2.0, 3.0], 0.5, false).unwrap();
         let skin = surface_mesh(&ball, &[-9.0..9.0, -9.0..9.0, -9.0..9.0]);
         for corner in &skin.0 {
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn the_window_cuts_what_has_no_end() {
+    fn unbounded_surfaces_are_clipped_to_the_window() {
         let plane = HalfSpace::new([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).unwrap();
         let (corners, faces) = surface_mesh(&plane, &[0.0..2.0, 0.0..2.0, 0.0..2.0]);
         assert!(faces.len() >= 400 && corners.iter().all(|x| x[2] == 1.0), "{faces:?}");

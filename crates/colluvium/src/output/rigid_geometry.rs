@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_that_moves_in_space_is_a_shell_about_its_centre() {
+    fn a_moving_ball_is_drawn_as_a_shell_about_its_centre() {
         let ball = json!({ "name": "ball", "shape": { "kind": "ball", "centre": [106, 202, 302], "radius": 0.5 },
             "wall": { "kind": "smooth" }, "motion": { "velocity": [-3, 0, 0], "rotation": 90, "centre": [106, 202, 302], "axis": [0, 0, 1] } });
         let domain = json!({ "min": [100, 200, 300], "max": [104, 204, 304], "origin": [100, 200, 300] });

@@ -162,7 +162,7 @@ mod tests {
     use crate::case::output::Table;
 
     #[test]
-    fn what_rounding_leaves_is_zero_and_small_results_stay() {
+    fn values_at_rounding_level_become_zero_and_small_results_remain() {
         let columns = [
             ("time", "s"),
             ("mass", "kg"),
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_along_z_is_seen_from_its_side() {
+    fn cases_with_gravity_along_z_are_drawn_in_the_xz_plane() {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(view_plane(folder.path(), None).unwrap(), [0, 1]);
         let axes = |gravity: &str, asked: Option<&str>| {

@@ -164,7 +164,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_report_begins_with_what_was_asked_for() {
+    fn a_report_begins_with_the_requested_measures() {
         let columns = ["time", "kinetic_energy", "front", "front.speed", "frontal"];
         let results = RunResults {
             summary: json!({ "status": "completed", "method": "mpm", "factors_of_safety": { "slope": {} } }),
@@ -199,7 +199,10 @@ mod tests {
         ];
         let places: Vec<usize> = order.iter().map(|text| page.find(text).unwrap()).collect();
         assert!(places.is_sorted(), "{places:?}");
-        let asked = &page[places[1]..places[2]];
-        assert!(asked.contains("front.speed") && !asked.contains("frontal"), "{asked}");
+        let requested_section = &page[places[1]..places[2]];
+        assert!(
+            requested_section.contains("front.speed") && !requested_section.contains("frontal"),
+            "{requested_section}"
+        );
     }
 }

@@ -53,7 +53,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn every_parameter_has_its_place_and_value() {
+    fn every_parameter_is_listed_with_its_path_and_value() {
         let case = json!({
             "title": "t", "gravity": [0, -9.81], "bodies": [{ "shape": { "points": [[0, 1], [2, 3]] } }],
             "methods": { "mpm": { "cell_size": 0.5, "flip": 0.9 } }

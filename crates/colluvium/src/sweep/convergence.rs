@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_order_of_a_power_is_found_whatever_the_ratios() {
+    fn the_order_of_a_power_law_is_recovered_for_any_refinement_ratios() {
         for exponent in [0.7, 1.0, 2.0, 3.5] {
             for sizes in [[0.4, 0.2, 0.1], [0.5, 0.3, 0.1], [1.0, 0.9, 0.5]] {
                 let value = |h: f64| 3.0 - 2.0 * h.powf(exponent);
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_converge_has_no_order() {
+    fn non_convergent_series_have_no_observed_order() {
         let sizes = [0.4, 0.2, 0.1];
         for values in [[1.0, 2.0, 1.0], [1.0, 2.0, 4.0], [1.0, 2.0, f64::NAN], [1.0, 2.0, 2.0]] {
             assert!(observed_order(sizes, values).order.is_nan(), "{values:?}");

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_goes_where_its_path_leads() {
+    fn set_value_changes_the_value_at_the_json_path() {
         let mut case = json!({ "bodies": [{ "shape": { "max": [1, 2] } }], "gravity": [[1, 2], [3, 4]] });
         set_value(&mut case, "bodies[0].shape.max[1]", &json!(7)).unwrap();
         set_value(&mut case, "bodies[0].rigid", &json!(true)).unwrap();
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_leads_nowhere_is_refused_and_changes_nothing() {
+    fn missing_json_paths_are_refused_and_change_nothing() {
         let case = json!({ "bodies": [{ "shape": { "max": [1, 2] } }] });
         for path in [
             "",

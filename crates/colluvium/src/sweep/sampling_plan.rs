@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_part_of_each_range_is_met_once_by_a_latin_hypercube() {
+    fn latin_hypercube_samples_stratify_every_parameter() {
         let fractions = latin_hypercube(17, 3, 5);
         for parameter in 0..3 {
             let mut parts: Vec<usize> =
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_power_of_two_of_sobol_points_meets_each_part_once_in_every_parameter() {
+    fn sobol_points_stratify_every_parameter_for_a_power_of_two() {
         for seed in [0, 9] {
             let fractions = sobol(64, 5, seed);
             for parameter in 0..5 {

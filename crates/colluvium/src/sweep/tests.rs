@@ -52,7 +52,7 @@ fn problem(change: impl FnOnce(&mut Value)) -> String {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_place() {
+fn errors_in_sweeps_name_the_json_path() {
     let parameter = |key: &'static str, value: Value| {
         move |sweep: &mut Value| sweep["parameters"]["friction"][key] = value
     };
@@ -106,7 +106,7 @@ fn what_is_wrong_is_named_with_its_place() {
 }
 
 #[test]
-fn columns_that_no_run_has_are_named() {
+fn unknown_columns_are_refused_with_a_suggestion() {
     let mut wrong = sweep();
     wrong["targets"] = json!({ "frnt": { "value": 1, "tolerance": 1 } });
     let (_folder, path) = files(&wrong);
@@ -118,7 +118,7 @@ fn columns_that_no_run_has_are_named() {
 }
 
 #[test]
-fn plans_make_their_runs() {
+fn sampling_plans_generate_their_runs() {
     let (_folder, path) = files(&sweep());
     let (sweep, members) = Sweep::load(&path).unwrap();
     let values: Vec<&Vec<Value>> = members.iter().map(|member| &member.values).collect();
@@ -146,8 +146,8 @@ fn plans_make_their_runs() {
 fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<SweepRunState>), SweepError> {
     let (sweep, members) = Sweep::load(path).unwrap();
     let states = std::sync::Mutex::new(vec![SweepRunState::Interrupted; members.len()]);
-    let tell = |number: usize, state: &SweepRunState| states.lock().unwrap()[number] = state.clone();
-    run_sweep(&sweep, &members, crate::method("mpm").unwrap(), options, &tell)?;
+    let on_state = |number: usize, state: &SweepRunState| states.lock().unwrap()[number] = state.clone();
+    run_sweep(&sweep, &members, crate::method("mpm").unwrap(), options, &on_state)?;
     let mut reader =
         csv::ReaderBuilder::new().has_headers(false).from_path(options.out.join("runs.csv")).unwrap();
     let mut lines: Vec<Vec<String>> =
@@ -158,7 +158,7 @@ fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<S
 }
 
 #[test]
-fn the_table_does_not_depend_on_how_the_runs_are_spread() {
+fn the_table_does_not_depend_on_the_number_of_jobs() {
     let (folder, path) = files(&sweep());
     let options = |name: &str, jobs, threads| SweepOptions {
         out: folder.path().join(name),
@@ -183,7 +183,7 @@ fn the_table_does_not_depend_on_how_the_runs_are_spread() {
 }
 
 #[test]
-fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
+fn a_sweep_resumes_where_it_stopped_and_refuses_folders_of_other_sweeps() {
     let (folder, path) = files(&sweep());
     let out = folder.path().join("out");
     let options = SweepOptions { out: out.clone(), jobs: 1, threads: 1, ..SweepOptions::default() };
@@ -193,10 +193,10 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
     // Stops after the second run.
     let (sweep, members) = Sweep::load(&path).unwrap();
     let stop = std::sync::Arc::new(AtomicBool::new(false));
-    let tell = |number: usize, _: &SweepRunState| stop.store(number == 1, Ordering::Relaxed);
+    let on_state = |number: usize, _: &SweepRunState| stop.store(number == 1, Ordering::Relaxed);
     let method = crate::method("mpm").unwrap();
     let stopped = SweepOptions { stop: stop.clone(), ..options.clone() };
-    let results = run_sweep(&sweep, &members, method, &stopped, &tell).unwrap();
+    let results = run_sweep(&sweep, &members, method, &stopped, &on_state).unwrap();
     let status: Vec<&str> = results.rows.iter().map(|row| row.status.as_str()).collect();
     assert_eq!(status, ["completed", "completed", "", "", "", ""]);
 
@@ -239,7 +239,7 @@ fn a_sweep_goes_on_where_it_stopped_and_is_kept_from_others() {
 }
 
 #[test]
-fn a_run_that_fails_is_told_of_and_does_not_stop_the_others() {
+fn a_failed_run_of_a_sweep_is_reported_and_the_others_complete() {
     let mut sweep = sweep();
     sweep["parameters"] = json!({ "side": { "at": ["domain.max[0]"], "values": [0.4, 0.1, 0.8] } });
     let (folder, path) = files(&sweep);

@@ -189,14 +189,14 @@ fn shown(case: &Value) -> Option<u64> {
     };
     let stopped = run().err().map(|error| error.to_string());
     let mut hasher = DefaultHasher::new();
-    let seen = (
+    let outputs = (
         solver.frame(FrameRequest::Written),
         solver.scalar_outputs(),
         solver.budget(),
         solver.time(),
         stopped,
     );
-    format!("{seen:?}").hash(&mut hasher);
+    format!("{outputs:?}").hash(&mut hasher);
     Some(hasher.finish())
 }
 

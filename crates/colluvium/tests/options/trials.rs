@@ -160,7 +160,7 @@ fn particles(families: &[CaseFamily], add: &mut Add<'_>) {
     let run = |levels: &[(&str, &str)], options: Value| {
         case_of_family(families, "sph", levels, &json!({ "methods": { "sph": options } }))
     };
-    // What these options allow is refused without them.
+    // Cases that these options permit are refused without them.
     add("sph.allow_pairing", run(&[], json!({ "smoothing": 2.5, "allow_pairing": true })), json!(false));
     let mut summed = run(&[], json!({ "continuity": "summation", "allow_summation": true }));
     summed["materials"]["m"] = water();

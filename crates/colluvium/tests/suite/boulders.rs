@@ -16,7 +16,7 @@ const WIDTH: f64 = 0.05;
 /// Time step of both methods (s).
 const STEP: f64 = 5e-4;
 /// Steps between two samples.
-const LOOK: usize = 20;
+const SAMPLE_STEPS: usize = 20;
 
 /// Heights (m) of the nodes of a raster, 0.2 m apart.
 type Heights = fn(f64, f64) -> f64;
@@ -64,11 +64,11 @@ fn boulder_on_ground(file: &Path, shape: &Value, friction: f64) -> Case {
 
 /// Sampled state of a boulder.
 #[derive(Clone, Copy, Debug)]
-struct Look {
+struct BoulderSample {
     time: f64,
     /// Centre of mass (m).
     centre: [f64; 3],
-    /// Its velocity (m/s).
+    /// Velocity (m/s).
     velocity: [f64; 3],
     /// Kinetic energy and that of its weight (J).
     energy: f64,
@@ -95,7 +95,7 @@ fn axes(start: &Snapshot, now: &Snapshot) -> [[f64; 3]; 3] {
     to.map(|n| std::array::from_fn(|c| (now.positions[n][c] - now.positions[k][c]) / WIDTH))
 }
 
-fn look(solver: &dyn Solver, start: &Snapshot, ground: &HeightField) -> Look {
+fn sample(solver: &dyn Solver, start: &Snapshot, ground: &HeightField) -> BoulderSample {
     let now = solver.snapshot();
     let (count, axes) = (now.positions.len() as f64, axes(start, &now));
     let mean =
@@ -111,7 +111,7 @@ fn look(solver: &dyn Solver, start: &Snapshot, ground: &HeightField) -> Look {
         }
     }
     let budget = solver.budget().unwrap();
-    Look {
+    BoulderSample {
         time: solver.time(),
         centre: mean(&now.positions),
         velocity: mean(now.vectors("velocity").unwrap()),
@@ -122,7 +122,11 @@ fn look(solver: &dyn Solver, start: &Snapshot, ground: &HeightField) -> Look {
 }
 
 /// Sampled states of a boulder on a raster of these heights.
-fn way(method: &dyn Method, (shape, heights, friction): (&Value, Heights, f64), duration: f64) -> Vec<Look> {
+fn trajectory(
+    method: &dyn Method,
+    (shape, heights, friction): (&Value, Heights, f64),
+    duration: f64,
+) -> Vec<BoulderSample> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ground.asc");
     let ground = ground(heights);
@@ -131,14 +135,14 @@ fn way(method: &dyn Method, (shape, heights, friction): (&Value, Heights, f64), 
     let mut solver = method.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     let start = solver.snapshot();
-    let mut looks = vec![look(&*solver, &start, &ground)];
+    let mut samples = vec![sample(&*solver, &start, &ground)];
     while solver.time() < duration {
-        (0..LOOK).for_each(|_| {
+        (0..SAMPLE_STEPS).for_each(|_| {
             solver.step(STEP).unwrap();
         });
-        looks.push(look(&*solver, &start, &ground));
+        samples.push(sample(&*solver, &start, &ground));
     }
-    looks
+    samples
 }
 
 fn size(vector: [f64; 3]) -> f64 {
@@ -155,61 +159,62 @@ fn slid(from: [f64; 3], friction: f64, duration: f64) -> [f64; 3] {
         let speed = size(v);
         let pressed = GRAVITY * normal[2];
         v = std::array::from_fn(|c| {
-            let pull = pressed * normal[c] - if c == 2 { GRAVITY } else { 0.0 };
-            v[c] + dt * (pull - friction * pressed * v[c] / speed)
+            let driving = pressed * normal[c] - if c == 2 { GRAVITY } else { 0.0 };
+            v[c] + dt * (driving - friction * pressed * v[c] / speed)
         });
     }
     v
 }
 
 /// Largest rise of kinetic plus potential energy between two samples (J).
-fn rise(looks: &[Look]) -> f64 {
-    looks.windows(2).map(|pair| pair[1].energy - pair[0].energy).fold(f64::NEG_INFINITY, f64::max)
+fn rise(samples: &[BoulderSample]) -> f64 {
+    samples.windows(2).map(|pair| pair[1].energy - pair[0].energy).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Largest distance between two boulders up to a time (m).
-fn apart([one, other]: &[Vec<Look>; 2], until: f64) -> f64 {
-    let far = |(a, b): (&Look, &Look)| size(std::array::from_fn(|c| a.centre[c] - b.centre[c]));
-    one.iter().zip(other).filter(|(look, _)| look.time <= until).map(far).fold(0.0, f64::max)
+fn apart([one, other]: &[Vec<BoulderSample>; 2], until: f64) -> f64 {
+    let far =
+        |(a, b): (&BoulderSample, &BoulderSample)| size(std::array::from_fn(|c| a.centre[c] - b.centre[c]));
+    one.iter().zip(other).filter(|(sample, _)| sample.time <= until).map(far).fold(0.0, f64::max)
 }
 
 #[test]
 fn a_cube_falls_on_an_inclined_raster_lies_down_and_slides_by_coulombs_law() {
     let cube = json!({ "kind": "box", "min": [0, 0, 0.05], "max": [0.2, 0.2, 0.25] });
     let friction = 0.2;
-    let ways = METHODS.map(|method| way(method, (&cube, plane, friction), 0.75));
-    for (method, looks) in METHODS.iter().zip(&ways) {
+    let trajectories = METHODS.map(|method| trajectory(method, (&cube, plane, friction), 0.75));
+    for (method, samples) in METHODS.iter().zip(&trajectories) {
         let name = method.name();
         // The boulder has come down on a corner and an edge, and lies flat.
         let [lies, last] = [0.45, 0.75].map(|time| {
-            *looks.iter().min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs())).unwrap()
+            *samples.iter().min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs())).unwrap()
         });
         let exact = slid(lies.velocity, friction, last.time - lies.time);
         let gained = std::array::from_fn(|c| last.velocity[c] - lies.velocity[c]);
         let off: [f64; 3] = std::array::from_fn(|c| last.velocity[c] - exact[c]);
         // As for a block in the plane.
         assert!(size(off) < 5e-3 * size(gained), "{name}: {gained:?}, off by {off:?}");
-        assert!(rise(looks) < 1e-5 * looks[0].energy, "{name}: {}", rise(looks));
-        let deepest = looks.iter().map(|look| look.depth).fold(f64::NEG_INFINITY, f64::max);
+        assert!(rise(samples) < 1e-5 * samples[0].energy, "{name}: {}", rise(samples));
+        let deepest = samples.iter().map(|sample| sample.depth).fold(f64::NEG_INFINITY, f64::max);
         assert!(deepest < 1e-4 * WIDTH, "{name}: {deepest}");
     }
     // The impacts begin up to a step apart.
-    assert!(apart(&ways, 0.75) < 0.01, "{}", apart(&ways, 0.75));
+    assert!(apart(&trajectories, 0.75) < 0.01, "{}", apart(&trajectories, 0.75));
 }
 
 #[test]
-fn a_boulder_falls_and_rolls_down_a_raster_without_gain_and_alike_in_both_methods() {
+fn a_boulder_rolls_down_a_raster_without_energy_gain_and_equally_in_both_methods() {
     let ball = json!({ "kind": "ball", "centre": [0, 0, 1.1], "radius": 0.2 });
-    let ways = METHODS.map(|method| way(method, (&ball, hillside, 0.6), 0.9));
-    for (method, looks) in METHODS.iter().zip(&ways) {
-        let (name, first, last) = (method.name(), looks[0], looks[looks.len() - 1]);
+    let trajectories = METHODS.map(|method| trajectory(method, (&ball, hillside, 0.6), 0.9));
+    for (method, samples) in METHODS.iter().zip(&trajectories) {
+        let (name, first, last) = (method.name(), samples[0], samples[samples.len() - 1]);
         assert!(last.turned > 1.0 && last.centre[0] > 0.8, "{name}: {last:?}");
-        assert!(rise(looks) < 1e-5 * first.energy, "{name}: {}", rise(looks));
+        assert!(rise(samples) < 1e-5 * first.energy, "{name}: {}", rise(samples));
         // A corner that lands beyond an edge between triangles, undetected by the contact search, is below the ground for a step.
-        let deepest = looks.iter().map(|look| look.depth).fold(f64::NEG_INFINITY, f64::max);
+        let deepest = samples.iter().map(|sample| sample.depth).fold(f64::NEG_INFINITY, f64::max);
         assert!(deepest < 0.01 * WIDTH, "{name}: {deepest}");
     }
     // From corner to corner both roll alike, until the boulder tips over a corner to one side or the other.
-    assert!(apart(&ways, 0.55) < 0.02 * WIDTH, "{}", apart(&ways, 0.55));
-    assert!(apart(&ways, 0.9) < 0.5 * 0.2, "{}", apart(&ways, 0.9));
+    assert!(apart(&trajectories, 0.55) < 0.02 * WIDTH, "{}", apart(&trajectories, 0.55));
+    assert!(apart(&trajectories, 0.9) < 0.5 * 0.2, "{}", apart(&trajectories, 0.9));
 }

@@ -30,7 +30,7 @@ fn bar() -> Value {
 }
 
 #[test]
-fn a_file_that_is_no_json_is_named_with_line_and_column() {
+fn invalid_json_input_is_named_with_line_and_column() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
@@ -64,7 +64,7 @@ fn a_file_that_is_no_json_is_named_with_line_and_column() {
 }
 
 #[test]
-fn what_a_run_left_and_is_no_json_any_more_is_named_too() {
+fn broken_json_files_of_a_run_are_named_with_line_and_column() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let mut case = bar();
@@ -87,7 +87,7 @@ fn what_a_run_left_and_is_no_json_any_more_is_named_too() {
 }
 
 #[test]
-fn steps_that_lead_to_no_end_are_refused_before_they_are_taken() {
+fn time_steps_too_short_to_reach_the_end_are_refused_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let refused = |case: &Value, place: &str, words: &str| {
@@ -115,7 +115,7 @@ fn steps_that_lead_to_no_end_are_refused_before_they_are_taken() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn no_message_that_cannot_be_written_brings_the_program_down() {
+fn unwritable_messages_do_not_end_the_program() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("bar.json"), bar().to_string()).unwrap();
     let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
@@ -137,7 +137,7 @@ fn no_message_that_cannot_be_written_brings_the_program_down() {
 /// Full disk, imitated by a limit of 64 KiB for the length of a file.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_frame_that_the_disk_has_no_room_for_ends_the_run_and_leaves_nothing_half_written() {
+fn a_full_disk_ends_the_run_and_leaves_no_partial_frame() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let mut case = bar();

@@ -82,7 +82,7 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
 }
 
 #[test]
-fn a_failed_run_stands_beside_the_others_and_its_words_are_safe() {
+fn a_failed_run_appears_on_the_comparison_page_with_escaped_error_text() {
     let folder = tempfile::tempdir().unwrap();
     let case = coarse();
     let mut results = compare::run(
@@ -105,7 +105,7 @@ fn a_failed_run_stands_beside_the_others_and_its_words_are_safe() {
 }
 
 #[test]
-fn what_no_method_takes_leaves_no_page_and_unknown_names_are_told() {
+fn a_case_refused_by_all_methods_gives_no_page_and_unknown_methods_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let case = column();
     let results = [MethodResult {

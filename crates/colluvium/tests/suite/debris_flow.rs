@@ -38,7 +38,7 @@ fn sums_to_the_volume(out: &Path) -> f64 {
 
 /// Material beyond an open boundary is in none of the rasters.
 #[test]
-fn what_leaves_through_a_side_is_not_in_the_deposit() {
+fn volume_leaving_through_an_open_side_is_not_in_the_deposit_raster() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     in_folder(folder, &["new", "debris-flow"]);
@@ -56,7 +56,7 @@ fn what_leaves_through_a_side_is_not_in_the_deposit() {
 }
 
 #[test]
-fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
+fn the_debris_flow_template_gives_rasters_and_maps_on_the_terrain_grid() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let (code, said, errors) = in_folder(folder, &["new", "debris-flow"]);
@@ -96,7 +96,7 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
 
 /// A deposit, which has no data where it is dry, is the thickness of the layer of a following case.
 #[test]
-fn a_deposit_is_released_by_a_next_case() {
+fn a_deposit_raster_is_the_release_layer_of_another_case() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);
@@ -189,7 +189,7 @@ fn of_runs(folder: &Path, name: &str) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
+fn exceedance_rasters_of_a_sweep_contain_the_share_of_runs_over_a_threshold() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     friction_sweep(
@@ -199,14 +199,14 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
     swept(folder);
     let runs = of_runs(folder, "peak_velocity");
     let share = read_raster(&folder.join("out/rasters/exceedance-peak_velocity-2.tif")).unwrap();
-    let mut seen = [0; 4];
+    let mut occurrences = [0; 4];
     for (cell, value) in share.values.iter().enumerate() {
         let count = runs.iter().filter(|run| run[cell] >= 2.0).count();
-        seen[count] += 1;
+        occurrences[count] += 1;
         let exact = if count == 0 { f64::NAN } else { count as f64 / 3.0 };
         assert!(value.is_nan() && exact.is_nan() || (value - exact).abs() < 1e-12, "{value} {exact}");
     }
-    assert!(seen[1] > 0 && seen[0] > 0, "{seen:?}");
+    assert!(occurrences[1] > 0 && occurrences[0] > 0, "{occurrences:?}");
     assert!(folder.join("out/rasters/exceedance-peak_thickness_vertical-0.5.png").exists());
     assert!(!folder.join("out/rasters/exceedance-peak_velocity-500.asc").exists());
     let table = fs::read_to_string(folder.join("out/rasters/exceedance.csv")).unwrap();
@@ -226,7 +226,7 @@ fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
 }
 
 #[test]
-fn a_sweep_tells_the_strongest_class_of_intensity_and_how_many_runs_have_each() {
+fn intensity_rasters_of_a_sweep_contain_the_highest_class_and_class_shares() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let classes = json!([

@@ -184,7 +184,7 @@ fn points_of_spheres_have_the_stress_of_their_cell_in_the_element_driver() {
 }
 
 #[test]
-fn cells_of_grains_give_the_same_bits_on_any_number_of_threads_and_after_a_restart() {
+fn cells_of_grains_are_bit_identical_on_any_threads_and_after_a_restart() {
     for (method, case) in [("mpm", mpm()), ("sph", sph())] {
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -220,7 +220,7 @@ fn cells_of_disks_are_refused_where_there_is_strain_across_their_plane() {
 }
 
 #[test]
-fn a_check_tells_what_cells_of_grains_cost() {
+fn check_warns_of_the_cost_of_representative_cells_of_grains() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("case.json");
     std::fs::write(&file, mpm().to_string()).unwrap();
@@ -259,7 +259,7 @@ fn filled(width: f64, diameter: f64) -> Value {
 }
 
 #[test]
-fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_are_refused() {
+fn slow_grain_placement_gives_a_notice_and_grains_beyond_memory_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("case.json");
     let path = file.to_str().unwrap();
@@ -275,13 +275,13 @@ fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_a
     }
     // Size notice for a box of a million grains, which are not placed here.
     let dem = colluvium::method("dem").unwrap();
-    let told = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
-    let words = told(&filled(1.0, 0.01)).unwrap();
+    let notice = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
+    let words = notice(&filled(1.0, 0.01)).unwrap();
     assert!(
         words.starts_with("methods.dem.grains: about 1.4e6 points will be placed. This takes about "),
         "{words}"
     );
-    assert_eq!(told(&filled(1.0, 0.1)), None);
+    assert_eq!(notice(&filled(1.0, 0.1)), None);
 }
 
 /// Disks that fall on a floor and come to rest, in stages.
@@ -306,7 +306,7 @@ fn bed() -> Value {
 }
 
 #[test]
-fn a_specimen_is_written_by_the_command_line_and_another_case_begins_with_it() {
+fn a_specimen_written_by_the_command_line_is_read_by_another_case() {
     let folder = tempfile::tempdir().unwrap();
     let command = |arguments: &[&str]| in_folder(folder.path(), arguments);
     std::fs::write(folder.path().join("bed.json"), bed().to_string()).unwrap();
@@ -337,7 +337,7 @@ fn a_specimen_is_written_by_the_command_line_and_another_case_begins_with_it() {
 }
 
 #[test]
-fn the_folder_of_a_run_has_the_specimen_that_running_its_case_gives() {
+fn a_specimen_from_a_run_folder_equals_that_from_running_the_case() {
     let folder = tempfile::tempdir().unwrap();
     let command = |arguments: &[&str]| in_folder(folder.path(), arguments);
     std::fs::write(folder.path().join("bed.json"), bed().to_string()).unwrap();

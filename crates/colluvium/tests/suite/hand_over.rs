@@ -8,7 +8,7 @@ use super::cli::{column, write};
 use super::{output, program};
 
 #[test]
-fn a_run_hands_its_last_frame_over_to_depth_integrated_flow() {
+fn the_last_frame_of_a_run_becomes_a_depth_integrated_flow() {
     use colluvium::case::output::{Table, read_frame};
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
@@ -63,7 +63,7 @@ fn first_frame(folder: &Path, name: &str, case: &Value) -> colluvium::case::Snap
 
 /// A saturated column of MPM at excess pressure becomes a flow with equal basal stress, and points of MPM again.
 #[test]
-fn pore_pressure_goes_from_mpm_to_depth_integrated_flow_and_back() {
+fn pore_pressure_is_transferred_from_mpm_to_depth_integrated_flow_and_back() {
     let folder = tempfile::tempdir().unwrap();
     let mut column = saturated();
     first_frame(folder.path(), "column", &column);
@@ -126,7 +126,7 @@ fn sums_of(last: &colluvium::case::Snapshot) -> [f64; 3] {
 /// A column that falls, by MPM or SPH, continues as a flow, and that as a column of MPM or SPH again: the mass is equal to round-off,
 /// although the volume of points is not that of their mass at the density of the material.
 #[test]
-fn mass_is_handed_over_to_round_off_and_back() {
+fn mass_is_conserved_to_round_off_in_transfer_between_methods() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let run = |name: &str, case: &Value| {
@@ -177,7 +177,7 @@ fn mass_is_handed_over_to_round_off_and_back() {
 /// A saturated column that falls in a model in depth continues as grains and fluid on separate nodes, which move apart, and as points
 /// again: no mass is lost.
 #[test]
-fn grains_and_fluid_are_handed_over_to_round_off_and_back() {
+fn grain_and_fluid_masses_are_conserved_to_round_off_in_transfer_between_methods() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let run = |name: &str, case: &Value| {
@@ -213,7 +213,7 @@ fn grains_and_fluid_are_handed_over_to_round_off_and_back() {
 
 /// In axisymmetry lists have areas, and masses per radian.
 #[test]
-fn points_of_an_axisymmetric_run_come_back_as_they_were() {
+fn points_of_an_axisymmetric_run_are_read_back_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["space"] = json!("axisymmetric");

@@ -14,7 +14,7 @@ fn run(folder: &Path, arguments: &[&str]) -> (i32, String) {
 }
 
 #[test]
-fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
+fn files_of_another_kind_are_refused_with_the_command_for_them() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let write =
@@ -64,7 +64,7 @@ fn a_file_of_another_kind_is_named_in_a_line_with_the_command_for_it() {
 }
 
 #[test]
-fn files_that_a_case_names_results_and_folders_are_told_apart() {
+fn input_files_results_and_folders_are_named_by_kind_in_errors() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let write =
@@ -90,7 +90,7 @@ fn files_that_a_case_names_results_and_folders_are_told_apart() {
 }
 
 #[test]
-fn a_law_that_takes_no_properties_is_told_of_and_one_that_does_is_not() {
+fn a_law_that_ignores_the_properties_of_parameters_inp_causes_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("initialconditions.inp"), "6\n-100\n-100\n-100\n0\n0\n0\n0\n").unwrap();

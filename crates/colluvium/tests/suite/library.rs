@@ -88,7 +88,7 @@ fn a_library_runs_only_where_the_user_allows_it() {
 }
 
 #[test]
-fn a_library_that_ends_the_program_is_no_success() {
+fn a_user_library_that_exits_the_program_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     build(folder);

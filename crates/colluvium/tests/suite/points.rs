@@ -56,7 +56,7 @@ fn after(method: &str, case: &Case, steps: usize) -> Snapshot {
 }
 
 #[test]
-fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
+fn points_from_a_file_move_as_the_equal_sampled_body() {
     for method in ["mpm", "sph"] {
         for with_volumes in [true, false] {
             let folder = tempfile::tempdir().unwrap();
@@ -86,7 +86,7 @@ fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
 }
 
 #[test]
-fn grains_are_as_their_file_lists_them() {
+fn grains_have_the_radii_and_ids_of_their_file() {
     let folder = tempfile::tempdir().unwrap();
     let mut value = block("dem");
     let body = value["bodies"][0].as_object_mut().unwrap();
@@ -104,16 +104,16 @@ fn grains_are_as_their_file_lists_them() {
     let file = |text: &str| std::fs::write(folder.path().join("grains.csv"), text).unwrap();
     let case = || Case::from_value(&value, folder.path()).unwrap();
     file("x,y,radius,kind,spin_z,held,id\n1.5,0.5,0.1,m,0,0,9\n2.5,1.5,0.2,iron,3,1,4\n");
-    let seen = after("dem", &case(), 20);
-    assert_eq!(seen.ids, [4, 9]);
+    let snapshot = after("dem", &case(), 20);
+    assert_eq!(snapshot.ids, [4, 9]);
     let area = |radius: f64| std::f64::consts::PI * radius * radius;
-    let mass = seen.scalars("mass").unwrap();
+    let mass = snapshot.scalars("mass").unwrap();
     for (found, asked) in mass.iter().zip([7800.0 * area(0.2), 2000.0 * area(0.1)]) {
         assert!((found / asked - 1.0).abs() < 1e-12, "{found} for {asked}");
     }
     // One point falls, the other is held.
-    assert_eq!(seen.positions[0], [2.5, 1.5, 0.0]);
-    assert!(seen.positions[1][1] < 0.5);
+    assert_eq!(snapshot.positions[0], [2.5, 1.5, 0.0]);
+    assert!(snapshot.positions[1][1] < 0.5);
     let dem = colluvium::method("dem").unwrap();
     for (text, words) in [
         (
@@ -129,7 +129,7 @@ fn grains_are_as_their_file_lists_them() {
 }
 
 #[test]
-fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
+fn point_spacings_unsuitable_for_the_method_are_refused_or_cause_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("points.csv"), "x,y\n1.5,0.5\n2.5,1.5\n").unwrap();
     let case = |method: &str, spacing: f64| {
@@ -173,8 +173,8 @@ fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
 }
 
 #[test]
-fn a_size_is_that_of_the_plan_before_anything_is_made() {
-    let mut seen = 0;
+fn estimated_problem_sizes_match_the_plan() {
+    let mut compared = 0;
     for (name, text) in colluvium::TEMPLATES {
         let case = Case::from_json(text).unwrap();
         for method in case.methods.keys().filter_map(|name| colluvium::method(name)) {
@@ -184,11 +184,11 @@ fn a_size_is_that_of_the_plan_before_anything_is_made() {
             assert!((0.95..1.05).contains(&share), "{name}: {share} of the points");
             let share = size.memory / plan.memory as f64;
             // A plan estimates the memory of a run. Grains take up to 2.5 times that during generation, which the size includes.
-            let most = if method.name() == "dem" { 2.6 } else { 1.1 };
-            assert!((0.6..most).contains(&share), "{name}: {share} of the memory");
+            let limit = if method.name() == "dem" { 2.6 } else { 1.1 };
+            assert!((0.6..limit).contains(&share), "{name}: {share} of the memory");
             assert!(size.check_memory(2.0 * size.memory).is_ok() && size.check_memory(1e3).is_err());
-            seen += 1;
+            compared += 1;
         }
     }
-    assert!(seen >= 4);
+    assert!(compared >= 4);
 }

@@ -67,7 +67,7 @@ fn an_export_removes_the_archives_of_an_earlier_one_and_no_others() {
 }
 
 #[test]
-fn files_of_a_run_that_are_gone_are_named_and_the_rest_is_done() {
+fn missing_files_of_a_run_are_named_and_the_others_are_processed() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     bar(folder);
@@ -102,7 +102,7 @@ fn files_of_a_run_that_are_gone_are_named_and_the_rest_is_done() {
 }
 
 #[test]
-fn a_run_whose_terrain_has_moved_is_shown_and_exported_without_it() {
+fn a_run_with_missing_terrain_is_plotted_and_exported_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     assert_eq!(in_folder(folder, &["new", "debris-flow"]).0, 0);
@@ -141,7 +141,7 @@ fn a_run_whose_terrain_has_moved_is_shown_and_exported_without_it() {
 }
 
 #[test]
-fn a_picture_of_contacts_in_the_plane_names_forces_of_a_metre_of_thickness() {
+fn pictures_of_plane_contacts_label_forces_per_metre_of_thickness() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     assert_eq!(in_folder(folder, &["new", "grains"]).0, 0);
@@ -168,7 +168,7 @@ fn a_picture_of_contacts_in_the_plane_names_forces_of_a_metre_of_thickness() {
 }
 
 #[test]
-fn a_sweep_says_the_memory_of_its_runs_with_that_of_the_program() {
+fn memory_of_a_sweep_counts_the_program_once_per_job() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     bar(folder);

@@ -107,7 +107,7 @@ fn a_block_that_has_tipped_falls_flat_and_comes_to_rest() {
 }
 
 #[test]
-fn a_block_slides_and_rubs_by_coulombs_law_and_the_obstacle_tells_it() {
+fn sliding_rigid_block_follows_coulomb_friction_and_gives_the_obstacle_reaction_and_friction_work() {
     let (gravity, friction, duration) = ([5.0, -8.66], 0.3, 0.3);
     let mass = 2000.0 * 0.4 * 0.2;
     let rate = gravity[0] + friction * gravity[1];
@@ -124,15 +124,15 @@ fn a_block_slides_and_rubs_by_coulombs_law_and_the_obstacle_tells_it() {
             let force = [last(&table, "bearing.x"), last(&table, "bearing.y")];
             let exact = [-friction * mass * gravity[1], mass * gravity[1]];
             assert!((0..2).all(|c| (force[c] / exact[c] - 1.0).abs() < 5e-3), "{name}: {force:?} {exact:?}");
-            let rubbed = last(&table, "obstacles.friction");
+            let friction_work = last(&table, "obstacles.friction");
             let work = exact[0] * 0.5 * rate * duration * duration;
-            assert!((rubbed / work - 1.0).abs() < 0.02, "{name}: {rubbed} for {work}");
+            assert!((friction_work / work - 1.0).abs() < 0.02, "{name}: {friction_work} for {work}");
         }
     }
 }
 
 #[test]
-fn a_block_that_sticks_stands_on_a_slope_and_one_on_a_smooth_one_does_not() {
+fn a_rigid_block_rests_on_a_rough_slope_and_slides_on_a_smooth_one() {
     for method in METHODS {
         let speed = |friction: f64| {
             let report = block(method, Ground::Obstacle, friction, [0.4, 0.2], ([5.0, -8.66], 0.3));

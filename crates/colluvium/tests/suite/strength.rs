@@ -37,7 +37,7 @@ fn methods() -> impl Iterator<Item = &'static dyn colluvium::case::Method> {
 }
 
 #[test]
-fn a_stage_weakens_what_started_outside_the_weakened_yield_surface() {
+fn weakening_acts_on_initial_stress_outside_the_weakened_yield_surface() {
     let stages = json!({ "stages": [
         { "name": "hold", "duration": 0.005, "damping": 0.5 },
         { "name": "weak", "duration": 0.01, "weakening": { "factor": 2 } }
@@ -66,7 +66,7 @@ fn a_stage_weakens_what_started_outside_the_weakened_yield_surface() {
 }
 
 #[test]
-fn a_search_goes_to_factors_whose_strength_would_not_bear_the_initial_stress() {
+fn a_search_reaches_factors_whose_reduced_strength_is_below_the_initial_stress() {
     let measures = json!({ "measures": { "safety": {
         "kind": "factor-of-safety", "after": "hold", "duration": 0.5, "damping": 0.7, "height": 0.5, "tolerance": 3
     } } });

@@ -271,7 +271,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn many_spectra_are_those_of_each(tensors in tensors()) {
+        fn batched_spectra_equal_single_spectra(tensors in tensors()) {
             let mut found = vec![SymTensor::ZERO.spectrum(); tensors.len()];
             spectra(&tensors, &mut found);
             for (tensor, found) in tensors.iter().zip(&found) {

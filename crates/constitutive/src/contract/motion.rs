@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn volumes_follow_the_deformation_and_the_first_point_turned_inside_out_is_named() {
+    fn volumes_follow_the_deformation_and_the_first_inverted_point_is_reported() {
         let mut motions = MotionBlock::at_rest(1e-3, 1.0, true);
         motions.deformation[0][1] = 1.5;
         (motions.deformation[1][2], motions.deformation[3][2]) = (0.5, 0.4);

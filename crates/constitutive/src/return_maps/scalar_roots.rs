@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn of_several_fixed_points_the_least_is_taken() {
+    fn the_smallest_of_several_fixed_points_is_found() {
         // Fixed points where (x - 1)(x - 2)(x - 4) vanishes; the map rises.
         let map = |x: f64| x.min(5.0) - 0.04 * (x - 1.0) * (x - 2.0) * (x - 4.0);
         let (x, _) = fixed_point(map(0.0), map);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn roots_are_found_where_newton_alone_would_leave_or_crawl() {
+    fn roots_are_found_where_newton_diverges_or_converges_slowly() {
         // 2 - exp(x) from far right, a cube root's inverse, and a function flat at its start.
         let exact = falling_root(0.0, 600.0, 500.0, |x| (2.0 - x.exp(), -x.exp())).unwrap();
         assert!((exact - 2f64.ln()).abs() < 1e-15);

@@ -48,16 +48,16 @@ fn bingham_base_solves_the_cubic() {
 
 #[test]
 fn the_exact_root_solves_its_equation_and_the_quadratic_stays_near() {
-    let (mut least, mut most) = (0f64, 0f64);
+    let (mut least, mut largest) = (0f64, 0f64);
     for i in -320..=320 {
         let a = 10f64.powf(f64::from(i) / 80.0);
         let xi = plug_ratio(a);
         assert!((xi.powi(3) - (3.0 + a) * xi + 2.0).abs() < 1e-14 * (3.0 + a), "{a}");
         let error = xi / plug_ratio_quadratic(a) - 1.0;
-        (least, most) = (least.min(error), most.max(error));
+        (least, largest) = (least.min(error), largest.max(error));
     }
     // -2.8 % to +4.6 % over 10⁻⁴ <= a <= 10⁴, +5.2 % as a -> 0.
-    assert!((least + 0.028).abs() < 5e-4 && (most - 0.046).abs() < 5e-4, "{least} {most}");
+    assert!((least + 0.028).abs() < 5e-4 && (largest - 0.046).abs() < 5e-4, "{least} {largest}");
     assert!((1.0 / plug_ratio_quadratic(0.0) - 1.052).abs() < 5e-4);
     // Transition from the closed form to the asymptote.
     assert!((plug_ratio(1e6) / plug_ratio(1e6 * (1.0 + 1e-12)) - 1.0).abs() < 1e-11);

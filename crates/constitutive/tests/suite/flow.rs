@@ -211,7 +211,7 @@ fn steady_flow_follows_the_flow_curve() {
 /// Flow at the start continues with the stress of its rate; a stress above that of any rate is rejected.
 #[test]
 fn a_run_may_start_from_steady_flow() {
-    fn goes_on<R: FlowCurve>(law: Viscoplastic<R>, rate: f64, density: f64) {
+    fn keeps_steady_flow<R: FlowCurve>(law: Viscoplastic<R>, rate: f64, density: f64) {
         let pressure = 1000.0;
         let shear = law.rheology.strength(rate, pressure);
         let density = density * (1.0 + pressure / law.pressure.bulk_modulus);
@@ -225,8 +225,8 @@ fn a_run_may_start_from_steady_flow() {
         }
         assert!((point.stress[3] / shear - 1.0).abs() < 1e-3, "{} for {shear}", point.stress[3]);
     }
-    goes_on(sand().viscoplastic().unwrap(), 20.0, sand().density);
-    goes_on(mud().viscoplastic().unwrap(), 2.0, mud().density);
+    keeps_steady_flow(sand().viscoplastic().unwrap(), 20.0, sand().density);
+    keeps_steady_flow(mud().viscoplastic().unwrap(), 2.0, mud().density);
     let law = sand().viscoplastic().unwrap();
     let start = |shear: f64| {
         let stress = SymTensor([-1000.0, -1000.0, -1000.0, shear, 0.0, 0.0]);

@@ -126,7 +126,7 @@ const KAPPA: f64 = 0.03;
 /// Eq. (2.4): the forward step uses `D^ep = D - (D : ∂g)(∂f : D) / (∂f : D : ∂g - ∂_κ f h)` of the softening cone, and remains
 /// on the surface to the first order of the step.
 #[test]
-fn the_forward_step_takes_the_continuum_stiffness_and_is_consistent() {
+fn the_forward_step_uses_the_continuum_stiffness_and_is_consistent() {
     let (law, stress) = on_the_surface();
     let elastic = elasticity();
     let cone = law.cone_at(KAPPA);
@@ -138,14 +138,14 @@ fn the_forward_step_takes_the_continuum_stiffness_and_is_consistent() {
         / 3f64.sqrt();
     assert!(hardening > 0.0, "it softens");
     let (f, g) = (slope(cone.friction, &stress), slope(cone.dilatancy, &stress));
-    let (pull, flow) = (elastic.stress(&f), elastic.stress(&g));
+    let (elastic_normal, flow) = (elastic.stress(&f), elastic.stress(&g));
     let below = f.dot(&flow) - hardening;
     let strain = SymTensor([1e-4, -3e-4, 5e-5, 8e-5, -2e-5, 4e-5]);
     let drift = |share: f64| {
         let strain = strain * share;
         let (new, multiplier) = law.explicit_step(&stress, &strain, KAPPA);
-        assert_close(multiplier, pull.dot(&strain) / below, 1e-7);
-        let exact = stress + elastic.stress(&strain) - flow * (pull.dot(&strain) / below);
+        assert_close(multiplier, elastic_normal.dot(&strain) / below, 1e-7);
+        let exact = stress + elastic.stress(&strain) - flow * (elastic_normal.dot(&strain) / below);
         assert!((new - exact).norm() < 1e-7 * (exact - stress).norm(), "{new:?} for {exact:?}");
         excess(&law.cone_at(KAPPA + multiplier / 3f64.sqrt()), &new)
     };

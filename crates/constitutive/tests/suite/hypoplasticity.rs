@@ -67,7 +67,7 @@ fn calibrations_have_the_constants_of_the_sheet() {
 }
 
 #[test]
-fn a_calibration_meets_its_four_conditions() {
+fn calibrated_constants_satisfy_the_four_calibration_conditions() {
     let of = Calibration { poissons_ratio: 0.2, dilatancy_angle: 5.0, ..calibration(32.0, 15e6) };
     let set = HypoplasticConstants::calibrate(&of).unwrap();
     let isotropic = SymTensor::isotropic(-100e3);
@@ -141,7 +141,7 @@ fn triaxial(spec: &HypoplasticSpec, axial_compression: f64, steps: usize) -> (f6
 }
 
 #[test]
-fn drained_triaxial_compression_goes_to_the_critical_stress_ratio() {
+fn drained_triaxial_compression_reaches_the_critical_stress_ratio() {
     // sheet: constitutive V-16, without dependence on density.
     for (strain, exact) in [
         (0.001, 1.193_145),
@@ -180,7 +180,7 @@ fn dense_soil_peaks_and_softens_to_the_critical_state() {
 }
 
 #[test]
-fn stress_does_not_feel_the_rate_without_viscosity() {
+fn stress_without_viscosity_is_rate_independent() {
     let law = spec().build().unwrap();
     let l = Mat3([[-0.1, 0.3, 0.0], [0.0, 0.05, 0.1], [0.0, 0.0, 0.02]]);
     let stress = |rate: f64| {

@@ -151,7 +151,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
-    fn what_is_projected_lies_on_the_surface_and_stays(
+    fn projected_stress_lies_on_the_yield_surface_and_remains_in_the_first_step(
         normal in proptest::array::uniform3(-300.0..40.0f64),
         shear in proptest::array::uniform3(-150.0..150.0f64),
     ) {

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 proptest! {
     #[test]
-    fn a_batch_turns_as_a_point_does(entries in proptest::array::uniform9(-0.3..0.3f64)) {
+    fn batched_stress_rotation_equals_that_of_a_single_point(entries in proptest::array::uniform9(-0.3..0.3f64)) {
         let law = LinearElastic { elasticity: Elasticity::new(1e6, 0.3).unwrap() };
         let gradient = Mat3(*entries.as_chunks::<3>().0.first_chunk::<3>().unwrap());
         let motion = Motion::from_velocity_gradient(&gradient, 1.0, 1.0, 1.0).unwrap();

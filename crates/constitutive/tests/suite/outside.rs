@@ -27,7 +27,7 @@ impl MaterialFactory for Doubled {
 }
 
 #[test]
-fn a_law_from_outside_is_found_by_its_name_also_within_another() {
+fn external_laws_are_found_by_name_and_inside_wrappers() {
     register_material(&Doubled);
     let read = |text: &str| serde_json::from_str::<MaterialSpec>(text).unwrap().build();
     let other = r#"{"model": "external", "law": "doubled", "density": 2000, "parameters": {"modulus": 5e6}}"#;

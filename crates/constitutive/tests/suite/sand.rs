@@ -57,7 +57,7 @@ fn returns_are_those_of_the_sheet() {
 }
 
 #[test]
-fn what_was_pulled_apart_is_closed_before_it_bears() {
+fn opened_volume_closes_before_the_pressure_rises() {
     let pulls = [[0.03, 0.0, 0.0], [0.0, 0.004, 0.002]];
     let closes = [[-0.01; 3], [-0.012; 3], [-0.01; 3]];
     let path: Vec<[f64; 3]> = pulls.into_iter().chain(closes).collect();
@@ -120,7 +120,7 @@ fn the_friction_angle_follows_flow() {
 }
 
 #[test]
-fn what_is_out_of_range_is_named() {
+fn parameters_out_of_range_are_refused_by_name() {
     let refused = |spec: SandSpec| spec.law().unwrap_err().to_string();
     assert!(refused(sand(0.0)).contains("friction_angle"));
     let steep = SandHardening { growth: 100.0, fading: 0.2, below: 10.0 };

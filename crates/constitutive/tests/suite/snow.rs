@@ -96,7 +96,7 @@ fn reference_step_has_the_stress_of_either_elastic_law() {
 }
 
 #[test]
-fn within_the_bounds_nothing_flows() {
+fn snow_within_the_critical_stretches_has_no_plastic_flow() {
     let law = spec(SnowElasticity::FixedCorotated).law().unwrap();
     let f = Mat3([[1.004, 0.004, 0.0], [-0.002, 0.985, 0.003], [0.0, 0.001, 0.99]]);
     let there = moved(&law, &f, &at_rest(1.0));

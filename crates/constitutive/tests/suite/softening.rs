@@ -79,7 +79,7 @@ fn pure_shear(material: MaterialSpec, strain: f64, steps: usize) -> ElementPath 
 }
 
 #[test]
-fn mohr_coulomb_softens_as_steeply_as_it_is_asked_to() {
+fn mohr_coulomb_softening_follows_steep_softening_laws_exactly() {
     // σ1 - σ3 = 2c(κ) and κ = 2/√3 of the plastic stretch: ε = c(κ)/2G + √3 κ/2. The fixed-point map of the increment has
     // the slope rate·(c_p - c_r)/(√3 G): 0.97 to 1.15 with the first clay, 0.96 with the second.
     let shear = Clay::elasticity().shear_modulus;
@@ -112,7 +112,7 @@ fn mohr_coulomb_softens_as_steeply_as_it_is_asked_to() {
 }
 
 #[test]
-fn no_integration_of_drucker_prager_makes_a_softening_soil_stronger() {
+fn softening_drucker_prager_does_not_exceed_its_peak_with_any_integration() {
     let peak = 2.0 * 25e3;
     let shear = |rate: f64, integration| {
         let law = Clay::steep(rate).drucker_prager(integration);

@@ -36,7 +36,7 @@ fn returned(law: &DruckerPrager, trial: [f64; 6], state: PlasticStrain) -> Point
 }
 
 #[test]
-fn both_algorithms_of_the_source_take_the_step_of_the_sheet() {
+fn both_algorithms_of_the_source_have_the_step_of_the_sheet() {
     // §3.6: from the cone result of §3.7.1.
     let law = spec(PlasticIntegration::ClosestPoint).law().unwrap();
     let start = returned(&law, [-100.0, -350.0, -120.0, 120.0, 40.0, 0.0], Default::default()).stress;

@@ -74,7 +74,7 @@ impl Walker {
     /// Stiffness `m · d(J σ f⁻ᵀ n)/da` of `f = 1 + a m ⊗ n` for a wave with the normal `n` and the polarisation `m`, `ρ c²`
     /// where `m` is an eigenvector; and whether it yielded.
     fn stiffness(&self, m: [f64; 3], n: [f64; 3], amount: f64) -> Option<(f64, bool)> {
-        let pull = |deformation: &Mat3| {
+        let traction_along = |deformation: &Mat3| {
             let new = self.step(deformation)?;
             let flown = self.has_flown(&new, deformation, amount);
             let normal = deformation.inverse()?.transpose().apply(n);
@@ -82,8 +82,8 @@ impl Walker {
             Some(((0..3).map(|k| m[k] * traction[k]).sum::<f64>(), flown))
         };
         let dyad = Mat3(std::array::from_fn(|i| std::array::from_fn(|j| amount * m[i] * n[j])));
-        let (end, flown) = pull(&(Mat3::IDENTITY + dyad))?;
-        Some(((end - pull(&Mat3::IDENTITY)?.0) / amount, flown))
+        let (end, flown) = traction_along(&(Mat3::IDENTITY + dyad))?;
+        Some(((end - traction_along(&Mat3::IDENTITY)?.0) / amount, flown))
     }
 }
 
@@ -118,7 +118,7 @@ fn worst(walker: &Walker, numbers: &mut Numbers, plane: bool) -> (f64, u32) {
 }
 
 #[test]
-fn no_wave_is_faster_than_the_law_says() {
+fn wave_speeds_do_not_exceed_the_modulus_reported_by_the_law() {
     let mut numbers = Numbers(3);
     let mut faster = Vec::new();
     for spec in MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()) {

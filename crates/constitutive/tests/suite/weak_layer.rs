@@ -35,7 +35,7 @@ fn a_weak_layer_softens_collapses_and_packs() {
 }
 
 #[test]
-fn a_weak_layer_follows_its_closed_form_whatever_the_step() {
+fn a_weak_layer_follows_its_closed_form_for_any_step() {
     // Stable (1, 0.5) and collapsing (50, 2) layers; the state at the end, not the path, is checked.
     for (softening_factor, hardening_factor, exact_at) in [(1.0, 0.5, true), (50.0, 2.0, false)] {
         let spec = CohesiveCamClaySpec {
@@ -60,7 +60,7 @@ fn a_weak_layer_follows_its_closed_form_whatever_the_step() {
 }
 
 #[test]
-fn a_layer_torn_apart_collapses_too() {
+fn a_layer_loaded_in_tension_collapses() {
     let law = weak_layer().law().unwrap();
     let (stress, state) = returned(&law, [4e-3, 2e-3, 1e-3], &fresh(&law));
     assert_eq!(stress, SymTensor::ZERO);

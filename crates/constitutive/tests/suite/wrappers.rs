@@ -1,4 +1,4 @@
-//! Materials around materials (sheet: constitutive §2.17, §3.11).
+//! Laws that wrap other laws (sheet: constitutive §2.17, §3.11).
 
 use colluvium_constitutive::laws::mohr_coulomb::Pyramid;
 use colluvium_constitutive::laws::{
@@ -41,7 +41,7 @@ fn step(law: &dyn Material, point: &mut (SymTensor, States), strain: SymTensor, 
 }
 
 #[test]
-fn an_undrained_load_goes_to_the_water() {
+fn pore_fluid_carries_the_undrained_load_by_its_share_of_stiffness() {
     // §5.3: Δp_w/Δp = (K_f/n) / (K + K_f/n).
     let spec = UndrainedSpec {
         fluid_bulk_modulus: 2.15e9,
@@ -65,7 +65,7 @@ fn an_undrained_load_goes_to_the_water() {
 }
 
 #[test]
-fn a_fluid_that_cavitates_pulls_no_further() {
+fn pore_fluid_tension_is_limited_to_the_cavitation_strength() {
     let spec = UndrainedSpec {
         fluid_bulk_modulus: 2e9,
         porosity: 0.5,
@@ -100,7 +100,7 @@ fn undrained_triaxial_strength_follows_the_effective_stress() {
 }
 
 #[test]
-fn free_shrinkage_leaves_no_stress_and_held_shrinkage_pulls() {
+fn free_shrinkage_is_stress_free_and_restrained_shrinkage_causes_tension() {
     let spec = EigenstrainSpec { volumetric_strain: -0.03, duration: 10.0, material: Box::new(elastic()) };
     let law = MaterialSpec::Eigenstrain(spec).build().unwrap();
     let (mut free, mut held) = (start(&*law, SymTensor::ZERO), start(&*law, SymTensor::ZERO));
@@ -137,7 +137,7 @@ fn a_stress_on_the_surface_of_the_factor_of_safety_lies_on_the_reduced_surface()
 }
 
 #[test]
-fn peak_reduction_keeps_the_residual_strength_and_never_goes_below_it() {
+fn peak_strength_reduction_keeps_the_residual_strength_and_is_refused_below_it() {
     let softening = Softening::of_cohesion(1.5e3, 5.0);
     // Bui & Nguyen 4.3: 25 kPa / 1.65 = 15.15 kPa, residual 1.5 kPa unchanged.
     let clay = DruckerPragerSpec {
@@ -180,7 +180,7 @@ fn dilatancy_follows_the_reduced_friction_unless_kept() {
 }
 
 #[test]
-fn wetting_takes_cohesion() {
+fn cohesion_decreases_linearly_with_saturation() {
     let spec = SaturationSoftenedSpec {
         saturated_cohesion: 2e3,
         material: Box::new(MaterialSpec::MohrCoulomb(MohrCoulombSpec {
@@ -236,7 +236,7 @@ fn wrappers_nest_save_and_reorder() {
 }
 
 #[test]
-fn strength_above_the_peak_needs_the_word_hardening() {
+fn strength_above_the_peak_requires_the_hardening_option() {
     let softening = |hardening| Softening {
         residual_friction_angle: 35.0,
         residual_cohesion: 20e3,
@@ -268,7 +268,7 @@ fn reduced(depth: usize) -> MaterialSpec {
 }
 
 #[test]
-fn reductions_within_one_another_multiply_and_are_not_without_end() {
+fn nested_strength_reductions_multiply_up_to_a_nesting_limit() {
     let compression = SymTensor::isotropic(-100e3);
     let strength = |material: &MaterialSpec| {
         let law = material.build().unwrap();
@@ -290,7 +290,7 @@ fn reductions_within_one_another_multiply_and_are_not_without_end() {
 }
 
 #[test]
-fn what_is_wrong_inside_is_found_under_every_wrapper() {
+fn invalid_parameters_of_wrapped_laws_are_refused_in_every_wrapper() {
     let wrong =
         || Box::new(MaterialSpec::MohrCoulomb(MohrCoulombSpec { density: -2000.0, ..mohr_coulomb() }));
     let shrunk = |material| {

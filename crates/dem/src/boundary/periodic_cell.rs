@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_name_their_steps_and_shear_is_reduced() {
+    fn image_indices_are_invertible_and_cell_shear_is_reduced() {
         for code in 0..27 {
             assert_eq!(PeriodicCell::<3>::image_index(&PeriodicCell::<3>::image_steps(code)), code);
         }

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_least_force_is_the_pull_off_and_without_adhesion_it_is_that_of_hertz() {
+    fn minimum_jkr_force_is_the_pull_off_force_and_without_adhesion_hertz_holds() {
         let hertz = Hertz::new([1e7; 2], [0.3; 2], 0.0, 0.0);
         let (radius, law) = (1e-3, Jkr { work: 0.05, modulus: hertz.modulus });
         let bridge = law.rupture_distance(radius);

@@ -211,13 +211,13 @@ mod tests {
     }
 
     #[test]
-    fn grains_move_together_as_they_move_one_by_one() {
+    fn simd_integration_of_grains_equals_scalar_integration() {
         compare::<2, 1>();
         compare::<3, 3>();
     }
 
     #[test]
-    fn a_grain_that_is_lost_is_told_by_its_number() {
+    fn a_grain_with_non_finite_force_is_reported_by_its_index() {
         let mut grains = grains::<3, 3>();
         grains.force[1030] = [f64::NAN; 3];
         grains.held.fill(false);

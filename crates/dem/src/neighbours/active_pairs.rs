@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_that_meet_within_the_way_allowed_for_are_looked_at() {
+    fn pairs_that_can_meet_within_the_allowed_approach_are_active() {
         let (mut grains, mut lists, mut random) = drawn();
         let listed = lists.slab_pairs.other.len();
         for closer in [0.0, 0.01, 0.04, 0.1, 0.2, SKIN] {
@@ -184,8 +184,8 @@ mod tests {
             grains.position.clone_from(&grains.listed);
             for x in &mut grains.position {
                 // Half of the approach of the two, along a diagonal.
-                let way = 0.5 * closer / 3f64.sqrt();
-                x.iter_mut().for_each(|c| *c += if random.random() { way } else { -way });
+                let shift = 0.5 * closer / 3f64.sqrt();
+                x.iter_mut().for_each(|c| *c += if random.random() { shift } else { -shift });
             }
             for (i, k) in lists.slab_pairs.firsts() {
                 let j = lists.slab_pairs.other[k] as usize;
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_that_remember_something_are_looked_at_however_far_apart() {
+    fn pairs_with_contact_history_are_active_at_any_distance() {
         let (grains, mut lists, _) = drawn();
         lists.select_active(&grains, Some(&[]), 0.0, SKIN);
         let before = chosen(&lists);
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_that_has_moved_has_all_pairs_looked_at() {
+    fn all_pairs_are_active_after_a_deformation_of_the_periodic_cell() {
         let (grains, mut lists, _) = drawn();
         lists.select_active(&grains, None, 0.0, SKIN);
         assert_eq!(chosen(&lists).len(), lists.slab_pairs.other.len());

@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tensors_of_the_same_directions_are_aligned_and_turned_ones_by_twice_the_angle() {
+    fn alignment_of_rotated_fabric_tensors_is_the_cosine_of_twice_the_angle() {
         let turned = |angle: f64, k: f64| {
             let (sin, cos) = angle.sin_cos();
             [[1.0 + k * cos * cos, k * sin * cos], [k * sin * cos, 1.0 + k * sin * sin]]
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_that_hangs_on_a_ring_bears_nothing() {
+    fn a_chain_hanging_from_a_ring_consists_of_rattlers() {
         // A ring of three; a chain of two on it; one grain alone.
         let pairs = [(0, Some(1)), (1, Some(2)), (2, Some(0)), (2, Some(3)), (3, Some(4))];
         assert_eq!(rattlers(6, &pairs), [false, false, false, true, true, true]);

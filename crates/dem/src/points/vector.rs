@@ -215,7 +215,7 @@ mod tests {
         }
 
         #[test]
-        fn what_follows_the_normal_keeps_its_length(
+        fn vectors_rotated_with_the_normal_keep_their_length_and_stay_tangential(
             v in prop::array::uniform3(-1.0..1.0f64), n in prop::array::uniform3(-1.0..1.0f64), angle in -0.5..0.5f64,
         ) {
             prop_assume!(norm(&n) > 0.1 && norm(&v) > 0.1);

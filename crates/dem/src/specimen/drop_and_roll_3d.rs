@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn no_sphere_can_go_down_from_where_it_came_to_rest() {
+    fn dropped_spheres_rest_in_local_minima_of_height() {
         for (periodic, seed, sizes) in
             [(true, 1, [0.4, 0.15]), (false, 2, [0.3, 0.2]), (true, 3, [0.4, 1e-4])]
         {

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::single_grains::{Scene, linear};
 
 #[test]
-fn grains_that_roll_on_each_other_or_turn_together_do_not_slip() {
+fn rolling_grains_and_rigidly_rotating_grains_have_no_slip() {
     let along = |a: [f64; 2], b: [f64; 2], spins: [f64; 2]| {
         let mut scene = Scene::new(linear(1e6, 0.0, 0.5, 0.5)).disk([-1.0, 0.0], 1.0, a, spins[0]).disk(
             [0.5, 0.0],
@@ -72,7 +72,7 @@ fn a_uniform_velocity_changes_no_force() {
 }
 
 #[test]
-fn a_pair_across_a_period_is_the_same_as_within() {
+fn contact_across_a_periodic_boundary_equals_contact_within_the_cell() {
     let after = |shift: f64| {
         let at = |x: f64| {
             let x = x + shift;
@@ -99,7 +99,7 @@ fn a_pair_across_a_period_is_the_same_as_within() {
 }
 
 #[test]
-fn work_of_a_cell_that_starts_or_turns_is_booked_with_the_velocities_it_gives() {
+fn work_of_a_cell_includes_sudden_changes_of_its_rate() {
     // Two disks in contact while the cell changes from rest to shear at once, and back to another rate.
     let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.4)).disk([-0.49, 0.1], 0.5, [0.2, 0.3], 3.0).disk(
         [0.3, -0.1],

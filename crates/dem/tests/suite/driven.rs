@@ -36,7 +36,7 @@ fn blocks() -> Value {
 }
 
 #[test]
-fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
+fn a_force_on_a_body_accelerates_its_grains_uniformly_and_its_work_is_recorded() {
     let mut value = blocks();
     value["methods"]["dem"]["stages"] = json!({ "all": { "forces": { "two": [3.0, 4.0] } } });
     for velocity in ["lagged", "predicted"] {
@@ -56,15 +56,15 @@ fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
         }
         // At the time of the last forces, a step before.
         let then = 0.1 - solver.limit().dt;
-        let way = |push: f64, gravity: f64| 0.5 * (gravity + push / mass) * then * then;
-        let work = 3.0 * way(3.0, 0.5) + 4.0 * way(4.0, -9.81);
+        let displacement = |push: f64, gravity: f64| 0.5 * (gravity + push / mass) * then * then;
+        let work = 3.0 * displacement(3.0, 0.5) + 4.0 * displacement(4.0, -9.81);
         assert_near(scalar_output(&solver, "work.forces") / work, 1.0, 1e-2);
         assert_near(scalar_output(&solver, "energy_error"), 0.0, 1e-9);
     }
 }
 
 #[test]
-fn forces_that_no_grain_can_follow_are_refused() {
+fn forces_on_held_or_missing_grains_are_refused() {
     let value = blocks();
     let stage = |stage: Value| {
         let mut value = value.clone();
@@ -109,7 +109,7 @@ fn forces_that_no_grain_can_follow_are_refused() {
 }
 
 #[test]
-fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
+fn membrane_force_in_plane_is_pressure_times_the_chord_of_its_grains() {
     let folder = tempfile::tempdir().unwrap();
     // A bent row, and a body on its left or right; from the first grain of the row on, the left is towards negative x.
     let row = [[0.0, 0.0], [0.0, 1.0], [0.5, 1.9], [0.4, 3.0]];
@@ -144,7 +144,7 @@ fn a_membrane_bears_its_pressure_across_the_line_of_its_grains() {
 }
 
 #[test]
-fn grains_in_a_shaken_box_see_an_acceleration_that_goes_to_and_fro() {
+fn grains_in_a_shaken_box_follow_the_cyclic_acceleration() {
     let mut value = blocks();
     value["gravity"] = json!([0, 0]);
     value["stages"][0]["duration"] = json!(0.4);
@@ -175,7 +175,7 @@ fn lattice(cell: &Value) -> Value {
 }
 
 #[test]
-fn cells_follow_strains_and_stresses_that_go_to_and_fro() {
+fn cells_follow_cyclic_strains_and_stresses() {
     let strain = |share: f64| {
         let cell = json!({ "yy": { "cyclic-strain": { "amplitude": -0.01, "period": 0.4 } } });
         let mut solver = solver(&lattice(&cell));

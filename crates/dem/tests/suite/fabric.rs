@@ -96,7 +96,7 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
 }
 
 #[test]
-fn rows_that_are_pressed_more_than_others_are_chains_of_force() {
+fn rows_under_above_average_stress_are_force_chains() {
     // Two rows of six, one pressed ten times as much as the other, and a row of four without force.
     let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
     for k in 0..6 {

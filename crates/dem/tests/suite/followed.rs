@@ -130,7 +130,7 @@ fn platens_hold_their_stress_in_the_mean_while_another_one_moves() {
 }
 
 #[test]
-fn a_run_says_where_a_stress_was_missed() {
+fn a_run_reports_controlled_stresses_that_were_not_reached() {
     // A wall whose speed limit is too low.
     let inertial = 5e-3;
     let mut slow = platens(&["left", "right"]);
@@ -138,6 +138,6 @@ fn a_run_says_where_a_stress_was_missed() {
     slow["walls"]["left"]["speed"] = json!(1e-6);
     let (means, remarks) = means(&case(inertial, 0.06, false, &slow), "wall.right.stress", inertial, 6);
     assert!(means[5] > 1.02, "{means:?}");
-    let said = remarks.join(" ");
-    assert!(said.contains("stage \"shear\": the controlled stress of the wall \"right\" was"), "{said}");
+    let text = remarks.join(" ");
+    assert!(text.contains("stage \"shear\": the controlled stress of the wall \"right\" was"), "{text}");
 }

@@ -86,7 +86,7 @@ fn numbers() -> Vec<(&'static str, Value, &'static str)> {
 }
 
 #[test]
-fn what_is_wrong_is_refused_with_its_path() {
+fn invalid_options_are_refused_with_their_path() {
     let dem = "/methods/dem";
     let cases: Vec<(&str, Value, &str)> = vec![
         ("/grains/grain/density", json!(-1), "methods.dem.grains.grain.density"),
@@ -122,7 +122,7 @@ fn what_is_wrong_is_refused_with_its_path() {
 
 /// Grains without attraction carry no tension, and grains of any kind no pressure near their stiffness.
 #[test]
-fn a_stress_that_grains_cannot_have_is_refused_with_its_path() {
+fn unattainable_controlled_stresses_are_refused_with_their_path() {
     let cell = |entry: Value| {
         json!({
             "title": "cell", "space": "plane-strain", "gravity": [0, 0],
@@ -159,7 +159,7 @@ fn a_stress_that_grains_cannot_have_is_refused_with_its_path() {
 }
 
 #[test]
-fn a_grain_that_starts_in_a_wall_is_named() {
+fn grains_that_start_in_a_wall_are_refused_with_their_position() {
     let problem = refusal(|case| {
         case["methods"]["dem"]["initial_overlap"] = json!(0.01);
         case["bodies"][0]["shape"]["centre"] = json!([0.0, 0.48]);
@@ -168,7 +168,7 @@ fn a_grain_that_starts_in_a_wall_is_named() {
 }
 
 #[test]
-fn clumps_are_refused_by_name_with_what_stands_in_for_them() {
+fn clumps_are_refused_by_key_and_rolling_resistance_is_suggested() {
     for path in ["clumps", "grains.grain.clump"] {
         let problem = refusal(|value| match path {
             "clumps" => value["methods"]["dem"]["clumps"] = json!([]),

@@ -65,7 +65,7 @@ fn a_cell_starts_with_the_stress_of_its_point_and_keeps_it_without_motion() {
 }
 
 #[test]
-fn cells_that_are_saved_and_read_go_on_with_the_same_bits() {
+fn saved_and_restored_cells_continue_bit_identically() {
     let law = built(&disks(0.5, 2)).unwrap();
     let (mut stress, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
     let shear = motion([[0.0, 2e-4, 0.0], [0.0, -1e-4, 0.0], [0.0; 3]]);
@@ -247,12 +247,12 @@ fn stages_of_the_method(case: &Value, first: usize) -> Vec<[f64; 5]> {
 #[test]
 fn a_cell_of_spheres_has_the_stress_and_porosity_of_the_same_cell_in_the_method() {
     // Both packings pass through states that are nearly in equilibrium at porosities of 0.004 and 0.007 more, before they come to rest.
-    for (seed, way) in [(3, [-1.0, -1.0, -1.0]), (7, [0.5, 0.5, -1.0])] {
+    for (seed, direction) in [(3, [-1.0, -1.0, -1.0]), (7, [0.5, 0.5, -1.0])] {
         let mut spec = spheres(seed);
         spec["parameters"]["tolerance"] = json!(1e-4);
         // A strain of 0.3 %, at the initial rate of the law.
         let rate = 1e-3 * (PRESSURE / 2600.0).sqrt() / 1e-3 / 3f64.sqrt();
-        let case = cell_of_the_method(&spec, way.map(|own: f64| own * rate), 0.003 / rate);
+        let case = cell_of_the_method(&spec, direction.map(|own: f64| own * rate), 0.003 / rate);
         let [before, after] = stages_of_the_method(&case, 1)[..] else { panic!() };
 
         let law = built(&spec).unwrap();
@@ -260,7 +260,7 @@ fn a_cell_of_spheres_has_the_stress_and_porosity_of_the_same_cell_in_the_method(
         let mut out = [0.0; 4];
         law.outputs(&stress, &states.blocks()[0], &mut out);
         assert!((out[0] - before[3]).abs() < 2e-5, "porosity at the start: {out:?} {before:?}");
-        let step = way.map(|own| (own * 3e-4).exp() - 1.0);
+        let step = direction.map(|own| (own * 3e-4).exp() - 1.0);
         let gradient = motion([[step[0], 0.0, 0.0], [0.0, step[1], 0.0], [0.0, 0.0, step[2]]]);
         for _ in 0..10 {
             law.update(&[gradient], &mut stress, &mut states.blocks_mut()[0]).unwrap();
@@ -270,7 +270,11 @@ fn a_cell_of_spheres_has_the_stress_and_porosity_of_the_same_cell_in_the_method(
         // grows with the pressure, so that its dashpots carry up to 0.2 % more. Packings that are not at rest differ by 1.5 % and more.
         assert!(stress[0][2] < -1.2 * PRESSURE, "{:?}", stress[0]);
         for c in 0..3 {
-            assert!((stress[0][c] / after[c] - 1.0).abs() < 5e-3, "{way:?}: {:?}, {after:?}", stress[0]);
+            assert!(
+                (stress[0][c] / after[c] - 1.0).abs() < 5e-3,
+                "{direction:?}: {:?}, {after:?}",
+                stress[0]
+            );
         }
         assert!((out[0] - after[3]).abs() < 2e-5, "{out:?} {after:?}");
         // One contact of some 320 more or less.

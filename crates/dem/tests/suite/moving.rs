@@ -50,7 +50,7 @@ fn a_disk_on_a_belt_slips_until_it_rolls_at_a_third_of_its_speed() {
 }
 
 #[test]
-fn a_floor_that_rises_with_a_ramp_lifts_a_disk_by_its_way() {
+fn a_floor_that_rises_with_a_ramp_lifts_a_disk_by_its_displacement() {
     let motion = json!({ "velocity": [0, 0.5], "start": 0.2, "ramp": 1 });
     let mut solver = begun(disks(&read_case(&belt(&motion))).unwrap());
     to(&mut solver, 2.2);
@@ -61,7 +61,7 @@ fn a_floor_that_rises_with_a_ramp_lifts_a_disk_by_its_way() {
 }
 
 #[test]
-fn a_sphere_on_a_turntable_goes_round_at_two_sevenths_of_its_rate() {
+fn a_sphere_on_a_turntable_orbits_at_two_sevenths_of_its_rate() {
     let (rate, radius) = (2.0, 0.5);
     let around = 2.0 / 7.0 * rate;
     // At (1, 0) with velocity (0, 0.4): the table below moves at (0, 2), so that r ω_y = 0 and r ω_x = v - 2 of rolling.
@@ -120,7 +120,7 @@ fn the_work_of_a_paddle_is_in_the_energy_balance() {
 }
 
 #[test]
-fn a_stirred_pan_goes_on_from_where_it_was_saved() {
+fn a_restart_with_a_moving_obstacle_is_bit_identical() {
     let case = stirred();
     let walk = |solver: &mut dyn Solver, count: usize| {
         for _ in 0..count {
@@ -140,7 +140,7 @@ fn a_stirred_pan_goes_on_from_where_it_was_saved() {
 }
 
 #[test]
-fn a_belt_tells_the_moment_of_the_disk_on_it() {
+fn reaction_of_a_belt_has_the_force_and_moment_of_the_disk_on_it() {
     let mut solver = begun(disks(&read_case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
     to(&mut solver, 0.1);
     let (x, reaction) = (solver.snapshot().positions[0], solver.reaction("belt").unwrap());

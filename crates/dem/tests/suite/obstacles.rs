@@ -30,7 +30,7 @@ fn resting(dimension: usize, shape: &Value, friction: f64) -> Value {
 }
 
 /// Displacement of the grain down the plane after `time` (s).
-fn way<const D: usize, const R: usize>(solver: DemSolver<D, R>, time: f64) -> f64
+fn downslope_displacement<const D: usize, const R: usize>(solver: DemSolver<D, R>, time: f64) -> f64
 where
     DemSolver<D, R>: Solver,
 {
@@ -64,7 +64,7 @@ fn disks_roll_and_slide_on_a_plane_and_on_a_line_of_many_pieces() {
     let polygon = json!({ "kind": "polygon", "vertices": [at(-3.0), at(9.0), [9.0, -20.0], [-3.0, -20.0]] });
     for friction in [0.0, 0.1, 0.5] {
         for (name, shape) in [("plane", &plane), ("line", &line), ("polygon", &polygon)] {
-            let found = way(disks(&read_case(&resting(2, shape, friction))).unwrap(), 1.0);
+            let found = downslope_displacement(disks(&read_case(&resting(2, shape, friction))).unwrap(), 1.0);
             let exact = exact(0.5, friction);
             assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
         }
@@ -89,7 +89,8 @@ fn spheres_roll_and_slide_on_a_wedge_and_on_a_raster() {
     let raster = json!({ "kind": "raster", "file": file.display().to_string() });
     for friction in [0.1, 0.5] {
         for (name, shape) in [("wedge", &wedge), ("raster", &raster)] {
-            let found = way(spheres(&read_case(&resting(3, shape, friction))).unwrap(), 1.0);
+            let found =
+                downslope_displacement(spheres(&read_case(&resting(3, shape, friction))).unwrap(), 1.0);
             let exact = exact(0.4, friction);
             assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
         }
@@ -98,7 +99,7 @@ fn spheres_roll_and_slide_on_a_wedge_and_on_a_raster() {
 }
 
 #[test]
-fn a_grain_in_a_bowl_comes_to_rest_at_its_bottom_and_the_bowl_bears_it() {
+fn a_grain_rests_at_the_bottom_of_a_bowl_whose_reaction_is_its_weight() {
     let mut value =
         resting(2, &json!({ "kind": "ball", "centre": [0, 5], "radius": 5, "hollow": true }), 0.5);
     value["bodies"][0]["shape"]["centre"] = json!([2.0, 1.2]);
@@ -117,7 +118,7 @@ fn a_grain_in_a_bowl_comes_to_rest_at_its_bottom_and_the_bowl_bears_it() {
 }
 
 #[test]
-fn a_run_on_an_obstacle_goes_on_from_where_it_was_saved() {
+fn a_restart_of_a_grain_on_an_obstacle_is_bit_identical() {
     let pieces: Vec<[f64; 2]> = (-8..40).map(|k| at(0.173 * f64::from(k))).collect();
     let case = read_case(&resting(2, &json!({ "kind": "ground-line", "points": pieces }), 0.5));
     let walk = |solver: &mut dyn Solver, count: usize| {
@@ -138,7 +139,7 @@ fn a_run_on_an_obstacle_goes_on_from_where_it_was_saved() {
 }
 
 #[test]
-fn a_body_beside_a_slope_is_filled_with_grains_that_touch_it_and_lean_into_nothing() {
+fn grains_filled_beside_a_slope_touch_it_without_overlap() {
     let mut case = Scene::new(linear(1e5, 0.2, 0.5, 0.5)).disk([0.0, 0.0], 1.0, [0.0; 2], 0.0).json();
     // A triangle on a slope of 30 degrees.
     let (sin, cos) = 30f64.to_radians().sin_cos();
@@ -158,7 +159,7 @@ fn a_body_beside_a_slope_is_filled_with_grains_that_touch_it_and_lean_into_nothi
 }
 
 #[test]
-fn a_grain_in_an_obstacle_is_refused_with_its_place() {
+fn a_grain_inside_an_obstacle_is_refused_with_its_position() {
     let value = resting(2, &json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] }), 0.5);
     let problem = disks(&read_case(&value)).map(|_| ()).unwrap_err().to_string();
     assert!(problem.starts_with("bodies[0].shape: the point at [0.2"), "{problem}");

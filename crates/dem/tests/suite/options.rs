@@ -50,7 +50,7 @@ fn thrown(form: &str, velocity: [f64; 2], gravity: [f64; 2], time: f64) -> [f64;
 }
 
 #[test]
-fn local_damping_takes_its_share_of_each_component_or_of_the_force() {
+fn local_damping_opposes_motion_by_component_or_by_the_force_vector() {
     let (velocity, gravity, time): ([f64; 2], [f64; 2], f64) = ([-1.0, -5.0], [1.0, -9.81], 0.1);
     let place = |accelerations: [f64; 2]| -> [f64; 2] {
         std::array::from_fn(|c| velocity[c] * time + 0.5 * accelerations[c] * time * time)
@@ -86,7 +86,7 @@ fn the_unbalanced_force_is_that_of_grains_over_that_of_contacts() {
 }
 
 #[test]
-fn a_cohesive_contact_breaks_at_its_tension_and_takes_the_energy_of_its_spring() {
+fn a_cohesive_contact_breaks_at_its_tensile_strength_and_dissipates_its_spring_energy() {
     let (stiffness, force) = (1e6, 50.0);
     // Masses are 1 kg: half the relative motion's energy must exceed that of the spring where it breaks.
     let lost: f64 = 0.5 * force * force / stiffness;
@@ -152,7 +152,7 @@ fn a_cohesive_contact_slips_at_its_shear_strength_and_a_fragile_one_breaks_there
 }
 
 #[test]
-fn what_mix_does_not_derive_of_like_grains_is_told() {
+fn contact_parameters_that_mixing_does_not_derive_cause_a_warning() {
     let warnings = |more: Value, unlike: Option<Value>| {
         let mut value = Scene::new(linear(1e6, 0.1, 0.5, 0.5))
             .disk([0.0, 0.6], 0.5, [0.0; 2], 0.0)
@@ -176,17 +176,17 @@ fn what_mix_does_not_derive_of_like_grains_is_told() {
             pairs.push(unlike);
         }
         let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
-        warnings.into_iter().filter(|said| said.starts_with("methods.dem.mix: ")).collect::<Vec<_>>()
+        warnings.into_iter().filter(|messages| messages.starts_with("methods.dem.mix: ")).collect::<Vec<_>>()
     };
     let rolling = json!({ "rolling": { "friction": 0.1 } });
     let bond = json!({ "bond": { "normal_stiffness": 1e6, "shear_stiffness": 1e6, "gap": 0.5 } });
     let adhesion = json!({ "adhesion": { "kind": "cohesive", "tension": 4000, "shear": 2000 } });
     for (more, key) in [(&rolling, "rolling"), (&bond, "bond"), (&adhesion, "adhesion")] {
-        let said = warnings(more.clone(), None);
+        let messages = warnings(more.clone(), None);
         let own = format!(
             "grains of \"grain\" and \"other\" have no {key} between them, although those of \"other\" have it"
         );
-        assert!(said.len() == 1 && said[0].contains(&own), "{key}: {said:?}");
+        assert!(messages.len() == 1 && messages[0].contains(&own), "{key}: {messages:?}");
         // A pair that is given is not mixed.
         assert!(warnings(more.clone(), Some(linear(1e6, 0.1, 0.5, 0.5))).is_empty(), "{key}");
     }

@@ -49,7 +49,7 @@ fn stands(grain: f64, wall: f64) -> bool {
 }
 
 #[test]
-fn three_disks_stand_by_friction_of_grains_and_of_the_floor() {
+fn a_pile_of_three_disks_is_stable_above_the_critical_friction() {
     let (grain, wall) = (2.0 - 3f64.sqrt(), (2.0 - 3f64.sqrt()) / 3.0);
     assert!(stands(1.03 * grain, 1.03 * wall));
     assert!(!stands(0.97 * grain, 2.0 * wall));
@@ -120,14 +120,14 @@ fn a_bond_breaks_at_its_strength() {
     value["methods"]["dem"]["bodies"]["grain 0"]["held"] = json!(true);
     let case = colluvium_case::read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
-    let mut most = 0.0f64;
+    let mut largest = 0.0f64;
     let dt = 1e-5;
     // Speed 1e-3 m/s, mass 1 kg, stiffness 1e6 N/m: the oscillation reaches 1 N, less than 100 N.
     for _ in 0..2000 {
         solver.step(dt).unwrap();
-        most = solver.contacts().iter().map(|c| -c.normal).fold(most, f64::max);
+        largest = solver.contacts().iter().map(|c| -c.normal).fold(largest, f64::max);
     }
-    assert_near(most, 1.0, 2e-3);
+    assert_near(largest, 1.0, 2e-3);
     assert_eq!(solver.scalar_outputs().iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 0.0);
     assert!(
         solver.frame(FrameRequest::Written).datasets.iter().all(|dataset| dataset.name != "broken-bonds")
@@ -136,12 +136,12 @@ fn a_bond_breaks_at_its_strength() {
     value["output"]["contacts"] = json!(true);
     let case = colluvium_case::read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
-    let mut most = 0.0f64;
+    let mut largest = 0.0f64;
     for _ in 0..2000 {
         solver.step(1e-6).unwrap();
-        most = solver.contacts().iter().map(|c| -c.normal).fold(most, f64::max);
+        largest = solver.contacts().iter().map(|c| -c.normal).fold(largest, f64::max);
     }
-    assert!(most > 99.5 && most <= 100.0, "{most}");
+    assert!(largest > 99.5 && largest <= 100.0, "{largest}");
     let readings = solver.scalar_outputs();
     assert_eq!(readings.iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 1.0);
     assert_near(readings.iter().find(|(name, ..)| name == "energy_error").unwrap().2, 0.0, 1e-2);

@@ -36,7 +36,7 @@ fn to(solver: &mut dyn Solver, time: f64) {
 }
 
 #[test]
-fn a_platen_comes_to_rest_where_the_stack_bears_its_stress() {
+fn a_platen_comes_to_rest_at_the_prescribed_stress_of_the_stack() {
     let mut solver = solver(&stack(3.2));
     to(&mut solver, 0.1);
     assert_near(scalar_output(&solver, "wall.platen.position"), 3.15, 1e-3);
@@ -58,7 +58,7 @@ fn a_platen_comes_to_rest_where_the_stack_bears_its_stress() {
 }
 
 #[test]
-fn a_platen_does_not_turn_round_each_step_where_steps_are_short_for_its_dashpots() {
+fn a_platen_does_not_reverse_each_step_in_steps_short_for_its_dashpots() {
     let mut value = stack(3.02);
     let step = solver(&value).limit().dt / 20.0;
     value["methods"]["dem"]["time_step"] = json!(step);
@@ -75,7 +75,7 @@ fn a_platen_does_not_turn_round_each_step_where_steps_are_short_for_its_dashpots
 }
 
 #[test]
-fn a_run_goes_on_bit_for_bit_while_a_platen_moves() {
+fn a_restart_with_a_moving_platen_is_bit_identical() {
     let mut solver = solver(&stack(3.02));
     to(&mut solver, 0.045);
     let saved = solver.saved().unwrap();
@@ -88,7 +88,7 @@ fn a_run_goes_on_bit_for_bit_while_a_platen_moves() {
 }
 
 #[test]
-fn a_platen_that_pulls_or_is_not_there_is_refused() {
+fn tensile_or_unknown_platens_are_refused() {
     let refused = |change: fn(&mut Value)| {
         let mut value = stack(3.2);
         change(&mut value["methods"]["dem"]["stages"]["all"]["walls"]);
@@ -104,7 +104,7 @@ fn a_platen_that_pulls_or_is_not_there_is_refused() {
 }
 
 #[test]
-fn a_platen_whose_area_nothing_bounds_needs_it() {
+fn a_platen_of_unbounded_area_requires_an_area() {
     let mut value = stack(3.2);
     let platen = &mut value["methods"]["dem"]["stages"]["all"]["walls"]["platen"];
     platen.as_object_mut().unwrap().remove("area");
@@ -117,7 +117,7 @@ fn a_platen_whose_area_nothing_bounds_needs_it() {
 }
 
 #[test]
-fn what_is_no_wall_and_follows_no_stress_is_refused_with_what_does() {
+fn stress_control_of_obstacles_and_grains_is_refused_with_an_alternative() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut value = stack(3.2);
         change(&mut value);
@@ -162,7 +162,7 @@ fn box_as_obj(low: [f64; 3], high: [f64; 3]) -> String {
 }
 
 #[test]
-fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is_given() {
+fn stress_control_is_refused_for_mesh_plates_and_holds_for_walls_of_given_area() {
     // Four spheres on a floor, and a plate on them, 3 m by 3 m.
     let mut scene = Scene::new(linear(STIFFNESS, 0.3, 0.5, 0.5));
     for [x, y] in [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]] {
@@ -217,7 +217,7 @@ fn a_plate_from_a_mesh_follows_no_stress_and_a_wall_bears_it_on_the_area_that_is
 }
 
 #[test]
-fn a_plate_of_bonded_disks_that_a_force_presses_bears_it_down_to_the_floor() {
+fn a_loaded_plate_of_bonded_disks_transmits_its_force_to_the_floor() {
     let mut scene = Scene::new(linear(STIFFNESS, 0.3, 0.5, 0.5));
     for k in 0..3 {
         scene = scene.disk([f64::from(k), 0.5], 0.5, [0.0; 2], 0.0);

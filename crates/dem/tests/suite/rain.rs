@@ -48,7 +48,7 @@ fn to(solver: &mut dyn Solver, time: f64) {
 }
 
 #[test]
-fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accounted_for() {
+fn pluviation_adds_the_prescribed_mass_in_its_interval_and_the_energy_balance_closes() {
     for (dimension, rate) in [(2, 1500.0), (3, 300.0)] {
         let case = read_case(&rained(dimension, rate));
         let mut solver: Box<dyn Solver> = Dem.build(&case).unwrap();
@@ -74,7 +74,7 @@ fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accou
 }
 
 #[test]
-fn rain_goes_on_from_where_it_was_saved() {
+fn a_restart_during_pluviation_is_bit_identical() {
     let case = read_case(&rained(2, 1500.0));
     let mut whole = begun(disks(&case).unwrap());
     to(&mut whole, 0.7);
@@ -94,7 +94,7 @@ fn rain_goes_on_from_where_it_was_saved() {
 }
 
 #[test]
-fn a_region_that_is_full_lets_grains_wait_and_says_so() {
+fn a_full_pluviation_region_delays_grains_with_a_warning() {
     let mut value = rained(2, 20000.0);
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [0, 0] });
     let mut solver = begun(disks(&read_case(&value)).unwrap());
@@ -104,7 +104,7 @@ fn a_region_that_is_full_lets_grains_wait_and_says_so() {
 }
 
 #[test]
-fn rain_that_cannot_be_is_refused_by_path() {
+fn invalid_pluviation_is_refused_by_path() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut value = rained(2, 1500.0);
         change(&mut value);

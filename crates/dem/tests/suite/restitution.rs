@@ -41,7 +41,7 @@ fn restitution(pair: &Value, meets: Meets, gap: f64, (velocity, shares): (&str, 
     v[0][2] - v.get(1).map_or(0.0, |v| v[2])
 }
 
-fn asked(law: &str, restitution: f64, clamp: bool) -> Value {
+fn pair_of_restitution(law: &str, restitution: f64, clamp: bool) -> Value {
     let mut normal = json!({ "law": law, "restitution": restitution, "clamp": clamp });
     let more = match law {
         "linear" => json!({ "stiffness": 1e4 }),
@@ -53,11 +53,11 @@ fn asked(law: &str, restitution: f64, clamp: bool) -> Value {
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_at_the_default_step() {
+fn restitution_is_the_prescribed_one_at_the_default_step() {
     for law in ["linear", "hertz"] {
         for clamp in [true, false] {
             for value in [1.0, 0.8, 0.3, 0.1, 0.05] {
-                let pair = asked(law, value, clamp);
+                let pair = pair_of_restitution(law, value, clamp);
                 for meets in [Meets::Sphere(RADIUS), Meets::Sphere(0.0007), Meets::Wall] {
                     // Steps begin at different times relative to the first contact; in the last two cases it is at the end of a step.
                     let gaps = [1.1e-4, 1.26e-4, 1.43e-4, 1.71e-4, 1e-4, 2e-4];
@@ -71,14 +71,14 @@ fn restitution_is_what_was_asked_for_at_the_default_step() {
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
+fn restitution_is_the_prescribed_one_in_steps_shortened_by_outputs() {
     // Outputs that steps do not fit into, the last two steps before each of equal length; and steps that halve and double.
     let patterns: [&[f64]; 4] =
         [&[1.0, 1.0, 0.7, 0.7], &[1.0, 0.55, 0.55], &[1.0, 0.5], &[1.0, 0.25, 0.6, 0.9, 0.35]];
     for law in ["linear", "hertz"] {
         for clamp in [true, false] {
             for value in [0.8, 0.3, 0.1] {
-                let pair = asked(law, value, clamp);
+                let pair = pair_of_restitution(law, value, clamp);
                 for meets in [Meets::Sphere(RADIUS), Meets::Sphere(0.0007), Meets::Wall] {
                     for shares in patterns {
                         let gaps = [1.1e-4, 1.26e-4, 1.43e-4, 1.71e-4, 1e-4, 1.53e-4, 1.64e-4, 2e-4];
@@ -93,10 +93,10 @@ fn restitution_is_what_was_asked_for_in_steps_that_outputs_cut() {
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_where_deep_overlaps_and_outputs_change_the_step() {
+fn restitution_is_the_prescribed_one_when_overlaps_and_outputs_change_the_step() {
     for clamp in [true, false] {
         for value in [0.8, 0.3, 0.1] {
-            let pair = asked("hertz", value, clamp);
+            let pair = pair_of_restitution("hertz", value, clamp);
             for interval in [1e-4, 1.5e-4, 3.3e-4] {
                 for gap in [1e-4, 1.1e-4, 1.23e-4, 1.57e-4] {
                     let mut scene = Scene::new(pair.clone());
@@ -123,21 +123,25 @@ fn restitution_is_what_was_asked_for_where_deep_overlaps_and_outputs_change_the_
 }
 
 #[test]
-fn restitution_is_what_was_asked_for_with_velocities_carried_on() {
+fn restitution_is_the_prescribed_one_with_predicted_velocities() {
     for law in ["linear", "hertz"] {
         for value in [0.8, 0.3] {
-            let found =
-                restitution(&asked(law, value, true), Meets::Sphere(RADIUS), 1.37e-4, ("predicted", &[1.0]));
+            let found = restitution(
+                &pair_of_restitution(law, value, true),
+                Meets::Sphere(RADIUS),
+                1.37e-4,
+                ("predicted", &[1.0]),
+            );
             assert_near(found, value, 5e-3 / value);
         }
     }
 }
 
 #[test]
-fn springs_and_dashpots_across_elastic_spheres_are_those_of_the_case() {
+fn given_tangential_springs_and_dashpots_are_used_for_elastic_spheres() {
     // A sphere slides on another under a normal force: only the dashpot, or only the spring, changes its speed.
     let slid = |tangential: Value| {
-        let mut pair = asked("hertz", 1.0, true);
+        let mut pair = pair_of_restitution("hertz", 1.0, true);
         pair["friction"] = json!({ "coefficient": 10 });
         pair["tangential"] = tangential;
         let mut scene = Scene::new(pair)

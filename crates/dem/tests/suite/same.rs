@@ -49,7 +49,7 @@ fn begin(value: &Value) -> Box<dyn Solver> {
 }
 
 #[test]
-fn threads_change_no_bit() {
+fn a_heap_is_bit_identical_on_any_threads() {
     for dimension in [2, 3] {
         let value = heap(dimension);
         let hashes = [1, 2, 3].map(|threads| {
@@ -65,7 +65,7 @@ fn threads_change_no_bit() {
 }
 
 #[test]
-fn a_restart_goes_on_bit_for_bit() {
+fn a_restart_of_a_heap_is_bit_identical() {
     for dimension in [2, 3] {
         let value = heap(dimension);
         let mut solver = begin(&value);
@@ -83,7 +83,7 @@ fn a_restart_goes_on_bit_for_bit() {
 }
 
 #[test]
-fn energy_is_accounted_for_in_a_heap_that_falls() {
+fn the_energy_balance_of_a_falling_heap_closes() {
     for dimension in [2, 3] {
         let mut solver = begin(&heap(dimension));
         while solver.time() < 0.25 {
@@ -97,7 +97,7 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
 
 /// Dashpots share the load with springs in slip: the rest is dissipated by friction.
 #[test]
-fn energy_is_accounted_for_where_contacts_slip_that_have_dashpots_across() {
+fn the_energy_balance_closes_with_slip_and_tangential_dashpots() {
     let laws = [("linear", "clip"), ("linear", "spring"), ("hertz", "clip")];
     for (dimension, laws) in [(2, &laws[..]), (3, &laws[2..])] {
         for (law, reset) in laws {
@@ -141,7 +141,7 @@ fn gas(spread: f64) -> Value {
 }
 
 #[test]
-fn the_energy_of_an_elastic_gas_swings_and_does_not_drift() {
+fn the_energy_of_an_elastic_gas_oscillates_without_drift() {
     let mut solver = begin(&gas(1.2));
     let dt = 0.1 / (2.0e4f64).sqrt();
     let mut start = None;
@@ -156,7 +156,7 @@ fn the_energy_of_an_elastic_gas_swings_and_does_not_drift() {
 }
 
 #[test]
-fn lists_find_the_forces_that_all_pairs_give() {
+fn lists_of_any_skin_give_equal_forces() {
     // A wide range of sizes; equal results with lists of a thin skin and of a thick one.
     let run = |skin: f64| {
         let mut value = gas(2.45);
@@ -177,7 +177,7 @@ fn lists_find_the_forces_that_all_pairs_give() {
 }
 
 #[test]
-fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
+fn simd_contact_forces_equal_scalar_contact_forces() {
     for dimension in [2, 3] {
         let hertz =
             json!({ "law": "hertz", "youngs_modulus": 5e9, "poissons_ratio": 0.25, "restitution": 0.5 });
@@ -233,7 +233,7 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
 }
 
 #[test]
-fn grains_of_very_different_sizes_are_found_alike_by_classes_and_by_cells_of_one_width() {
+fn size_classes_and_cells_of_one_width_give_equal_results() {
     for dimension in [2, 3] {
         let mut value = heap(dimension);
         value["methods"]["dem"]["grains"]["sand"]["diameter"] =

@@ -6,7 +6,7 @@ use colluvium_testkit::read_case;
 use serde_json::json;
 
 #[test]
-fn sizes_are_those_of_what_is_then_made() {
+fn estimated_problem_sizes_match_the_placed_grains() {
     for (space, fill, diameter) in [
         ("plane-strain", json!({ "kind": "random", "solid_fraction": 0.7 }), 0.1),
         ("3d", json!({ "kind": "random", "solid_fraction": 0.5 }), 0.2),
@@ -42,9 +42,9 @@ fn sizes_are_those_of_what_is_then_made() {
                 } }
             });
             let case = read_case(&case);
-            let (told, made) = (Dem.problem_size(&case).unwrap(), Dem.plan(&case).unwrap());
+            let (estimated, made) = (Dem.problem_size(&case).unwrap(), Dem.plan(&case).unwrap());
             // Grains at the surface of a ball are left out, and those of a lattice along the sides too.
-            let ratio = made.points as f64 / told.points;
+            let ratio = made.points as f64 / estimated.points;
             assert!((0.75..1.1).contains(&ratio), "{fill} in {shape}: {ratio}");
         }
     }

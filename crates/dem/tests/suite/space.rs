@@ -48,7 +48,7 @@ fn sheet_between(
 }
 
 #[test]
-fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
+fn membrane_force_in_space_is_pressure_times_the_area_vector_of_its_rim() {
     // Three rows of four, bent within; the rim is a tilted rectangle of 3 m by 2 m.
     let place = |row: usize, column: usize| {
         let bulge = if row == 1 && (column == 1 || column == 2) { 0.4 } else { 0.0 };
@@ -78,7 +78,7 @@ fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
 }
 
 #[test]
-fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
+fn pressure_on_a_sleeve_acts_inwards_with_zero_resultant() {
     // Three rings of six, one above another at 0.7 m, of radius 1 m: the sides of a hexagon are 1 m long.
     let ring = |row: usize| {
         (0..6usize).map(move |k| {
@@ -108,7 +108,7 @@ fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
 }
 
 #[test]
-fn a_platen_on_a_sleeve_bears_its_stress_on_what_the_rings_enclose() {
+fn platen_stress_on_a_sleeve_acts_on_the_area_enclosed_by_its_rings() {
     // A single sphere carries it, in the middle of two rings of six, of radius 0.8 and 1.45 m, without pressure.
     let ring = |(radius, z): (f64, f64)| {
         (0..6usize).map(move |k| {
@@ -156,7 +156,7 @@ fn rings(fill: &Value, diameter: f64, membrane: &Value) -> Result<DemSolver<3, 3
 }
 
 #[test]
-fn rings_of_a_sleeve_lie_on_the_inner_side_of_its_tube_as_far_apart_as_their_grains() {
+fn rings_of_a_sleeve_lie_on_the_tube_at_the_grain_spacing() {
     let fill = json!({ "kind": "sleeve", "columns": 8 });
     let membrane = json!({ "pressure": 0.0, "against": "grain 0", "columns": 8, "closed": true });
     let solver = rings(&fill, 0.2, &membrane).unwrap();
@@ -177,7 +177,7 @@ fn rings_of_a_sleeve_lie_on_the_inner_side_of_its_tube_as_far_apart_as_their_gra
 }
 
 #[test]
-fn a_run_goes_on_bit_for_bit_where_grains_of_a_sleeve_lie_in_another_order_than_at_the_start() {
+fn a_restart_of_a_sleeve_with_reordered_grains_is_bit_identical() {
     let fill = json!({ "kind": "sleeve", "columns": 8 });
     let membrane = json!({ "pressure": 200.0, "against": "grain 0", "columns": 8, "closed": true });
     let made = || rings(&fill, 0.2, &membrane).unwrap();
@@ -227,7 +227,7 @@ fn sleeves_that_do_not_fit_their_tube_or_their_membrane_are_refused() {
 }
 
 #[test]
-fn sheets_that_are_no_rows_of_grains_are_refused() {
+fn sheets_without_complete_rows_of_grains_are_refused() {
     let places: Vec<[f64; 3]> = (0..6).map(|k| [f64::from(k % 3), f64::from(k / 3), 0.0]).collect();
     let membrane = |more: Value| {
         let mut value = json!({ "pressure": 1.0, "against": "grain 0" });
@@ -283,7 +283,7 @@ fn an_undrained_path_in_space_keeps_the_volume_and_loads_the_columns_of_a_lattic
 }
 
 #[test]
-fn a_cell_in_space_follows_a_stress_that_goes_to_and_fro() {
+fn a_cell_in_space_follows_a_cyclic_stress() {
     let cell = json!({ "xx": { "rate": 0 }, "yy": { "rate": 0 },
         "zz": { "cyclic-stress": { "mean": -50, "amplitude": 40, "period": 8 } } });
     let mut solver = lattice(&cell);

@@ -28,7 +28,7 @@ fn only(value: &Value) -> Specimen {
 }
 
 #[test]
-fn layers_have_the_porosity_that_was_asked_for_and_are_even() {
+fn layered_specimens_have_the_requested_porosity_and_are_homogeneous() {
     let layers = |first: f64| json!({ "kind": "layers", "solid_fraction": 0.78, "layers": 5, "first_solid_fraction": first });
     let value = filled(&layers(0.7));
     let specimen = only(&value);
@@ -138,28 +138,28 @@ fn dropped_spheres_rest_on_three_others_each() {
 }
 
 #[test]
-fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
+fn a_run_notes_porosity_and_coordination_and_a_plan_warns_of_deviations() {
     let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
     let plan = Dem.plan(&read_case(&value)).unwrap();
-    assert!(!plan.warnings.iter().any(|said| said.contains("requested")), "{:?}", plan.warnings);
+    assert!(!plan.warnings.iter().any(|note| note.contains("requested")), "{:?}", plan.warnings);
     let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
     let report = run_method(&Dem, &read_case(&value), &options).unwrap();
-    let said = report.notes.iter().find(|said| said.contains("porosity")).unwrap();
+    let note = report.notes.iter().find(|note| note.contains("porosity")).unwrap();
     assert!(
-        said.starts_with("at the start, body \"sand\": ")
-            && said.contains("porosity 0.3000 (0.3000 requested), "),
-        "{said}"
+        note.starts_with("at the start, body \"sand\": ")
+            && note.contains("porosity 0.3000 (0.3000 requested), "),
+        "{note}"
     );
     // Grains that would protrude from a triangle are left out: it is looser than requested.
     value["bodies"][0]["shape"] =
         json!({ "kind": "polygon", "vertices": [[0.4, 0.1], [0.6, 0.1], [0.5, 0.3]] });
     let plan = Dem.plan(&read_case(&value)).unwrap();
-    let off = plan.warnings.iter().find(|said| said.contains("(0.3000 requested)")).unwrap();
+    let off = plan.warnings.iter().find(|note| note.contains("(0.3000 requested)")).unwrap();
     assert!(off.contains("are left out"), "{off}");
 }
 
 #[test]
-fn the_mass_of_a_plan_is_that_of_the_grains_and_voids_between_them_are_no_fault() {
+fn mass_of_a_plan_is_that_of_the_grains_without_a_warning_for_voids() {
     let case = read_case(&filled(&json!({ "kind": "random", "solid_fraction": 0.7 })));
     let plan = Dem.plan(&case).unwrap();
     // The material has a density of 1 kg/m³, the grains 2500 kg/m³ on 0.7 of 0.6 m².
@@ -169,8 +169,8 @@ fn the_mass_of_a_plan_is_that_of_the_grains_and_voids_between_them_are_no_fault(
 }
 
 #[test]
-fn grains_that_their_weight_presses_flat_are_told() {
-    let told = |pair: &Value| {
+fn grains_with_large_overlap_under_their_weight_cause_a_warning() {
+    let warning = |pair: &Value| {
         let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
         value["methods"]["dem"]["pairs"][0]["normal"] = pair.clone();
         let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
@@ -178,16 +178,16 @@ fn grains_that_their_weight_presses_flat_are_told() {
     };
     let spring = |stiffness: f64| json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": 0.3 });
     // 2500 kg/m³ on 0.7 of 0.6 m weigh 10.3 kPa: that over the stiffness is the share.
-    let soft = told(&spring(1e5)).unwrap();
+    let soft = warning(&spring(1e5)).unwrap();
     assert!(
         soft.contains("of about 10.") && soft.contains("for overlaps of 0.1 %, make contacts "),
         "{soft}"
     );
-    assert_eq!(told(&spring(2e6)), None);
+    assert_eq!(warning(&spring(2e6)), None);
     // 10.3 kPa times 24 mm on disks with E* of 55 MPa and 6 mm: (0.75 · 247 / (55e6 · 0.0775))^(2/3) = 1.24 mm.
     let ball = |modulus: f64| json!({ "law": "hertz", "youngs_modulus": modulus, "poissons_ratio": 0.3, "restitution": 0.5 });
-    let soft = told(&ball(1e8)).unwrap();
+    let soft = warning(&ball(1e8)).unwrap();
     // 51 times smaller overlaps: 51^(3/2) times the modulus.
     assert!(soft.contains("of about 5.1 %") && soft.contains("make contacts 36"), "{soft}");
-    assert_eq!(told(&ball(1e10)), None);
+    assert_eq!(warning(&ball(1e10)), None);
 }

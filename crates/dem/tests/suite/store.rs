@@ -63,7 +63,7 @@ fn same_grains(a: &dyn Solver, b: &dyn Solver, slack: f64) {
     let (own, other) = (a.snapshot(), b.snapshot());
     assert_eq!(own.ids, other.ids);
     let speeds = |snapshot: &Snapshot| snapshot.vectors("velocity").unwrap().to_vec();
-    let fastest = speeds(&own).iter().flatten().fold(0.0f64, |most, v| most.max(v.abs()));
+    let fastest = speeds(&own).iter().flatten().fold(0.0f64, |largest, v| largest.max(v.abs()));
     for (a, b) in own.positions.iter().zip(&other.positions) {
         assert!((0..3).all(|c| (a[c] - b[c]).abs() <= slack), "{a:?}, {b:?}");
     }
@@ -73,7 +73,7 @@ fn same_grains(a: &dyn Solver, b: &dyn Solver, slack: f64) {
 }
 
 /// Runs a case, writes its specimen after `first` steps, and continues from it and without it.
-fn goes_on<const D: usize, const R: usize>(
+fn continues_from_its_specimen<const D: usize, const R: usize>(
     value: &Value,
     first: usize,
     solver: impl Fn(&Case) -> Result<DemSolver<D, R>, colluvium_case::CaseError>,
@@ -113,33 +113,33 @@ fn goes_on<const D: usize, const R: usize>(
 }
 
 #[test]
-fn a_heap_goes_on_from_its_file_with_the_same_forces() {
-    goes_on(&heap(2), 1500, disks);
-    goes_on(&heap(3), 700, spheres);
+fn a_heap_continues_from_its_specimen_file_with_equal_forces() {
+    continues_from_its_specimen(&heap(2), 1500, disks);
+    continues_from_its_specimen(&heap(3), 700, spheres);
 }
 
 #[test]
-fn a_cell_that_is_pressed_and_sheared_goes_on_from_its_file_with_the_same_forces() {
-    goes_on(&cell(), 3000, disks);
+fn a_compressed_and_sheared_cell_continues_from_its_specimen_file_with_equal_forces() {
+    continues_from_its_specimen(&cell(), 3000, disks);
     let mut bonded = cell();
     bonded["methods"]["dem"]["pairs"][0]["bond"] =
         json!({ "normal_stiffness": 1e8, "shear_stiffness": 1e8, "gap": 0.3 });
-    goes_on(&bonded, 500, disks);
+    continues_from_its_specimen(&bonded, 500, disks);
 }
 
 #[test]
-fn contacts_with_an_obstacle_and_a_wall_that_moves_go_on() {
+fn contacts_with_an_obstacle_and_a_moving_wall_continue_from_a_specimen_file() {
     let mut value = heap(2);
     value["obstacles"] = json!([{ "name": "ramp", "wall": { "kind": "frictional", "friction_coefficient": 0.3 },
         "shape": { "kind": "polygon", "vertices": [[0, -1], [3, -1], [3, 0.1], [1.5, 0.6], [0, 0.1]] } }]);
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.1, 0.7], "max": [2.9, 2.7] });
     value["boundaries"][1]["velocity"] = json!([0.5, 0]);
     value["boundaries"][1]["name"] = json!("piston");
-    goes_on(&value, 2500, disks);
+    continues_from_its_specimen(&value, 2500, disks);
 }
 
 /// Messages on a case that begins with the changed text of a file.
-fn told(value: &Value, text: &str) -> Result<Vec<String>, String> {
+fn messages(value: &Value, text: &str) -> Result<Vec<String>, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = kept(&folder, text);
     let plan = Dem.plan(&read(&from(value, &file)));
@@ -148,15 +148,15 @@ fn told(value: &Value, text: &str) -> Result<Vec<String>, String> {
 }
 
 #[test]
-fn what_a_file_or_a_case_lacks_is_named() {
+fn missing_data_of_specimen_files_and_cases_are_named() {
     let value = cell();
     let mut solver = begun(disks(&read(&value)).unwrap());
     advance_steps(&mut solver, 500);
     let text = solver.specimen().unwrap();
-    let notes = told(&value, &text).unwrap();
+    let notes = messages(&value, &text).unwrap();
     assert!(notes.iter().any(|note| note.contains("replaces the domain")), "{notes:?}");
     let refused = |value: &Value, text: &str, problem: &str| {
-        let error = told(value, text).unwrap_err();
+        let error = messages(value, text).unwrap_err();
         assert!(error.starts_with("methods.dem.specimen: FILE: ") && error.contains(problem), "{error}");
     };
     refused(&value, &text[..text.len() / 2], "is not a complete specimen file: EOF");
@@ -197,19 +197,19 @@ fn what_a_file_or_a_case_lacks_is_named() {
     );
     let mut other = value.clone();
     other["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1, 0] });
-    assert!(told(&other, &text).unwrap_err().starts_with("bodies[0].velocity: "));
-    assert!(told(&heap(3), &text).unwrap_err().contains("has 2 dimensions, but the case has 3"));
+    assert!(messages(&other, &text).unwrap_err().starts_with("bodies[0].velocity: "));
+    assert!(messages(&heap(3), &text).unwrap_err().contains("has 2 dimensions, but the case has 3"));
 }
 
 #[test]
-fn a_wall_that_is_gone_lets_its_contacts_go_and_says_so() {
+fn contacts_with_a_missing_wall_are_omitted_with_a_note() {
     let mut value = heap(2);
     let mut solver = begun(disks(&read(&value)).unwrap());
     advance_steps(&mut solver, 1500);
     let text = solver.specimen().unwrap();
-    assert!(!told(&value, &text).unwrap().iter().any(|note| note.contains("they are left out")));
+    assert!(!messages(&value, &text).unwrap().iter().any(|note| note.contains("they are left out")));
     value["boundaries"].as_array_mut().unwrap().remove(0);
-    let notes = told(&value, &text).unwrap();
+    let notes = messages(&value, &text).unwrap();
     let gone = notes.iter().find(|note| note.contains("they are left out")).unwrap();
     assert!(gone.contains("contacts of the specimen are with the wall \"y-min\""), "{gone}");
     // Another body is filled beside the specimen, with new ids.

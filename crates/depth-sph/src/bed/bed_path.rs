@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_carried_keeps_its_size_and_comes_back() {
+    fn parallel_transport_preserves_length_and_is_reversible() {
         let (v, a, b) = ([3.0, -1.0], [0.4, 1.3], [-2.0, 0.3]);
         let w = parallel_transport(&v, &a, &b);
         assert!((dot_along_bed(&a, &v, &v) - dot_along_bed(&b, &w, &w)).abs() < 1e-12);

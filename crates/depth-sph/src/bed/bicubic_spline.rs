@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_of_the_third_degree_are_kept_away_from_the_rim() {
+    fn cubic_heights_are_reproduced_away_from_the_edges() {
         let z = |x: f64, y: f64| 3.0 + x - 2.0 * y + 0.01 * x * x * x - 0.02 * x * x * y + 0.003 * y * y * y;
         let raster = raster(z);
         let (level, slope, bend) = at(&BicubicSpline::new(&raster), &raster, [13.3, 17.2]);
@@ -230,7 +230,7 @@ mod tests {
 
     /// Sheet: a wave of 20 m on cells of 5 m keeps 0.50 of its height in one mean, 0.44 on the spline.
     #[test]
-    fn a_mean_and_the_spline_lower_a_short_wave_as_the_sheet_says() {
+    fn smoothing_and_spline_attenuate_a_short_wave_by_the_factors_of_the_sheet() {
         let wave = |x: f64| (std::f64::consts::TAU * x / 20.0).cos();
         let raster = Raster::from_function([41, 5], [0.0; 2], [5.0; 2], |x, _| wave(x));
         let mean = smoothed_raster(&raster, 1);
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_a_change_is_the_spline_of_the_changed_levels() {
+    fn an_updated_window_equals_the_spline_of_the_changed_raster() {
         let mut raster =
             Raster::from_function([40, 36], [0.0; 2], [2.0; 2], |x, y| (0.3 * x + 0.1 * y).sin());
         raster.values[12 * 40 + 9] = f64::NAN;

@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bed_gives_what_is_asked_for_until_nothing_is_left() {
+    fn erosion_of_a_bed_is_limited_to_its_erodible_volume() {
         let mut worn = slope(2);
         worn.set_erodible_depth(|x| if x[0] < 40.0 { 0.25 } else { 0.0 });
         assert!((worn.erode(&[7.0, 9.5], 0.6) - 0.6).abs() < 1e-15);
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_follows_and_a_restored_one_is_the_same() {
+    fn an_eroded_surface_is_lowered_and_restored_identically() {
         let mut worn = slope(2);
         let before = worn.at(&[7.0, 9.0]).unwrap();
         worn.erode(&[7.0, 9.0], 2.0);

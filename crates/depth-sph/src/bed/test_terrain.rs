@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slopes_are_as_rough_as_asked_and_the_same_for_a_seed() {
+    fn rough_slopes_have_the_prescribed_roughness_and_are_repeatable_for_a_seed() {
         let slope = RoughSlope::new(0.5, -100.0, [40.0, 200.0], 0.1, 7);
         assert_eq!(
             slope.level(3.0, 4.0),

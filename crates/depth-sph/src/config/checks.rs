@@ -345,7 +345,7 @@ mod tests {
 
     /// The sheet's table of bad input, by the key in the error.
     #[test]
-    fn bad_options_are_named() {
+    fn invalid_options_are_refused_by_key() {
         let table = [
             (r#"{ "spacing": 0 }"#, "spacing"),
             (r#"{ "spacing": 1, "courant": 0.6 }"#, "courant"),
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_columns_are_named() {
+    fn invalid_column_options_are_refused_by_key() {
         let table = [
             (r#"{ "spacing": 1, "column": { "consolidation": 1 } }"#, "column"),
             (
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn doubtful_units_are_remarked() {
+    fn implausible_units_cause_warnings() {
         let text = r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "drag": { "law": "anderson", "settling_velocity": 20 } },
             "column": { "consolidation": 500 } }"#;
         let options: DepthOptions = serde_json::from_str(text).unwrap();

@@ -481,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn options_need_a_spacing_and_refuse_strangers() {
+    fn options_require_a_spacing_and_refuse_unknown_keys() {
         let options: DepthOptions = serde_json::from_str(r#"{ "spacing": 0.5 }"#).unwrap();
         assert_eq!((options.smoothing_ratio(1), options.smoothing_ratio(2)), (1.5, 1.3));
         assert!(options.validate().is_ok());

@@ -18,7 +18,7 @@ use crate::points::phase_nodes::NewNode;
 const CLOSES: f64 = 2e-3;
 
 /// One phase with 15° of friction.
-fn rubbed() -> FlowSettings<2> {
+fn frictional_settings() -> FlowSettings<2> {
     let mut settings = FlowSettings::plain(1000.0);
     let spec: BasalSpec = serde_json::from_str(r#"{ "model": "coulomb", "friction_angle": 15 }"#).unwrap();
     settings.zones = vec![BedZone::everywhere(Some(spec.build().unwrap()))];
@@ -27,7 +27,7 @@ fn rubbed() -> FlowSettings<2> {
 
 /// Grains and fluid, or a lower and an upper layer.
 fn paired(phases: Phases, porosity: f64) -> FlowSettings<2> {
-    let mut settings = rubbed();
+    let mut settings = frictional_settings();
     settings.phases = phases;
     let densities = MixtureDensities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
     settings.material = Mixture { densities, porosity, saturated: phases == Phases::Two };
@@ -36,7 +36,7 @@ fn paired(phases: Phases, porosity: f64) -> FlowSettings<2> {
 
 /// Columns of pore pressure on the nodes.
 fn pressed() -> FlowSettings<2> {
-    let mut settings = rubbed();
+    let mut settings = frictional_settings();
     let densities = MixtureDensities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
     settings.material = Mixture { densities, porosity: 0.4, saturated: true };
     settings.column = Some(PoreColumn {
@@ -80,7 +80,7 @@ fn account(settings: FlowSettings<2>, depths: &[f64], factor: f64) -> Option<Ene
 }
 
 /// Checks that the balance closes, and that a resistance which adds energy is reported.
-fn closes_and_tells(name: &str, settings: &FlowSettings<2>, depths: &[f64]) {
+fn check_energy_balance(name: &str, settings: &FlowSettings<2>, depths: &[f64]) {
     let own = account(settings.clone(), depths, 1.0).unwrap();
     let off = own.error.abs() / own.exchanged;
     println!("{name}: off by {off:.1e}");
@@ -90,28 +90,28 @@ fn closes_and_tells(name: &str, settings: &FlowSettings<2>, depths: &[f64]) {
 }
 
 #[test]
-fn the_account_of_grains_and_fluid_closes() {
+fn energy_balance_of_grains_and_fluid_closes() {
     let mut settings = paired(Phases::Two, 0.4);
     settings.drag = InterphaseDrag::Anderson { settling_velocity: 2.0.into(), exponent: 1.0 };
-    closes_and_tells("two phases", &settings, &[0.3, 0.2]);
+    check_energy_balance("two phases", &settings, &[0.3, 0.2]);
 }
 
 #[test]
-fn the_account_of_two_layers_closes() {
+fn energy_balance_of_two_layers_closes() {
     let mut settings = paired(Phases::Layers, 0.0);
     settings.interface_friction = 0.05;
-    closes_and_tells("layers", &settings, &[0.3, 0.2]);
+    check_energy_balance("layers", &settings, &[0.3, 0.2]);
 }
 
 #[test]
-fn the_account_under_pore_pressure_closes() {
-    closes_and_tells("pore pressure", &pressed(), &[0.5]);
+fn energy_balance_under_pore_pressure_closes() {
+    check_energy_balance("pore pressure", &pressed(), &[0.5]);
 }
 
 /// Erosion brings its energy, and slows the flow down by the energy booked as friction.
 #[test]
-fn the_account_of_a_flow_that_takes_up_its_bed_closes() {
-    let mut settings = rubbed();
+fn energy_balance_of_an_eroding_flow_closes() {
+    let mut settings = frictional_settings();
     settings.zones[0].erosion = Some(Erosion::Hungr { rate: 0.01, plan_speed: false });
-    closes_and_tells("erosion", &settings, &[0.5]);
+    check_energy_balance("erosion", &settings, &[0.5]);
 }

@@ -59,7 +59,7 @@ fn a_node_that_slides_freely_keeps_its_energy() {
 }
 
 #[test]
-fn the_account_of_a_flow_with_friction_closes_and_friction_only_takes() {
+fn energy_balance_of_a_flow_with_friction_closes_and_friction_only_dissipates() {
     let mut flow = heap(rough(), Some(15.0), 0.5, 2.0);
     let account = run(&mut flow, 8.0);
     assert!(account.error.abs() < 2e-3 * account.exchanged, "{account:?}");
@@ -67,7 +67,7 @@ fn the_account_of_a_flow_with_friction_closes_and_friction_only_takes() {
 }
 
 #[test]
-fn friction_that_pushes_is_told() {
+fn accelerating_friction_is_detected_by_the_energy_balance() {
     let mut flow = heap(rough(), Some(5.0), 0.5, 2.0);
     flow.settings.numerics.test_factors[0] = -1.0;
     assert!(run(&mut flow, 4.0).is_off());
@@ -75,7 +75,7 @@ fn friction_that_pushes_is_told() {
 
 /// Pressure of the form that keeps energy, so that only the fault has an effect.
 #[test]
-fn pressure_that_pumps_is_told() {
+fn pressure_that_generates_energy_is_detected_by_the_energy_balance() {
     let spreading = || heap_of(PressureForceForm::Variational, Bed::Flat(0.0), None, 2.0, 1.0);
     let mut flow = spreading();
     assert!(!run(&mut flow, 1.0).is_off(), "{:?}", flow.energy_balance_summary());

@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_cross_when_their_volume_has_and_none_is_left_behind() {
+    fn inflow_rows_cross_when_their_volume_has_entered() {
         let (mut inflow, mut next_id) = (inflow(), 0);
         let mut there = std::collections::BTreeSet::new();
         for step in 0..900 {
@@ -404,7 +404,7 @@ mod tests {
 
     /// A hydrograph gives its integral at any spacing, however few rows that is.
     #[test]
-    fn all_that_flows_in_crosses_the_line() {
+    fn inflow_volume_is_the_integral_of_the_hydrograph_at_any_spacing() {
         for spacing in [0.1, 0.5, 0.7, 1.3, 2.0, 4.0, 9.0] {
             let mut inflow = Inflow { spacing, reach: 3.0 * spacing, ..inflow() };
             let mut next_id = 0;

@@ -84,7 +84,7 @@ mod tests {
 
     /// V24: a block without other forces, in any step.
     #[test]
-    fn a_block_that_takes_up_its_bed_slows_down_exactly() {
+    fn an_eroding_block_slows_down_exactly() {
         let law = Erosion::Hungr { rate: 0.0011, plan_speed: false };
         for (time, exact) in [(10.0, [94.872_741, 1.11, 9.009_009]), (50.0, [398.413_574, 1.55, 6.451_613])] {
             for steps in [1, 10, 1000] {
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_per_second_is_told_from_one_per_metre() {
+    fn an_erosion_rate_per_second_is_refused_with_the_unit_per_metre() {
         let (name, problem) = Erosion::Hungr { rate: 1.1, plan_speed: false }.validate().unwrap_err();
         assert_eq!(name, "rate");
         assert!(problem.contains("per metre"), "{problem}");
@@ -113,7 +113,7 @@ mod tests {
 
     /// Rates of the other laws, `e_R = growth h / dt`, against their formulas evaluated by hand.
     #[test]
-    fn other_laws_take_up_what_their_formulas_say() {
+    fn erosion_rates_of_other_laws_follow_their_formulas() {
         let (depth, dt) = (2.0, 0.01);
         let rate = |law: Erosion, speed: f64, tangent: f64, concentration: f64| {
             law.growth([speed, speed], tangent, depth, concentration, dt) * depth / dt

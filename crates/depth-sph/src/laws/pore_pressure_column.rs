@@ -232,7 +232,7 @@ mod tests {
 
     /// V13d: sealed, drained, sealed again: pressure comes back to the base.
     #[test]
-    fn pressure_comes_back_behind_a_rack() {
+    fn basal_pressure_recovers_after_a_drained_section() {
         let cells = 40;
         let mut head = vec![0.0; cells + 1];
         let mut scratch = head.clone();

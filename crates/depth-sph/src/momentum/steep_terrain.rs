@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_level_surface_is_level_and_scatter_about_a_sheet_is_none() {
+    fn levelness_is_one_for_a_level_surface_and_zero_for_a_uniform_sheet() {
         let slope = [0.6, -0.3];
         let at = |share: f64| levelness(&slope, &slope.map(|q| -share * q));
         assert!((at(1.0) - 1.0).abs() < 1e-12 && at(1.5) == 1.0);

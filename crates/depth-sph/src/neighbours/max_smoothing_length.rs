@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_lengths_that_reach_a_place_are_known_and_far_ones_are_not() {
+    fn the_largest_nearby_smoothing_length_is_found_without_distant_ones() {
         let mut places = Vec::new();
         let mut lengths = Vec::new();
         for k in 0..400 {
@@ -117,8 +117,8 @@ mod tests {
                 .iter()
                 .zip(&lengths)
                 .filter(|(y, length)| (x[0] - y[0]).hypot(x[1] - y[1]) <= 2.8 * **length);
-            let most = reaching.map(|(_, length)| *length).fold(0.0, f64::max);
-            assert!(around.at(x) >= most, "{x:?}");
+            let largest = reaching.map(|(_, length)| *length).fold(0.0, f64::max);
+            assert!(around.at(x) >= largest, "{x:?}");
         }
         assert!(around.at(&places[399]) < 1.0);
     }

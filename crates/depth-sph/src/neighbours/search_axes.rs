@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_longest_extent_keeps_the_axes_of_the_plan() {
+    fn points_without_a_longest_extent_keep_the_axes_of_the_plan() {
         assert!(SearchAxes::along(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]).are_those_of_the_plan());
         assert!(SearchAxes::along(&[[0.0, 0.0], [f64::NAN, 0.0]]).are_those_of_the_plan());
         assert!(SearchAxes::along(&[[0.0], [1.0]]).are_those_of_the_plan());

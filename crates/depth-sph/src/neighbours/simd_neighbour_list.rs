@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_of_blocks_stand_one_after_the_other_and_one_that_lacks_spoils_all() {
+    fn lists_of_blocks_are_concatenated_and_one_incomplete_block_invalidates_all() {
         let mut fours = PackedNeighbours::default();
         let no = f64::NAN;
         let whole = pack_entry(7, f64x4::splat(1.0));

@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_period_repeats_what_is_near_its_ends() {
+    fn image_nodes_of_a_period_lie_beyond_its_ends() {
         let ends = PlanBoundaries { periods: [Some((0.0, 2.0))], ..PlanBoundaries::default() };
         let mut found = Vec::new();
         image_nodes(&ends, &[[0.1], [1.0], [1.9]], 0.5, &mut found);

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_linear_profile_comes_out_as_it_is() {
+    fn a_linear_pressure_profile_is_transferred_exactly() {
         for layers in [1, 3, 20, 64] {
             let handed = TransferredPressure::from_points(&points(layers, |zeta| 7e3 * (1.0 - zeta)), 20);
             assert!((handed.depth - 2.0).abs() < 1e-12);

@@ -379,7 +379,7 @@ mod tests {
     use super::truncated_hydrograph_warning;
 
     #[test]
-    fn a_hydrograph_that_goes_on_after_the_run_is_told_of() {
+    fn a_hydrograph_longer_than_the_run_causes_a_warning() {
         let triangle = [[10.0, 0.0], [20.0, 4.0], [30.0, 0.0]];
         assert_eq!(truncated_hydrograph_warning(&triangle, 30.0), None);
         assert!(truncated_hydrograph_warning(&triangle, 20.0).unwrap().contains("at 20 s, when 50.0 %"));

@@ -85,7 +85,7 @@ fn the_result_is_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_restored_run_goes_on_to_the_last_bit() {
+fn a_restored_run_is_bit_identical() {
     for value in [column(), fix(heap())] {
         let mut whole = start_solver(&DepthSph, &read_case(&value));
         advance_steps(whole.as_mut(), 20);
@@ -206,7 +206,7 @@ fn bodies_have_porosities_of_their_own() {
 }
 
 #[test]
-fn what_it_cannot_honour_is_refused_by_path() {
+fn unsupported_features_are_refused_by_path() {
     let change = |change: &dyn Fn(&mut Value)| {
         let mut value = column();
         change(&mut value);
@@ -249,7 +249,7 @@ fn what_it_cannot_honour_is_refused_by_path() {
 }
 
 #[test]
-fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
+fn an_equilibrium_stage_moves_no_nodes_and_causes_a_warning() {
     let mut value = column();
     value["stages"] = json!([
         { "name": "rest", "duration": 1, "equilibrium": {} },
@@ -269,7 +269,7 @@ fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
 
 /// Excess pressure is that of half a step before the output: the change of one step between two outputs is that of a whole step.
 #[test]
-fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
+fn shear_lowers_pore_pressure_of_dense_grains_and_raises_that_of_loose_ones() {
     // Hardly permeable, so that nothing drains in a step; porosity 0.4.
     let run = |critical: f64, steps: usize| {
         let mut value = fix(heap());
@@ -389,7 +389,7 @@ fn bad_input_is_refused_under_its_key() {
 
 /// A permeable bed needs columns; a steep bed and an obstacle that no flow reaches give a warning.
 #[test]
-fn what_has_no_effect_is_named() {
+fn input_without_effect_is_refused_or_causes_a_warning() {
     let region = |low: f64, more: Value| {
         let mut case = fix(heap());
         let mut region = json!({ "shape": { "kind": "box", "min": [low, 2], "max": [low + 1.0, 4] } });
@@ -437,7 +437,7 @@ fn what_has_no_effect_is_named() {
 
 /// Rotated cells of the search change the order of sums and nothing else.
 #[test]
-fn cells_that_are_turned_with_the_flow_find_the_same_neighbours() {
+fn search_cells_rotated_with_the_flow_find_the_same_neighbours() {
     let mut along = fix(heap());
     along["bodies"][0]["shape"]["max"][1] = json!(5);
     let mut turned = along.clone();

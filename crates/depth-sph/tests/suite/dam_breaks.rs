@@ -27,7 +27,7 @@ fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {
 }
 
 #[test]
-fn water_leaves_a_reservoir_as_ritter_found() {
+fn dam_break_on_a_dry_bed_follows_ritter() {
     let ends = PlanBoundaries { walls: [[Some(-20.0), None]], ..PlanBoundaries::default() };
     let nodes = layer(-20.0, 0.0, 0.05, 10.0);
     let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes]).unwrap();
@@ -72,7 +72,7 @@ fn bore(continuity: ThicknessEquation) -> (f64, f64) {
 }
 
 #[test]
-fn a_bore_runs_into_still_water_as_stoker_found() {
+fn dam_break_on_a_wet_bed_follows_stoker() {
     let (error, velocity) = bore(ThicknessEquation::Summation);
     assert!(error < 0.015, "{error}");
     assert!((velocity - 1.0).abs() < 0.015, "{velocity}");
@@ -91,7 +91,7 @@ fn each_rate_of_height_carries_the_bore_of_stoker() {
 
 /// Water that leaves its grains: the grains rest by their friction, and the water that has left flows as water does.
 #[test]
-fn fluid_leaves_its_skeleton() {
+fn fluid_flows_out_of_grains_at_rest_with_conserved_volumes() {
     let mut settings = FlowSettings::plain(1000.0);
     settings.phases = Phases::Two;
     let densities = MixtureDensities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };

@@ -29,7 +29,7 @@ fn block() -> Value {
 }
 
 #[test]
-fn a_gauge_tells_depth_and_velocity_and_a_line_what_crosses_it() {
+fn gauges_give_depth_and_velocity_and_lines_give_discharge() {
     let case = read_case(&block());
     let table = run(&case, DepthSph.build(&case).unwrap(), &RunOptions::default()).unwrap().table;
     let first = |name: &str| table.column(name).unwrap()[0];
@@ -48,7 +48,7 @@ fn a_gauge_tells_depth_and_velocity_and_a_line_what_crosses_it() {
 }
 
 #[test]
-fn gauges_and_lines_that_are_none_are_refused_by_path() {
+fn invalid_gauges_and_lines_are_refused_by_path() {
     let refused = |measure: Value| {
         let mut value = block();
         value["measures"] = json!({ "m": measure });

@@ -42,7 +42,7 @@ fn case(folder: &std::path::Path, phases: &str) -> Result<Case, String> {
 }
 
 #[test]
-fn points_hand_over_their_volume_their_middle_and_their_momentum() {
+fn points_transfer_their_volume_centre_of_mass_and_momentum() {
     let folder = tempfile::tempdir().unwrap();
     let sums = cloud(folder.path());
     for phases in ["one", "two"] {
@@ -114,7 +114,7 @@ fn inner(snapshot: &Snapshot) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn pore_pressure_is_handed_over_and_back() {
+fn pore_pressure_is_transferred_and_recovered() {
     let linear = |zeta: f64| 6e3 * (1.0 - zeta);
     let parabola = |zeta: f64| 6e3 * (1.0 - zeta * zeta);
     // The mean of the points of a parabola is that of sixteen layers.
@@ -152,7 +152,7 @@ fn pore_pressure_is_handed_over_and_back() {
 }
 
 #[test]
-fn pressure_beyond_the_weight_is_held_and_told() {
+fn pore_pressure_above_the_weight_is_limited_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), &block(|zeta| 40e3 * (1.0 - zeta)));
     let (case, snapshot) = handed(folder.path(), "one");
@@ -169,7 +169,7 @@ fn pressure_beyond_the_weight_is_held_and_told() {
 }
 
 #[test]
-fn a_file_that_is_no_list_of_points_is_told() {
+fn files_without_a_list_of_points_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("points.csv"), "x,y,z,volume\n1,1,1,-1\n").unwrap();
     let refused = |case: Case| -> CaseError { DepthSph.plan(&case).map(|_| ()).unwrap_err() };
@@ -183,7 +183,7 @@ fn a_file_that_is_no_list_of_points_is_told() {
 /// Grains and fluid that have spread apart are exported with all of their mass and momentum; fluid without grains nearby is reported by
 /// the missing mass.
 #[test]
-fn fluid_that_moves_by_itself_is_handed_over_with_the_grains_around_it() {
+fn separately_moving_fluid_is_transferred_with_the_grains_around_it() {
     let folder = tempfile::tempdir().unwrap();
     cloud(folder.path());
     let case = case(folder.path(), "two").unwrap();
@@ -221,7 +221,7 @@ fn fluid_that_moves_by_itself_is_handed_over_with_the_grains_around_it() {
 
 /// Nodes behind a line of inflow, which are in the frames, are not exported.
 #[test]
-fn what_has_not_flowed_in_is_not_handed_over() {
+fn inflow_nodes_not_yet_in_the_domain_are_not_exported() {
     let value = json!({
         "title": "channel", "space": "3d", "gravity": [0, 0, -9.81], "domain": { "min": [0, 0, 0], "max": [20, 4, 5] },
         "materials": { "water": {

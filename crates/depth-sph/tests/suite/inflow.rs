@@ -54,7 +54,7 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
 
 /// Energy of a stream without friction is conserved while it enters, on a level bed and on a slope: inflow counts in the balance.
 #[test]
-fn the_account_of_energy_closes_while_a_stream_enters() {
+fn energy_balance_closes_during_an_inflow() {
     for slope in [0.0, 0.2] {
         let mut value = channel();
         value["gravity"] = json!([GRAVITY * slope, 0, -GRAVITY]);
@@ -72,7 +72,7 @@ fn the_account_of_energy_closes_while_a_stream_enters() {
 
 /// A restored solver reports the readings of the saved state before its first step, and the same bits after later steps.
 #[test]
-fn a_restart_before_the_first_step_tells_all_of_a_stream() {
+fn a_restored_inflow_has_the_saved_readings_before_its_first_step() {
     let mut value = channel();
     value["gravity"] = json!([GRAVITY * 0.2, 0, -GRAVITY]);
     let mut solver = start_solver(&DepthSph, &read_case(&value));
@@ -96,7 +96,7 @@ fn a_restart_before_the_first_step_tells_all_of_a_stream() {
 }
 
 #[test]
-fn a_stream_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
+fn an_inflow_is_bit_identical_on_any_threads_and_after_a_restart() {
     let run =
         |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &channel(), threads, 190, restart);
     let whole = run(1, None);
@@ -105,7 +105,7 @@ fn a_stream_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
 }
 
 #[test]
-fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
+fn invalid_hydrographs_and_lines_are_refused_by_path() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("flood.csv"), "time,discharge\n0,1\n10,three\n").unwrap();
     let refused_with = |changes: Value| {
@@ -282,7 +282,7 @@ fn an_inflow_across_a_line_into_still_water_sends_the_bore_of_the_profile() {
 }
 
 #[test]
-fn a_line_before_still_water_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
+fn an_inflow_line_before_still_water_is_bit_identical_on_threads_and_after_restart() {
     let run =
         |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &still_plan(), threads, 60, restart);
     let whole = run(1, None);

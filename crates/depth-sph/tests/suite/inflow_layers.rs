@@ -124,7 +124,7 @@ fn mud_flows_in_below_still_water() {
 }
 
 #[test]
-fn layers_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
+fn inflow_of_layers_is_bit_identical_on_any_threads_and_after_a_restart() {
     for value in [plan(), profile()] {
         let run =
             |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &value, threads, 60, restart);
@@ -135,7 +135,7 @@ fn layers_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
 }
 
 #[test]
-fn layers_that_cannot_flow_in_are_refused_by_path() {
+fn invalid_inflows_of_layers_are_refused_by_path() {
     let mut unsaid = plan();
     unsaid["methods"]["depth-sph"]["inflows"][1].as_object_mut().unwrap().remove("layer");
     let mut one = channel();

@@ -77,7 +77,7 @@ fn an_inflow_across_a_line_into_a_wet_bed_brings_its_columns() {
 }
 
 #[test]
-fn columns_that_flow_in_go_on_after_a_restart_to_the_last_bit_on_any_threads() {
+fn inflow_of_columns_is_bit_identical_on_any_threads_and_after_a_restart() {
     for phases in ["one", "two"] {
         let value = still_columns(phases, true);
         let run =
@@ -156,7 +156,7 @@ fn heap(integrator: &Value) -> Value {
 }
 
 #[test]
-fn a_heap_behind_an_inflow_goes_on_with_its_mass_and_after_a_restart_to_the_last_bit() {
+fn a_heap_behind_an_inflow_conserves_mass_and_is_bit_identical_after_a_restart() {
     for integrator in integrators() {
         let value = heap(&integrator);
         let mut solver = start_solver(&DepthSph, &read_case(&value));
@@ -277,7 +277,7 @@ fn an_inflow_across_a_channel_has_one_level() {
 }
 
 #[test]
-fn a_level_inflow_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
+fn a_level_inflow_is_bit_identical_on_any_threads_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let mut value = triangle(folder.path(), "level");
     let file = folder.path().join("bed.asc");

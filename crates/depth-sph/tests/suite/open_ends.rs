@@ -56,7 +56,7 @@ fn reflected(mut flow: Flow<1>) -> f64 {
 }
 
 #[test]
-fn a_hump_leaves_through_an_open_end_and_comes_back_from_a_wall() {
+fn a_hump_leaves_through_an_open_end_and_is_reflected_by_a_wall() {
     let back = reflected(channel(1e-3, 0.0, 1.5, [Some(0.0), Some(40.0)]));
     assert!(back > 0.95, "a wall sends back {back} (V27: 95 %)");
     // V27 demands 2 %; 0.4 and 0.7 % were found, and 4.1 % with the state at the end itself in place of that two supports before it.
@@ -273,7 +273,7 @@ fn waves_of_two_layers_leave_through_an_open_end() {
 
 /// A run with columns or with two layers keeps its balance, and continues after a restart to the last bit on any number of threads.
 #[test]
-fn open_ends_of_two_sets_go_on_to_the_last_bit() {
+fn open_ends_of_two_phases_keep_the_balance_and_are_bit_identical() {
     let side = json!({ "side": "x-max", "wall": { "kind": "absorbing" } });
     let mut pressed = pond(&side);
     pressed["methods"]["depth-sph"]["spacing"] = json!(0.05);

@@ -81,7 +81,7 @@ fn reflected(degrees: f64, width: f64) -> f64 {
     // Depth far from the packet.
     let still = nodes.depth[nodes.position.iter().position(|x| (x[0] - 1.0).abs() < SPACING).unwrap()];
     let arriving = amplitude(&flow, still);
-    // The packet has gone to the side and back to the middle of the window.
+    // The packet has travelled to the side and back to the middle of the window.
     advance_flow_to(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
     let inside = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
     let passed = flow.boundary.passed();
@@ -95,8 +95,8 @@ fn reflected(degrees: f64, width: f64) -> f64 {
 fn waves_leave_through_a_side_head_on_and_at_an_angle() {
     let found = [(0.0, 1.0), (30.0, 3.0), (45.0, 2.0)].map(|(degrees, width)| reflected(degrees, width));
     println!("come back at 0, 30 and 45 degrees: {found:?}");
-    for (back, most) in found.into_iter().zip([0.06, 0.15, 0.2]) {
-        assert!(back < most, "at 0, 30 and 45 degrees: {found:?}");
+    for (back, limit) in found.into_iter().zip([0.06, 0.15, 0.2]) {
+        assert!(back < limit, "at 0, 30 and 45 degrees: {found:?}");
     }
 }
 
@@ -203,7 +203,7 @@ fn columns_beyond_open_sides_are_those_of_the_lake() {
 }
 
 #[test]
-fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
+fn a_lake_with_open_sides_is_bit_identical_on_threads_and_after_a_restart() {
     for lake in [lake(), pressed("one"), pressed("two"), layered()] {
         let run = |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &lake, threads, 40, restart);
         let whole = advance_flow_to(1, None);
@@ -213,7 +213,7 @@ fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads
 }
 
 #[test]
-fn sides_that_cannot_be_open_are_refused_by_path() {
+fn unsupported_open_sides_are_refused_by_path() {
     let mut damped = layered();
     damped["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
     let start = "methods.depth-sph.absorbing_layer: is not available for two layers";
@@ -233,7 +233,7 @@ fn sides_that_cannot_be_open_are_refused_by_path() {
     );
 }
 
-/// Basin after its packet of waves has gone to the side and back to the middle of the window.
+/// Basin after its packet of waves has travelled to the side and back to the middle of the window.
 fn ran(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
     let mut flow = basin(angle, width, layer, long);
     advance_flow_to(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
@@ -268,20 +268,20 @@ fn reflected_by_layer(angle: f64, width: f64, layer: f64, known: &BTreeMap<u64, 
 /// Depths differ from those of nodes with the side far away by 4.5 and 15 % of the arriving waves; with a layer of 3 m by 2.3 and
 /// 1.0 %. V27 demands 2 % in profiles.
 #[test]
-fn less_comes_back_where_waves_die_away_before_a_side() {
+fn an_absorbing_layer_before_a_side_reduces_reflection() {
     let cases = [(0.0, 1.0, 0.03, 0.035), (45.0, 2.0, 0.02, 0.12)];
-    for (degrees, width, most, without) in cases {
+    for (degrees, width, limit, without) in cases {
         let angle = f64::to_radians(degrees);
         let known = far_away(angle, width);
         let [none, with] = [0.0, 3.0].map(|layer| reflected_by_layer(angle, width, layer, &known));
         println!("at {degrees} degrees {none} come back without a layer, {with} with one");
-        assert!(none > without && with < most, "at {degrees} degrees: {none} and {with}");
+        assert!(none > without && with < limit, "at {degrees} degrees: {none} and {with}");
     }
 }
 
 /// A layer relaxes to its initial state: an even stream flows through it no less evenly than without.
 #[test]
-fn an_even_stream_passes_a_layer_as_it_is() {
+fn a_uniform_stream_is_more_uniform_with_an_absorbing_layer_than_without() {
     // Root mean square of the difference of speeds from that of the stream (m/s).
     let uneven = |layer: Option<f64>| {
         let mut stream = lake();
@@ -304,7 +304,7 @@ fn an_even_stream_passes_a_layer_as_it_is() {
 }
 
 #[test]
-fn layers_go_on_after_a_restart_to_the_last_bit_on_any_threads_and_keep_the_balance() {
+fn absorbing_layers_keep_the_balance_and_are_bit_identical_after_a_restart() {
     let mut value = lake();
     value["methods"]["depth-sph"]["absorbing_layer"] = json!(2);
     let whole = hash_after(&DepthSph, &value, 1, 60, None);
@@ -331,7 +331,7 @@ fn masses_of_a_plan_are_those_of_the_bodies_and_not_of_the_layer_beyond_the_side
 }
 
 #[test]
-fn layers_that_cannot_be_are_refused_and_short_ones_told_of() {
+fn invalid_absorbing_layers_are_refused_and_short_ones_cause_a_warning() {
     let mut long = lake();
     long["methods"]["depth-sph"]["absorbing_layer"] = json!(3.1);
     assert!(

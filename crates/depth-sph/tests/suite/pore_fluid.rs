@@ -48,7 +48,7 @@ fn plan(value: &Value) -> Result<Vec<String>, String> {
 }
 
 #[test]
-fn a_pore_fluid_says_what_the_options_of_a_mixture_say() {
+fn a_pore_fluid_is_equivalent_to_the_mixture_options() {
     for options in [
         json!({}),
         json!({ "phases": "two" }),
@@ -67,7 +67,7 @@ fn a_pore_fluid_says_what_the_options_of_a_mixture_say() {
 }
 
 #[test]
-fn a_column_takes_its_stiffness_from_the_material_around_the_fluid() {
+fn pore_pressure_columns_use_the_stiffness_of_the_body_material() {
     let own = with_fluid(&json!({ "column": { "cells": 8, "excess_ratio": 1 } }));
     let skeleton = json!({ "youngs_modulus": 1e7, "poissons_ratio": 0.3 });
     let other = with_options(&json!({ "column": { "cells": 8, "excess_ratio": 1, "skeleton": skeleton } }));
@@ -106,7 +106,7 @@ fn bodies_of_two_porosities_and_a_fluid_that_moves_by_itself() {
 
 /// A separate fluid is decelerated by the zone of the bed below it: `v = v0/(1 + g v0 t/(ξ h))`.
 #[test]
-fn parts_of_the_bed_resist_the_fluid_each_in_its_way() {
+fn parts_of_the_bed_have_fluid_resistance_of_their_own() {
     let law = |turbulence: f64| json!({ "law": "turbulent", "turbulence": turbulence });
     let region =
         json!({ "shape": { "kind": "box", "min": [2], "max": [12] }, "fluid_resistance": law(20.0) });
@@ -121,16 +121,16 @@ fn parts_of_the_bed_resist_the_fluid_each_in_its_way() {
     advance_exactly_to(solver.as_mut(), time);
     let snapshot = solver.snapshot();
     let (phase, velocity) = (snapshot.scalars("phase").unwrap(), snapshot.vectors("velocity").unwrap());
-    let mut seen = [0; 2];
+    let mut counts = [0; 2];
     for (x, (phase, v)) in snapshot.positions.iter().zip(phase.iter().zip(velocity)) {
         // Waves from the ends of the column and from the border of the zones have not arrived yet.
         let part = [1.0..1.4, 2.6..3.2].iter().position(|part| part.contains(&x[0]));
         let Some(part) = part.filter(|_| *phase == 1.0) else { continue };
         let lost = start - start / (1.0 + GRAVITY * start * time / ([80.0, 20.0][part] * 2.0));
         assert!(((start - v[0]) / lost - 1.0).abs() < 0.02, "at {x:?}: {} of {lost} m/s lost", start - v[0]);
-        seen[part] += 1;
+        counts[part] += 1;
     }
-    assert!(seen.iter().all(|count| *count > 2), "{seen:?}");
+    assert!(counts.iter().all(|count| *count > 2), "{counts:?}");
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn columns_begin_with_the_pore_pressure_of_the_fluid() {
 }
 
 #[test]
-fn what_a_flow_has_no_place_for_is_refused_by_path() {
+fn pore_fluid_properties_without_meaning_for_the_flow_are_refused_by_path() {
     let check = |options: Value, fluid: Value, start: &str| {
         let mut value = with_fluid(&options);
         let own = value["bodies"][0]["pore_fluid"].as_object_mut().unwrap();
@@ -235,7 +235,7 @@ fn what_a_flow_has_no_place_for_is_refused_by_path() {
 }
 
 #[test]
-fn what_options_and_pore_fluid_both_say_must_agree() {
+fn mixture_options_that_contradict_the_pore_fluid_are_refused() {
     let check = |mixture: Value, start: &str| {
         let value = with_fluid(&json!({ "phases": "two", "mixture": mixture }));
         match plan(&value) {
@@ -317,7 +317,7 @@ fn a_drained_bed_is_open_to_the_air() {
 }
 
 #[test]
-fn what_a_drained_wall_cannot_say_is_refused_by_path() {
+fn unsupported_drained_walls_are_refused_by_path() {
     let column = json!({ "column": { "consolidation": 0.02 } });
     let check = |change: &dyn Fn(&mut Value), start: &str| {
         let mut value = over_a_drained_bed(&column);

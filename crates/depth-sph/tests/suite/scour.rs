@@ -64,7 +64,7 @@ fn account(solver: &dyn Solver, before: f64) -> [f64; 3] {
 }
 
 #[test]
-fn what_the_flow_takes_up_is_what_the_bed_has_lost() {
+fn eroded_volume_of_the_flow_equals_the_volume_loss_of_the_bed() {
     let folder = tempfile::tempdir().unwrap();
     terrain(folder.path());
     let two = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 0.05 } });
@@ -87,7 +87,7 @@ fn what_the_flow_takes_up_is_what_the_bed_has_lost() {
 }
 
 #[test]
-fn a_lowered_bed_is_seen_by_the_flow_and_comes_back_with_a_checkpoint() {
+fn the_flow_follows_a_lowered_bed_which_checkpoints_restore() {
     let folder = tempfile::tempdir().unwrap();
     terrain(folder.path());
     let case = heap(folder.path(), &json!({ "lower_bed": true }));
@@ -128,7 +128,7 @@ fn a_lowered_bed_is_seen_by_the_flow_and_comes_back_with_a_checkpoint() {
 }
 
 #[test]
-fn a_raster_says_how_deep_each_place_can_be_eroded() {
+fn a_raster_limits_the_erodible_depth_of_each_position() {
     let folder = tempfile::tempdir().unwrap();
     terrain(folder.path());
     let mut text =
@@ -169,7 +169,7 @@ fn a_raster_says_how_deep_each_place_can_be_eroded() {
 }
 
 #[test]
-fn a_dam_holds_what_would_run_past_it() {
+fn a_dam_stops_a_flow_that_passes_without_it() {
     let folder = tempfile::tempdir().unwrap();
     terrain(folder.path());
     let farthest = |dams: Value| {
@@ -197,7 +197,7 @@ fn a_dam_holds_what_would_run_past_it() {
 }
 
 #[test]
-fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
+fn rock_is_not_eroded_and_a_plane_cannot_be_lowered() {
     let folder = tempfile::tempdir().unwrap();
     terrain(folder.path());
     let region = json!([{ "shape": { "kind": "box", "min": [0, 0], "max": [40, 40] } }]);

@@ -130,7 +130,7 @@ fn two_layers_stay_at_rest() {
 
 /// Friction between layers slows their slip by `du/dt = -k u²`, `k = ½ C_f ρ₂ (1/(ρ₁ h₁) + 1/(ρ₂ h₂))`, and keeps momentum.
 #[test]
-fn layers_rub_on_each_other() {
+fn interface_friction_slows_the_slip_of_layers_and_conserves_momentum() {
     // Slower than the speed at which waves grow between the layers.
     let (slip, friction) = (0.5, 0.05);
     let mut settings = two(Phases::Layers, 2000.0, 1000.0);
@@ -159,7 +159,7 @@ fn layers_rub_on_each_other() {
 
 /// V30: a slide of small height on the bed that starts at half the celerity.
 #[test]
-fn a_slide_on_the_ground_makes_three_waves() {
+fn a_moving_bed_slide_generates_three_waves() {
     let (height, froude) = (0.005, 0.5);
     let celerity = GRAVITY.sqrt();
     let speed = froude * celerity;

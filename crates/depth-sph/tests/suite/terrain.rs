@@ -145,9 +145,9 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
     assert!(error.contains("it has left the terrain"), "{error}");
 }
 
-/// The run goes on to its end, and has rasters of the flow that has passed.
+/// The run continues to its end, and has rasters of the flow that has passed.
 #[test]
-fn a_flow_that_has_left_altogether_is_no_error() {
+fn a_flow_that_has_left_the_domain_completely_is_no_error() {
     let folder = tempfile::tempdir().unwrap();
     grid(folder.path(), [0.0, 0.0], [16, 11], 2.0, |x, _| 40.0 - x);
     let shape = json!({ "kind": "box", "min": [24, 8, 0], "max": [28, 12, 17] });
@@ -165,7 +165,7 @@ fn a_flow_that_has_left_altogether_is_no_error() {
 }
 
 #[test]
-fn terrain_that_is_none_is_refused_by_path() {
+fn invalid_terrain_is_refused_by_path() {
     let folder = tempfile::tempdir().unwrap();
     grid(folder.path(), [0.0, 0.0], [16, 11], 2.0, |x, y| {
         if (x - 20.0).abs() < 1.0 && (y - 10.0).abs() < 1.0 { f64::NAN } else { 40.0 - x }
@@ -292,7 +292,7 @@ fn known(raster: &Raster) -> impl Iterator<Item = f64> {
 }
 
 #[test]
-fn rasters_hold_the_volume_and_bound_what_was_seen() {
+fn deposit_rasters_hold_the_volume_and_peak_rasters_match_the_extremes() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(folder.path(), &mapped(folder.path()));
     let mut solver = DepthSph.build(&case).unwrap();
@@ -309,13 +309,13 @@ fn rasters_hold_the_volume_and_bound_what_was_seen() {
     let held: f64 = known(&deposit).sum::<f64>() * 0.25;
     assert!((held / volume - 1.0).abs() < 1e-12, "{held} {volume}");
     assert_eq!((deposit.columns, deposit.rows, deposit.origin), (82, 42, [-0.25, -0.25]));
-    let most = |name: &str| known(&raster(solver.as_ref(), name)).fold(0.0, f64::max);
-    let peak = most("peak_thickness_vertical");
+    let maximum_of = |name: &str| known(&raster(solver.as_ref(), name)).fold(0.0, f64::max);
+    let peak = maximum_of("peak_thickness_vertical");
     assert!((0.8 * deepest..1.2 * deepest).contains(&peak), "{peak} {deepest}");
     // Along the slope speed is larger than in plan by at most the root of 1.25.
-    let speed = most("peak_velocity");
+    let speed = maximum_of("peak_velocity");
     assert!((0.7 * fastest..1.12 * fastest).contains(&speed), "{speed} {fastest}");
-    let pressure = most("peak_dynamic_pressure");
+    let pressure = maximum_of("peak_dynamic_pressure");
     assert!((pressure / (1600.0 * speed * speed) - 1.0).abs() < 1e-9);
     let arrival = raster(solver.as_ref(), "arrival_time");
     assert_eq!(arrival.interpolate(6.0, 10.0), Some(0.0), "the release is there from the start");

@@ -25,7 +25,7 @@ fn node(x: f64, volume: f64, spacing: f64) -> NewNode<1> {
 }
 
 #[test]
-fn momentum_stays_to_round_off() {
+fn variational_forces_conserve_momentum_to_round_off() {
     let mut nodes = Vec::new();
     for i in 0..30 {
         for j in 0..20 {
@@ -67,18 +67,18 @@ fn energy_lost(momentum: PressureForceForm) -> f64 {
     });
     let mut flow = Flow::new(settings::<1>(momentum, 0.0), Bed::Flat(0.0), ends, &[nodes.collect()]).unwrap();
     let first = flow.totals(0).potential;
-    let (mut most, mut off) = (0.0f64, 0.0f64);
+    let (mut largest_kinetic, mut off) = (0.0f64, 0.0f64);
     while flow.clock.time < 3.0 * 4.0 * half / 9.81f64.sqrt() {
         flow.advance(0.005).unwrap();
         let totals = flow.totals(0);
-        most = most.max(totals.kinetic);
+        largest_kinetic = largest_kinetic.max(totals.kinetic);
         off = off.max((totals.kinetic + totals.potential - first).abs());
     }
-    off / most
+    off / largest_kinetic
 }
 
 #[test]
-fn the_energy_of_a_slosh_is_kept_better_than_by_the_plain_form() {
+fn variational_forces_conserve_the_energy_of_a_slosh_better_than_symmetric_ones() {
     let [variational, plain] =
         [PressureForceForm::Variational, PressureForceForm::Symmetric].map(energy_lost);
     println!("energy: {variational} and {plain}");
@@ -103,7 +103,7 @@ fn a_lake_on_a_level_bed_stays_at_rest() {
 }
 
 #[test]
-fn water_leaves_a_reservoir_as_ritter_found() {
+fn dam_break_on_a_dry_bed_follows_ritter() {
     let ends = PlanBoundaries { walls: [[Some(-20.0), None]], ..PlanBoundaries::default() };
     let nodes = (0..400).map(|k| node(-20.0 + 0.05 * (f64::from(k) + 0.5), 0.5, 0.05));
     let mut flow = Flow::new(
@@ -122,17 +122,17 @@ fn water_leaves_a_reservoir_as_ritter_found() {
     assert!(error < 0.006, "V5: {error}");
     // Heights and smoothing lengths are consistent.
     for i in 0..nodes.len() {
-        let (least, most) = (0.5 * nodes.first_length[i], 50.0 * nodes.first_length[i]);
+        let (shortest, longest) = (0.5 * nodes.first_length[i], 50.0 * nodes.first_length[i]);
         let kept = nodes.length[i] * nodes.partial_thickness[i] / (nodes.scale[i] * nodes.volume[i]);
         assert!(
-            nodes.length[i] == least || nodes.length[i] == most || (kept - 1.0).abs() < 1e-9,
+            nodes.length[i] == shortest || nodes.length[i] == longest || (kept - 1.0).abs() < 1e-9,
             "node {i}: {kept}"
         );
     }
 }
 
 #[test]
-fn what_it_is_not_for_is_refused_by_path() {
+fn unsupported_combinations_with_variational_momentum_are_refused_by_path() {
     let case = json!({
         "title": "slosh", "space": "plane-strain", "domain": { "min": [0, 0], "max": [10, 2] }, "gravity": [0, -9.81],
         "materials": { "water": {

@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_come_in_on_the_other_side_and_keep_their_displacement() {
+    fn points_wrap_around_a_period_and_keep_their_displacement() {
         let mut positions = [[-0.25, 2.5], [0.5, 0.5], [1.0, -0.5]];
         let mut origins = [[0.25, 2.25], [0.5, 0.0], [0.75, 0.0]];
         assert!(wrap([&[0.0; 2], &[1.0, 2.0]], &[true, false], &mut positions, &mut origins));

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_of_grids_conform_and_graded_ones_too() {
+    fn meshes_of_grids_and_graded_meshes_conform() {
         let flat = Mesh::of_grid(&Grid { origin: [1e5, -3.0], cell: 0.3, cells: [30, 20] }).unwrap();
         assert_eq!(flat.first_nonconformity(), None);
         let solid = Mesh::of_grid(&Grid { origin: [0.1; 3], cell: 0.7, cells: [6, 5, 4] }).unwrap();
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn hanging_nodes_and_sides_with_other_nodes_clash() {
+    fn hanging_nodes_are_reported_as_nonconforming() {
         // A square of two triangles with half a square at its right side, whose node 4 is a hanging node.
         let nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5], [2.0, 0.0]];
         let found = clash(&nodes, &[vec![0, 1, 2], vec![0, 2, 3], vec![1, 5, 4]]).unwrap();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_at_one_place_and_elements_over_others_clash() {
+    fn coincident_nodes_and_overlapping_elements_are_reported_as_nonconforming() {
         let twin = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0 + 1e-9, 0.0], [1.0, 1.0]];
         let found = clash(&twin, &[vec![0, 1, 2], vec![3, 4, 2]]).unwrap();
         assert!(matches!(found.kind, NonconformityKind::CoincidentNode(..)), "{found:?}");
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_of_tetrahedra_that_are_cut_along_the_other_diagonal_clash() {
+    fn facets_split_along_different_diagonals_are_reported_as_nonconforming() {
         // Half cubes with common nodes at x = 1 and crossing diagonals there.
         let nodes = [
             [1.0, 0.0, 0.0],

@@ -19,7 +19,7 @@ fn the_reference_tetrahedron_has_the_height_of_the_sheet() {
 }
 
 #[test]
-fn what_is_cut_from_a_box_fills_it() {
+fn elements_of_a_subdivided_box_fill_it() {
     let flat = cut([4, 3]);
     let volume: f64 = flat.elements.iter().map(|e| e.volume).sum();
     assert!(flat.elements.len() == 24 && (volume - 3.0).abs() < 1e-14);
@@ -53,7 +53,7 @@ proptest! {
     }
 
     #[test]
-    fn a_walk_ends_where_the_bins_say(start in 0u32..162, x in proptest::array::uniform3(-1.0..0.5f64)) {
+    fn point_location_by_walking_agrees_with_bins(start in 0u32..162, x in proptest::array::uniform3(-1.0..0.5f64)) {
         let mesh = cut([3, 3, 3]);
         let found = mesh.locate_from(start, &x).unwrap();
         prop_assert!(lowest_entry::<3>(&mesh.barycentric(found, &x)).1 >= -BARYCENTRIC_TOLERANCE);

@@ -32,7 +32,7 @@ fn corners_follow_the_deformation() {
 }
 
 #[test]
-fn corners_move_with_the_field_where_they_are() {
+fn corners_move_with_the_velocity_field_at_their_position() {
     // In a linear velocity field the domains deform with the deformation gradient.
     let (initial, place, dt) = ([0.2, 0.4], [0.3, 0.7], 1.0);
     let field = |x: &[f64; 2]| [0.3 + 0.5 * x[0] - 0.2 * x[1], -0.1 + 0.7 * x[0] + 0.1 * x[1]];
@@ -69,7 +69,7 @@ fn the_inverse_is_one() {
 }
 
 #[test]
-fn gradients_of_the_reference_are_by_the_current_place() {
+fn gradients_of_reference_functions_are_with_respect_to_the_current_position() {
     // Nodes at x = F X give a position gradient of one.
     let grid = Grid::new([0.0; 2], [1.0; 2], 0.25).unwrap();
     let mesh = Mesh::default();

@@ -98,7 +98,7 @@ mod tests {
     use crate::{CubicSpline, LinearBasis};
 
     #[test]
-    fn the_value_says_what_the_type_says() {
+    fn a_runtime_basis_equals_its_compile_time_basis() {
         let axis = Basis1d::from_basis::<4, CubicSpline>();
         let (first, w, g) = CubicSpline::evaluate(3.3, 0.1, 9);
         let on = axis.evaluate(3.3, 0.1, 9);

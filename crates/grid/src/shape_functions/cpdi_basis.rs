@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quadrilateral_weighs_its_corners_as_gauss_does() {
+    fn corner_weights_of_a_quadrilateral_equal_gauss_integration() {
         // Means of N = (1 ± ξ)(1 ± η)/4 over the quadrilateral, by two Gauss points an axis: exact, as both N J and
         // ∇N J are bilinear at most of second order.
         let corners = [[0.1, 0.0], [0.9, 0.15], [1.2, 1.0], [-0.05, 0.7]];

@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn uniform_strain_stays_what_it_is_in_triangles_and_tetrahedra() {
+    fn averaging_preserves_uniform_strain_in_triangles_and_tetrahedra() {
         uniform_strain_stays::<2>();
         uniform_strain_stays::<3>();
     }
@@ -291,7 +291,7 @@ mod tests {
         shared_strain_is_the_mean_of_means::<3>();
     }
 
-    /// Forces at the nodes of the block under 7 Pa on all sides, without the points of which `gap` says so.
+    /// Forces at the nodes of the block under 7 Pa on all sides, without the points where `gap` is true.
     fn forces<const D: usize>(options: &Value, gap: impl Fn(&[f64; D]) -> bool) -> Vec<[f64; 4]> {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
         let mut solver = solver::<D>(options, &stress);
@@ -301,7 +301,7 @@ mod tests {
         solver.nodes.solved.iter().map(|node| node.force.to_array()).collect()
     }
 
-    fn full_elements_do_not_notice<const D: usize>() {
+    fn check_full_element_averages<const D: usize>() {
         // sheet: mpm S-04: one point less in an element within the block.
         let whole = solver::<D>(&json!({}), &json!({}));
         let mesh = whole.background.mesh.clone();
@@ -331,13 +331,13 @@ mod tests {
     }
 
     #[test]
-    fn full_elements_do_not_notice_how_many_points_they_hold() {
-        full_elements_do_not_notice::<2>();
-        full_elements_do_not_notice::<3>();
+    fn averages_of_full_elements_are_independent_of_the_number_of_points() {
+        check_full_element_averages::<2>();
+        check_full_element_averages::<3>();
     }
 
     #[test]
-    fn an_element_on_the_surface_is_full_beyond_its_share() {
+    fn a_surface_element_counts_as_full_above_its_fill_threshold() {
         // A triangle on the surface that keeps one of its three points.
         let gap = |x: &[f64; 2]| x[1] > 1.0 || (x[1] > 0.5 && x[0] < 1.0);
         let at = |options: Value| {

@@ -167,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_lie_where_the_sheet_says() {
+    fn lattice_coordinates_of_points_in_elements_are_those_of_the_sheet() {
         assert_eq!([1, 2, 3].map(|n| lattice_coordinates::<2>(n).len()), [1, 3, 6]);
         assert_eq!([1, 2, 3].map(|n| lattice_coordinates::<3>(n).len()), [1, 4, 10]);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-7;

@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn the_distance_of_a_flat_surface_is_found_again() {
+    fn the_distance_of_a_flat_surface_is_recovered() {
         for distance in [
             SurfaceDistance::new(&Basis1d::from_basis::<2, LinearBasis>()),
             SurfaceDistance::new(&Basis1d::from_basis::<3, GimpBasis>()),
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_of_a_twentieth_of_a_cell_is_seen_by_every_family() {
+    fn a_gap_of_a_twentieth_cell_is_detected_with_every_shape_function() {
         neighbours_touch::<2, LinearBasis>();
         neighbours_touch::<3, GimpBasis>();
         neighbours_touch::<4, ContiguousGimpBasis>();

@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn what_starts_from_rest_is_not_damped() {
+    fn nodes_starting_from_rest_are_not_damped() {
         for change in [0.1, 0.3, 1e-7, -0.7] {
             for dt in [1e-3, 0.3, 1e-5] {
                 let rate = change / dt;

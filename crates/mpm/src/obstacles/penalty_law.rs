@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn one_surface_pushes_by_its_depth_and_a_square_corner_by_both() {
+    fn minimum_translation_is_the_depth_of_one_surface_and_both_in_a_corner() {
         let mut translation_shares = [0.0; MAX_OVERLAPS];
         let floor = overlap([0.0, 1.0], 0.2);
         assert_eq!(minimum_translation(&[floor], &mut translation_shares), [0.0, 0.2]);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_of_three_planes_pushes_along_all() {
+    fn minimum_translation_in_a_corner_of_three_planes_has_all_components() {
         let mut translation_shares = [0.0; MAX_OVERLAPS];
         let planes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let overlaps: Vec<_> = planes.iter().zip([0.1, 0.2, 0.3]).map(|(n, d)| overlap(*n, d)).collect();
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spring_slips_at_its_cap_and_turns_with_the_normal() {
+    fn a_friction_spring_slips_at_its_limit_and_rotates_with_the_normal() {
         let (spring, slip) = friction_impulse(&[0.0; 2], &[0.3, 5.0], &[0.0, 1.0], 0.1);
         assert!((spring[0] - 0.1).abs() < 1e-15 && spring[1] == 0.0 && (slip - 0.2).abs() < 1e-15);
         let tilted = [0.6, 0.8];

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn few_points_whose_cells_touch_no_others_are_apart() {
+    fn small_groups_of_points_in_isolated_cells_are_detached() {
         let mut cells: Vec<CellIndex> = (0..400).map(|number| [number % 20, number / 20, 0]).collect();
         cells.extend([[21, 3, 0], [21, 3, 0], [20, 20, 0], [30, 5, 0]]);
         let (count, lone) = detached_parts(&cells);

@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_point_comes_back_from_its_bytes() {
+    fn a_penalty_state_is_recovered_from_its_bytes() {
         let point = PenaltyState::<2> {
             half: 0.5,
             reach: 0.25,

@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn rigid_rotation_leaves_the_right_stretch_domain_as_it_is() {
+    fn rigid_rotation_leaves_the_right_stretch_domain_unchanged() {
         for angle in [0.3, 1.2, std::f64::consts::FRAC_PI_2, 2.5, 6.0] {
             let flat = turned::<2, _>(RightStretchDomain::default(), angle, 100);
             close(flat.extent(&[0.5, 0.5], 1.0), [0.5, 0.5], 1e-12);

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn options_of_liquids_that_are_given_stand() {
+    fn given_options_of_liquids_override_defaults() {
         let given = json!({ "cell_size": 0.1, "transfer": "flip", "points_per_cell": 2, "free_surface": 0, "obstacles": "nodes" });
         let found = options(&case(&water(), &given)).unwrap();
         assert_eq!((found.transfer, found.points_per_cell), (VelocityTransfer::Flip, 2));

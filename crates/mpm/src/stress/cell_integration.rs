@@ -321,9 +321,9 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_at_the_surface_pulls_with_its_whole_volume_by_gauss() {
-        // The upper two of the three points of the last cell taken out: a third of its volume is left. Its two nodes get
-        // ± σ Ω_p/h of the point, or ± σ of the cell, which pulls at its upper node as if it were full.
+    fn gauss_integration_uses_the_whole_volume_of_a_surface_cell() {
+        // The upper two of the three points of the last cell are removed: a third of its volume is left. The forces of its two nodes are
+        // ± σ Ω_p/h of the point, or ± σ of a full cell.
         for (integration, last) in [("points", 7.0 / 3.0), ("mixed", 7.0 / 3.0), ("gauss", 7.0)] {
             let [_, _, third, fourth] = nodal("linear", integration, &[7, 8]);
             assert!((fourth - last).abs() < 1e-14, "{integration}: {fourth}");
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn the_points_of_full_cells_take_the_average_where_the_case_asks_for_it() {
+    fn points_of_full_cells_get_the_cell_average_where_reset_is_requested() {
         for (case, wet) in resettable_bars().iter().zip([false, true]) {
             let mut solver = begun::<1>(case);
             // Two of three points are left in the last cell.

@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn nodes_average_the_cells_around_them_and_cells_their_nodes() {
-        // One row of three cells: nodes between see two cells, those at the ends one.
+        // One row of three cells: interior nodes have two adjacent cells, nodes at the ends one.
         let out = passed([[Some(1.0), None], [Some(2.0), None], [Some(6.0), None]]);
         let exact = [(1.0 + 1.5) / 2.0, (1.5 + 4.0) / 2.0, (4.0 + 6.0) / 2.0];
         for (column, exact) in out.iter().zip(exact) {

@@ -1,4 +1,4 @@
-//! Tests of the solver and its parts against closed forms, conservation laws and its promises about bits, in the rooms of the crate.
+//! Tests of the solver and its parts against closed forms, conservation laws and bitwise reproducibility, in the folders of the crate.
 
 mod boundary;
 mod contact;

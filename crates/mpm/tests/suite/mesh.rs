@@ -1,4 +1,4 @@
-//! Triangles and tetrahedra: what every mesh must keep, and what a file must say.
+//! Triangles and tetrahedra: invariants, and invalid mesh files.
 
 use std::fmt::Write as _;
 
@@ -48,7 +48,7 @@ fn ball(scheme: &str) -> Case {
 }
 
 #[test]
-fn mass_and_momentum_are_conserved_and_threads_do_not_matter() {
+fn mass_and_momentum_are_conserved_and_threads_change_no_bits() {
     // Not `usl`, which turns points inside out at nodes that little mass reaches, as it does with linear quadrilaterals.
     for scheme in ["musl", "usf"] {
         let case = ball(scheme);
@@ -67,7 +67,7 @@ fn mass_and_momentum_are_conserved_and_threads_do_not_matter() {
 }
 
 #[test]
-fn a_restored_solver_continues_to_the_last_bit() {
+fn a_restored_solver_continues_bit_identically() {
     let case = ball("musl");
     let advance = |solver: &mut dyn Solver, steps: usize| {
         for _ in 0..steps {
@@ -111,7 +111,7 @@ fn falling(floor: bool) -> Result<RunReport, String> {
 }
 
 #[test]
-fn walls_hold_nodes_that_no_point_has_reached_yet() {
+fn walls_constrain_nodes_before_points_reach_them() {
     // sheet: mpm S-08: no deeper than an element; without the wall it falls through.
     let lowest =
         |report: &RunReport| report.snapshot.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
@@ -122,7 +122,7 @@ fn walls_hold_nodes_that_no_point_has_reached_yet() {
 }
 
 #[test]
-fn weight_at_rest_makes_the_stress_of_an_oedometer() {
+fn stress_under_self_weight_at_rest_is_that_of_an_oedometer() {
     for (space, corner) in [("plane-strain", &[0.4, 1.0][..]), ("3d", &[0.2, 1.0, 0.2][..])] {
         let dimension = corner.len();
         let walls: Vec<Value> = ["x-min", "x-max", "y-min", "z-min", "z-max"]
@@ -156,7 +156,7 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
 }
 
 #[test]
-fn a_traction_gives_its_impulse() {
+fn the_momentum_gain_by_a_traction_is_its_impulse() {
     let report = flying_block().with(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
             "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
@@ -248,7 +248,7 @@ fn msh(nx: usize, ny: usize) -> String {
 }
 
 #[test]
-fn a_file_of_gmsh_gives_mesh_and_walls() {
+fn a_gmsh_file_supplies_mesh_and_wall_groups() {
     let folder = std::env::temp_dir().join(format!("colluvium-mesh-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("rectangle.msh"), msh(8, 4)).unwrap();

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slab_that_falls_as_a_whole_has_no_gaps_when_it_is_thinned() {
+    fn a_decimated_slab_in_rigid_motion_has_no_gaps() {
         let frames = [slab(0.0), slab(0.7)];
         let panel = Panel { name: "a".into(), frames: frames.iter().collect(), frame_count: 2 };
         let view = View { axes: vec![0, 1], up: 1, ..View::default() };
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_flows_in_later_is_thinned_as_well() {
+    fn points_that_enter_later_are_decimated_at_the_same_rate() {
         let (early, mut late) = (slab(0.0), slab(1.0));
         late.ids = (200..600).collect();
         let panel = Panel { name: "a".into(), frames: vec![&early, &late], frame_count: 2 };

@@ -53,7 +53,7 @@ mod tests {
     use base64::Engine;
 
     #[test]
-    fn heights_come_back_within_a_step_and_holes_stay_holes() {
+    fn packed_heights_are_recovered_within_a_step_and_no_data_remains() {
         let values = vec![3.0, f64::NAN, 7.5, 5.25];
         let of = |values: Vec<f64>| {
             let heights =

@@ -53,7 +53,7 @@ fn words(value: &Value) -> Vec<u32> {
 }
 
 #[test]
-fn a_number_comes_back_within_half_a_step() {
+fn packed_numbers_are_recovered_within_half_a_quantisation_step() {
     for scale in [
         QuantisedRange::fine(-3.0, 7.0),
         QuantisedRange::coarse(1e5, 1.001e5),
@@ -107,7 +107,7 @@ fn the_page_has_places_widths_and_values_of_every_frame() {
 }
 
 #[test]
-fn what_is_left_out_is_told_and_the_same_points_stay() {
+fn omitted_points_and_frames_are_stated_and_the_choice_of_points_is_constant() {
     let states = frames(200, 3000);
     let small = View { bytes: 200_000, ..view() };
     let animation = Animation::from_panels(&[panel("a", &states)], &small).unwrap();
@@ -141,7 +141,7 @@ fn runs_side_by_side_have_one_time_and_one_scale() {
 }
 
 #[test]
-fn no_name_ends_the_data_and_what_does_not_move_is_no_animation() {
+fn names_are_escaped_and_single_or_empty_frames_give_no_animation() {
     let states = frames(2, 4);
     let element = Animation::from_panels(&[panel("</script>", &states)], &view()).unwrap().element();
     assert_eq!(element.matches("</script>").count(), 1, "{element}");
@@ -210,7 +210,7 @@ fn open(page: &str) -> Option<(String, String)> {
 }
 
 #[test]
-fn a_browser_plays_it_in_two_and_three_dimensions_without_an_error() {
+fn animations_in_two_and_three_dimensions_play_in_a_browser_without_error() {
     let states = frames(6, 50);
     let (other, mut flow) = (frames(3, 20), frames(4, 20));
     for frame in &mut flow {

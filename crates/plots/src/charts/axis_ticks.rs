@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_of_any_range_are_told_apart() {
+    fn tick_labels_of_any_range_are_distinct() {
         let middles = [0.0, 1.0, -3.5, 6.0e5, 2.67e11, -2.67e11, 4.2e-7, 101_325.0, 5.2e6];
         for middle in middles {
             for power in -9..12 {
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_plain_while_they_are_short_and_from_a_constant_where_they_are_long() {
+    fn tick_labels_are_plain_when_short_and_relative_to_a_constant_when_long() {
         assert_eq!(texts_of(0.0..0.4).0, ["0", "0.1", "0.2", "0.3", "0.4"]);
         assert_eq!(texts_of(6.0e5..6.0005e5).0[..2], ["600000", "600010"]);
         let (texts, constant) = texts_of(2.6701e11..2.67013e11);

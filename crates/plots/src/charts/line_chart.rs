@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn the_legend_stands_where_no_line_passes_or_above_them_all() {
+    fn the_legend_is_placed_in_a_free_corner_or_above_all_lines() {
         let unit = 0.0..1.0;
         // Two points, but the line between them passes the corners that have no point.
         let (corner, room) = chart(&[&[(0.0, 0.0), (1.0, 1.0)]]).legend(&unit, &unit);

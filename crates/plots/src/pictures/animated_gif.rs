@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_of_unlike_size_and_none_make_no_film() {
+    fn pictures_of_unequal_size_and_empty_lists_give_no_animation() {
         let mut clouds = clouds();
         clouds[1].shared = None;
         clouds[1].points.push(([0.0, 30.0], [1.0; 2], 0.0));

@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn shared_scales_hold_all_clouds_and_one_flying_point_does_not_stretch_the_colours() {
+    fn shared_scales_cover_all_clouds_and_outliers_do_not_widen_the_colour_range() {
         let cloud = |offset: f64| PointCloud {
             points: (0..1000).map(|i| ([offset + f64::from(i), 1.0], [2.0; 2], f64::from(i % 10))).collect(),
             ..PointCloud::default()
@@ -279,7 +279,7 @@ mod tests {
         assert_eq!(shared.values, 0.0..9.0);
         let [x, y] = &shared.window;
         assert!(x.start <= -501.0 && x.end >= 1500.0 && y.start <= 0.0 && y.end >= 2.0, "{shared:?}");
-        let seen = PointCloud { shared: Some(shared.clone()), ..left };
-        assert_eq!(seen.size(), PointCloud { shared: Some(shared), ..right }.size());
+        let with_scale = PointCloud { shared: Some(shared.clone()), ..left };
+        assert_eq!(with_scale.size(), PointCloud { shared: Some(shared), ..right }.size());
     }
 }

@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_shows_what_is_coloured_with_its_outlines() {
+    fn the_map_window_contains_coloured_cells_and_outlines() {
         let map = TerrainMap {
             title: "peak".into(),
             label: "thickness (m)".into(),
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_go_from_zero_to_the_largest_value_and_down_to_the_least_where_the_bed_is_eroded() {
+    fn the_colour_range_includes_zero_and_extends_to_negative_values_of_erosion() {
         let scale =
             |value: fn(f64, f64) -> f64| TerrainMap { cells: cells(value), ..TerrainMap::default() }.scale();
         assert_eq!(scale(|x, _| 2.0 + x), 0.0..31.0);
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mapped_outline_is_in_sight() {
+    fn a_mapped_outline_is_within_the_window() {
         let map = |mapped| TerrainMap {
             cells: cells(|x, _| if x < 3.0 { x } else { f64::NAN }),
             mapped_outlines: mapped,

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn points_at_one_place_and_no_points_are_shared_out_too() {
+    fn coincident_points_and_empty_sets_are_partitioned() {
         shares_out(&[[1.0, 2.0]; 24], &[1; 24], 3);
         shares_out::<2>(&[], &[], 5);
         shares_out(&[[0.0, 1.0]], &[7], 1);

@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_twice_is_no_fault() {
+    fn repeated_corners_of_an_outline_are_accepted() {
         let mut twice = square(0.0, 4.0);
         twice.insert(1, twice[1]);
         // A line there and back, and the ring closed twice.
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_outline_is_refused_and_extreme_coordinates_do_no_harm() {
+    fn invalid_outlines_are_refused_and_extreme_coordinates_cause_no_panic() {
         assert!(Outline::new(Vec::new()).is_err());
         assert!(Outline::new(vec![vec![vec![[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]]]).is_err());
         let crossed = vec![[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]];

@@ -271,7 +271,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_polygon_of_many_corners_holds_what_its_triangles_hold(
+        fn a_polygon_of_many_corners_contains_the_points_of_its_triangles(
             radii in prop::collection::vec(0.2..1.0f64, 3..200),
             places in prop::collection::vec(prop::array::uniform2(-1.1..1.1f64), 50),
         ) {

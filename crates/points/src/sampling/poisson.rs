@@ -251,7 +251,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(12))]
         #[test]
-        fn samples_keep_their_distance_and_leave_no_room(seed in 0..1000u64, distance in 0.05..0.3f64) {
+        fn poisson_samples_keep_their_distance_and_are_maximal(seed in 0..1000u64, distance in 0.05..0.3f64) {
             let ball = |dimension: usize| Shape::Ball { centre: vec![0.1; dimension], radius: 1.0 };
             is_a_maximal_packing::<1>(&ball(1), distance, seed, 2000);
             is_a_maximal_packing::<2>(&ball(2), distance, seed, 20_000);
@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// Checks the number of points against a lattice, their distance and evenness, and that they represent the whole volume.
-    fn stands_in_for_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
+    fn matches_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
         let samples = poisson_spaced::<D>(shape, spacing, 3).unwrap();
         let volume = shape.measure(D).unwrap();
         let wanted = volume / spacing.powi(D as i32);
@@ -303,11 +303,11 @@ mod tests {
     #[test]
     fn points_at_random_are_as_many_as_on_a_lattice_and_carry_the_whole_volume() {
         let cube = |dimension: usize| Shape::Box { min: vec![0.2; dimension], max: vec![1.2; dimension] };
-        stands_in_for_a_lattice::<1>(&cube(1), 0.005, 0.02, 0.7);
-        stands_in_for_a_lattice::<2>(&cube(2), 0.05, 0.02, 0.8);
-        stands_in_for_a_lattice::<3>(&cube(3), 0.1, 0.02, 0.85);
+        matches_a_lattice::<1>(&cube(1), 0.005, 0.02, 0.7);
+        matches_a_lattice::<2>(&cube(2), 0.05, 0.02, 0.8);
+        matches_a_lattice::<3>(&cube(3), 0.1, 0.02, 0.85);
         let ball = Shape::Ball { centre: vec![0.0; 2], radius: 1.0 };
-        stands_in_for_a_lattice::<2>(&ball, 0.07, 0.02, 0.8);
+        matches_a_lattice::<2>(&ball, 0.07, 0.02, 0.8);
     }
 
     #[test]
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_distance_is_refused() {
+    fn invalid_point_spacings_are_refused() {
         let ball = Shape::Ball { centre: vec![0.0; 3], radius: 1.0 };
         assert!(matches!(poisson_disk::<3>(&ball, 0.0, 1), Err(SamplingError::Spacing(_))));
         assert!(matches!(poisson_disk::<3>(&ball, 1e-4, 1), Err(SamplingError::TooMany(_))));

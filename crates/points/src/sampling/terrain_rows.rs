@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_along_the_terrain_leave_no_ragged_base_and_hold_the_whole_volume() {
+    fn rows_parallel_to_the_terrain_have_an_even_base_and_the_whole_volume() {
         let height = |sample: &Sample<3>| {
             let [x, _, z] = sample.position;
             z - (30.0 - 0.75 * x)

@@ -39,7 +39,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn boxes_that_meet_are_those_that_a_look_at_every_pair_finds() {
+    fn overlapping_boxes_are_those_of_an_all_pairs_search() {
         let corner = || prop::collection::vec(0..20i32, 3);
         let one = (corner(), prop::collection::vec(1..6i32, 3));
         proptest!(|(boxes in prop::collection::vec(one, 0..40))| {

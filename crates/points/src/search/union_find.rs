@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sets_are_the_same_in_whatever_order_they_are_joined() {
+    fn sets_are_independent_of_the_order_of_unions() {
         let pairs = [(7, 3), (1, 2), (3, 8), (2, 7), (5, 6)];
         let of = |order: &mut dyn Iterator<Item = &(usize, usize)>| {
             let mut pieces = UnionFind::new(9);

@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_plane_shape_has_no_sides() {
+    fn shapes_in_space_and_invalid_shapes_have_no_boundary_edges() {
         let cylinder = Shape::Cylinder { base: [0.0; 3], axis: 1, radius: 0.5, height: 2.0 };
         assert!(!cylinder.has_boundary_edges() && cylinder.has_round_edges());
         assert!(!Shape::Ball { centre: vec![0.0; 3], radius: 1.0 }.has_boundary_edges());

@@ -132,7 +132,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_point_of_a_box_contradicts_its_place(
+        fn points_of_a_box_agree_with_its_classification(
             corner in proptest::array::uniform3(-1.2..1.0f64), width in proptest::array::uniform3(1e-3..0.8f64),
             places in proptest::collection::vec(proptest::array::uniform3(0.0..=1.0f64), 30),
         ) {
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn small_boxes_away_from_the_boundary_are_told_apart() {
+    fn small_boxes_away_from_the_boundary_are_classified_inside_or_outside() {
         for (dimension, shape) in shapes() {
             let (mut inside, mut outside) = (0, 0);
             for number in 0..40usize.pow(dimension as u32) {

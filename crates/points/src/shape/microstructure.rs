@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn the_solid_fraction_is_what_is_asked_for() {
+    fn a_microstructure_has_the_prescribed_solid_fraction() {
         for (dimension, fraction, steps) in [(2, 0.72, 700usize), (3, 0.35, 90)] {
             let shape = structure(dimension, fraction, 3);
             shape.validate(dimension).unwrap();
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn all_grains_hang_together_and_come_again_with_their_seed() {
+    fn all_grains_are_connected_and_repeatable_for_a_seed() {
         let wanted = MicrostructureSpec {
             min: &[0.0, 0.0],
             max: &[3.0, 3.0],
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_that_is_changed_is_filled_anew_and_one_that_is_moved_is_not() {
+    fn a_resized_box_is_filled_anew_and_a_translated_one_is_not() {
         let mut shape = structure(2, 0.72, 3);
         let solid = |shape: &Shape| shape.measure(2).unwrap();
         let first = solid(&shape);
@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_grains_can_make_is_refused() {
+    fn microstructures_that_grains_cannot_form_are_refused() {
         let error = |shape: Shape| shape.validate(2).unwrap_err().to_string();
         assert!(error(structure(2, 1.0, 0)).starts_with("solid_fraction"));
         let Shape::Microstructure { min, max, solid_fraction, seed, connected, grains, .. } =

@@ -38,7 +38,7 @@ fn a_difference_of_boxes_is_an_l() {
 }
 
 #[test]
-fn a_polygon_contains_what_its_edges_enclose() {
+fn a_polygon_contains_the_points_enclosed_by_its_edges() {
     let polygon =
         Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]].into() };
     assert!(polygon.validate(2).is_ok());

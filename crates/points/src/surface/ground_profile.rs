@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_that_crosses_itself_is_refused_with_the_place() {
+    fn a_self_crossing_profile_is_refused_with_the_position() {
         let of = |pieces: &[([f64; 2], Option<[f64; 2]>)]| {
             let mut profile = GroundProfile::starting_at([0.0, 0.0]);
             for (to, centre) in pieces {

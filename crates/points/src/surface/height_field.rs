@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_and_shifted_surface_is_where_it_was_put() {
+    fn a_rotated_and_translated_surface_has_the_transformed_gap() {
         let surface = std::sync::Arc::new(waves());
         let frame = crate::surface::RigidTransform::rotation_about([1.0, 2.0, 0.0], [0.3, -0.2, 1.0], 0.7)
             .shifted(&[10.0, 0.0, 5.0]);

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_turned_rectangle_is_a_cylinder() {
+    fn a_revolved_rectangle_is_a_cylinder() {
         for corners in [
             [[0.0, -1.0], [2.0, -1.0], [2.0, 1.0], [0.0, 1.0]],
             [[2.0, 1.0], [2.0, -1.0], [0.0, -1.0], [0.0, 1.0]],
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn rings_and_cones_turn_and_what_lies_beyond_the_axis_does_not() {
+    fn rings_and_cones_revolve_and_profiles_beyond_the_axis_are_refused() {
         let ring = RevolvedSurface::new(&[[2.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0]], 2).unwrap();
         assert!(!ring.contains(&[0.0, 0.0, 0.5]) && ring.contains(&[0.0, 2.5, 0.5]));
         let cone = RevolvedSurface::new(&[[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]], 2).unwrap();

@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn of_features_over_one_place_the_thickness_of_the_last_counts_and_the_overlap_is_told() {
+    fn overlapping_layer_features_use_the_last_thickness_and_the_overlap_is_reported() {
         let feature =
             |number, low, high, thickness| OutlineFeature { number, outline: square(low, high), thickness };
         let laid = |features: Vec<OutlineFeature>| {
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn no_data_of_a_thickness_is_no_layer_and_costs_no_volume() {
+    fn no_data_of_a_thickness_raster_is_zero_thickness() {
         let dry = |x: f64, y: f64| {
             if (10.0..=20.0).contains(&x) && (8.0..=19.0).contains(&y) { 2.0 } else { f64::NAN }
         };

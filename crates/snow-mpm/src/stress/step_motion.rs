@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_without_the_exponential_strain_what_spins() {
+    fn updates_without_the_exponential_strain_a_rotating_body() {
         // Sheet: snow-mpm V3: each principal logarithmic strain after a turn, `N/2 ln(1 + (2π/N)²)`.
         for (steps, exact) in [(100, 0.197_003_474_1), (1000, 0.019_738_819_2), (10_000, 0.001_973_920_5)] {
             let angle = 2.0 * std::f64::consts::PI / f64::from(steps);
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thousand_small_spins_make_a_turn_without_strain() {
+    fn a_thousand_small_rotations_make_a_turn_without_strain() {
         let angle = 2.0 * std::f64::consts::PI / 1000.0;
         let step = exponential(&[[0.0, -angle, 0.0], [angle, 0.0, 0.0], [0.0; 3]]);
         let turned = (0..1000).fold(identity_plus(&[[0.0; 3]; 3]), |f, _| product(&step, &f));

@@ -1,4 +1,4 @@
-//! Cuts of a case.
+//! Removal shapes of a case (saw cuts).
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_snow_mpm::SnowMpm;
@@ -19,7 +19,7 @@ fn sawn() -> Value {
 }
 
 #[test]
-fn a_saw_takes_the_points_in_its_way_and_books_them() {
+fn a_saw_removes_the_points_in_its_path_and_records_their_mass_and_energy() {
     let case = read_case(&sawn());
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
     let mut solver = start_solver(&SnowMpm, &read_case(&sawn()));
@@ -29,12 +29,12 @@ fn a_saw_takes_the_points_in_its_way_and_books_them() {
     assert_near(scalar_output(&*solver, "saw.travel"), 0.3, 1e-9);
     // Its edge comes to 1.2 m when the block's has come to 1.385 m; in the block's own coordinates it cuts from 1.115 m on, which
     // takes the four columns of points beyond, and the two rows below 0.9 m.
-    let taken = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
-    assert_near(scalar_output(&*solver, "saw.mass"), taken, 1e-9);
-    assert_near(start.mass - end.mass, taken, 1e-9);
-    assert_near(scalar_output(&*solver, "volume"), 0.6 * 0.4 - taken / 400.0, 1e-9);
-    assert_near(scalar_output(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
-    assert_near(start.kinetic - end.kinetic, 0.5 * taken, 1e-9);
+    let removed_mass = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
+    assert_near(scalar_output(&*solver, "saw.mass"), removed_mass, 1e-9);
+    assert_near(start.mass - end.mass, removed_mass, 1e-9);
+    assert_near(scalar_output(&*solver, "volume"), 0.6 * 0.4 - removed_mass / 400.0, 1e-9);
+    assert_near(scalar_output(&*solver, "saw.energy"), 0.5 * removed_mass, 1e-9);
+    assert_near(start.kinetic - end.kinetic, 0.5 * removed_mass, 1e-9);
     assert!(scalar_output(&*solver, "energy_numerical").abs() < 1e-9);
     let snapshot = solver.snapshot();
     let spared = |x: &[f64; 3]| !(x[0] > 1.2 && x[1] < 0.9);
@@ -42,7 +42,7 @@ fn a_saw_takes_the_points_in_its_way_and_books_them() {
 }
 
 #[test]
-fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
+fn a_cut_starts_with_its_stage_and_removes_points_of_its_bodies_only() {
     let mut value = sawn();
     value["stages"] = json!([{ "name": "wait", "duration": 0.02 }, { "name": "go", "duration": 0.09 }]);
     value["removal_shapes"][0]["stage"] = json!("go");
@@ -65,7 +65,7 @@ fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
 }
 
 #[test]
-fn a_restored_solver_goes_on_cutting_bit_for_bit() {
+fn a_restart_during_a_cut_is_bit_identical() {
     let case = read_case(&sawn());
     let mut first = start_solver(&SnowMpm, &read_case(&sawn()));
     advance_to(&mut *first, 0.06);
@@ -85,7 +85,7 @@ fn a_restored_solver_goes_on_cutting_bit_for_bit() {
 }
 
 #[test]
-fn cuts_that_cannot_be_made_are_refused_by_path() {
+fn invalid_cuts_are_refused_by_path() {
     let change = |key: &str, to: Value| {
         let mut case = sawn();
         case["removal_shapes"][0][key] = to;
@@ -113,7 +113,7 @@ fn cuts_that_cannot_be_made_are_refused_by_path() {
 }
 
 #[test]
-fn doubtful_cuts_are_warned_of() {
+fn doubtful_cuts_cause_warnings() {
     let change = |key: &str, to: Value| {
         let mut case = sawn();
         case["removal_shapes"][0][key] = to;
@@ -129,7 +129,7 @@ fn doubtful_cuts_are_warned_of() {
 }
 
 #[test]
-fn a_layer_with_a_slanted_end_is_not_cut_there_before_the_saw_has_come() {
+fn a_slanted_layer_end_counts_as_uncut_until_the_saw_arrives() {
     // A spike at the block's right end is thinner than points are apart: three bins have none.
     let mut value = sawn();
     value["bodies"][0]["velocity"] = json!({ "kind": "rest" });

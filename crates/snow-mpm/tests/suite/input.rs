@@ -36,7 +36,7 @@ fn options_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn what_the_method_does_not_have_is_refused_with_a_cure() {
+fn unsupported_features_are_refused_with_an_alternative() {
     let change = |pointer: &str, value: Value| {
         let mut case = ball(&json!({}));
         let (parent, key) = pointer.rsplit_once('/').unwrap();
@@ -77,7 +77,7 @@ fn invariants_of_the_plane_are_refused_in_space() {
 }
 
 #[test]
-fn warnings_name_what_is_doubtful() {
+fn doubtful_options_cause_warnings_that_name_them() {
     for (options, words) in [
         (json!({ "transfer": "flip", "flip_ratio": 0.9 }), "flip_ratio: 0.9 damps"),
         (json!({ "flip_ratio": 0.99 }), "no effect"),
@@ -97,8 +97,8 @@ fn warnings_name_what_is_doubtful() {
         let mut case = block(&json!({ "kind": "rest" }), &json!({}));
         case["materials"]["m"]["poissons_ratio"] = json!(ratio);
         let warnings = SnowMpm.plan(&read_case(&case)).unwrap().warnings;
-        let said = format!("materials.m.poissons_ratio: {words}");
-        assert!(warnings.len() == 1 && warnings[0].starts_with(&said), "{warnings:?}");
+        let expected = format!("materials.m.poissons_ratio: {words}");
+        assert!(warnings.len() == 1 && warnings[0].starts_with(&expected), "{warnings:?}");
     }
     let case = read_case(&ball(&json!({})));
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
@@ -179,7 +179,7 @@ fn a_saw_test_that_measures_something_else_is_refused() {
 }
 
 #[test]
-fn what_is_no_saw_test_is_warned_of() {
+fn cuts_that_deviate_from_a_saw_test_cause_a_warning() {
     let warnings = |length, speed| {
         let mut case = saw_test(length, 0.1, speed);
         case["materials"]["weak"]["hardening"] = json!({ "kind": "slab" });
@@ -197,13 +197,19 @@ fn what_is_no_saw_test_is_warned_of() {
     }
     let mut at_once = saw_test(2.0, 0.1, 1.0);
     at_once["removal_shapes"][0]["stage"] = json!("settle");
-    let said = SnowMpm.plan(&read_case(&at_once)).unwrap().warnings;
-    assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: begins with the run"), "{said:?}");
+    let warnings_found = SnowMpm.plan(&read_case(&at_once)).unwrap().warnings;
+    assert!(
+        warnings_found.len() == 1 && warnings_found[0].starts_with("removal_shapes[0]: begins with the run"),
+        "{warnings_found:?}"
+    );
     let mut all = saw_test(2.0, 0.1, 1.0);
     all["removal_shapes"][0].as_object_mut().unwrap().remove("bodies");
-    let said = SnowMpm.plan(&read_case(&all)).unwrap().warnings;
-    assert!(said.len() == 1 && said[0].starts_with("removal_shapes[0]: removes all bodies"), "{said:?}");
-    // What lies below the layer, or on a small part of it, is no slab.
+    let warnings_found = SnowMpm.plan(&read_case(&all)).unwrap().warnings;
+    assert!(
+        warnings_found.len() == 1 && warnings_found[0].starts_with("removal_shapes[0]: removes all bodies"),
+        "{warnings_found:?}"
+    );
+    // A body below the layer, or on a small part of it, is no slab.
     let mut case = saw_test(2.0, 0.1, 1.0);
     case["gravity"] = json!([0, 9.81]);
     assert!(SnowMpm.plan(&read_case(&case)).is_ok());
@@ -239,7 +245,7 @@ fn a_layer_that_yields_before_the_saw_ends_the_run() {
     let hasty = json!({ "name": "settle", "duration": 0.03, "gravity_ramp": 0.03 });
     let warning = begins(&hasty, 2500.0).unwrap().unwrap();
     assert!(warning.starts_with("the first cut began with points as fast as"), "{warning}");
-    // Next to the bed, in two cells, some points bear more than the mean.
+    // Next to the bed, in two cells, some points carry more than the mean.
     let warning = begins(&settles, 1500.0).unwrap().unwrap();
     assert!(
         warning.starts_with("at the end of stage \"settle\"") && warning.contains("of the 320 points"),
@@ -255,7 +261,7 @@ fn a_layer_that_yields_before_the_saw_ends_the_run() {
 }
 
 #[test]
-fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() {
+fn layers_on_a_slope_are_measured_along_its_normal_and_their_friction_is_checked() {
     let mut case = saw_test(2.0, 0.1, 1.0);
     (case["removal_shapes"], case["boundaries"]) = (json!([]), json!([]));
     case["domain"] = json!({ "min": [-1, -2], "max": [3, 1] });
@@ -283,22 +289,22 @@ fn layers_along_a_track_are_as_thin_as_they_lie_and_its_friction_is_looked_at() 
 }
 
 #[test]
-fn lengths_of_measures_that_do_not_go_with_the_cells_are_warned_of() {
-    let said = |link: f64, bin: f64| {
+fn measure_lengths_incompatible_with_the_cell_size_cause_a_warning() {
+    let warnings = |link: f64, bin: f64| {
         let mut case = saw_test(2.0, 0.1, 1.0);
         case["measures"] = json!({
             "pieces": { "kind": "fragments", "link": link },
             "crack": { "kind": "crack-tip", "body": "weak", "field": "collapsed", "direction": [-1, 0], "from": [2, 0], "bin": bin } });
         SnowMpm.plan(&read_case(&case)).unwrap().warnings
     };
-    assert_eq!(said(0.03, 0.025), Vec::<String>::new());
-    let found = said(0.02, 0.01);
+    assert_eq!(warnings(0.03, 0.025), Vec::<String>::new());
+    let found = warnings(0.02, 0.01);
     assert!(found.len() == 2 && found[0].starts_with("measures.crack.bin: 0.01 m"), "{found:?}");
     assert!(found[1].starts_with("measures.pieces.link: 0.02 m is 0.80 cells"), "{found:?}");
 }
 
 #[test]
-fn a_point_that_leaves_ends_the_run_unless_its_body_lets_it() {
+fn a_point_leaving_the_domain_ends_the_run_unless_remove_outside_is_set() {
     let mut value = block(&json!({ "kind": "uniform", "value": [20, 0] }), &json!({}));
     let mut solver = start_solver(&SnowMpm, &read_case(&value));
     let error = loop {

@@ -42,7 +42,7 @@ fn a_translation_keeps_velocity_and_shape() {
 
 /// A strip between smooth walls is strained along itself alone, as all that there is in one dimension.
 #[test]
-fn a_bar_in_one_dimension_swings_as_a_confined_strip_does() {
+fn a_bar_in_one_dimension_oscillates_as_a_confined_strip_does() {
     let ran = |plane: bool| {
         let mut value =
             block(&json!({ "kind": "linear", "value": [0], "origin": [1], "gradient": [[3]] }), &json!({}));
@@ -133,7 +133,7 @@ fn apic_keeps_an_affine_motion_and_both_momenta() {
 }
 
 #[test]
-fn what_transfers_filter_is_nothing_of_an_affine_motion_and_all_of_a_jump() {
+fn filtered_energy_is_zero_for_affine_motion_with_apic_and_positive_with_pic() {
     let affine = json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0.3, -2.0], [1.0, -0.4]] });
     let spin =
         json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0, -10], [10, 0]] });
@@ -157,7 +157,7 @@ fn what_transfers_filter_is_nothing_of_an_affine_motion_and_all_of_a_jump() {
 }
 
 #[test]
-fn the_energy_balance_closes_by_what_the_numerics_take() {
+fn the_energy_balance_closes_with_the_numerical_dissipation() {
     let mut solver = start_solver(&SnowMpm, &read_case(&ball(&json!({}))));
     let start = solver.totals();
     advance_to(&mut *solver, 0.03);

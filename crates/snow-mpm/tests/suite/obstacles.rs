@@ -46,20 +46,20 @@ fn slid(wall: &Value) -> [f64; 4] {
     let (start, before) = (solver.snapshot(), works(&*solver));
     advance_to(&mut *solver, 1.1);
     let (end, after) = (solver.snapshot(), works(&*solver));
-    let way = mean(&end.positions) - mean(&start.positions);
+    let displacement = mean(&end.positions) - mean(&start.positions);
     let rate = (mean(&velocities(&end)) - mean(&velocities(&start))) / (end.time - start.time);
     let [walls, friction, gravity] = std::array::from_fn(|k| after[k] - before[k]);
-    [rate, way, walls / gravity, friction / gravity]
+    [rate, displacement, walls / gravity, friction / gravity]
 }
 
 #[test]
 fn a_block_slides_on_a_plane_along_no_axis_by_coulombs_law() {
     let [rate, _, walls, friction] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.3 }));
     let exact = GRAVITY * (0.5 - 0.3 * DOWN[0]);
-    let [_, way, ..] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.7 }));
+    let [_, displacement, ..] = slid(&json!({ "kind": "frictional", "friction_coefficient": 0.7 }));
     assert!((rate / exact - 1.0).abs() < 5e-3, "{rate} for {exact}");
-    assert!(way.abs() < 1e-3, "{way}");
-    // The share of a rigid block; what settles on lifts a little, and does not rub then.
+    assert!(displacement.abs() < 1e-3, "{displacement}");
+    // The share of a rigid block; a settling block lifts off for short times without friction.
     let share = 0.3 * DOWN[0] / 0.5;
     assert!(
         (friction / share - 1.0).abs() < 0.02 && (walls + friction).abs() < 0.01,
@@ -68,7 +68,7 @@ fn a_block_slides_on_a_plane_along_no_axis_by_coulombs_law() {
 }
 
 #[test]
-fn a_smooth_plane_takes_nothing_of_what_slides() {
+fn a_block_on_a_smooth_plane_slides_without_friction() {
     let [rate, _, work, friction] = slid(&json!({ "kind": "smooth" }));
     let exact = 0.5 * GRAVITY;
     assert!((rate / exact - 1.0).abs() < 1e-3, "{rate} for {exact}");
@@ -76,7 +76,7 @@ fn a_smooth_plane_takes_nothing_of_what_slides() {
 }
 
 #[test]
-fn what_lies_in_an_obstacle_or_adheres_to_it_is_refused_where_it_stands() {
+fn bodies_inside_obstacles_and_adhesion_are_refused_by_path() {
     let mut case = block_on_plane(&json!({ "kind": "rough" }));
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.5, 2.0], "max": [1.0, 2.5] });
     let error = refused(&case);
@@ -103,7 +103,7 @@ fn rammed(wall: &Value) -> Value {
 }
 
 #[test]
-fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
+fn reaction_of_a_moving_obstacle_equals_the_momentum_of_the_body() {
     for wall in [
         json!({ "kind": "rough" }),
         json!({ "kind": "smooth" }),
@@ -114,7 +114,7 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         advance_to(&mut *solver, 0.08);
         let given = solver.totals().momentum;
         let reaction = solver.reaction("ram").unwrap().impulse;
-        // The ball has gone 0.24 m, and has met the block after 0.05 m.
+        // The ball has moved by 0.24 m, and met the block after 0.05 m.
         assert!(given[0] > 0.25 * 400.0 * 3.0, "{wall}: {given:?}");
         for c in 0..2 {
             assert!((given[c] + reaction[c]).abs() < 1e-9 * given[0], "{wall}: {given:?} {reaction:?}");
@@ -122,7 +122,7 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
         let pressure = readings.iter().find(|(name, ..)| name == "pressure.impulse").unwrap().2;
         assert!((pressure + given[0] / 0.5).abs() < 1e-9 * given[0], "{pressure}");
-        // Work of the ball is what there is, but for what the numerics take.
+        // Work of the ball is the energy of the block plus the numerical dissipation.
         let work = reading(&*solver, "work_of_walls");
         let budget = solver.totals();
         assert!((work / (budget.kinetic + budget.elastic) - 1.0).abs() < 0.2, "{wall}: {work} {budget:?}");
@@ -149,7 +149,7 @@ fn spin_kept(bowl: &Value) -> f64 {
 }
 
 #[test]
-fn a_bowl_that_turns_with_what_is_in_it_does_nothing_to_it() {
+fn a_bowl_rotating_with_its_contents_leaves_the_rotation_unchanged() {
     let turning = spin_kept(&json!({ "rotation": 180.0 / std::f64::consts::PI, "centre": [2, 1.5] }));
     assert!((turning - 1.0).abs() < 1e-3, "{turning}");
     let still = spin_kept(&Value::Null);
@@ -157,7 +157,7 @@ fn a_bowl_that_turns_with_what_is_in_it_does_nothing_to_it() {
 }
 
 #[test]
-fn a_settled_block_presses_by_its_weight() {
+fn reaction_of_a_settled_block_is_its_weight() {
     let mut case = block_on_plane(&json!({ "kind": "rough" }));
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.5, 1], "max": [2.5, 1.5] });
     case["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] });
@@ -179,13 +179,13 @@ fn a_settled_block_presses_by_its_weight() {
     let after = state(&*solver);
     let [reaction, gained, time] = std::array::from_fn(|k| after[k] - before[k]);
     let weight = 400.0 * 0.5 * GRAVITY * time;
-    // What the ground does not bear of the weight moves the block.
+    // The weight less the reaction of the ground accelerates the block.
     assert!((reaction + weight + gained).abs() < 1e-7 * weight, "{reaction} {gained} {weight}");
     assert!((reaction / weight + 1.0).abs() < 0.05, "{reaction} of {weight}");
 }
 
 #[test]
-fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
+fn reactions_of_too_many_obstacles_are_refused() {
     let mut case = rammed(&json!({ "kind": "smooth" }));
     for number in 0..8 {
         let shape = json!({ "kind": "ball", "centre": [0.1, 0.1 + 0.2 * f64::from(number)], "radius": 0.01 });
@@ -226,13 +226,13 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     advance_to(&mut *solver, 1.6);
     // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
     let exact = 4.0 / (2.0 * 0.3 * GRAVITY) + 0.3;
-    let way = middle(&*solver) + 0.3 - 1.225;
-    eprintln!("{way} {exact}");
-    assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
+    let displacement = middle(&*solver) + 0.3 - 1.225;
+    eprintln!("{displacement} {exact}");
+    assert!((displacement / exact - 1.0).abs() < 0.03, "{displacement} for {exact}");
 }
 
 #[test]
-fn an_obstacle_tells_the_moment_of_what_it_bears_and_a_fast_one_shortens_the_step() {
+fn obstacle_moment_equals_the_angular_momentum_of_the_body_and_speed_limits_the_step() {
     let mut value = rammed(&json!({ "kind": "smooth" }));
     // Below the middle of the block, which begins to turn.
     value["obstacles"][0]["shape"]["centre"] = json!([1.2, 1.2]);

@@ -1,4 +1,4 @@
-//! Domains that repeat themselves.
+//! Periodic domains.
 
 use colluvium_case::{Case, Method};
 use colluvium_snow_mpm::SnowMpm;
@@ -32,7 +32,7 @@ fn drifting(shrink: f64, seam: f64, options: &Value) -> Value {
 }
 
 #[test]
-fn a_body_flies_through_periodic_sides_without_noticing() {
+fn motion_through_periodic_sides_is_unchanged() {
     for (options, within) in [
         (json!({}), 1e-11),
         (json!({ "shape": "quadratic" }), 1e-11),
@@ -55,7 +55,7 @@ fn a_body_flies_through_periodic_sides_without_noticing() {
 }
 
 #[test]
-fn where_the_seam_lies_makes_no_difference() {
+fn results_do_not_depend_on_the_position_of_the_periodic_boundary() {
     for options in [json!({}), json!({ "transfer": "flip", "shape": "quadratic" })] {
         let ends = [0.0, 0.5].map(|seam| {
             let mut solver = start_solver(&SnowMpm, &read_case(&drifting(0.5, seam, &options)));
@@ -99,7 +99,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
 
 #[test]
 fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
-    // Gravity tilted by 30°, a bed with a coefficient of 0.3, and no ends: what the whole layer does is what each of its points does.
+    // Gravity tilted by 30°, a bed with a coefficient of 0.3, and no ends: each point has the motion of the whole layer.
     let (slope, friction, end) = (30f64.to_radians(), 0.3, 0.3);
     let gravity = [9.81 * slope.sin(), -9.81 * slope.cos()];
     let mut solver = start_solver(
@@ -116,21 +116,21 @@ fn a_layer_slides_through_periodic_sides_by_coulombs_law() {
     );
     advance_to(&mut *solver, end);
     let snapshot = solver.snapshot();
-    let way = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
+    let exact = 0.5 * 9.81 * (slope.sin() - friction * slope.cos()) * end * end;
     let moved = vectors(&snapshot, "displacement");
     let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
-    // It bounces on its bed, which at the end has carried its weight but for a part of a swing.
-    assert!((mean / way - 1.0).abs() < 0.03, "{mean} is not {way}");
+    // The layer bounces on its bed: the mean normal force is its weight up to a part of an oscillation.
+    assert!((mean / exact - 1.0).abs() < 0.03, "{mean} is not {exact}");
     for row in [0.0125, 0.1875] {
         let of_row = moved.iter().zip(&snapshot.positions).filter(|(u, x)| (x[1] - u[1] - row).abs() < 1e-6);
         let along: Vec<f64> = of_row.map(|(u, _)| u[0]).collect();
-        let spread = along.iter().fold(0f64, |most, u| most.max((u - along[0]).abs()));
+        let spread = along.iter().fold(0f64, |largest, u| largest.max((u - along[0]).abs()));
         assert!(along.len() == 24 && spread < 1e-9, "row {row}: {spread}");
     }
 }
 
 #[test]
-fn what_cannot_be_periodic_is_refused_by_name() {
+fn options_without_support_in_periodic_domains_are_refused_by_key() {
     let narrow = refusal(&SnowMpm, &drifting(0.0, 0.0, &json!({ "cell_size": 0.1 })));
     assert!(narrow.starts_with("domain.periodic: needs 11 cells"), "{narrow}");
     let mut case = drifting(0.0, 0.0, &json!({}));

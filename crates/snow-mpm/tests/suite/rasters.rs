@@ -24,7 +24,7 @@ fn of<'a>(rasters: &'a [PlanRaster], name: &str) -> &'a PlanRaster {
 }
 
 #[test]
-fn rasters_tell_what_has_gone_over_the_plan() {
+fn rasters_contain_peak_thickness_velocity_pressure_and_arrival_time() {
     let case = read_case(&sliding());
     let mut solver = start_solver(&SnowMpm, &case);
     advance_to(&mut *solver, 0.4);
@@ -48,7 +48,7 @@ fn rasters_tell_what_has_gone_over_the_plan() {
 }
 
 #[test]
-fn rasters_go_on_after_a_restart() {
+fn rasters_continue_after_a_restart() {
     let case = read_case(&sliding());
     let mut whole = start_solver(&SnowMpm, &case);
     advance_to(&mut *whole, 0.1);
@@ -78,7 +78,7 @@ fn a_profile_has_no_rasters() {
 }
 
 #[test]
-fn rasters_on_a_map_are_those_near_zero_where_the_map_says() {
+fn rasters_in_map_coordinates_equal_those_near_zero() {
     // Numbers that stay as they are when the origin is taken off.
     let placed = |x: f64, y: f64| {
         let mut case = sliding();

@@ -26,7 +26,7 @@ fn the_result_is_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_restored_solver_goes_on_bit_for_bit() {
+fn a_restored_solver_is_bit_identical() {
     let case = read_case(&ball(&json!({})));
     let mut first = start_solver(&SnowMpm, &read_case(&ball(&json!({}))));
     // Far enough for points to have been sorted again, and to have drifted since.

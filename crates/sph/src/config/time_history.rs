@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_function_of_time_is_refused() {
+    fn invalid_time_histories_are_refused_by_key() {
         for (times, factors, key) in [
             (vec![], vec![], "times"),
             (vec![0.0, 1.0], vec![1.0], "factors"),

@@ -129,22 +129,24 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
 
-    fn told_apart<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
+    fn identifies_surface<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
         surface_detection_problem(&Smoothing::<D>::new(kernel, ratio).unwrap(), 1.0).is_none()
     }
 
     #[test]
-    fn surfaces_are_told_where_the_sheet_says_so_and_the_kernel_lets_them() {
+    fn surface_particles_are_identified_for_the_kernels_and_ratios_of_the_sheet() {
         use Kernel::{CubicSpline, WendlandC2, WendlandC4, WendlandC6};
         for ratio in [1.2, 1.3, 1.5] {
-            assert!(told_apart::<1>(CubicSpline, ratio) && told_apart::<2>(CubicSpline, ratio));
-            assert!(told_apart::<3>(CubicSpline, ratio));
+            assert!(
+                identifies_surface::<1>(CubicSpline, ratio) && identifies_surface::<2>(CubicSpline, ratio)
+            );
+            assert!(identifies_surface::<3>(CubicSpline, ratio));
         }
         for ratio in [1.2, 1.5] {
-            assert!(told_apart::<2>(WendlandC2, ratio) && told_apart::<3>(WendlandC2, ratio));
+            assert!(identifies_surface::<2>(WendlandC2, ratio) && identifies_surface::<3>(WendlandC2, ratio));
         }
         for (kernel, ratio) in [(CubicSpline, 1.0), (WendlandC2, 1.0), (WendlandC4, 1.2), (WendlandC6, 1.2)] {
-            assert!(!told_apart::<2>(kernel, ratio), "{kernel:?} {ratio}");
+            assert!(!identifies_surface::<2>(kernel, ratio), "{kernel:?} {ratio}");
         }
     }
 

@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn places_behind_a_face_are_those_of_a_wall_of_particles_turned_with_it() {
+    fn dummy_sites_behind_a_face_are_a_rotated_wall_of_particles() {
         let flat: Vec<_> =
             dummy_sites(&[face([0.0, 1.0], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
         // Layers 0.1 and 0.2 below the particle: five sites within 0.25 m in the first, three in the second.
@@ -419,7 +419,7 @@ mod tests {
     }
 
     #[test]
-    fn in_an_inner_corner_no_place_counts_twice() {
+    fn dummy_sites_in_an_inner_corner_do_not_overlap() {
         let both = [face([0.0, 1.0], 0.05), face([1.0, 0.0], 0.06)];
         let found: Vec<_> =
             dummy_sites(&both, 0.1, 0.3).map(|(site, (apart, _))| (site.face.normal, apart)).collect();

@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hit_on_what_moves_is_the_same_seen_from_there_and_its_work_is_told() {
+    fn impact_on_a_moving_obstacle_is_frame_independent_and_its_work_is_recorded() {
         let (normal, course) = ([0.0, 1.0], [0.7, 2.0]);
         let mut still = StoppedParticle { x: [1.0, -0.2], v: [3.0, -4.0], lost: ObstacleEnergies::default() };
         let mut carried =
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hit_takes_the_way_back_and_the_energy_that_it_tells() {
+    fn an_impact_reverses_penetration_and_removes_the_recorded_energy() {
         let normal = [0.0, 1.0];
         for friction in [0.0, 0.5, f64::INFINITY] {
             let mut hit =

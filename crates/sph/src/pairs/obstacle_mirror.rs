@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wall_that_rubs_takes_the_traction_that_it_is_given_and_no_other() {
+    fn a_frictional_mirror_has_the_prescribed_shear_traction() {
         let stress = SymTensor([-3.0, -1.0, -2.0, 0.7, -0.4, 0.9]);
         let n = [0.6, 0.48, 0.64];
         let (across, shear) = face_tractions(&stress, &n);

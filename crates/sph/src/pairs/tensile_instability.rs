@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn compression_is_left_alone_and_tension_repels() {
+    fn artificial_stress_is_zero_in_compression_and_repulsive_in_tension() {
         let tensile = Tensile::ArtificialStress { strength: 0.5, exponent: 2.55 };
         assert_eq!(artificial_stress::<2>(tensile, &SymTensor::isotropic(-5.0), 1.0), SymTensor::ZERO);
         assert_eq!(
@@ -72,7 +72,7 @@ mod tests {
     }
     /// Expected `-ε₀ ⟨I1/3⟩ / ρ² 1` (BN 118 with the sign of K21), in the plane with the out-of-plane stress.
     #[test]
-    fn artificial_pressure_repels_by_the_mean_tension_alone() {
+    fn artificial_pressure_depends_on_the_mean_tension_only() {
         let tensile = Tensile::ArtificialPressure { strength: 0.9, exponent: 2.55 };
         let pulled = SymTensor([6.0, -1.0, 1.0, 4.0, 0.0, 0.0]);
         let exact = SymTensor::isotropic(-0.9 * 2.0 / 4.0);

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_that_are_no_liquids_may_turn() {
+    fn the_default_velocity_gradient_of_solids_is_corotated() {
         let soil = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
         let gradient =
             |model: &Value, sph: Value| options(&case(model, 0.5, &sph)).unwrap().velocity_gradient;
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn options_of_liquids_that_are_given_stand() {
+    fn given_options_of_liquids_override_defaults() {
         let given = json!({ "spacing": 0.02, "kernel": "cubic-spline", "shifting": 0 });
         let found = options(&case(&water(), 1.0, &given)).unwrap();
         assert_eq!((found.kernel, found.smoothing, found.shifting), (Kernel::CubicSpline, 1.2, 0.0));

@@ -156,7 +156,7 @@ mod tests {
 
     /// Checked between two neighbour lists too.
     #[test]
-    fn images_in_a_moving_mirror_stand_across_it_in_every_step() {
+    fn images_in_a_moving_mirror_remain_symmetric_in_every_step() {
         let text = json!({
             "title": "mirror", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },

@@ -284,7 +284,7 @@ mod tests {
 
     /// Particles with a larger spacing and smoothing lengths scaled with it have the same averages.
     #[test]
-    fn averages_go_by_the_smoothing_lengths_as_they_are() {
+    fn averages_use_the_current_smoothing_lengths() {
         let smoothed = |stretch: f64, form: Regularisation| {
             let text = json!({
                 "title": "stretch", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],

@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rigid_turn_makes_no_strain() {
+    fn a_rigid_rotation_causes_no_strain() {
         let (sin, cos) = 0.3f64.sin_cos();
         let turn = motion_from_start::<2>(&[[cos - 1.0, -sin], [sin, cos - 1.0]], 1.0, 1.0, 1.0).unwrap();
         assert!(turn.strain_increment().norm() < 1e-15);

@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn friction_counts_what_was_and_at_most_twice_what_is() {
+    fn friction_pressure_is_the_delayed_pressure_limited_to_twice_the_present_one() {
         let cases =
             [(0.0, 5.0, 5.0), (5.0, -1.0, -1.0), (1.0, 10.0, 1.0), (30.0, 10.0, 20.0), (9.0, 10.0, 9.0)];
         cases.iter().for_each(|(delayed, present, counts)| {
@@ -80,7 +80,7 @@ mod tests {
     /// Contacts of half a delay at intervals of half a delay. The part not yet used by friction is that of one contact, however many there
     /// are: from the eleventh on all is used.
     #[test]
-    fn friction_counts_all_pressure_of_a_body_that_bounces() {
+    fn delayed_friction_includes_all_contact_pressure_of_a_bouncing_body() {
         let (mut delayed, mut counts, mut whole) = (0.0, 0.0, 0.0);
         for step in 0..100_000 {
             let phase = f64::from(step % 1000) / 500.0;

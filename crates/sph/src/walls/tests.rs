@@ -20,7 +20,7 @@ fn plane(axis: usize) -> FlatWall<2> {
 }
 
 #[test]
-fn images_in_rough_mirrors_go_the_other_way_and_keep_the_stress() {
+fn images_in_rough_mirrors_have_opposite_velocity_and_equal_stress() {
     let rough = |axis| FlatWall { velocity: [0.5, 0.25], contact: WallContact::NoSlip, ..plane(axis) };
     let walls = FlatWalls::<2> { mirrors: vec![rough(1), plane(0)], ..FlatWalls::default() };
     let mut images = Vec::new();
@@ -44,7 +44,7 @@ fn a_particle_in_a_corner_has_three_images() {
 }
 
 #[test]
-fn a_moving_mirror_carries_its_images() {
+fn images_of_a_moving_mirror_move_with_it() {
     let moving = FlatWall { velocity: [0.5, 3.0], ..plane(0) };
     let mut walls = FlatWalls::<2> { mirrors: vec![plane(1), moving], ..FlatWalls::default() };
     walls.move_to(2.0);
@@ -64,7 +64,7 @@ fn a_moving_mirror_carries_its_images() {
 }
 
 #[test]
-fn a_face_is_where_the_integral_of_its_velocity_is() {
+fn the_position_of_a_moving_face_is_the_integral_of_its_velocity() {
     let history = TimeHistory { times: vec![1.0, 2.0, 4.0], factors: vec![0.0, 3.0, -1.0] };
     let varying = |axis, contact| FlatWall {
         velocity: [0.5, 0.25],
@@ -133,7 +133,7 @@ fn walls_of_particles_share_their_corner() {
 }
 
 #[test]
-fn walls_go_on_beyond_the_end_of_a_period() {
+fn wall_particles_continue_across_a_periodic_boundary() {
     let periods = vec![PeriodicAxis { axis: 0, low: 0.0, high: 1.0 }];
     let walls = FlatWalls::<2>::new(Vec::new(), vec![plane(1)], periods, ([0.0, 0.0], [1.0, 1.0]), 0.1, 0.24);
     for x in &walls.particles {

@@ -64,7 +64,7 @@ fn work_over_energy(case: &Case) -> f64 {
 
 /// With a band length of one spacing the work would be twice the fracture energy, at any spacing.
 #[test]
-fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
+fn a_bar_in_tension_dissipates_its_fracture_energy() {
     for rows in [20.0, 40.0] {
         let spacing = LENGTH / (rows + 1.0);
         for (name, case) in [
@@ -79,7 +79,7 @@ fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
 }
 
 #[test]
-fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
+fn options_that_spread_a_crack_and_snap_back_are_refused_with_a_remedy() {
     let refused = |case: &Case| {
         Sph.build(case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
     };
@@ -109,7 +109,7 @@ fn what_spreads_a_crack_or_snaps_back_is_refused_with_the_cure() {
 }
 
 #[test]
-fn soil_beside_a_rigid_body_is_told_to_stick() {
+fn soil_beside_a_rigid_body_causes_a_warning_that_it_sticks() {
     let warnings = |rigid: bool, material: &Value| {
         let case = read_case(&json!({
             "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
@@ -124,10 +124,10 @@ fn soil_beside_a_rigid_body_is_told_to_stick() {
         Sph.plan(&case).unwrap().warnings.join("\n")
     };
     let sand = json!({ "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 30 });
-    let told = warnings(true, &sand);
+    let text = warnings(true, &sand);
     assert!(
-        told.contains("\"fill\" sticks to the rigid body \"block\"") && told.contains("obstacle"),
-        "{told}"
+        text.contains("\"fill\" sticks to the rigid body \"block\"") && text.contains("obstacle"),
+        "{text}"
     );
     assert!(!warnings(false, &sand).contains("sticks"));
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1 });

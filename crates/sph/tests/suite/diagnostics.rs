@@ -23,7 +23,7 @@ fn block(more: &Value, sph: &Value) -> Case {
 }
 
 #[test]
-fn sums_hold_within_and_fail_at_surfaces() {
+fn kernel_sums_are_exact_within_and_deficient_at_surfaces() {
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "momentum": "corrected" });
     let solver = start_solver(&Sph, &block(&json!({}), &sph));
     let snapshot = solver.snapshot();
@@ -31,7 +31,7 @@ fn sums_hold_within_and_fail_at_surfaces() {
         (vectors(&snapshot, "gradient_of_constant"), snapshot.tensors("gradient_of_position").unwrap());
     for ((x, constant), position) in snapshot.positions.iter().zip(&constant).zip(position) {
         let inside = (0.15..0.85).contains(&x[0]) && x[1] < 0.85;
-        let size = constant.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let size = constant.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
         if inside {
             // Particles of the floor count as those of the block.
             assert!(size < 1e-12, "{x:?}: {constant:?}");
@@ -51,7 +51,7 @@ fn sums_hold_within_and_fail_at_surfaces() {
 }
 
 #[test]
-fn what_falls_back_is_counted() {
+fn gradients_and_averages_without_correction_are_counted() {
     // A line of particles has no neighbours across it: no gradient can be corrected, no average be linear.
     let line = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.05] } }] });
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "velocity_gradient": "corrected" });
@@ -64,10 +64,10 @@ fn what_falls_back_is_counted() {
 #[test]
 fn diagnostics_change_nothing_else() {
     let thrown = json!({ "gravity": [0, -10] });
-    let [plain, told] = [false, true].map(|diagnostics| {
+    let [plain, with_diagnostics] = [false, true].map(|diagnostics| {
         solve(&Sph, &block(&thrown, &json!({ "diagnostics": diagnostics }))).snapshot.positions
     });
-    assert_eq!(plain, told);
+    assert_eq!(plain, with_diagnostics);
     let total = block(
         &json!({ "boundaries": [] }),
         &json!({ "formulation": "total-lagrangian", "diagnostics": true }),
@@ -94,7 +94,7 @@ fn a_confined_block_comes_to_rest_under_the_full_pressure() {
 
 /// For any position of the surface and the layer beside it relative to the periodic boundary.
 #[test]
-fn a_confined_disc_across_the_end_of_a_period_feels_what_it_feels_in_the_middle() {
+fn accelerations_of_a_confined_disc_do_not_depend_on_the_periodic_boundary() {
     let more = json!({
         "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x"] }, "boundaries": [],
         "bodies": [{ "name": "b", "material": "m",
@@ -128,21 +128,21 @@ fn warnings(sph: &Value) -> String {
 }
 
 #[test]
-fn choices_that_fit_badly_are_named() {
+fn unsuitable_options_cause_warnings_that_name_them() {
     for kernel in ["wendland-c2", "wendland-c4", "wendland-c6"] {
-        let told = |smoothing: f64| warnings(&json!({ "kernel": kernel, "smoothing": smoothing }));
+        let warned = |smoothing: f64| warnings(&json!({ "kernel": kernel, "smoothing": smoothing }));
         assert!(
-            told(1.1).contains("methods.sph.smoothing: ") && !told(1.2).contains("methods.sph.smoothing")
+            warned(1.1).contains("methods.sph.smoothing: ") && !warned(1.2).contains("methods.sph.smoothing")
         );
     }
     for momentum in ["rho2", "rho-rho", "corrected"] {
-        let told = warnings(&json!({ "momentum": momentum, "confining": { "pressure": 1 } }));
-        assert_eq!(told.contains("methods.sph.momentum: only rho-rho"), momentum != "rho-rho", "{told}");
+        let text = warnings(&json!({ "momentum": momentum, "confining": { "pressure": 1 } }));
+        assert_eq!(text.contains("methods.sph.momentum: only rho-rho"), momentum != "rho-rho", "{text}");
     }
 }
 
 #[test]
-fn numbers_of_steps_that_are_zero_are_told_what_turns_them_off() {
+fn zero_step_intervals_are_refused_with_the_option_that_disables_them() {
     for off in ["regularisation", "density_reset"] {
         let name = format!("{off}_steps");
         let case = block(&json!({}), &json!({ name.as_str(): 0 }));
@@ -155,7 +155,7 @@ fn numbers_of_steps_that_are_zero_are_told_what_turns_them_off() {
 }
 
 #[test]
-fn options_without_effect_are_named() {
+fn options_without_effect_cause_warnings() {
     for (name, value) in [
         ("regularisation_steps", json!(3)),
         ("density_reset_steps", json!(3)),
@@ -165,16 +165,16 @@ fn options_without_effect_are_named() {
         ("symmetrisation", json!("harmonic")),
         ("smooth_wall", json!("particles")),
     ] {
-        let told = warnings(&json!({ name: value }));
-        assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
+        let text = warnings(&json!({ name: value }));
+        assert!(text.contains(&format!("methods.sph.{name}: has no effect")), "{text}");
     }
     for (name, value) in [
         ("wall_stress", json!("interpolated")),
         ("wall_velocity", json!("linear")),
         ("wall_guard", json!(0.1)),
     ] {
-        let told = warnings(&json!({ "rough_wall": "mirror", name: value }));
-        assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
+        let text = warnings(&json!({ "rough_wall": "mirror", name: value }));
+        assert!(text.contains(&format!("methods.sph.{name}: has no effect")), "{text}");
         assert!(!warnings(&json!({ name: value })).contains("no effect"));
     }
     assert!(!warnings(&json!({})).contains("no effect"));

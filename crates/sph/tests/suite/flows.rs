@@ -93,7 +93,7 @@ fn the_hourglass_viscosity_conserves() {
 
 /// The viscosity of the liquid is at the bound, or below.
 #[test]
-fn artificial_viscosity_is_for_liquids_that_have_too_little_of_their_own() {
+fn default_artificial_viscosity_supplements_low_liquid_viscosity_only() {
     // ρ c Δx/100 with c = 10 m/s and Δx = 0.05 m.
     let bound = 1000.0 * 10.0 * 0.05 / 100.0;
     let end = |viscosity: f64, linear: Option<f64>| {

@@ -71,7 +71,7 @@ fn densities_diffuse_within_each_body_of_fluid_only() {
 
 /// Between soils of 1000 and 2000 kg/m³ with the same stretching.
 #[test]
-fn a_jump_of_density_asks_for_the_continuity_of_volumes() {
+fn divergence_at_a_density_jump_is_exact_with_volume_continuity_only() {
     let stretched = |_: u32, x: &[f64; 2]| PrescribedParticle { velocity: [x[0], 0.0], ..STILL };
     let of = |continuity: &str| {
         let case = halves(&[solid(1000.0), solid(2000.0)], &json!({ "continuity": continuity }));
@@ -90,7 +90,7 @@ fn a_jump_of_density_asks_for_the_continuity_of_volumes() {
 
 /// `v_a = v_w - min(½, d_a/d_b) (v_b - v_w)` (sheet: sph §2.13 c).
 #[test]
-fn walls_of_linear_velocity_oppose_by_the_distances() {
+fn linear_velocity_walls_extrapolate_by_the_ratio_of_distances() {
     let (spacing, wall, own) = (0.05, 0.3, 1.0);
     let text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &json!({}))).unwrap();
     let more = json!({
@@ -182,7 +182,7 @@ fn layers(wall_stress: &str, upper_first: bool) -> Case {
 }
 
 #[test]
-fn walls_take_the_density_of_the_soil_that_touches_them() {
+fn wall_particles_have_the_density_of_the_adjacent_soil() {
     let rest = |_: u32, x: &[f64; 2]| {
         let vertical = if x[1] > 0.5 { -1e4 * (1.0 - x[1]) } else { -5e3 - 2e4 * (0.5 - x[1]) };
         PrescribedParticle { stress: SymTensor::diagonal(0.5 * vertical, vertical, 0.5 * vertical), ..STILL }
@@ -214,7 +214,7 @@ fn walls_take_the_density_of_the_soil_that_touches_them() {
 }
 
 #[test]
-fn bodies_that_are_held_keep_their_path_with_xsph() {
+fn held_bodies_keep_their_path_with_xsph() {
     for integration in ["leapfrog", "predictor-corrector", "velocity-verlet", "verlet", "runge-kutta4"] {
         let sph = json!({ "xsph": 0.5, "held": ["right"], "integration": integration });
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();
@@ -231,7 +231,7 @@ fn bodies_that_are_held_keep_their_path_with_xsph() {
 
 /// Factor that rises, falls and becomes negative, with corners within steps.
 #[test]
-fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart() {
+fn held_bodies_follow_their_velocity_history_and_are_bit_identical_after_a_restart() {
     let schemes =
         ["leapfrog", "leapfrog-rates", "predictor-corrector", "position-verlet", "velocity-verlet", "verlet"];
     for integration in schemes.into_iter().chain(["runge-kutta4"]) {
@@ -273,7 +273,7 @@ fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart()
 }
 
 #[test]
-fn histories_are_of_bodies_that_are_held_and_functions_of_time() {
+fn histories_require_held_bodies_and_valid_functions_of_time() {
     let history = |times: &[f64]| json!({ "times": times, "factors": [1, 0] });
     for (name, times, path) in [
         ("left", [0.0, 1.0], "methods.sph.held_history.left"),
@@ -287,7 +287,7 @@ fn histories_are_of_bodies_that_are_held_and_functions_of_time() {
 }
 
 #[test]
-fn the_guard_against_far_moves_knows_what_xsph_adds() {
+fn the_displacement_limit_per_step_includes_the_xsph_correction() {
     let case = halves(&[solid(1000.0), solid(1000.0)], &json!({ "xsph": 1 }));
     let dt = 1e-4;
     // A quarter of a smoothing length in the step, but the mean of alternating neighbours is almost zero.
@@ -309,7 +309,7 @@ fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
     let fastest = |momentum: &str| {
         let case = halves(&[solid(1000.0), solid(4000.0)], &json!({ "momentum": momentum }));
         let found = rates::<2>(&case, |_, _| PrescribedParticle { stress, ..STILL }).unwrap();
-        found.iter().flat_map(|p| p.acceleration).fold(0.0, |most: f64, a| most.max(a.abs()))
+        found.iter().flat_map(|p| p.acceleration).fold(0.0, |largest: f64, a| largest.max(a.abs()))
     };
     // Relative to the stress over the lighter density and the spacing, 400 m/s².
     assert!(fastest("rho-rho") < 1e-9, "{}", fastest("rho-rho"));
@@ -318,7 +318,7 @@ fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
 
 /// Periodic bars of two densities under one stress, in one dimension and in two, without options.
 #[test]
-fn a_bar_of_two_densities_at_rest_makes_no_energy() {
+fn a_bar_of_two_densities_at_rest_gains_no_energy() {
     let line = |ratio: f64, sph: &Value| {
         let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0 * ratio)], sph)).unwrap();
         text["space"] = json!("1d");
@@ -356,39 +356,39 @@ fn a_bar_of_two_densities_at_rest_makes_no_energy() {
 }
 
 #[test]
-fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
-    let told = |densities: [f64; 2], sph: &Value| {
+fn unsuitable_forms_at_a_density_jump_cause_a_warning_with_a_remedy() {
+    let warnings = |densities: [f64; 2], sph: &Value| {
         let mut options = json!({ "continuity": "trace" });
         options.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
         Sph.plan(&halves(&densities.map(solid), &options)).unwrap().warnings.join("\n")
     };
     let momentum = "methods.sph.momentum: where bodies of 1000 and 2000 kg/m³";
-    let asked = told([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
-    assert!(asked.contains(momentum) && !asked.contains("weights by mass"), "{asked}");
+    let text = warnings([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
+    assert!(text.contains(momentum) && !text.contains("weights by mass"), "{text}");
     // The recommended option gives no warning, and the default is the recommended one.
-    assert!(!told([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("are in contact"));
-    assert!(!told([1000.0, 2000.0], &json!({})).contains("are in contact"));
-    assert!(!told([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("are in contact"));
+    assert!(!warnings([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("are in contact"));
+    assert!(!warnings([1000.0, 2000.0], &json!({})).contains("are in contact"));
+    assert!(!warnings([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("are in contact"));
     for (key, given, cure) in
         [("continuity", "mass", "volume"), ("velocity_gradient", "density-difference", "difference")]
     {
-        let with = |value: &str| told([1000.0, 2000.0], &json!({ "momentum": "rho-rho", key: value }));
+        let with = |value: &str| warnings([1000.0, 2000.0], &json!({ "momentum": "rho-rho", key: value }));
         assert!(with(given).contains(&format!("methods.sph.{key}: where bodies of")), "{}", with(given));
         assert!(!with(cure).contains("are in contact"), "{}", with(cure));
     }
 }
 
 #[test]
-fn elastic_bodies_are_told_what_tension_does_to_them() {
-    let told = |solid: Value, sph: &Value| {
+fn elastic_bodies_without_a_tensile_correction_cause_a_warning() {
+    let warnings = |solid: Value, sph: &Value| {
         Sph.plan(&halves(&[solid, fluid(1000.0)], sph)).unwrap().warnings.join("\n")
     };
     let of = "methods.sph.tensile: the body left is elastic";
-    assert!(told(solid(1000.0), &json!({})).contains(of));
+    assert!(warnings(solid(1000.0), &json!({})).contains(of));
     let cured = json!({ "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 4 } });
-    assert!(!told(solid(1000.0), &cured).contains(of));
-    assert!(!told(fluid(1000.0), &json!({})).contains(of));
-    assert!(!told(solid(1000.0), &json!({ "held": ["left"] })).contains(of));
+    assert!(!warnings(solid(1000.0), &cured).contains(of));
+    assert!(!warnings(fluid(1000.0), &json!({})).contains(of));
+    assert!(!warnings(solid(1000.0), &json!({ "held": ["left"] })).contains(of));
     let mut rigid = halves(&[solid(1000.0), fluid(1000.0)], &json!({}));
     rigid.domain.periodic.clear();
     rigid.bodies[0].rigid = true;

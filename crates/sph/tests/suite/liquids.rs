@@ -45,7 +45,7 @@ fn column(far: bool, sph: &Value) -> Case {
 
 /// The toe sinks to the face and is replaced by its image.
 #[test]
-fn a_column_that_breaks_goes_through_no_smooth_wall() {
+fn a_collapsing_column_does_not_penetrate_smooth_walls() {
     let choices = [
         json!({}),
         json!({ "kernel": "cubic-spline", "smoothing": 1.2 }),
@@ -79,7 +79,7 @@ fn spread(sph: &Value) -> (f64, f64) {
 
 /// A particle and its image can't evade each other.
 #[test]
-fn water_that_spreads_keeps_off_a_smooth_floor() {
+fn spreading_water_does_not_penetrate_a_smooth_floor() {
     for sph in [
         json!({}),
         json!({ "smooth_wall": "particles" }),
@@ -100,7 +100,7 @@ fn balance(case: &Case, end: f64) -> [f64; 4] {
     let mut solver = start_solver(&Sph, case);
     let start = solver.budget().unwrap();
     let speed = (2.0 * start.kinetic / start.mass).sqrt();
-    let mut most = [0.0f64; 4];
+    let mut largest = [0.0f64; 4];
     while solver.time() < end {
         advance_steps(&mut *solver, 1);
         let now = solver.budget().unwrap();
@@ -111,14 +111,14 @@ fn balance(case: &Case, end: f64) -> [f64; 4] {
             off(now.momentum, start.momentum) / (start.mass * speed),
             off(now.angular_momentum, start.angular_momentum) / (start.mass * speed),
         ];
-        (0..4).for_each(|k| most[k] = most[k].max(found[k]));
+        (0..4).for_each(|k| largest[k] = largest[k].max(found[k]));
     }
-    most
+    largest
 }
 
 /// Energy of the repulsion is in the budget, and is returned to the motion.
 #[test]
-fn particles_that_come_close_keep_energy_and_both_momenta() {
+fn short_range_repulsion_conserves_energy_and_both_momenta() {
     let options = |wall: &str| json!({ "smooth_wall": wall, "viscosity_linear": 0, "courant": 0.005 });
     // Two particles in an oblique collision, and one that falls on a floor. The leapfrog is of second order: 3e-3 at four times the step.
     let askew = [([1.0, 1.0], [1.05, 1.05], [2.0, 0.0]), ([1.2, 1.01], [1.25, 1.06], [-2.0, 0.0])];

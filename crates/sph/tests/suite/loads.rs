@@ -31,7 +31,7 @@ fn disk(spin: f64, load: &Value, options: &Value) -> Case {
 
 /// The resultant of a pressure on the right half is the pressure times the width, and rotates with the disk.
 #[test]
-fn a_pressure_on_a_part_of_a_surface_turns_with_the_body() {
+fn a_pressure_on_a_part_of_a_surface_rotates_with_the_body() {
     let spin = 10.0;
     let right = json!({ "kind": "box", "min": [0, -1], "max": [1, 1] });
     for options in [json!({}), json!({ "formulation": "total-lagrangian" })] {
@@ -52,7 +52,7 @@ fn a_pressure_on_a_part_of_a_surface_turns_with_the_body() {
 
 /// A shear all around has no resultant, and a moment of 2 π R² τ; it acts up to half a spacing within the circle.
 #[test]
-fn a_shear_around_a_disk_turns_it() {
+fn shear_around_a_disk_gives_its_moment_and_no_resultant() {
     let report = solve(&Sph, &disk(0.0, &json!({ "shear": 100 }), &json!({})));
     let exact = 2.0 * PI * RADIUS * RADIUS * 100.0 * 0.1;
     let ratio = report.end.angular_momentum[2] / exact;
@@ -63,7 +63,7 @@ fn a_shear_around_a_disk_turns_it() {
 /// Under a slowly increasing pressure all around, the internal stress is that pressure, in plane strain; the sums of the outermost
 /// particles are too small, less so with smaller particles.
 #[test]
-fn a_pressure_all_around_is_the_stress_within() {
+fn uniform_pressure_on_all_sides_equals_the_internal_stress() {
     let error = |spacing: f64| {
         let load = json!({ "pressure": 1e4, "ramp": 0.06, "ramp_shape": "cosine" });
         let disk = disk(0.0, &load, &json!({ "spacing": spacing }));
@@ -86,7 +86,7 @@ fn a_pressure_all_around_is_the_stress_within() {
 
 /// A traction on the side of a column of 1 m causes the same stress in the whole column.
 #[test]
-fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
+fn stress_in_a_column_equals_the_traction_on_its_top() {
     let case = case_with(
         json!({
             "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
@@ -109,7 +109,7 @@ fn a_traction_on_a_side_is_borne_by_what_stands_below_it() {
 
 /// A load is refused where no particle is near the selected surface, and where no body can move.
 #[test]
-fn loads_that_act_on_nothing_are_refused() {
+fn loads_without_particles_are_refused() {
     let far = json!({ "kind": "box", "min": [-0.1, -0.1], "max": [0.1, 0.1] });
     let error = Sph.build(&disk(0.0, &json!({ "pressure": 1, "within": far }), &json!({}))).err().unwrap();
     assert!(error.to_string().contains("loads[0].within"), "{error}");

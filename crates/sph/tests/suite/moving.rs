@@ -35,7 +35,7 @@ fn until(solver: &mut dyn Solver, time: f64) {
 /// In the frame of an obstacle the motion does not depend on its velocity. The sums are equal up to the round-off of positions, which the
 /// steps amplify to 10⁻¹¹.
 #[test]
-fn a_block_on_a_plane_that_moves_is_that_on_a_plane_at_rest_seen_from_it() {
+fn motion_on_a_moving_plane_is_independent_of_the_reference_frame() {
     let carried = [0.4, 0.3];
     for wall in [
         json!({ "kind": "rough" }),
@@ -117,17 +117,17 @@ impl Tilting {
     }
 
     /// Mean tangential and normal forces on the plane over the weight, while the slope increases from one angle to another (degrees).
-    fn borne(&mut self, from: f64, to: f64) -> [f64; 2] {
+    fn mean_reaction(&mut self, from: f64, to: f64) -> [f64; 2] {
         self.turn(from);
         let end = self.start + to / Self::RATE;
-        self.borne_while(|tilting| tilting.solver.time() < end)
+        self.mean_reaction_while(|tilting| tilting.solver.time() < end)
     }
 
-    /// Mean tangential and normal forces over the weight, in the steps while `goes_on` is true.
-    fn borne_while(&mut self, goes_on: impl Fn(&Self) -> bool) -> [f64; 2] {
+    /// Mean tangential and normal forces over the weight, in the steps while `condition` is true.
+    fn mean_reaction_while(&mut self, condition: impl Fn(&Self) -> bool) -> [f64; 2] {
         let mut sums = [0.0; 2];
         let mut steps = 0.0;
-        while goes_on(self) {
+        while condition(self) {
             let (sin, cos) = self.slope().sin_cos();
             advance_steps(&mut *self.solver, 1);
             let [x, y, _] = self.solver.reaction("floor").unwrap().force;
@@ -155,13 +155,13 @@ impl Tilting {
 /// The plane supports the weight of a block up to the friction angle. Then the block slides, with friction times the normal
 /// force.
 #[test]
-fn a_plane_that_tilts_holds_a_block_up_to_the_angle_of_friction_and_rubs_beyond() {
+fn a_tilting_plane_holds_a_block_up_to_the_friction_angle_and_dissipates_beyond() {
     let mut tilting = Tilting::begin(0.05);
     // Between 19 and 20 degrees, and a little less than its weight since it rotates with the plane.
-    let [along, across] = tilting.borne(19.0, 20.0);
+    let [along, across] = tilting.mean_reaction(19.0, 20.0);
     let (sin, cos) = 19.5f64.to_radians().sin_cos();
     assert!((along / sin - 1.0).abs() < 5e-3 && (across / cos - 1.0).abs() < 1e-3, "{along} {across}");
-    let [along, across] = tilting.borne(21.0, 28.0);
+    let [along, across] = tilting.mean_reaction(21.0, 28.0);
     let share = along / across / 20f64.to_radians().tan();
     // The base vibrates: 1.1e-3 with corotated sums.
     assert!((share - 1.0).abs() < 2e-3, "{share} of the friction");
@@ -170,14 +170,14 @@ fn a_plane_that_tilts_holds_a_block_up_to_the_angle_of_friction_and_rubs_beyond(
 /// Without the delay of friction the base oscillates, stops in each oscillation, and carries 0.99 of its share with the wider spacing,
 /// 0.97 with the other.
 #[test]
-fn a_block_that_slides_slowly_rubs_with_all_of_its_friction_at_any_spacing() {
+fn a_slowly_sliding_block_has_full_friction_at_any_spacing() {
     for spacing in [0.05, 0.025] {
         let mut tilting = Tilting::begin(spacing);
         tilting.turn(19.0);
         while tilting.slip() < 0.05 {
             advance_steps(&mut *tilting.solver, 1);
         }
-        let [along, across] = tilting.borne_while(|tilting| tilting.slip() < 0.2);
+        let [along, across] = tilting.mean_reaction_while(|tilting| tilting.slip() < 0.2);
         let share = along / across / 20f64.to_radians().tan();
         assert!((share - 1.0).abs() < 0.01, "spacing {spacing}: {share} of the friction");
     }
@@ -211,7 +211,7 @@ fn a_block_on_a_plane_that_tilts_slides_at_the_angle_of_friction() {
 
 /// A piston starts at once against a laterally confined bar: a wave of the stress ρ c V propagates into it.
 #[test]
-fn a_piston_pushes_with_the_impedance_of_the_column_and_gives_it_its_momentum() {
+fn the_force_of_a_piston_is_the_impedance_and_its_impulse_the_momentum() {
     let (speed, modulus) = (0.05, 1e6 * 0.8 / (1.2 * 0.6));
     let case = block(&json!({
         "domain": { "min": [-1, 0], "max": [3, 0.2], "periodic": ["y"] },
@@ -293,7 +293,7 @@ fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
 
 /// A plate hits a row of particles at a speed above their wave speed.
 #[test]
-fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
+fn a_fast_thin_plate_carries_the_particles_it_meets() {
     for integration in ["leapfrog", "predictor-corrector", "velocity-verlet", "verlet", "runge-kutta4"] {
         let case = block(&json!({
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e4, "poissons_ratio": 0.2 } },
@@ -321,7 +321,7 @@ fn a_plate_that_is_fast_and_thin_takes_along_what_it_meets() {
 }
 
 #[test]
-fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_a_restart() {
+fn moving_obstacles_are_bit_identical_on_threads_and_ranks_and_after_a_restart() {
     for (space, integration) in
         [("plane-strain", "leapfrog"), ("plane-strain", "runge-kutta4"), ("3d", "leapfrog")]
     {
@@ -353,7 +353,7 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
 }
 
 #[test]
-fn what_does_not_come_back_in_a_period_is_refused() {
+fn obstacle_motions_incompatible_with_periodic_domains_are_refused() {
     let problem = |motion: Value, shape: Value| {
         let case = block(&json!({
             "domain": { "min": [-2, -2], "max": [3, 3], "periodic": ["x"] },
@@ -375,7 +375,7 @@ fn what_does_not_come_back_in_a_period_is_refused() {
 
 /// A body at rest on a rotating obstacle rotates with it: it does not strain, and its stress rotates too.
 #[test]
-fn what_turns_with_an_obstacle_does_not_strain() {
+fn a_body_rotating_with_an_obstacle_remains_free_of_stress() {
     // Steady rotation from the start: each particle has the velocity of the floor at its position.
     let rate = 30f64.to_radians();
     let case = block(&json!({
@@ -394,7 +394,7 @@ fn what_turns_with_an_obstacle_does_not_strain() {
         assert!((0..2).all(|c| (v[c] - exact[c]).abs() < 1e-4), "{v:?} {exact:?}");
     }
     let all = stresses(&snapshot);
-    let most = all.as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
+    let largest = all.as_flattened().iter().fold(0.0f64, |largest, s| largest.max(s.abs()));
     // A modulus of 1 MPa over 1 µs gives 0.5 Pa for a strain at the rate of rotation; the remaining stress scales with the angle of a step.
-    assert!(most < 1e-6, "{most} Pa");
+    assert!(largest < 1e-6, "{largest} Pa");
 }

@@ -28,7 +28,7 @@ fn plane(wall: &Value) -> Value {
 }
 
 #[test]
-fn a_plane_along_an_axis_answers_as_a_wall_of_particles() {
+fn an_axis_aligned_plane_acts_as_a_wall_of_particles() {
     let particles = json!({ "smooth_wall": "particles", "rough_wall": "particles" });
     for wall in [
         json!({ "kind": "smooth" }),
@@ -100,7 +100,12 @@ fn slide(angle: f64, friction: f64) -> [f64; 2] {
 
 /// Mean force on the slope between two times (N), mean rate of the block's momentum between them (N), moment about the middle of the block
 /// at the end (N m), and mean pressure on the area under the block (Pa).
-fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64; 2], [f64; 2], f64, f64) {
+fn block_on_slope(
+    angle: f64,
+    friction: f64,
+    damping: f64,
+    [from, to]: [f64; 2],
+) -> ([f64; 2], [f64; 2], f64, f64) {
     let (folder, mut text) = slope(angle, friction);
     let (sin, cos) = angle.to_radians().sin_cos();
     text["measures"] = json!({ "on": { "kind": "reaction", "target": "slope" },
@@ -136,15 +141,16 @@ fn borne(angle: f64, friction: f64, damping: f64, [from, to]: [f64; 2]) -> ([f64
 /// The reaction on the slope is the weight less the momentum rate of the block. At rest that is the weight, without a moment about the
 /// middle; in sliding, friction is the coefficient times the normal force.
 #[test]
-fn a_slope_tells_the_force_of_the_block_on_it() {
+fn reaction_of_a_slope_equals_the_force_of_the_block_on_it() {
     let weight = 180.0 * 9.81;
-    let ([x, y], gained, moment, pressure) = borne(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
+    let ([x, y], gained, moment, pressure) =
+        block_on_slope(30.0, 1.2 * 30f64.to_radians().tan(), 0.3, [0.4, 0.8]);
     assert!(x.abs() < 0.01 * weight && (y / -weight - 1.0).abs() < 0.01, "{x} {y}: {gained:?}");
     // It acts at the particles, about half a spacing above the slope.
     assert!(moment.abs() < 0.5 * 0.05 * weight, "{moment}");
     let (sin, cos) = 30f64.to_radians().sin_cos();
     assert!((pressure / (weight * cos / 0.6) - 1.0).abs() < 0.01, "{pressure}");
-    let ([x, y], [gained_x, gained_y], ..) = borne(30.0, 0.3, 0.0, [0.2, 0.5]);
+    let ([x, y], [gained_x, gained_y], ..) = block_on_slope(30.0, 0.3, 0.0, [0.2, 0.5]);
     let off = [x + gained_x, y + gained_y + weight];
     assert!(off.iter().all(|off| off.abs() < 2e-3 * weight), "{off:?}");
     let (along, normal) = (cos * x - sin * y, -sin * x - cos * y);
@@ -152,7 +158,7 @@ fn a_slope_tells_the_force_of_the_block_on_it() {
 }
 
 #[test]
-fn a_block_on_a_slope_accelerates_as_its_friction_has_it() {
+fn acceleration_of_a_block_on_a_slope_follows_coulomb_friction() {
     // Gravity increases over 0.1 s: its integral is that of 0.45 s.
     for (angle, share) in [(20.0f64, 0.0), (20.0, 0.6), (35.0, 0.3)] {
         let (sin, tan) = (angle.to_radians().sin(), angle.to_radians().tan());
@@ -167,7 +173,7 @@ fn a_block_on_a_slope_accelerates_as_its_friction_has_it() {
 }
 
 #[test]
-fn what_does_not_go_with_obstacles_is_refused_by_path() {
+fn options_without_support_for_obstacles_are_refused_by_path() {
     let problem = |more: &Value| {
         let mut case = plane(&json!({ "kind": "rough" }));
         for (key, value) in more.as_object().unwrap() {
@@ -209,9 +215,9 @@ fn a_block_is_braked_where_an_obstacle_has_a_rough_part() {
     }
     // Over the edge friction grows with the share of the base on the rough part, so that the front stops v²/(2 μ g) + L/2 beyond it.
     let exact = 4.0 / (2.0 * 0.3 * 9.81) + 0.4;
-    let way = middle(&*solver) + 0.4 - 1.0;
-    eprintln!("{way} {exact}");
-    assert!((way / exact - 1.0).abs() < 0.03, "{way} for {exact}");
+    let displacement = middle(&*solver) + 0.4 - 1.0;
+    eprintln!("{displacement} {exact}");
+    assert!((displacement / exact - 1.0).abs() < 0.03, "{displacement} for {exact}");
 }
 
 /// All energies, with those taken by obstacles (J).
@@ -236,7 +242,7 @@ fn thrown(integration: &str, wall: &Value) -> Case {
 }
 
 #[test]
-fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
+fn particles_do_not_penetrate_obstacles_and_the_stopping_energy_is_recorded() {
     for integration in [
         "leapfrog",
         "leapfrog-rates",
@@ -254,24 +260,24 @@ fn no_particle_gets_into_an_obstacle_and_what_stops_it_is_told() {
             let case = thrown(integration, &wall);
             let standing = case.placed_obstacles::<2>().unwrap();
             let mut solver = start_solver(&Sph, &case);
-            let (start, mut nearest, mut most) = (energy(&*solver), f64::INFINITY, 0.0f64);
+            let (start, mut nearest, mut largest_energy) = (energy(&*solver), f64::INFINITY, 0.0f64);
             while solver.time() < 0.05 {
                 advance_steps(&mut *solver, 1);
-                most = most.max(energy(&*solver));
+                largest_energy = largest_energy.max(energy(&*solver));
                 for x in solver.snapshot().positions {
                     let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0);
                     nearest = gap.map_or(nearest, |gap| nearest.min(gap.distance));
                 }
             }
             assert!(nearest > 0.0, "{integration} {wall}: {nearest} m");
-            assert!(most < 1.01 * start, "{integration} {wall}: {most} J of {start}");
+            assert!(largest_energy < 1.01 * start, "{integration} {wall}: {largest_energy} J of {start}");
             assert!(scalar_output(&*solver, "obstacles.stopped") > 0.01 * start);
         }
     }
 }
 
 #[test]
-fn frictions_work_is_what_a_sliding_block_loses() {
+fn friction_work_equals_the_kinetic_energy_loss_of_a_sliding_block() {
     let wall = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
     let mut more = plane(&wall);
     more["stages"] = json!([{ "name": "slide", "duration": 0.1 }]);

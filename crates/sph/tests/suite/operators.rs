@@ -419,7 +419,7 @@ fn the_factor_of_the_gradient_of_the_smoothing_length_is_that_of_the_lattice() {
 }
 
 #[test]
-fn density_follows_the_gradient_that_the_law_gets() {
+fn the_density_rate_follows_the_velocity_gradient_of_the_law() {
     for operator in ["compatible", "difference", "density-difference", "corrected"] {
         for momentum in ["rho2", "rho-rho"] {
             let sph = json!({ "momentum": momentum, "velocity_gradient": operator });

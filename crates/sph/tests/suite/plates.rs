@@ -32,7 +32,7 @@ fn until(solver: &mut dyn Solver, time: f64) {
 
 /// Particles of both sides are within each other's support, and the plate separates them.
 #[test]
-fn what_hits_a_thin_plate_is_not_felt_on_its_other_side() {
+fn impact_on_a_thin_plate_does_not_act_across_it() {
     for ranks in [1, 2] {
         let mut solver = start_solver(
             &Sph,

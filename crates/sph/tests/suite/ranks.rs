@@ -76,7 +76,7 @@ fn restarts_agree(case: &Case, name: &str) -> Box<dyn Solver> {
 }
 
 #[test]
-fn v26_any_number_of_ranks_gives_the_same_bits() {
+fn v26_results_are_bit_identical_in_any_number_of_ranks() {
     for options in [
         json!({}),
         json!({ "momentum": "rho-rho", "continuity": "volume", "velocity_gradient": "corrected",
@@ -98,7 +98,7 @@ fn v26_any_number_of_ranks_gives_the_same_bits() {
 }
 
 #[test]
-fn ranks_agree_on_how_far_from_rest_they_are() {
+fn equilibrium_ratios_are_equal_in_any_number_of_ranks() {
     let settling = json!({ "stages": [{ "name": "s", "duration": 1, "equilibrium": {} }] });
     for options in [json!({}), json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } })] {
         every_number_agrees(&heap(&options, &settling), 60, &format!("at rest, {options}"));
@@ -114,7 +114,7 @@ fn periodic() -> Value {
 }
 
 #[test]
-fn ranks_reach_across_the_ends_of_a_period() {
+fn ranks_exchange_particles_across_periodic_boundaries() {
     for options in [
         json!({}),
         json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
@@ -127,7 +127,7 @@ fn ranks_reach_across_the_ends_of_a_period() {
 
 /// Floor and wall move back and forth, with corners of the factors within steps.
 #[test]
-fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
+fn walls_of_varying_velocity_are_bit_identical_in_ranks_and_after_a_restart() {
     let floor = |wall: Value| {
         json!({ "boundaries": [
             { "side": "y-min", "wall": wall, "velocity": [0.4, 0.2] },
@@ -176,7 +176,7 @@ fn ranks_slip_along_smooth_bodies() {
 }
 
 #[test]
-fn ranks_share_out_lines_and_bodies_of_space_too() {
+fn ranks_partition_domains_in_one_and_three_dimensions() {
     let line = json!({
         "space": "1d", "domain": { "min": [0], "max": [10] }, "gravity": [0],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [3] },
@@ -193,7 +193,7 @@ fn ranks_share_out_lines_and_bodies_of_space_too() {
 }
 
 #[test]
-fn particles_migrate_and_ranks_stay_even() {
+fn particles_migrate_and_ranks_stay_balanced() {
     let case = heap(&json!({}), &json!({}));
     let (mut whole, mut solver) = (start_solver(&Sph, &case), in_ranks(&case, 4));
     advance_steps(&mut *whole, 200);
@@ -204,13 +204,13 @@ fn particles_migrate_and_ranks_stay_even() {
     let last = owners(&*solver);
     assert_ne!(first, last);
     let held = (0..4).map(|rank| last.iter().filter(|owner| **owner == f64::from(rank)).count());
-    let (least, most) = held.fold((usize::MAX, 0), |(a, b), count| (a.min(count), b.max(count)));
-    assert!(most as f64 <= 1.35 * least as f64, "{least} to {most} particles");
+    let (smallest, largest) = held.fold((usize::MAX, 0), |(a, b), count| (a.min(count), b.max(count)));
+    assert!(largest as f64 <= 1.35 * smallest as f64, "{smallest} to {largest} particles");
     assert_eq!(plain(&*whole).hash(), plain(&*solver).hash());
 }
 
 #[test]
-fn a_checkpoint_of_ranks_goes_on_with_any_number_of_them() {
+fn checkpoints_continue_bit_identically_with_any_number_of_ranks() {
     let options =
         json!({ "hourglass_viscosity": 0.2, "regularisation": "shepard", "wall_stress": "interpolated" });
     restarts_agree(&heap(&options, &periodic()), &options.to_string());
@@ -263,7 +263,7 @@ fn more_ranks_than_particles_are_refused() {
 }
 
 #[test]
-fn obstacles_and_what_they_take_are_the_same_in_ranks() {
+fn obstacle_reactions_and_energies_are_equal_in_any_number_of_ranks() {
     let wall = json!({ "kind": "frictional", "friction_coefficient": 0.4 });
     let ground = json!({ "boundaries": [], "obstacles": [
             { "name": "ground", "wall": wall,
@@ -286,12 +286,12 @@ fn obstacles_and_what_they_take_are_the_same_in_ranks() {
         solver
     };
     for name in ["ground", "gate"] {
-        let felt = |solver: &dyn Solver| {
+        let reaction_of = |solver: &dyn Solver| {
             let reaction = solver.reaction(name).expect("it is measured");
             (reaction.force, reaction.impulse, reaction.moment)
         };
-        assert_eq!(felt(&*ranked), felt(&*whole), "{name}");
-        assert!(felt(&*whole).1.iter().any(|p| *p != 0.0), "{name} has a reaction");
+        assert_eq!(reaction_of(&*ranked), reaction_of(&*whole), "{name}");
+        assert!(reaction_of(&*whole).1.iter().any(|p| *p != 0.0), "{name} has a reaction");
     }
 }
 

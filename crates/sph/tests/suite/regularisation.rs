@@ -43,7 +43,7 @@ fn linear(gradient: [[f64; 2]; 2]) -> Value {
 }
 
 #[test]
-fn regularisation_goes_on_after_velocities_are_reset() {
+fn regularisation_continues_after_a_velocity_reset() {
     let soil = json!({ "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
                        "friction_angle": 20, "cohesion": 1000 });
     let more = json!({
@@ -57,7 +57,7 @@ fn regularisation_goes_on_after_velocities_are_reset() {
 }
 
 #[test]
-fn a_law_that_finds_its_stress_anew_is_left_alone() {
+fn laws_that_are_not_in_rate_form_are_not_smoothed() {
     for law in [
         json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 150,
                 "cavitation_strength": 1e9 }),
@@ -77,7 +77,7 @@ fn a_law_that_finds_its_stress_anew_is_left_alone() {
 }
 
 #[test]
-fn what_smooths_stress_needs_a_law_in_rate_form() {
+fn stress_smoothing_requires_a_law_in_rate_form() {
     for law in [
         json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 150 }),
         json!({ "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 }),
@@ -110,7 +110,7 @@ fn smoothed_while_held(law: &Value, motion: &Value, duration: f64) -> Vec<[f64; 
 
 /// Swelling of 1 % in 1 s that is prevented.
 #[test]
-fn smoothing_lets_no_time_pass() {
+fn stress_smoothing_does_not_advance_time_dependent_laws() {
     let law =
         json!({ "model": "eigenstrain", "volumetric_strain": 0.01, "duration": 1, "material": elastic() });
     let bulk_modulus = 1e6 / (3.0 * (1.0 - 2.0 * 0.25));
@@ -122,7 +122,7 @@ fn smoothing_lets_no_time_pass() {
 
 /// Flow at 5 1/s for many relaxation times μ/G.
 #[test]
-fn smoothing_relaxes_nothing() {
+fn stress_smoothing_does_not_relax_viscous_stress() {
     let law = json!({ "model": "bingham", "density": 1000, "bulk_modulus": 1e6, "shear_modulus": 1e5, "yield_stress": 200,
                       "viscosity": 100, "cavitation_strength": 1e9 });
     for stress in smoothed_while_held(&law, &linear([[0.0, 5.0], [0.0, 0.0]]), 0.02) {
@@ -178,7 +178,7 @@ fn asymmetry(snapshot: &Snapshot, values: &[f64]) -> f64 {
 
 /// After smoothing, density reset or shifting, the solver kicks with the accelerations of the new state.
 #[test]
-fn velocity_verlet_kicks_with_the_smoothed_state() {
+fn velocity_verlet_uses_accelerations_of_the_smoothed_state() {
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
                         "cavitation_strength": 1e9 });
     let motion = json!({ "velocity": { "kind": "sine", "amplitude": [1, -1], "wave_vector": [11, 17] } });
@@ -209,7 +209,7 @@ fn velocity_verlet_kicks_with_the_smoothed_state() {
 }
 
 #[test]
-fn smoothing_sees_no_ends_of_a_period() {
+fn stress_smoothing_is_symmetric_across_periodic_boundaries() {
     for regularisation in ["shepard", "mls"] {
         let sph = json!({ "regularisation": regularisation, "regularisation_steps": 1 });
         let snapshot = wave(&elastic(), [0.0, 1e-5], &sph);
@@ -220,7 +220,7 @@ fn smoothing_sees_no_ends_of_a_period() {
 }
 
 #[test]
-fn renewed_density_sees_no_ends_of_a_period() {
+fn density_reset_is_symmetric_across_periodic_boundaries() {
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
                         "cavitation_strength": 1e9 });
     for form in ["shepard", "mls"] {
@@ -233,7 +233,7 @@ fn renewed_density_sees_no_ends_of_a_period() {
 
 /// A periodic layer that falls and is thrown along its floor: the result does not depend on the position along the period.
 #[test]
-fn walls_that_interpolate_see_no_ends_of_a_period() {
+fn interpolated_wall_stress_does_not_depend_on_the_periodic_boundary() {
     for wall_stress in ["interpolated", "extrapolated"] {
         let shape = json!({ "kind": "box", "min": [0, 0], "max": [1, 0.5] });
         let velocity = json!({ "kind": "uniform", "value": [0.3, -0.1] });

@@ -99,7 +99,7 @@ fn a_block_of_half_the_density_of_water_floats_with_half_of_it_under_water() {
 
 /// The reaction is the rate of momentum less weight and force, for free and for prescribed motion.
 #[test]
-fn a_rigid_body_tells_the_force_on_it() {
+fn reaction_of_a_rigid_body_equals_the_force_on_it() {
     let mut flying = block([0.4, 0.43]);
     flying["velocity"] = json!({ "kind": "uniform", "value": [0.2, -2] });
     let bed = json!({ "name": "bed", "material": "soft", "shape": { "kind": "box", "min": [0.46, 0.2], "max": [0.76, 0.4] } });
@@ -124,8 +124,12 @@ fn a_rigid_body_tells_the_force_on_it() {
         let (block, bed) = (momentum(0), momentum(1));
         assert!(impulse("y") > 1.0, "{}", impulse("y"));
         for (c, axis) in ["x", "y"].into_iter().enumerate() {
-            let taken = [0.0, 60.0 * -5.0 * 0.05][c] - bed[c];
-            assert!((impulse(axis) - taken).abs() < 0.01 * impulse("y"), "{axis}: {} {taken}", impulse(axis));
+            let bed_impulse = [0.0, 60.0 * -5.0 * 0.05][c] - bed[c];
+            assert!(
+                (impulse(axis) - bed_impulse).abs() < 0.01 * impulse("y"),
+                "{axis}: {} {bed_impulse}",
+                impulse(axis)
+            );
             if free {
                 let gained = block[c] - [2.0 + 3.0 * 0.05, -20.0 - 10.0 * 5.0 * 0.05][c];
                 assert!(
@@ -139,7 +143,7 @@ fn a_rigid_body_tells_the_force_on_it() {
 }
 
 #[test]
-fn what_rigid_bodies_do_not_go_with_is_refused_by_name() {
+fn options_without_support_for_rigid_bodies_are_refused_by_key() {
     let refused = |more: Value| {
         Sph.plan(&free_block().with(more.clone()).build())
             .map_or_else(|error| error.to_string(), |_| String::new())
@@ -220,7 +224,7 @@ fn a_free_box_in_space_keeps_its_angular_momentum_and_wobbles_with_its_energy() 
         }
         // Its rotation causes no stress.
         let stress =
-            stresses(&report.snapshot).as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
+            stresses(&report.snapshot).as_flattened().iter().fold(0.0f64, |largest, s| largest.max(s.abs()));
         assert!(stress < 1e-6, "{stress}");
         let x = &report.snapshot.positions;
         let corner = (0..3).map(|c| (x[0][c] - x[x.len() - 1][c]).powi(2)).sum::<f64>().sqrt();
@@ -256,7 +260,7 @@ fn late(report: &RunReport, column: &str) -> f64 {
 }
 
 #[test]
-fn a_box_slides_down_a_slope_in_space_with_its_share_of_friction() {
+fn a_box_slides_down_a_slope_in_space_by_coulombs_law() {
     for friction in [0.0, 0.3, 0.6] {
         let wall = json!({ "kind": "frictional", "friction_coefficient": friction });
         let smooth = json!({ "kind": "smooth" });
@@ -295,7 +299,7 @@ fn a_slender_box_topples_down_a_slope_in_space_where_its_weight_passes_its_edge(
 }
 
 #[test]
-fn a_box_that_spins_and_meets_a_floor_is_the_same_on_two_threads_and_after_a_restart() {
+fn impact_of_a_rotating_box_is_bit_identical_on_threads_and_after_a_restart() {
     let mut thrown = in_space(&json!({})).bodies[0].clone();
     let gradient = [[0.0, -6.0, 3.0], [6.0, 0.0, -5.0], [-3.0, 5.0, 0.0]];
     thrown.velocity = Velocity::Linear {

@@ -57,21 +57,21 @@ fn every_particle_of_a_fitted_ring_has_the_hoop_stress_of_lame() {
 }
 
 #[test]
-fn round_edges_on_a_lattice_are_told_of() {
-    let told = |case: &Case| {
+fn round_edges_sampled_on_a_lattice_cause_a_warning() {
+    let is_warned = |case: &Case| {
         let warnings = Sph.plan(case).unwrap().warnings;
         warnings.iter().any(|warning| warning.starts_with("bodies[0].sampling"))
     };
-    assert!(told(&ring("lattice", &ball(1.5))));
-    assert!(!told(&ring("fitted", &ball(1.5))));
+    assert!(is_warned(&ring("lattice", &ball(1.5))));
+    assert!(!is_warned(&ring("fitted", &ball(1.5))));
     let mut updated = ring("lattice", &ball(1.5));
     updated.methods.insert("sph".into(), json!({ "spacing": 0.1 }));
-    assert!(!told(&updated), "particles of the present configuration leave their lattice");
+    assert!(!is_warned(&updated), "particles of the present configuration leave their lattice");
 }
 
 /// A body without straight and round sides, or with points from a file, cannot have rows along them.
 #[test]
-fn rows_where_there_are_none_are_refused_by_name() {
+fn fitted_rows_of_unsupported_shapes_are_refused_by_name() {
     let layer = json!({ "kind": "cylinder", "base": [0, 0, 0], "axis": 2, "radius": 1, "height": 1 });
     for more in [
         json!({ "space": "3d", "domain": { "min": [-2, -2, -2], "max": [2, 2, 2] }, "gravity": [0, 0, 0],

@@ -126,7 +126,7 @@ fn v17_free_fall_is_exact() {
 }
 
 #[test]
-fn a_periodic_body_runs_round_and_round() {
+fn a_body_translates_through_a_periodic_domain_unchanged() {
     let full = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
                                     "velocity": { "kind": "uniform", "value": [3.0, -2.0] } }],
                        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] } });
@@ -231,7 +231,7 @@ fn slide(angle: f64, friction: f64) -> f64 {
 }
 
 #[test]
-fn a_block_slides_on_a_frictional_wall_as_coulomb_says_or_sticks() {
+fn sliding_and_sticking_on_a_frictional_wall_follow_coulomb_friction() {
     // Acceleration g (sin θ - μ cos θ).
     let sliding = slide(30.0, 0.3);
     let exact = 10.0 * (0.5 - 0.3 * 0.75f64.sqrt());
@@ -250,16 +250,16 @@ fn friction_over_the_normal_force_is_the_coefficient_at_any_viscosity() {
             "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }]
         });
         let mut solver = solver(&block(&more, &json!({ "spacing": 0.025, "viscosity_linear": viscosity })));
-        let mut seen = Vec::new();
+        let mut states = Vec::new();
         for time in [0.1, 0.9] {
             while solver.time() < time {
                 advance_steps(&mut *solver, 1);
             }
             let totals = solver.totals();
-            seen.push((solver.time(), totals.mass, totals.momentum));
+            states.push((solver.time(), totals.mass, totals.momentum));
         }
         // Momentum from the floor, tangential and normal.
-        let [(begin, mass, from), (end, _, to)] = seen[..] else { panic!() };
+        let [(begin, mass, from), (end, _, to)] = states[..] else { panic!() };
         let normal = to[1] - from[1] + mass * 10.0 * (end - begin);
         let ratio = (from[0] - to[0]) / normal;
         assert!((ratio / 0.3 - 1.0).abs() < 2e-3, "viscosity {viscosity}: {ratio}");
@@ -354,7 +354,7 @@ fn a_fixed_step_that_becomes_too_long_stops_the_run() {
 }
 
 #[test]
-fn the_second_step_knows_the_forces() {
+fn the_second_step_is_limited_by_the_acceleration() {
     let mut solver = solver(&block(&json!({ "gravity": [0, -1e6] }), &json!({})));
     assert_eq!(solver.limit().limit, StepLimit::ELASTIC_WAVE);
     solver.step(1e-6).unwrap();
@@ -427,7 +427,7 @@ fn the_removal_of_a_body_far_away_changes_nothing() {
 }
 
 #[test]
-fn bodies_that_are_held_go_on_where_velocities_are_set_back() {
+fn held_bodies_keep_their_velocity_after_a_velocity_reset() {
     for integration in [
         "leapfrog",
         "leapfrog-rates",

@@ -33,7 +33,7 @@ fn of_block(snapshot: &Snapshot) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_plate_moves_along_under_a_pressed_block_without_drag() {
+fn a_smooth_plate_slides_under_a_pressed_block_without_drag() {
     let pressure = 2e4;
     let given = |_: u32, x: &[f64; 2]| PrescribedParticle {
         displacement: [0.0; 2],
@@ -106,7 +106,7 @@ fn a_smooth_plate_carries_weight_as_a_smooth_wall_of_particles_does() {
 
 /// A rotated problem has the rotated solution.
 #[test]
-fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
+fn blocks_on_rotated_smooth_plates_have_the_rotated_solution() {
     let case = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
         let turn = |v: [f64; 2]| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]];
@@ -146,7 +146,7 @@ fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
 
 /// The power of the forces is that of the stress on the contribution of the mirrored velocities to the velocity gradient.
 #[test]
-fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
+fn smooth_bodies_conserve_power_and_carry_no_tangential_force() {
     let case = block_on_plate(
         &json!({ "viscosity_linear": 0, "velocity_gradient": "compatible" }),
         &json!({ "domain": { "min": [-1, -1], "max": [1, 1] } }),
@@ -180,7 +180,7 @@ fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
 }
 
 #[test]
-fn mirrors_carry_smooth_bodies_on() {
+fn mirrors_continue_smooth_bodies() {
     // A whole plate, and half of a plate beside a mirror.
     let half = |low: f64, boundaries: &Value| {
         let shapes = json!([
@@ -214,7 +214,7 @@ fn mirrors_carry_smooth_bodies_on() {
 }
 
 #[test]
-fn only_what_is_held_is_smooth_and_nothing_in_the_total_form() {
+fn smooth_bodies_must_be_held_and_are_refused_in_total_lagrangian_form() {
     for (sph, path, word) in [
         (json!({ "smooth_bodies": ["block"] }), "methods.sph.smooth_bodies[0]", "held"),
         (json!({ "smooth_bodies": ["plate", "nobody"] }), "methods.sph.smooth_bodies[1]", "nobody"),

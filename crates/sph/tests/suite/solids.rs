@@ -17,7 +17,7 @@ fn elastic_disk() -> CaseBuilder {
 const TOTAL: &str = "total-lagrangian";
 
 #[test]
-fn a_turn_in_the_total_form_makes_no_stress() {
+fn rotation_in_the_total_lagrangian_form_causes_no_stress() {
     let spin = 20.0;
     let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "viscosity_linear": 0 } });
     let report = elastic_disk().with(json!({
@@ -36,7 +36,7 @@ fn a_turn_in_the_total_form_makes_no_stress() {
 }
 
 #[test]
-fn a_block_that_turns_freely_goes_on_turning() {
+fn a_freely_rotating_block_conserves_angular_momentum() {
     for model in [
         json!({ "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 }),
         json!({ "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 20, "cohesion": 1e4 }),
@@ -54,7 +54,7 @@ fn a_block_that_turns_freely_goes_on_turning() {
 }
 
 #[test]
-fn a_cube_that_turns_about_a_slanted_axis_goes_on_turning() {
+fn a_cube_rotating_about_an_inclined_axis_conserves_angular_momentum() {
     let [x, y, z] = [0.5, 0.7, -1.0];
     for (momentum, integration) in [("rho2", "leapfrog"), ("rho-rho", "velocity-verlet")] {
         let report = elastic_disk().with(json!({
@@ -73,7 +73,7 @@ fn a_cube_that_turns_about_a_slanted_axis_goes_on_turning() {
 }
 
 #[test]
-fn the_total_form_is_exact_for_uniform_strain() {
+fn the_total_lagrangian_form_is_exact_for_uniform_strain() {
     let rate = 0.5;
     let total =
         json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "held": ["b"], "viscosity_linear": 0 } });
@@ -97,7 +97,7 @@ fn the_total_form_is_exact_for_uniform_strain() {
 }
 
 #[test]
-fn the_total_form_conserves_momentum_and_energy() {
+fn the_total_lagrangian_form_conserves_momentum_and_energy() {
     let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL, "viscosity_linear": 0 } });
     let case = elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
@@ -115,7 +115,7 @@ fn the_total_form_conserves_momentum_and_energy() {
 }
 
 #[test]
-fn the_total_form_restarts_to_the_last_bit() {
+fn the_total_lagrangian_form_restarts_bit_identically() {
     let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL } });
     let case = elastic_disk().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
@@ -139,7 +139,7 @@ fn the_total_form_restarts_to_the_last_bit() {
 }
 
 #[test]
-fn the_total_form_refuses_walls() {
+fn the_total_lagrangian_form_refuses_walls() {
     let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL } });
     let case = elastic_disk()
         .with(json!({ "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }], "methods": total }))
@@ -177,13 +177,13 @@ fn a_disc_under_its_own_pressure_rests_exactly() {
 }
 
 #[test]
-fn a_pressure_on_the_surface_leaves_little() {
+fn confining_pressure_by_surface_particles_leaves_small_residual_accelerations() {
     let surface = unrest("surface");
     assert!(surface < 0.05, "{surface}");
 }
 
 #[test]
-fn confined_particles_at_the_surface_of_a_disc_take_up_the_pressure() {
+fn stress_within_a_disc_confined_at_its_surface_equals_the_pressure() {
     let snapshot = solve(&Sph, &confined("surface", 0.0, 0.05, 0.4)).snapshot;
     for (x, s) in snapshot.positions.iter().zip(stresses(&snapshot)) {
         if x[0].hypot(x[1]) < 0.2 {

@@ -78,7 +78,7 @@ fn results_are_the_same_on_one_and_two_threads() {
 }
 
 #[test]
-fn a_restored_solver_continues_to_the_last_bit() {
+fn a_restored_solver_continues_bit_identically() {
     let advance = |solver: &mut dyn Solver, steps: usize| {
         for _ in 0..steps {
             let dt = solver.limit().dt;
@@ -382,7 +382,7 @@ fn conflicts_with_total_lagrangian() -> Vec<(Value, &'static str)> {
 }
 
 #[test]
-fn what_cannot_be_honoured_is_refused_by_name() {
+fn unsupported_options_are_refused_by_path() {
     let with = |formulation: Option<&str>, sph: Value| {
         let mut methods = json!({ "spacing": 0.05 });
         if let Some(formulation) = formulation {
@@ -405,7 +405,7 @@ fn what_cannot_be_honoured_is_refused_by_name() {
 }
 
 #[test]
-fn the_total_form_refuses_to_renew_the_density_of_a_fluid() {
+fn the_total_lagrangian_form_refuses_a_density_reset() {
     let case = elastic_block().with(json!({
         "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1 } },
         "methods": { "sph": { "spacing": 0.05, "formulation": "total-lagrangian", "density_reset": "shepard" } }

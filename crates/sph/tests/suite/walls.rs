@@ -78,7 +78,7 @@ fn a_piston_of_varying_velocity_sends_the_wave_of_dalembert_into_a_bar() {
 }
 
 #[test]
-fn histories_are_of_walls_that_move_and_functions_of_time() {
+fn histories_require_moving_walls_and_valid_functions_of_time() {
     let history = |times: [f64; 2]| json!({ "times": times, "factors": [1, 0] });
     let mut case = bar(0.01, &json!({}));
     for (name, times, path) in [
@@ -170,7 +170,7 @@ fn chip(wall: &Value, speed: f64, sph: &Value) -> Case {
 }
 
 #[test]
-fn a_particle_that_passes_a_wall_stops_the_run_wherever_the_wall_has_got_to() {
+fn a_particle_that_passes_a_moved_wall_ends_the_run() {
     let (rough, smooth) = (json!({ "kind": "rough" }), json!({ "kind": "smooth" }));
     let frictional = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
     for (wall, speed, sph) in [
@@ -188,8 +188,10 @@ fn a_particle_that_passes_a_wall_stops_the_run_wherever_the_wall_has_got_to() {
         ),
     ] {
         let (x, time, reason) = end_of(&chip(wall, speed, &sph));
-        let told = reason.strip_prefix("it passed the wall \"ram\", whose face is at y = ");
-        let face: f64 = told.and_then(|told| told.split(' ').next()?.parse().ok()).expect(&reason);
+        let position_text = reason.strip_prefix("it passed the wall \"ram\", whose face is at y = ");
+        let face: f64 = position_text
+            .and_then(|position_text| position_text.split(' ').next()?.parse().ok())
+            .expect(&reason);
         let course = if sph.get("wall_history").is_some() { 0.5 * time * time } else { time };
         assert!((face - speed * course).abs() < 1e-12, "{reason}, at {time} s");
         // The run stops once the particle is half a spacing behind the face.
@@ -198,7 +200,7 @@ fn a_particle_that_passes_a_wall_stops_the_run_wherever_the_wall_has_got_to() {
 }
 
 #[test]
-fn what_leaves_the_domain_is_told_whether_there_was_a_wall() {
+fn the_error_of_a_lost_particle_names_the_wall_or_the_domain() {
     let at_side = |wall: Value| {
         let mut case = chip(&json!({ "kind": "rough" }), 0.0, &json!({}));
         case.boundaries = serde_json::from_value(wall).unwrap();

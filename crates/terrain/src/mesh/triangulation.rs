@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn the_triangles_of_a_polygon_cover_it_once_whatever_corner_is_the_first() {
+    fn triangles_of_a_polygon_cover_it_once_for_any_first_corner() {
         let ell = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
         let dart = [[1.0, 0.0], [0.0, 2.0], [-1.0, 0.0], [0.0, 0.8]];
         // With corners in straight edges, and with a hole that a slit joins to the rim.

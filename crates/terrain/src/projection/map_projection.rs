@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn parallels_count_in_either_order_and_meridians_from_greenwich() {
+    fn standard_parallels_are_unordered_and_meridians_refer_to_greenwich() {
         let lambert = |parallels: [f64; 2], prime: f64, meridian: f64| {
             let text = format!(
                 r#"PROJCS["x",GEOGCS["y",DATUM["z",SPHEROID["w",6378137,298.257]],PRIMEM["p",{prime}],UNIT["degree",0.0174532925199433]],PROJECTION["Lambert_Conformal_Conic"],PARAMETER["False_Easting",700000],PARAMETER["False_Northing",6600000],PARAMETER["Central_Meridian",{meridian}],PARAMETER["Standard_Parallel_1",{}],PARAMETER["Standard_Parallel_2",{}],PARAMETER["Latitude_Of_Origin",46.5],UNIT["Meter",1]]"#,

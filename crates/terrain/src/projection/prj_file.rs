@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn metres_are_taken_and_feet_and_degrees_are_refused_by_name() {
+    fn metres_are_accepted_and_feet_and_degrees_are_refused_by_name() {
         assert_eq!(checked(&plan(r#"UNIT["Meter",1.0]"#)), Ok(()));
         assert!(checked(&plan(r#"UNIT["Foot_US",0.3048006096012192]"#)).unwrap_err().contains("Foot_US"));
         assert!(checked(DEGREES).unwrap_err().contains("Degree"));
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_system_beside_a_grid_comes_back_beside_what_is_written_and_in_a_geotiff() {
+    fn the_reference_system_of_a_prj_file_is_written_with_grids_and_geotiffs() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
         let grid = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n3 4\n";
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn feet_beside_a_grid_are_refused_where_gdal_says_them() {
+    fn lengths_in_feet_in_a_gdal_sidecar_file_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.asc");
         std::fs::write(&file, "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2\n3 4\n").unwrap();
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_and_texts_of_proj_are_read_and_what_is_neither_is_refused() {
+    fn epsg_codes_and_proj_strings_are_read_and_other_texts_are_refused() {
         assert_eq!(checked("EPSG:26910"), Ok(()));
         let feet = checked("EPSG:2263").unwrap_err();
         assert!(feet.contains("foot") && feet.contains("area.prj"), "{feet}");
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn the_part_in_plan_is_that_before_the_heights() {
+    fn the_horizontal_part_of_a_system_excludes_its_vertical_part() {
         let own = plan(r#"UNIT["Meter",1.0]"#);
         let heights = r#"VERTCS["NAVD88_height",VDATUM["x"],UNIT["Meter",1.0]]"#;
         for text in [own.clone(), format!("{own},{heights}"), format!(r#"COMPD_CS["both",{own},{heights}]"#)]

@@ -193,7 +193,7 @@ mod tests {
         "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n1 2 3\n4 -9999 6\n";
 
     #[test]
-    fn rows_come_from_the_north_and_values_stand_at_the_centres_of_cells() {
+    fn rows_begin_in_the_north_and_values_are_at_cell_centres() {
         let raster = parse(CORNER).unwrap();
         assert_eq!((raster.columns, raster.rows, raster.origin), (3, 2, [105.0, 205.0]));
         assert_eq!((raster.value(0, 0), raster.value(2, 1)), (4.0, 3.0));
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_in_a_line() {
+    fn errors_in_ascii_grids_name_the_key_or_the_cell() {
         let problem = |from: &str, to: &str| parse(&CORNER.replace(from, to)).unwrap_err();
         assert!(problem("nrows 2\n", "").contains("nrows is missing"));
         assert!(problem("cellsize 10", "cellsize ten").contains("not a number"));

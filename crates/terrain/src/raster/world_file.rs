@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn six_numbers_are_a_placement_and_a_turned_one_is_refused() {
+    fn world_files_have_six_numbers_and_rotated_ones_are_refused() {
         let world = WorldFile::from_text("5.0\n0\n0.0\n-4e0\r\n1002.5\n2202.5\n").unwrap();
         assert_eq!(world, WorldFile { first: [1002.5, 2202.5], step: [5.0, -4.0] });
         assert!(WorldFile::from_text("5\n0.1\n0\n-5\n1\n2\n").unwrap_err().contains("rotates"));

@@ -289,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn waves_are_what_rises_and_falls_by_a_cell() {
+    fn crests_are_maxima_of_at_least_a_cell_of_prominence() {
         assert_eq!(crests(&[0.5, 0.55, 0.52, 0.5], 0.1), [1], "a block");
         assert_eq!(crests(&[0.3, 0.5, 0.35, 0.45, 0.36, 0.2], 0.1), [1, 3]);
         assert_eq!(crests(&[0.3, 0.5, 0.42, 0.5, 0.6], 0.1), [4], "what falls by less is no trough");

@@ -38,7 +38,7 @@ fn columns_in_any_order_give_places_volumes_velocities_and_stresses() {
 }
 
 #[test]
-fn units_between_brackets_count_and_columns_may_be_separated_by_semicolons() {
+fn units_in_brackets_are_applied_and_semicolons_separate_columns() {
     let text = "x (mm);y [cm];volume (cm2);velocity_x (km/h);stress_yy (kPa);pore_pressure (kN/m²);radius (ft)\n\
                 250,5;50;100;7,2;-3;4;0,5\n";
     let (_folder, case) = case(text, "");
@@ -55,7 +55,7 @@ fn units_between_brackets_count_and_columns_may_be_separated_by_semicolons() {
 }
 
 #[test]
-fn a_mass_gives_the_density_of_a_point_less_that_of_its_pore_fluid() {
+fn dry_density_of_a_point_is_its_mass_less_that_of_its_pore_fluid() {
     let (_folder, dry) = case("x,y,volume,mass\n0.5,0.5,0.01,20\n0.6,0.5,0.01,30\n", "");
     let list = dry.point_list(0).unwrap().unwrap();
     assert_eq!(list.masses, Some(vec![20.0, 30.0]));
@@ -147,7 +147,7 @@ fn every_mistake_in_a_list_is_named_with_its_line_and_column() {
 }
 
 #[test]
-fn a_case_is_another_when_its_points_are() {
+fn the_fingerprint_of_a_case_changes_with_its_point_file() {
     let (folder, case) = case("x,y,volume\n0.5,0.5,1\n", "");
     let before = case.fingerprint();
     assert_eq!(case.fingerprint(), before);
@@ -157,7 +157,7 @@ fn a_case_is_another_when_its_points_are() {
 
 #[cfg(unix)]
 #[test]
-fn a_device_is_no_file() {
+fn device_files_are_refused_as_point_files() {
     let (folder, case) = case("x,y,volume\n0.5,0.5,1\n", "");
     let mut value: serde_json::Value = serde_json::from_str(&case.to_json()).unwrap();
     value["bodies"][0]["points"]["file"] = serde_json::json!("/dev/zero");

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_fits_and_comes_back_block_by_block() {
+    fn incompressible_data_are_encoded_and_recovered_block_by_block() {
         let mut state = 1_u64;
         let mut noise = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -341,7 +341,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_reads_back_to_the_last_bit() {
+    fn a_frame_is_read_back_bit_identically() {
         let snapshot = Snapshot {
             time: 0.25,
             step: 0,

@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_written_array_by_array_holds_what_all_arrays_at_once_do() {
+    fn streamed_vtk_files_equal_files_written_at_once() {
         const COUNT: usize = 5000;
         let places: Vec<f64> = (0..3 * COUNT).map(|k| (k as f64 * 0.37).sin()).collect();
         let numbers: Vec<i64> = (0..COUNT as i64).map(|k| k * k - 7).collect();
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_that_takes_no_more_is_what_the_error_tells() {
+    fn a_full_disk_is_reported_as_a_storage_error() {
         let path = Path::new("/dev/full");
         if path.exists() {
             let mut full = std::fs::File::options().write(true).open(path).unwrap();

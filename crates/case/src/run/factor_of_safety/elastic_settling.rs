@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ratio_that_falls_does_not_stay() {
+    fn a_decreasing_force_ratio_does_not_count_as_stagnation() {
         let falling: Vec<f64> = (0..CHECKS_BEFORE_STAGNATION).map(|k| (-0.05 * k as f64).exp()).collect();
         assert_eq!(stagnation_ratio(&falling), None);
         let noisy: Vec<f64> = (0..CHECKS_BEFORE_STAGNATION)

@@ -109,21 +109,24 @@ mod tests {
     }
 
     #[test]
-    fn no_search_makes_more_trials_than_were_told() {
+    fn searches_need_no_more_trials_than_estimated() {
         for tolerance in [0.01, 0.04, 0.3, 5.0] {
             let json = format!(r#"{{ "after": "rest", "tolerance": {tolerance} }}"#);
             let search: FactorOfSafety = serde_json::from_str(&json).unwrap();
-            let [decided, most] = search.trials();
+            let [decided, upper_bound] = search.trials();
             let mut largest = 0;
             for k in 0..500 {
-                let stands = 0.5 + 0.005 * f64::from(k);
-                assert_eq!(made(&search, stands, stands), decided, "{tolerance} {stands}");
+                let true_factor = 0.5 + 0.005 * f64::from(k);
+                assert_eq!(made(&search, true_factor, true_factor), decided, "{tolerance} {true_factor}");
                 for wide in [0.002, 0.02, 0.2, 1.0, 3.0] {
-                    largest = largest.max(made(&search, stands, stands + wide));
+                    largest = largest.max(made(&search, true_factor, true_factor + wide));
                 }
             }
-            assert!(largest <= most, "{tolerance}: {largest} trials for {most}");
-            assert!(tolerance > 0.1 || largest + 1 >= most, "{tolerance}: {largest} trials for {most}");
+            assert!(largest <= upper_bound, "{tolerance}: {largest} trials for {upper_bound}");
+            assert!(
+                tolerance > 0.1 || largest + 1 >= upper_bound,
+                "{tolerance}: {largest} trials for {upper_bound}"
+            );
         }
     }
 }

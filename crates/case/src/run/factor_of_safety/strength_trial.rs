@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_at_rest_are_stable_however_little_they_have_moved() {
+    fn bodies_at_rest_after_small_displacements_are_stable() {
         assert_eq!(RULE.judge(&blocks(&[1e-4], &[1e-6])), Some(TrialVerdict::Stable));
         assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(TrialVerdict::Stable));
     }
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_that_slow_down_are_given_time() {
+    fn trials_of_decelerating_bodies_continue() {
         assert_eq!(RULE.judge(&blocks(&[0.02, 0.02, 0.02, 0.02], &[0.10, 0.18, 0.24, 0.28])), None);
         assert_eq!(RULE.judge(&blocks(&[0.02, 0.01, 0.005, 0.0025], &[0.01, 0.03, 0.06, 0.10])), None);
     }

@@ -163,7 +163,7 @@ fn searching(range: &str) -> Case {
 }
 
 #[test]
-fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
+fn the_factor_of_a_block_is_cohesion_over_driving_stress() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let options = RunOptions { out: Some(out.clone()), ..RunOptions::default() };
@@ -196,7 +196,7 @@ fn files(out: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn an_interrupted_search_is_taken_up_where_it_was() {
+fn an_interrupted_search_resumes_at_the_interrupted_trial() {
     let folder = tempfile::tempdir().unwrap();
     let options = |name: &str| RunOptions {
         method: "sliding".into(),
@@ -245,7 +245,7 @@ fn a_trial_that_fails_fails_the_run_which_can_be_resumed() {
 }
 
 #[test]
-fn a_range_that_does_not_hold_the_factor_says_so() {
+fn a_search_range_without_the_factor_yields_a_bound_and_no_factor() {
     for (range, trials, stable, failed) in [("[1.5, 2]", 1, 0.0, 1.5), ("[0.5, 1.2]", 2, 1.2, f64::INFINITY)]
     {
         let report = run_method(&Sliding::default(), &searching(range), &RunOptions::default()).unwrap();
@@ -256,7 +256,7 @@ fn a_range_that_does_not_hold_the_factor_says_so() {
 }
 
 #[test]
-fn a_weakened_stage_has_the_strength_it_says() {
+fn a_stage_with_weakening_has_the_reduced_strength() {
     let stages = r#""stages": [{ "name": "rest", "duration": 0.5 },
         { "name": "weak", "duration": 1, "weakening": { "factor": 2 } },
         { "name": "weak still", "duration": 1 },
@@ -304,7 +304,7 @@ fn bad_searches_are_refused_by_path() {
 }
 
 #[test]
-fn displacement_is_of_the_points_that_are_there_both_times() {
+fn displacement_is_measured_on_points_present_at_both_times() {
     let at = |ids: &[u64], places: &[f64]| Snapshot {
         time: 0.0,
         step: 0,
@@ -359,7 +359,7 @@ fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
 }
 
 #[test]
-fn the_height_of_a_slope_is_that_of_its_surface_and_not_of_what_it_stands_on() {
+fn slope_height_is_measured_on_the_surface_without_the_foundation() {
     let case = searching("[1, 2]");
     let scale = SlopeScale::of_case(&case, &slope(&[]), None);
     assert!((scale.height - 6.0).abs() < 1e-9, "{scale:?}");
@@ -369,14 +369,14 @@ fn the_height_of_a_slope_is_that_of_its_surface_and_not_of_what_it_stands_on() {
 }
 
 #[test]
-fn the_height_of_a_level_body_is_its_own() {
+fn slope_height_of_a_level_body_is_the_body_height() {
     let mut level = slope(&[]);
     level.positions.iter_mut().for_each(|place| place[0] = place[0].max(12.0));
     assert!((SlopeScale::of_case(&searching("[1, 2]"), &level, None).height - 8.0).abs() < 1e-9);
 }
 
 #[test]
-fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
+fn a_search_with_only_a_stage_derives_its_other_settings() {
     let mut value: Value = serde_json::from_str(&searching("[1, 2]").to_json()).unwrap();
     value["measures"]["safety"] = json!({ "kind": "factor-of-safety", "after": "rest" });
     let case = Case::from_json(&value.to_string()).unwrap();
@@ -419,7 +419,7 @@ fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {
 }
 
 #[test]
-fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
+fn undecided_trials_are_bracketed_from_both_sides_and_yield_no_factor() {
     use TrialVerdict::{Failed, Stable, Undecided};
     let mut trials = vec![(1.0, Stable), (2.0, Failed), (1.5, Undecided)];
     assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.75));
@@ -431,13 +431,16 @@ fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
         (safety.next([1.0, 2.0]), safety.factor(), safety.outcome()),
         (None, None, SearchOutcome::Undecided)
     );
-    let told = safety.message();
-    assert!(told.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"), "{told}");
+    let message = safety.message();
+    assert!(
+        message.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"),
+        "{message}"
+    );
     assert!(safety.to_json()["factor"].is_null());
 }
 
 #[test]
-fn a_search_whose_ends_are_undecided_is_undecided() {
+fn a_search_with_undecided_range_limits_is_undecided() {
     use TrialVerdict::{Failed, Stable, Undecided};
     let safety = safety_of(&[(1.0, Undecided)]);
     assert_eq!((safety.next([1.0, 2.0]), safety.outcome()), (None, SearchOutcome::Undecided));

@@ -199,7 +199,7 @@ fn left(folder: &std::path::Path) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn rows_and_frames_fall_on_their_times() {
+fn rows_and_frames_are_written_at_their_intervals() {
     let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let options = RunOptions { keep_frames: true, ..RunOptions::default() };
     let report = run(&case, Oscillators::boxed(0.0, None), &options).unwrap();
@@ -215,7 +215,7 @@ fn rows_and_frames_fall_on_their_times() {
 }
 
 #[test]
-fn what_is_on_nodes_is_measured_and_kept_as_points_are() {
+fn datasets_on_nodes_are_measured_and_stored_like_points() {
     let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let probe = r#"{ "kind": "probe", "position": [2.2, 0], "radius": 0.5, "fields": ["mass"] }"#;
     case.measures.insert("at".into(), serde_json::from_str(probe).unwrap());
@@ -237,7 +237,7 @@ fn what_is_on_nodes_is_measured_and_kept_as_points_are() {
 }
 
 #[test]
-fn rows_that_nobody_asked_for_shorten_no_step() {
+fn default_measure_rows_do_not_shorten_steps() {
     let mut case = case(r#"[ { "name": "a", "duration": 1.3 }, { "name": "b", "duration": 0.7 } ]"#);
     (case.output.measures, case.output.frames) = (None, None);
     let steps = |dt: f64, case: &Case| {
@@ -269,7 +269,7 @@ fn rows_that_nobody_asked_for_shorten_no_step() {
 }
 
 #[test]
-fn a_stable_step_far_beyond_the_run_is_no_end_of_it() {
+fn a_stable_step_longer_than_the_run_does_not_end_it_early() {
     let case = case(r#"[ { "name": "a", "duration": 0.35 }, { "name": "b", "duration": 0.65 } ]"#);
     for dt in [1.0, 1e9, 1e200] {
         let report = run(&case, Oscillators::at_rest(dt), &RunOptions::default()).unwrap();
@@ -283,7 +283,7 @@ fn a_stable_step_far_beyond_the_run_is_no_end_of_it() {
 }
 
 #[test]
-fn a_run_with_nothing_left_to_move_says_so_with_its_stage() {
+fn a_run_without_moving_material_fails_and_the_error_names_the_stage() {
     let case = case(r#"[ { "name": "dig", "duration": 1 } ]"#);
     let error = run(&case, Oscillators::at_rest(f64::INFINITY), &RunOptions::default()).unwrap_err();
     assert_eq!(
@@ -293,7 +293,7 @@ fn a_run_with_nothing_left_to_move_says_so_with_its_stage() {
 }
 
 #[test]
-fn names_that_only_the_solver_can_judge_are_refused_before_anything_is_written() {
+fn names_checked_by_the_solver_are_refused_before_files_are_written() {
     let probe = |field: &str| serde_json::json!({ "kind": "probe", "position": [0, 0], "radius": 1, "fields": ["mass", field] });
     let front = serde_json::json!({ "kind": "front", "side": "x-max" });
     for (change, path, words) in [
@@ -367,7 +367,7 @@ fn no_stage_is_at_rest_before_its_motions_have_grown() {
 }
 
 #[test]
-fn rows_tell_the_step_and_how_far_from_rest_it_is() {
+fn rows_contain_the_time_step_and_the_equilibrium_ratios() {
     let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let report = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap();
     let steps = report.table.column("time_step").unwrap();
@@ -395,7 +395,7 @@ fn two_runs_do_not_write_into_one_folder() {
 }
 
 #[test]
-fn a_probe_that_no_point_comes_near_is_remarked() {
+fn a_probe_without_points_nearby_causes_a_warning() {
     let mut case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
     for (name, x) in [("near", 0.0), ("far", 9.0)] {
         let probe = crate::description::Measure::Probe {
@@ -410,7 +410,7 @@ fn a_probe_that_no_point_comes_near_is_remarked() {
 }
 
 #[test]
-fn a_step_that_collapses_is_remarked_with_its_place() {
+fn a_collapse_of_the_time_step_causes_a_warning_with_its_position() {
     let case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
     let falling = |share| {
         let falls = Some((0.485, share));
@@ -433,7 +433,7 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
 }
 
 #[test]
-fn a_wrong_case_made_in_code_is_refused_before_anything_is_written() {
+fn invalid_cases_built_in_code_are_refused_before_files_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     case.stages[0].duration = f64::NAN;
@@ -443,7 +443,7 @@ fn a_wrong_case_made_in_code_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn a_folder_with_a_run_is_not_overwritten_unasked() {
+fn a_folder_with_a_run_is_overwritten_only_with_the_option() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);
     let go = |options: RunOptions| run(&case, Oscillators::boxed(0.0, None), &options);
@@ -461,7 +461,7 @@ fn a_folder_with_a_run_is_not_overwritten_unasked() {
 }
 
 #[test]
-fn a_run_whose_time_stands_still_is_stopped() {
+fn a_run_fails_when_steps_no_longer_advance_its_time() {
     // After 1e6 s a step of 1e-12 s does not change the time, and such steps do not reach the end of the stage.
     let mut case = case(r#"[ { "name": "a", "duration": 1 } ]"#);
     case.stages = vec![

@@ -4,7 +4,7 @@ use super::*;
 use crate::run::output::run_folder::names;
 
 #[test]
-fn overwriting_removes_what_the_earlier_run_left() {
+fn overwriting_removes_files_of_the_earlier_run_and_keeps_others() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);
     run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();

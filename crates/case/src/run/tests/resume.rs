@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_resumed_run_knows_when_its_loads_began() {
+fn a_resumed_run_keeps_the_start_times_of_its_loads() {
     let stages = r#"[ { "name": "wait", "duration": 1 }, { "name": "load", "duration": 1 },
                       { "name": "settle", "duration": 40, "equilibrium": { "hold": 1 } } ]"#;
     let case = loaded(stages, Some("load"));
@@ -37,7 +37,7 @@ fn a_damaged_checkpoint_is_refused() {
 }
 
 #[test]
-fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
+fn files_of_a_resumed_run_are_bit_identical() {
     let mut case = case(
         r#"[ { "name": "a", "duration": 1.3 }, { "name": "b", "duration": 0.7, "reset": ["velocity"] } ]"#,
     );
@@ -73,7 +73,7 @@ fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
 }
 
 #[test]
-fn a_run_that_died_before_its_first_checkpoint_starts_anew() {
+fn resuming_a_run_without_a_checkpoint_restarts_it() {
     let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let whole = tempfile::tempdir().unwrap();
     run(&case, Oscillators::boxed(0.1, None), &options(whole.path())).unwrap();
@@ -213,7 +213,7 @@ fn a_complete_run_verifies_until_one_of_its_files_changes() {
 }
 
 #[test]
-fn a_resumed_run_writes_the_case_that_a_kill_took() {
+fn a_resumed_run_writes_a_missing_case_file() {
     for (fail_at, checkpoint) in [(1.2, 1e-6), (1.2, 1e6)] {
         let folder = tempfile::tempdir().unwrap();
         let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);

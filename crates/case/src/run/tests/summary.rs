@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_summary_tells_when_stages_ended_and_what_bounded_the_steps() {
+fn a_summary_contains_end_times_of_stages_and_limits_of_time_steps() {
     let case = case(
         r#"[ { "name": "settle", "duration": 100, "equilibrium": {} }, { "name": "go", "duration": 1 }, { "name": "on", "duration": 1 } ]"#,
     );
@@ -30,7 +30,7 @@ fn a_summary_tells_when_stages_ended_and_what_bounded_the_steps() {
 }
 
 #[test]
-fn a_killed_run_leaves_a_summary_of_how_far_it_got() {
+fn the_summary_of_a_killed_run_states_its_progress() {
     let case = case(r#"[ { "name": "a", "duration": 0.6 }, { "name": "b", "duration": 1 } ]"#);
     // With checkpoints, and with nothing but frames.
     for (checkpoint, least) in [(1e-9, Oscillators::NAP), (1e6, 1.0)] {
@@ -61,7 +61,7 @@ fn a_killed_run_leaves_a_summary_of_how_far_it_got() {
 }
 
 #[test]
-fn a_failure_leaves_the_last_good_frame_and_says_so() {
+fn a_failed_run_keeps_its_last_good_frame_and_the_error_names_it() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let error = run(&case, Oscillators::boxed(0.0, Some(1.2)), &options(folder.path())).unwrap_err();
@@ -76,7 +76,7 @@ fn a_failure_leaves_the_last_good_frame_and_says_so() {
 }
 
 #[test]
-fn a_stage_that_need_not_settle_goes_on_and_says_so() {
+fn a_stage_without_required_equilibrium_ends_with_a_warning_at_its_duration() {
     let case = case(
         r#"[ { "name": "settle", "duration": 2, "equilibrium": { "required": false } }, { "name": "go", "duration": 1 } ]"#,
     );

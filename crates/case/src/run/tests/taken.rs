@@ -20,7 +20,7 @@ fn files_that_no_run_wrote_are_never_written_over() {
 }
 
 #[test]
-fn other_files_are_no_hindrance_and_stay() {
+fn files_of_other_origin_do_not_block_a_run_and_are_kept() {
     let case = case(r#"[ { "name": "all", "duration": 0.1 } ]"#);
     let out = tempfile::tempdir().unwrap();
     std::fs::write(out.path().join("notes.txt"), "mine").unwrap();

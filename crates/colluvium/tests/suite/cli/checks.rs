@@ -49,7 +49,7 @@ fn breakages() -> Vec<(&'static str, &'static str, Value)> {
 }
 
 #[test]
-fn broken_cases_end_with_code_3_and_one_clear_line() {
+fn invalid_cases_end_with_code_3_and_one_error_line() {
     let folder = tempfile::tempdir().unwrap();
     for (number, (pointer, path, value)) in breakages().into_iter().enumerate() {
         let mut case = column();
@@ -74,7 +74,7 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
 }
 
 #[test]
-fn a_case_for_several_methods_asks_which_and_tells_of_no_grid_where_there_is_none() {
+fn check_requires_a_method_among_several_and_prints_grid_nodes_for_mpm_only() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["methods"]["sph"] = json!({ "spacing": 0.01 });
@@ -145,18 +145,18 @@ fn files_that_are_no_cases_are_refused() {
 
 /// Eight halvings of 19.5 come below 0.1; undecided trials leave both halves to search. A block is a twelfth of the duration.
 #[test]
-fn a_check_tells_what_a_search_takes() {
+fn check_prints_the_cost_of_a_safety_factor_search() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "slope.json", &searched());
     let (code, text, _) = output(program().arg("check").arg(&file));
     let line = text.lines().find(|line| line.starts_with("search")).unwrap_or_else(|| panic!("{text}"));
-    let told =
+    let expected =
         "search         safety: 10 trials, 17 at most, of 12 blocks at most, about 0.008 s each: about ";
-    assert!(code == 0 && line.starts_with(told), "{line}");
+    assert!(code == 0 && line.starts_with(expected), "{line}");
 }
 
 #[test]
-fn the_schema_is_json_and_knows_the_methods() {
+fn the_schema_is_json_and_includes_options_of_methods() {
     let (code, text, _) = output(program().arg("schema"));
     let schema: Value = serde_json::from_str(&text).unwrap();
     assert!(

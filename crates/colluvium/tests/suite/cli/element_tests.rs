@@ -96,7 +96,7 @@ fn broken_element_tests_end_with_code_3_and_the_path_of_every_mistake() {
 }
 
 #[test]
-fn a_limit_load_leaves_what_came_before_and_ends_with_code_1() {
+fn a_limit_load_keeps_earlier_rows_and_ends_an_element_test_with_code_1() {
     let folder = tempfile::tempdir().unwrap();
     let push = triaxial(&json!({ "kind": "stress", "increment": [0, 0, -3e5, 0, 0, 0] }));
     let file = write(folder.path(), "push.json", &push);

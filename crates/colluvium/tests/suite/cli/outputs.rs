@@ -29,7 +29,7 @@ const PICTURES: [&str; 17] = [
 ];
 
 #[test]
-fn templates_that_take_seconds_end_without_a_warning() {
+fn short_templates_run_without_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["oedometer", "disks", "snowball", "grains", "dam-break", "debris-flow"] {
         let file = folder.path().join(format!("{name}.json"));
@@ -93,7 +93,7 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
 }
 
 #[test]
-fn what_lies_on_nodes_is_drawn_by_its_name() {
+fn plot_draws_datasets_on_nodes_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["stages"] = json!([{ "name": "hold", "duration": 0.01 }]);
@@ -118,7 +118,7 @@ fn what_lies_on_nodes_is_drawn_by_its_name() {
 }
 
 #[test]
-fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
+fn a_report_is_self_contained_and_complete() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["title"] = json!("a <small> column & its fall");
@@ -175,7 +175,7 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
 }
 
 #[test]
-fn an_export_has_every_frame_and_table_to_the_last_bit() {
+fn an_export_has_every_frame_and_table_bit_identically() {
     use colluvium::case::output::{NpzValues, Table, read_frame, read_npz};
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
@@ -207,7 +207,7 @@ fn an_export_has_every_frame_and_table_to_the_last_bit() {
 }
 
 #[test]
-fn a_report_says_that_a_run_is_incomplete() {
+fn the_report_of_an_incomplete_run_states_its_reason() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["stages"][1] =

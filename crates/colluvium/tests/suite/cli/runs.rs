@@ -1,4 +1,4 @@
-//! Runs, sweeps and what they leave.
+//! Runs and sweeps, and their output files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use super::{column, results, searched, summary, write};
 use crate::{output, program};
 
 #[test]
-fn threads_do_not_change_a_bit() {
+fn results_of_the_command_line_are_bit_identical_on_any_threads() {
     let folder = tempfile::tempdir().unwrap();
     let shapes = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
     let pairs = shapes.iter().flat_map(|shape| ["usf", "usl", "musl"].map(|scheme| (*shape, scheme)));
@@ -38,7 +38,7 @@ fn threads_do_not_change_a_bit() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_search_ends_with_code_4_and_goes_on_when_resumed() {
+fn an_interrupted_search_ends_with_code_4_and_resumes_to_the_same_result() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "slope.json", &searched());
     let run = |out: &Path, flag: Option<&str>| {
@@ -82,7 +82,7 @@ fn frame_before_checkpoint(out: &Path) -> Option<(PathBuf, SystemTime)> {
 }
 
 #[test]
-fn a_killed_run_resumes_to_the_last_bit() {
+fn a_killed_run_resumes_bit_identically() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
     let whole = folder.path().join("whole");
@@ -130,7 +130,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
 }
 
 #[test]
-fn a_folder_with_results_is_safe() {
+fn a_folder_with_results_is_not_overwritten_without_the_option() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["stages"] = json!([{ "name": "go", "duration": 0.002 }]);
@@ -149,7 +149,7 @@ fn a_folder_with_results_is_safe() {
 }
 
 #[test]
-fn a_sweep_tells_of_each_run_and_leaves_one_table() {
+fn a_sweep_prints_each_run_and_writes_one_table() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();
     case["stages"] = json!([{ "name": "go", "duration": 0.02 }]);

@@ -106,7 +106,7 @@ proptest! {
     }
 
     #[test]
-    fn a_point_is_returned_alike_in_any_company(
+    fn the_return_of_a_point_is_independent_of_its_batch(
         which in 0..laws().len(),
         trials in proptest::array::uniform8((-2.0..2.0f64, 0.0..2.0f64, 0.01..2.0f64)),
     ) {

@@ -115,7 +115,7 @@ fn a_reversal_brings_an_elastic_point_back() {
 }
 
 #[test]
-fn rotation_and_spin_turn_the_stress_alike() {
+fn rotation_and_spin_paths_rotate_the_stress_equally() {
     let start = [-100e3, -50e3, -70e3, 20e3, 0.0, 0.0];
     let turned = |path: LoadingPath| {
         let mut test = test(elastic(), 0.0, &[(path, 3)]);

@@ -105,7 +105,7 @@ fn a_circulating_load_is_a_sine_over_its_step() {
 }
 
 #[test]
-fn a_deformation_gradient_turns_and_stretches() {
+fn a_deformation_gradient_path_rotates_and_stretches() {
     let (c, s) = (30f64.to_radians().cos(), 30f64.to_radians().sin());
     let test = format!("o\n*DeformationGradient\n200 1 1.0\n{c}\n{c}\n1\n{}\n{s}\n0\n0\n0\n0\n", -s);
     let initial = "6\n-100\n-50\n-70\n20\n0\n0\n0\n";
@@ -141,7 +141,7 @@ fn repetitions_repeat_and_rows_are_thinned() {
 }
 
 #[test]
-fn keywords_count_whatever_their_capitals_and_with_a_remark_behind_them() {
+fn keywords_are_case_insensitive_and_may_have_trailing_remarks() {
     let plain = run("o\n*LinearLoad\n10 10 1.0\n*Roscoe\n1 60\n1 0\n1 0\n0 0\n0 0\n0 0\n*End\nnever read\n");
     let odd = "o\n*LINEARLOAD # to 60 kPa\n10 10 1.0\n*ROSCOE\n1 60\n1 0\n1 0\n0 0\n0 0\n0 0\n*END  of all\nnever read\n";
     let odd = run(odd);

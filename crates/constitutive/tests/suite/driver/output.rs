@@ -14,7 +14,7 @@ fn stress_control_stops_at_the_limit_load() {
 }
 
 #[test]
-fn what_came_before_a_limit_load_is_kept() {
+fn rows_before_a_limit_load_are_kept() {
     let push = LoadingPath::Stress { increment: [0.0, 0.0, -300e3, 0.0, 0.0, 0.0] };
     let trace = test(MaterialSpec::MohrCoulomb(mohr_coulomb(0.0)), 100e3, &[(push, 300)]).trace().unwrap();
     let stopped = trace.stopped.unwrap().to_string();

@@ -122,10 +122,10 @@ fn a_band_follows_the_critical_plane_or_the_largest_principal_stress() {
     }
     let rankine = DoubleScaleSpec { onset: Onset::Rankine, ..spec(band) }.law(band.law().unwrap()).unwrap();
     let mut point = PointLaw::initial(&rankine, &start).unwrap();
-    let pull = SymTensor([0.0, 0.0, 2e-5, 0.0, 0.0, 0.0]);
+    let strain = SymTensor([0.0, 0.0, 2e-5, 0.0, 0.0, 0.0]);
     while !point.state.localised {
         assert!(point.stress[2] <= 3e6);
-        point = SmallStrain::update(&rankine, &pull, &motion(&pull, 0.02), &point).unwrap();
+        point = SmallStrain::update(&rankine, &strain, &motion(&strain, 0.02), &point).unwrap();
     }
     assert_near(point.state.frame.0[0][2].abs(), 1.0, 1e-12);
 }
@@ -137,10 +137,10 @@ fn a_broken_band_may_be_reset() {
     let law = forgetful.law(band.law().unwrap()).unwrap();
     let mut point =
         PointLaw::initial(&law, &InitialCondition { stress: SymTensor::ZERO, density: 2400.0 }).unwrap();
-    let pull = SymTensor::diagonal(1e-4, 0.0, 0.0);
+    let strain = SymTensor::diagonal(1e-4, 0.0, 0.0);
     let mut history = vec![false];
     for _ in 0..600 {
-        point = SmallStrain::update(&law, &pull, &motion(&pull, 0.01), &point).unwrap();
+        point = SmallStrain::update(&law, &strain, &motion(&strain, 0.01), &point).unwrap();
         history.push(point.state.localised);
     }
     let insertions = history.windows(2).filter(|pair| !pair[0] && pair[1]).count();

@@ -237,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_simple_wave_passes_as_it_is_and_a_rapid_flow_too() {
+    fn simple_waves_and_supercritical_flow_leave_a_boundary_unchanged() {
         let celerity = |depth: f64| (9.81 * depth).sqrt();
         let still = BoundaryState { depth: 1.0, ..BoundaryState::default() };
         for depth in [0.8, 1.0, 1.3] {
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_is_beyond_the_side_when_it_has_had_the_time() {
+    fn the_state_beyond_a_side_is_the_wave_delayed_by_its_travel_time() {
         let celerity = (9.81f64).sqrt();
         let still = BoundaryState { depth: 1.0, ..BoundaryState::default() };
         let hump = |time: f64| 1e-4 * (-(4.0 * (time - 1.0)).powi(2)).exp();

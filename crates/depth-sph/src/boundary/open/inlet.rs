@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_flows_in_meets_what_stands_there() {
+    fn inflow_state_depends_on_the_outgoing_characteristic_of_standing_water() {
         let feed =
             Inlet { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4, layer: None };
         let state = |time: f64, outgoing: Option<f64>| {

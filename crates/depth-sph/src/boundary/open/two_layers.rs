@@ -195,27 +195,28 @@ mod tests {
 
     /// An outgoing wave of either kind is unchanged at the side, and an incoming one is absent.
     #[test]
-    fn waves_of_both_kinds_leave_and_none_comes_in() {
-        let (depths, pull, ratio) = ([0.6, 0.4], 9.81, 0.5);
+    fn waves_of_both_modes_leave_without_incoming_waves() {
+        let (depths, gravity, ratio) = ([0.6, 0.4], 9.81, 0.5);
         let still = depths.map(|depth| Some(BoundaryState { depth, ..BoundaryState::default() }));
         let spread =
             ((depths[0] - depths[1]) * (depths[0] - depths[1]) + 4.0 * ratio * depths[0] * depths[1]).sqrt();
         for sign in [1.0, -1.0] {
-            let square = 0.5 * pull * (1.0 + sign * spread);
+            let square = 0.5 * gravity * (1.0 + sign * spread);
             // Right vector of the wave: `g h₁ (a + γ b) = c² a`.
-            let shape = [ratio * pull * depths[0], square - pull * depths[0]];
-            for (way, size) in [(1.0, 1e-3), (-1.0, 1e-3), (1.0, -1e-3)] {
+            let shape = [ratio * gravity * depths[0], square - gravity * depths[0]];
+            for (direction, size) in [(1.0, 1e-3), (-1.0, 1e-3), (1.0, -1e-3)] {
                 let celerity = square.sqrt();
                 let arriving = [0, 1].map(|k| {
                     let height = size * shape[k];
-                    [depths[k] + height, way * celerity * height / depths[k]]
+                    [depths[k] + height, direction * celerity * height / depths[k]]
                 });
                 for set in 0..2 {
-                    let (depth, speed) = LayerOfSide { set, ratio }.riemann_state(still, |_| arriving, pull);
-                    let exact = if way > 0.0 { arriving[set] } else { [depths[set], 0.0] };
+                    let (depth, speed) =
+                        LayerOfSide { set, ratio }.riemann_state(still, |_| arriving, gravity);
+                    let exact = if direction > 0.0 { arriving[set] } else { [depths[set], 0.0] };
                     assert!(
                         (depth - exact[0]).abs() < 1e-12 && (speed - exact[1]).abs() < 1e-12,
-                        "{sign} {way}"
+                        "{sign} {direction}"
                     );
                 }
             }
@@ -223,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_that_is_not_out_there_leaves_as_it_is() {
+    fn a_layer_absent_beyond_the_side_leaves_unchanged() {
         let upper = BoundaryState { depth: 2.0, ..BoundaryState::default() };
         let still = [None, Some(upper)];
         let arriving = [[0.3, 1.5], [1.7, 0.0]];

@@ -217,7 +217,7 @@ mod tests {
     ];
 
     #[test]
-    fn no_axis_comes_first_where_walls_move() {
+    fn edges_of_moving_walls_are_independent_of_the_order_of_axes() {
         let orders = [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         for (velocities, separation) in VELOCITIES.into_iter().flat_map(|v| [(v, false), (v, true)]) {
             let [side, floor] = walls(separation, velocities);
@@ -239,7 +239,7 @@ mod tests {
 
     /// Coulomb's law of both walls at once, each with its normal impulse, from the final velocity.
     #[test]
-    fn both_walls_rub_with_what_they_bear() {
+    fn friction_of_both_walls_is_proportional_to_their_normal_impulses() {
         for velocities in &VELOCITIES[..2] {
             let [side, floor] = walls(false, *velocities);
             let end = left(&[side, floor], [0, 1, 2], FREE);
@@ -255,16 +255,16 @@ mod tests {
             let [a, b] = COEFFICIENTS;
             let (into_side, into_floor) = (FREE[0] - side.velocity[0], floor.velocity[1] - FREE[1]);
             let (p, q) = (b * on_floor[0], -a * on_side[1]);
-            let bears_side = (into_side + p * into_floor) / (1.0 - p * q);
-            let bears_floor = into_floor + q * bears_side;
-            assert!(bears_side > 0.0 && bears_floor > 0.0);
-            let along = FREE[2] + a * bears_side * on_side[2] + b * bears_floor * on_floor[2];
+            let impulse_on_side = (into_side + p * into_floor) / (1.0 - p * q);
+            let impulse_on_floor = into_floor + q * impulse_on_side;
+            assert!(impulse_on_side > 0.0 && impulse_on_floor > 0.0);
+            let along = FREE[2] + a * impulse_on_side * on_side[2] + b * impulse_on_floor * on_floor[2];
             assert!((end[2] - along).abs() < 1e-14, "{end:?}, {along}");
         }
     }
 
     #[test]
-    fn walls_that_move_along_their_edge_pull_it_each_its_way() {
+    fn walls_moving_along_their_edge_each_apply_friction_towards_their_velocity() {
         // Normal impulses of 1.3 and 0.8: the frictions are up to 0.39 and 0.48.
         let along = |side: f64, floor: f64, free: f64| {
             left(&walls(true, [[0.0, 0.0, side], [0.0, 0.0, floor]]), [0, 1, 2], [1.3, -0.8, free])[2]
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_floor_that_moves_off_takes_it_from_the_side_and_one_that_moves_on_presses_it_there() {
+    fn friction_of_a_moving_floor_separates_a_node_from_the_side_or_presses_it() {
         let acts =
             |speed: f64, free: [f64; 3]| left(&walls(true, [[0.0; 3], [speed, 0.0, 0.0]]), [0, 1, 2], free);
         // Friction of up to 0.6 against the normal impulse of the wall at the side.

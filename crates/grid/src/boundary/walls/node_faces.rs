@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_face_rubs_by_what_it_stops_and_lets_go_of_what_leaves() {
+    fn a_tilted_face_applies_coulomb_friction_and_permits_separation() {
         let face = |kind, separation| NodeFace {
             normal: TILTED,
             kind,
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn beside_a_wall_nothing_goes_into_either() {
+    fn velocity_beside_a_wall_enters_neither_the_face_nor_the_wall() {
         let face = NodeFace::at_rest(TILTED, 0.0, true);
         let floor = NodeWall {
             axis: 1,
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_that_moves_takes_along_what_it_meets_and_tells_what_that_took() {
+    fn a_moving_face_imposes_its_velocity_and_records_the_momentum_change() {
         let velocity = [1.2, 1.6, 0.5];
         let moving = |friction| NodeFace {
             velocity,
@@ -347,7 +347,7 @@ mod tests {
         };
         let act = |friction, free: [f64; 3]| {
             let walls = walls(&[(5, moving(friction))], Vec::new());
-            let (mut start, mut end, mut told) = ([0.0; 3], free, Vec::new());
+            let (mut start, mut end, mut changes) = ([0.0; 3], free, Vec::new());
             walls.constrain_and_record(
                 &[1, 0, 1],
                 &mut start,
@@ -355,20 +355,20 @@ mod tests {
                 true,
                 &[0.0; 3],
                 |face, change, _| {
-                    told.push((face.reaction_index, change));
+                    changes.push((face.reaction_index, change));
                 },
             );
-            (end, told)
+            (end, changes)
         };
         // The face moves along its normal by 2, and tangentially.
-        let (end, told) = act(0.0, [0.0; 3]);
+        let (end, changes) = act(0.0, [0.0; 3]);
         assert!(near(end, TILTED.map(|n| 2.0 * n)), "{end:?}");
-        assert!(told[0].0 == Some(3) && near(told[0].1, end), "{told:?}");
+        assert!(changes[0].0 == Some(3) && near(changes[0].1, end), "{changes:?}");
         let (end, _) = act(f64::INFINITY, [0.0; 3]);
         assert!(near(end, velocity), "{end:?}");
         let faster = TILTED.map(|n| 2.5 * n);
-        let (end, told) = act(0.3, faster);
-        assert!(near(end, faster) && told.iter().all(|(_, change)| near(*change, [0.0; 3])), "it leaves");
+        let (end, changes) = act(0.3, faster);
+        assert!(near(end, faster) && changes.iter().all(|(_, change)| near(*change, [0.0; 3])), "it leaves");
         // With a normal impulse it slips by 0.5, less than the friction limit.
         let (end, _) = act(0.3, [0.0; 3]);
         assert!(near(end, velocity), "{end:?}");

@@ -15,7 +15,7 @@ fn act(wall: NodeWall, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: boo
 
 /// Every kind of wall on each axis, and a node that approaches some of them.
 #[test]
-fn no_axis_comes_first_in_an_edge() {
+fn edges_are_independent_of_the_order_of_axes() {
     let kinds = [
         None,
         Some((WallKind::Rough, true)),
@@ -47,7 +47,7 @@ fn no_axis_comes_first_in_an_edge() {
 }
 
 #[test]
-fn what_a_smooth_side_holds_does_not_slip_on_the_floor() {
+fn force_carried_by_a_smooth_side_does_not_cause_slip_on_the_floor() {
     for [side, floor, along] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let wall = |axis, kind, separation| NodeWall {
             axis,
@@ -70,7 +70,7 @@ fn what_a_smooth_side_holds_does_not_slip_on_the_floor() {
 }
 
 #[test]
-fn friction_takes_the_coulomb_share_of_the_normal_impulse() {
+fn friction_reduces_tangential_velocity_by_the_coulomb_share_of_the_normal_impulse() {
     let wall = floor(WallKind::Frictional { coefficient: 0.5 }, true);
     let (mut start, mut end) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
     act(wall, &mut start, &mut end, true, &[0.0; 3]);
@@ -109,7 +109,7 @@ fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
 }
 
 #[test]
-fn what_pore_pressure_bears_does_not_rub() {
+fn force_carried_by_pore_pressure_causes_no_friction() {
     for (kind, friction) in [
         (WallKind::Frictional { coefficient: 0.5 }, 0.5 * (2.0 - 1.5)),
         (
@@ -132,7 +132,7 @@ fn what_pore_pressure_bears_does_not_rub() {
 }
 
 #[test]
-fn the_last_of_many_walls_holds_its_nodes() {
+fn the_last_of_many_walls_constrains_its_nodes() {
     let many = (0..300).map(|node| NodeWall { node, ..floor(WallKind::Smooth, false) }).rev().collect();
     let walls = NodeWalls::new(&[1, 400], many);
     assert_eq!(walls.at(1, &[0, 0, 0]).map(|wall| wall.node), Some(0));
@@ -141,7 +141,7 @@ fn the_last_of_many_walls_holds_its_nodes() {
 }
 
 #[test]
-fn unilateral_walls_let_go() {
+fn unilateral_walls_permit_separation() {
     let plane = WallKind::StaticAndSliding { static_coefficient: 1.0, sliding_coefficient: 0.5 };
     for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }, plane] {
         let mut end = [1.0, 0.5, 0.0];
@@ -151,7 +151,7 @@ fn unilateral_walls_let_go() {
 }
 
 #[test]
-fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
+fn bilateral_walls_prevent_separation_without_friction() {
     let plane = WallKind::StaticAndSliding { static_coefficient: 1.0, sliding_coefficient: 0.5 };
     for kind in [WallKind::Frictional { coefficient: 0.5 }, plane] {
         let wall = floor(kind, false);
@@ -180,18 +180,18 @@ fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
 }
 
 #[test]
-fn a_wall_holds_what_it_has_stopped() {
-    let rubs = floor(WallKind::Frictional { coefficient: 0.5 }, true);
-    assert_eq!(rubs.constrained_components(&[0.0; 3]), [true; 3], "sticks");
-    assert_eq!(rubs.constrained_components(&[1.0, 0.0, 0.0]), [false, true, false], "slides");
-    assert_eq!(rubs.constrained_components(&[0.0, 0.1, 0.0]), [false; 3], "lifts off");
+fn constrained_components_follow_sticking_sliding_and_separation() {
+    let frictional = floor(WallKind::Frictional { coefficient: 0.5 }, true);
+    assert_eq!(frictional.constrained_components(&[0.0; 3]), [true; 3], "sticks");
+    assert_eq!(frictional.constrained_components(&[1.0, 0.0, 0.0]), [false, true, false], "slides");
+    assert_eq!(frictional.constrained_components(&[0.0, 0.1, 0.0]), [false; 3], "lifts off");
     assert_eq!(floor(WallKind::Smooth, true).constrained_components(&[0.0; 3]), [false, true, false]);
     assert_eq!(floor(WallKind::Smooth, false).constrained_components(&[1.0, 2.0, 3.0]), [false, true, false]);
     assert_eq!(floor(WallKind::Rough, false).constrained_components(&[1.0, 2.0, 3.0]), [true; 3]);
 }
 
 #[test]
-fn what_a_wall_stopped_in_the_solve_does_not_lift_off_as_it_is_re_mapped() {
+fn nodes_in_contact_after_the_solve_do_not_separate_in_remapping() {
     let wall = floor(WallKind::Frictional { coefficient: 0.5 }, true);
     for (solved, remapped, expected) in [
         ([1.0, 0.0, 0.0], [1.1, 0.2, 0.0], [1.1, 0.0, 0.0]), // slides

@@ -100,7 +100,7 @@ fn an_element_of_two_groups_is_one_element() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_line() {
+fn errors_in_mesh_files_name_their_line() {
     let refuse = |text: &str| Mesh::<2>::from_msh(text.as_bytes()).unwrap_err().to_string();
     assert_eq!(refuse("solid cube"), "line 1: \"solid cube\" is outside of any section");
     assert!(

@@ -54,7 +54,7 @@ fn drag_slows_the_liquid_and_keeps_momentum() {
 }
 
 #[test]
-fn an_impermeable_wall_takes_the_liquid_out_of_the_mixture_equation() {
+fn an_impermeable_wall_excludes_the_held_liquid_from_the_mixture_equation() {
     let free = NodeWalls::new(&[1, 1, 1], Vec::new());
     let wall = NodeWall {
         axis: 1,
@@ -74,7 +74,7 @@ fn an_impermeable_wall_takes_the_liquid_out_of_the_mixture_equation() {
 }
 
 #[test]
-fn a_dry_node_is_one_of_the_skeleton_alone() {
+fn a_node_without_liquid_moves_as_a_single_phase() {
     let walls = NodeWalls::new(&[1, 1, 1], Vec::new());
     for audit in [false, true] {
         let [mut solid, _] = node([1.0, 0.0, 0.0], [0.0; 3]);
@@ -119,7 +119,7 @@ fn damping_depends_on_the_unbalanced_force_on_the_mixture_and_leaves_seepage_unc
 }
 
 #[test]
-fn scaled_inertia_leaves_weight_and_drag_as_they_are() {
+fn scaled_inertia_leaves_weight_and_drag_unchanged() {
     let free = NodeWalls::new(&[1, 1, 1], Vec::new());
     for audit in [false, true] {
         let [plain, heavy] = [1.0, 9.0].map(|inertia| {
@@ -207,8 +207,8 @@ fn one_element_is_stable_below_the_exact_step_and_not_above_it() {
             (growth(element, 0.95 * exact, 100_000), growth(element, 1.05 * exact, 1000));
         assert!(stable < 100.0, "{element:?}: grows by {stable}");
         assert!(unstable > 1e6, "{element:?}: grows by {unstable} only");
-        let (least, most) =
+        let (below, above) =
             (growth(element, 0.9999 * exact, 100_000), growth(element, 1.0001 * exact, 100_000));
-        assert!(least < 1e3 && most > 1e3, "{element:?}: the limit is that of the sheet, {least}, {most}");
+        assert!(below < 1e3 && above > 1e3, "{element:?}: the limit is that of the sheet, {below}, {above}");
     }
 }

@@ -26,7 +26,7 @@ fn case(space: &str, shape: &Value, load: &Value, stage: &Value) -> Case {
 
 /// Lamé's ring under a pressure from within: `u = (1 + ν) p a² ((1 - 2ν) r + b²/r) / (E (b² - a²))` in plane strain.
 #[test]
-fn a_pressure_in_a_hole_widens_the_ring_as_lame_has_it() {
+fn a_ring_under_internal_pressure_expands_by_lames_solution() {
     let ball = |radius: f64| json!({ "kind": "ball", "centre": [0, 0], "radius": radius });
     let (inner, outer, pressure): (f64, f64, f64) = (0.5, 1.0, 1e3);
     let ring = json!({ "kind": "difference", "from": ball(outer), "cut": ball(inner) });

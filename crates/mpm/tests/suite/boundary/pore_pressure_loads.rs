@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::boundary::elastic_block;
 
 #[test]
-fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
+fn the_force_of_a_varying_pore_pressure_on_the_fluid_is_its_mean() {
     // n times the force on the fluid is its momentum: Σ M̄_L a_L = n Σ f_L.
     let text = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] },
                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-6 } }]);
@@ -39,7 +39,7 @@ fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
         panic!("no stress")
     };
     // No total stress: the skeleton swells. After T = 2.5 consolidation lacks 0.3 %. The load is spread over the outermost
-    // cell, whose point feels the share of the end node.
+    // cell, whose point has the share of the end node.
     for ((x, pressure), stress) in
         snapshot.positions.iter().zip(scalars(&snapshot, "pore_pressure")).zip(effective)
     {

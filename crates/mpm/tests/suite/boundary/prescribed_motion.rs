@@ -42,7 +42,7 @@ fn press(of: &str) -> Value {
 }
 
 #[test]
-fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
+fn the_force_on_a_rigid_lid_is_that_of_the_oedometer() {
     // 1 % of strain of a modulus of 100 kPa on 1 m: 1 kN upward on the lid.
     for contacts in
         [json!([]), json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "test": "gap" }])]
@@ -67,7 +67,7 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
 }
 
 #[test]
-fn a_patch_that_does_nothing_changes_nothing_at_walls() {
+fn an_idle_patch_changes_nothing_at_walls() {
     // A block that slides on a frictional floor, damped; the patch is far above it.
     for nodes in ["force", "momentum"] {
         let ends = [false, true].map(|patch| {
@@ -147,7 +147,7 @@ fn unevenness(snapshot: &Snapshot) -> f64 {
 }
 
 #[test]
-fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
+fn a_rigid_plate_from_wall_to_wall_compresses_uniformly() {
     // Nodes at the sides have half of the volume of others, and are held with them.
     for shape in ["linear", "ugimp", "quadratic"] {
         let case = block_between_walls().with(json!({
@@ -192,7 +192,7 @@ fn a_rigid_plate_over_a_whole_period_drags_evenly() {
 }
 
 #[test]
-fn a_moving_wall_takes_the_liquid_beside_it_along() {
+fn a_moving_rough_wall_drives_linear_shear_flow_of_a_viscous_liquid() {
     // A-26, steady: the speed of a point is its height, to the last row under the wall.
     for scheme in ["usf", "usl", "musl"] {
         let flow = block_between_walls().with(json!({
@@ -213,8 +213,8 @@ fn a_moving_wall_takes_the_liquid_beside_it_along() {
 }
 
 #[test]
-fn a_rigid_plate_presses_where_points_keep_their_places() {
-    // Far beyond a cell: the plate goes on pressing the surface where that was at the start.
+fn a_rigid_plate_compresses_points_in_the_small_displacement_formulation() {
+    // Displacement of more than a cell: the plate acts on the surface at its initial position.
     let case = block_between_walls().with(json!({
         "bodies": [block(), lid()],
         "stages": [{ "name": "press", "duration": 1, "damping": 0.5, "motions": [{ "target": "lid", "velocity": [0, -0.3], "ramp": 0.2 }] }],
@@ -242,7 +242,7 @@ fn a_rigid_plate_presses_where_points_keep_their_places() {
 }
 
 #[test]
-fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
+fn the_force_on_a_rigid_lid_on_meshes_is_that_of_the_oedometer() {
     let slides = json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "normal": [0, 1] }]);
     for (scheme, contacts) in [("usl", json!([])), ("musl", json!([])), ("musl", slides)] {
         let case = block_between_walls().with(json!({
@@ -302,7 +302,7 @@ fn a_rigid_body_that_leaves_is_an_error() {
 }
 
 #[test]
-fn a_patch_presses_with_the_force_of_the_oedometer() {
+fn the_force_on_a_patch_is_that_of_the_oedometer() {
     let mesh =
         |scheme: &str| json!({ "mesh": { "kind": "box" }, "shape": "linear", "stress_update": scheme });
     for (moves, more) in [
@@ -326,8 +326,8 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
 
 #[test]
 fn the_impulse_on_a_patch_is_that_on_the_material() {
-    // It takes all nodes of the block from rest to 0.05 m/s, and on. Ramped and at once, with either treatment of what
-    // nodes bring.
+    // The patch accelerates all nodes of the block from rest to 0.05 m/s and holds that velocity: ramped and at once, with either
+    // treatment of fixed nodes.
     for (ramp, fixed) in [(0.2, "force"), (0.0, "force"), (0.2, "momentum")] {
         let case = block_between_walls().with(json!({
             "boundaries": [],
@@ -345,9 +345,9 @@ fn the_impulse_on_a_patch_is_that_on_the_material() {
 }
 
 #[test]
-fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
-    // Tresca's column between smooth ends in plane strain carries 2 c_u. Points next to the patch go along with it: what they
-    // lag behind is no force.
+fn patch_force_on_a_yielding_column_is_its_strength_at_any_speed() {
+    // Tresca's column between smooth ends in plane strain carries 2 c_u. Points next to the patch move with it: their lag in
+    // velocity causes no force.
     for speed in [0.01, 0.05] {
         let case = block_between_walls().with(json!({
             "domain": { "min": [0, 0], "max": [2, 1] },
@@ -391,10 +391,13 @@ fn the_impulse_on_a_rigid_body_is_the_momentum_that_the_material_loses() {
         for c in 0..2 {
             assert!((momentum[c] - impulse[c]).abs() < 1e-9 * report.start.mass, "{momentum:?} {impulse:?}");
         }
-        // It is stopped and thrown back, less what rings on in its three cells.
+        // The block is stopped and rebounds, less the oscillation that remains in its three cells.
         assert!(impulse[1] > 0.3 * 120.0 && impulse[1] < 2.0 * 0.3 * 120.0, "{impulse:?}");
-        let rubbed = friction * impulse[1];
-        assert!(impulse[0] <= rubbed + 1e-9 && impulse[0] >= (0.9 * rubbed).min(10.0), "{impulse:?}");
+        let friction_impulse = friction * impulse[1];
+        assert!(
+            impulse[0] <= friction_impulse + 1e-9 && impulse[0] >= (0.9 * friction_impulse).min(10.0),
+            "{impulse:?}"
+        );
     }
 }
 
@@ -429,7 +432,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
 }
 
 #[test]
-fn a_patch_without_nodes_is_named() {
+fn a_patch_without_nodes_causes_a_warning() {
     let patch = |low: f64, high: f64| {
         let case = block_between_walls().with(json!({
             "patches": [{ "name": "plate", "region": { "kind": "box", "min": [0.2, low], "max": [0.8, high] } }],

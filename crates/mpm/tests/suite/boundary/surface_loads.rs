@@ -16,7 +16,7 @@ fn force(solver: &mut dyn Solver) -> [f64; 2] {
 }
 
 #[test]
-fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
+fn a_pressure_rotates_with_the_surface_and_a_traction_does_not() {
     // A quarter turn in a second.
     let rate = std::f64::consts::FRAC_PI_2;
     let spin = json!({ "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[0, -rate], [rate, 0]] });
@@ -38,8 +38,8 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
             advance_to(&mut *solver, 1.0);
             let end = force(&mut *solver);
             assert!((end[0].hypot(end[1]) - 3.0).abs() < 0.05, "{scheme}: {end:?}");
-            // Next to a free surface the lumped mass of a node does not lie at the node, and the spin that its points
-            // feel is weaker: the surface lags behind by up to a fifth.
+            // Next to a free surface the lumped mass of a node does not lie at the node, and the rotation rate of its points
+            // is lower: the surface lags behind by up to a fifth.
             assert!(
                 (0..2).all(|c| (end[c] - exact[c]).abs() < 1.1),
                 "{scheme}: {end:?} instead of {exact:?}"
@@ -123,7 +123,7 @@ fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
 }
 
 #[test]
-fn a_pressure_that_varies_makes_a_stress_that_varies() {
+fn a_linearly_varying_pressure_causes_the_stress_of_a_beam() {
     // Between a smooth wall and a pressure from 1 kPa below to 3 kPa above, with a Poisson's ratio of zero: each fibre
     // has the stress of the pressure on its end, as in a beam in bending.
     let report = elastic_block().with(json!({

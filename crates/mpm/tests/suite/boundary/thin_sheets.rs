@@ -27,7 +27,7 @@ fn sheet(cells: f64, wall: &Value) -> Case {
     read_case(&text)
 }
 
-/// How fast it slows down (m/s²).
+/// Deceleration (m/s²).
 fn deceleration(case: &Case) -> f64 {
     let mut solver = start_solver(&Mpm, case);
     let mut samples = Vec::new();
@@ -43,7 +43,7 @@ fn deceleration(case: &Case) -> f64 {
 }
 
 #[test]
-fn a_frictional_wall_slows_a_sheet_of_any_thickness_and_a_rough_one_is_warned_of() {
+fn a_frictional_wall_slows_thin_sheets_and_a_rough_one_causes_a_warning() {
     let slope = 35f64.to_radians().sin();
     let wall = json!({ "kind": "frictional", "friction_coefficient": slope });
     for cells in [0.5, 1.0, 2.0, 4.0] {

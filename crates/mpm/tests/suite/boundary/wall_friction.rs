@@ -9,7 +9,7 @@ use crate::solver::elastic_block;
 const FRICTIONS: [&str; 2] = ["impulse", "acceleration"];
 
 #[test]
-fn a_sliding_block_stops_where_friction_says() {
+fn the_stopping_distance_of_a_sliding_block_follows_coulomb_friction() {
     // sheet: mpm A-31: after v0/(μ g), at v0²/(2 μ g); 2 %.
     for friction in FRICTIONS {
         let report = elastic_block().with(json!({

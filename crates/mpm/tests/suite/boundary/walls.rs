@@ -58,7 +58,7 @@ fn a_bilateral_wall_holds_a_hanging_body_without_friction() {
         for fluid in [Value::Null, fluid()] {
             let [held, dropped] =
                 [true, false].map(|bilateral| hanging(bilateral, fluid.clone(), options.clone()));
-            // It swings on its own spring, and in 0.1 s what falls has 1 m/s.
+            // The held body oscillates by its elasticity; a body in free fall has 1 m/s after 0.1 s.
             let speed = |end: &Budget| [end.momentum[0] / end.mass, end.momentum[1] / end.mass];
             assert!(speed(&held)[1].abs() < 0.2, "{options}: {:?}", speed(&held));
             assert!((speed(&dropped)[1] + 1.0).abs() < 0.02, "{options}: {:?}", speed(&dropped));

@@ -132,10 +132,10 @@ fn adhesion_on_a_ring_is_that_of_its_whole_area_per_radian() {
 }
 
 #[test]
-fn momentum_is_conserved_and_kinetic_energy_is_not_made() {
+fn contact_conserves_momentum_and_generates_no_kinetic_energy() {
     for shape in SHAPES {
         for scheme in SCHEMES {
-            // Not stable at light nodes, and what would make it so takes momentum.
+            // Unstable at nodes of small mass; the cutoff that stabilises them does not conserve momentum.
             if (shape, scheme) == ("linear", "usl") {
                 continue;
             }
@@ -188,7 +188,7 @@ fn settled(contacts: &Value) -> Snapshot {
 
 #[test]
 fn pressed_bodies_slide_by_the_friction_between_them_and_stick_below_it() {
-    // Blocks of 400 kg. What presses is p t, half the ramp taken off, less the momentum that the lower one has.
+    // Blocks of 400 kg. The normal impulse is p t less half the ramp, less the momentum of the lower block.
     for (friction, adhesion, tolerance) in
         [(0.1, 0.0, 0.03), (0.2, 0.0, 0.03), (0.0, 20.0, 0.06), (0.1, 20.0, 0.06)]
     {
@@ -233,8 +233,8 @@ fn friction_of_a_penalty_is_proportional_to_its_force_up_to_the_shear_strength()
     assert!((upper[0] + lower[0] - 0.2).abs() < 1e-9, "{upper:?}");
     // The strength is reached as soon as there is any pressure, and lost while they are apart.
     let [lower, upper] = pushed(100.0, Some(20.0));
-    let most = 20.0 * 0.3 / 400.0;
-    assert!(lower[0] < most * (1.0 + 1e-9) && lower[0] > 0.85 * most, "{lower:?}, {most}");
+    let bound = 20.0 * 0.3 / 400.0;
+    assert!(lower[0] < bound * (1.0 + 1e-9) && lower[0] > 0.85 * bound, "{lower:?}, {bound}");
     assert!((upper[0] + lower[0] - 0.2).abs() < 1e-9, "{upper:?}");
 }
 
@@ -267,7 +267,7 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
 
 #[test]
 fn bodies_have_no_contact_force_before_they_touch() {
-    // A gap of a third of a cell, closing at 1 m/s: nodes know both bodies from the start.
+    // A gap of a third of a cell, closing at 1 m/s: nodes have mass of both bodies from the start.
     for shape in SHAPES {
         let options = json!({ "shape": shape, "contacts": contact(0.5, 0.0) });
         let mut case = blocks([[0.0, 0.0], [0.3, -1.0]], &options);
@@ -282,7 +282,7 @@ fn bodies_have_no_contact_force_before_they_touch() {
                 first = solver.time();
             }
         }
-        // They meet after 0.05 s; linear shape functions do not see where between the nodes a row of points is.
+        // They meet after 0.05 s; linear shape functions do not resolve the position of a row of points between the nodes.
         let early = if shape == "linear" { 0.02 } else { 0.008 };
         assert!((first - 0.05).abs() < early, "{shape}: they meet at {first} s");
         // By velocities alone they meet at once; so they do without a test where the normal is given.
@@ -300,7 +300,7 @@ fn bodies_have_no_contact_force_before_they_touch() {
 }
 
 #[test]
-fn three_bodies_at_a_node_hold_each_other() {
+fn three_bodies_in_contact_at_a_node_do_not_interpenetrate() {
     // A plate of half a cell between two blocks that press it: all three share nodes.
     let boxed = |name: &str, low: f64, high: f64, speed: f64| {
         json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": [0.5, low], "max": [1.5, high] },
@@ -335,7 +335,7 @@ fn a_block_at_rest_on_another_is_in_equilibrium() {
         panic!("no stress")
     };
     let mean = stress.iter().map(|s| s[1]).sum::<f64>() / stress.len() as f64;
-    // Half of what the floor carries, 1000 kg/m³ × 1 m/s² × 0.8 m.
+    // Half of the load of the floor, 1000 kg/m³ × 1 m/s² × 0.8 m.
     assert!((mean / -400.0 - 1.0).abs() < 0.02, "{mean}");
 }
 
@@ -399,9 +399,13 @@ fn layers_between_walls_are_pressed_together_without_shear() {
                 ] } }
             })).solve(&Mpm);
             let FieldData::Tensor(stress) = &report.snapshot.field("stress").unwrap().data else { panic!() };
-            let most = |c: usize| stress.iter().map(|s| s[c].abs()).fold(0.0, f64::max);
-            assert!(most(1 - axis) > 1e4, "they are pressed");
-            assert!(most(3) < 1e-6 * most(1 - axis), "{test}, walls along {other}: shear {}", most(3));
+            let largest = |c: usize| stress.iter().map(|s| s[c].abs()).fold(0.0, f64::max);
+            assert!(largest(1 - axis) > 1e4, "they are pressed");
+            assert!(
+                largest(3) < 1e-6 * largest(1 - axis),
+                "{test}, walls along {other}: shear {}",
+                largest(3)
+            );
         }
     }
 }

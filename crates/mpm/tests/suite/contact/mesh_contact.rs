@@ -34,7 +34,7 @@ fn blocks(dimension: usize) -> Case {
 }
 
 #[test]
-fn momentum_is_kept_and_threads_do_not_matter() {
+fn contact_conserves_momentum_and_is_bit_identical_on_any_threads() {
     for dimension in [2, 3] {
         let case = blocks(dimension);
         let on = |threads: usize| {
@@ -54,7 +54,7 @@ fn momentum_is_kept_and_threads_do_not_matter() {
 }
 
 #[test]
-fn a_restored_solver_continues_to_the_last_bit() {
+fn a_restored_solver_continues_bit_identically() {
     let case = blocks(2);
     let whole = {
         let mut solver = start_solver(&Mpm, &case);
@@ -100,7 +100,7 @@ fn incline(friction: f64) -> Case {
 }
 
 #[test]
-fn a_block_slides_down_an_incline_as_coulomb_says_or_stays() {
+fn sliding_and_sticking_on_an_incline_follow_coulomb_friction() {
     // A-14, with the normal of the interface given, as in the sheet: 3 % of g sin θ, and 5 mm where it sticks.
     for friction in [0.2, 0.7] {
         let report = solve(&Mpm, &incline(friction));
@@ -116,7 +116,7 @@ fn a_block_slides_down_an_incline_as_coulomb_says_or_stays() {
 }
 
 #[test]
-fn gaps_are_refused_by_name() {
+fn contact_gap_options_on_meshes_are_refused_by_name() {
     let mut text: Value = serde_json::from_str(&blocks(2).to_json()).unwrap();
     text["methods"]["mpm"]["contacts"][0]["test"] = json!("gap");
     let error = Mpm.plan(&read_case(&text)).unwrap_err().to_string();

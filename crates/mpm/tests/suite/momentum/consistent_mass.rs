@@ -50,7 +50,7 @@ fn consistent_mass_overestimates_the_frequency_of_a_bar_and_lumped_mass_underest
     assert!((found / consistent - 1.0).abs() < 1e-4 && found > exact, "consistent: {found} for {consistent}");
 }
 
-/// A ball that turns and swings in a box, nothing acts on it.
+/// Ball that rotates and oscillates in a box without external forces.
 fn ball(space: &str, shape: &str) -> Case {
     let dimension = if space == "3d" { 3 } else { 2 };
     let pick = |v: [f64; 3]| v[..dimension as usize].to_vec();
@@ -99,8 +99,8 @@ fn bits_are_the_same_on_one_and_two_threads_with_consistent_mass() {
 }
 
 #[test]
-fn a_block_between_walls_that_move_takes_their_speed() {
-    // Both side walls move: a block that moves with them feels nothing, and one at rest is pushed.
+fn moving_walls_accelerate_a_block_at_rest_and_leave_a_comoving_one_unchanged() {
+    // Both side walls move: no force acts on a block that moves with them, and a block at rest is accelerated.
     for (own, least) in [(0.3, 0.0), (0.0, 1e-3)] {
         let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" }, "velocity": [0.3, 0] });
         let report = solve(
@@ -115,8 +115,8 @@ fn a_block_between_walls_that_move_takes_their_speed() {
                 }),
             ),
         );
-        let most =
+        let largest_change =
             vectors(&report.snapshot, "velocity").iter().map(|v| (v[0] - own).abs()).fold(0.0, f64::max);
-        assert!(most >= least && (own == 0.0 || most < 1e-11), "{own}: {most}");
+        assert!(largest_change >= least && (own == 0.0 || largest_change < 1e-11), "{own}: {largest_change}");
     }
 }

@@ -1,4 +1,4 @@
-//! Nodes that material reaches only just, with stress last (sheet: mpm §3.2, P-02).
+//! Nodes of small mass, with stress last (sheet: mpm §3.2, P-02).
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
@@ -32,12 +32,12 @@ fn pulled_point(count: usize, options: &Value) -> f64 {
 
 #[test]
 fn stress_last_overshoots_at_a_node_of_small_mass_without_a_cutoff() {
-    // A point at ξ of its cell gives its far node the mass ξ m and a force V σ/h that does not know of ξ. The
+    // A point at ξ of its cell gives its far node the mass ξ m and a force V σ/h independent of ξ. The
     // strain of the step is then -(C²/ξ(1 - ξ)) σ/E: beyond 2 in size, which is at ξ ≈ C²/2, it grows without bound.
     let (square, xi) = (0.25, 0.05);
     let usl = pulled_point(10, &json!({ "stress_update": "usl", "node_mass_cutoff": 1e-12 }));
     assert!((usl + square / (xi * (1.0 - xi))).abs() < 1e-4, "{usl}");
-    // What MUSL maps back is the velocity of the point: no gradient.
+    // MUSL maps the velocity of the point back to the nodes: no gradient.
     assert!(pulled_point(10, &json!({ "stress_update": "musl" })).abs() < 1e-12);
     // Without force on the far node only the near one strains the point.
     let cut = pulled_point(10, &json!({ "stress_update": "usl", "node_mass_cutoff": 0.1 }));
@@ -88,14 +88,14 @@ fn shaken(axes: usize, ratio: f64, speed: f64, options: &Value) -> [f64; 2] {
         let square: f64 = budget.momentum.iter().map(|p| p * p).sum();
         budget.total() - 0.5 * square / budget.mass
     };
-    let (start, mut most) = (inner(&*solver), 0f64);
+    let (start, mut peak) = (inner(&*solver), 0f64);
     while solver.time() < duration {
         if solver.step(duration).is_err() {
             return [f64::INFINITY; 2];
         }
-        most = most.max(inner(&*solver));
+        peak = peak.max(inner(&*solver));
     }
-    [most / start, inner(&*solver) / start]
+    [peak / start, inner(&*solver) / start]
 }
 
 #[test]
@@ -104,14 +104,14 @@ fn stress_last_with_linear_functions_is_stable_as_surfaces_cross_nodes() {
         for ratio in [0.3, 0.495] {
             for options in [json!({}), json!({ "shape": "dual-domain" })] {
                 // Velocity and stress are half a step apart, and so their energies are.
-                let [most, last] = shaken(axes, ratio, speed, &options);
+                let [peak, last] = shaken(axes, ratio, speed, &options);
                 assert!(
-                    most < 1.25 && last < 1.0,
-                    "{axes} axes, {ratio}, {options}: {most}, {last} times its energy"
+                    peak < 1.25 && last < 1.0,
+                    "{axes} axes, {ratio}, {options}: {peak}, {last} times its energy"
                 );
             }
         }
     }
-    // What an entry says is done: with round-off alone left out, points turn inside out.
+    // The given cutoff is used: one at the level of round-off lets points invert.
     assert!(shaken(2, 0.3, 0.02, &json!({ "node_mass_cutoff": 1e-12 }))[0] > 10.0);
 }

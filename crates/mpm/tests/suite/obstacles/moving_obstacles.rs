@@ -10,7 +10,7 @@ use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor, 
 const BOTH: [&str; 2] = ["nodes", "points"];
 
 #[test]
-fn a_moving_floor_takes_a_block_along_as_friction_has_it() {
+fn a_moving_floor_accelerates_a_block_by_coulomb_friction() {
     for form in BOTH {
         belt(form);
     }
@@ -39,7 +39,7 @@ fn belt(form: &str) {
 }
 
 #[test]
-fn a_turning_table_lifts_a_block_with_it() {
+fn a_rotating_table_lifts_the_block_on_it() {
     for form in BOTH {
         table(form);
     }
@@ -91,7 +91,7 @@ fn motions_of_obstacles_are_checked() {
 
 /// A piston starts at once against a bar without sideways strain: a wave of the stress ρ c V runs into it.
 #[test]
-fn a_piston_on_nodes_pushes_with_the_impedance_of_the_bar_and_gives_it_its_energy() {
+fn the_force_of_a_node_piston_is_the_impedance_and_its_work_the_energy() {
     let (speed, modulus) = (0.05f64, 1e6 * 0.8 / (1.2 * 0.6));
     let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
     let mut value = block(&json!({ "kind": "smooth" }));
@@ -123,7 +123,7 @@ fn a_piston_on_nodes_pushes_with_the_impedance_of_the_bar_and_gives_it_its_energ
 }
 
 #[test]
-fn a_block_on_nodes_of_a_floor_that_moves_across_cells_has_the_bits_of_any_threads_and_restarts() {
+fn a_node_floor_moving_across_cells_is_bit_identical_on_threads_and_after_restart() {
     let mut value = block(&frictional(0.3));
     value["methods"]["mpm"]["obstacles"] = json!("nodes");
     value["obstacles"][0]["motion"] = json!({ "velocity": [0.8, 0.6], "rotation": 10, "centre": [0.6, 0.5] });
@@ -133,7 +133,7 @@ fn a_block_on_nodes_of_a_floor_that_moves_across_cells_has_the_bits_of_any_threa
     let whole = run(1, false);
     assert!(whole == run(2, false), "two threads");
     assert!(whole == run(1, true), "restored");
-    // What the floor gives is what the block has and its weight takes.
+    // The impulse of the floor is the momentum of the block plus the impulse of its weight.
     let (_, totals, reaction, _) = &whole;
     assert!(totals.momentum[1] > 0.0);
     assert!((totals.momentum[0] + reaction.impulse[0]).abs() < 1e-8 * reaction.impulse[0].abs());

@@ -29,7 +29,7 @@ fn decimal(x: f64, by: f64) -> f64 {
 }
 
 #[test]
-fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
+fn a_run_in_map_coordinates_is_bit_identical_to_the_run_at_zero() {
     let here = read_case(&slope([0.0; 2]));
     let mut on_map = slope([5e5, 5e6]);
     on_map["domain"]["origin"] = json!([5e5, 5e6]);
@@ -48,7 +48,7 @@ fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
 }
 
 #[test]
-fn no_point_goes_under_the_ground() {
+fn points_penetrate_node_obstacles_by_less_than_a_tenth_cell() {
     let case = read_case(&slope([0.0; 2]));
     let standing = case.placed_obstacles::<2>().unwrap();
     let mut solver = start_solver(&Mpm, &case);
@@ -95,7 +95,7 @@ fn points_in_obstacles_and_unsupported_options_are_rejected_by_path() {
 }
 
 #[test]
-fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
+fn reactions_equal_the_momentum_loss_and_are_bit_identical_after_a_restart() {
     for fixed in ["force", "momentum"] {
         let mut value = slope([0.0; 2]);
         value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -1.0] });
@@ -113,7 +113,7 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
             let (end, push) = (solver.totals(), solver.reaction("ground").unwrap());
             let weight = -9.81 * end.mass * solver.time();
             let scale = weight.abs() + 1e-3;
-            // What came in by gravity and is no longer there went into the ground.
+            // The impulse of gravity less the gain of momentum is the impulse on the ground.
             for (axis, came) in [(0, 0.0), (1, weight)] {
                 let lost = start.momentum[axis] + came - end.momentum[axis];
                 let off = (push.impulse[axis] - lost).abs() / scale;
@@ -136,7 +136,7 @@ fn friction_dissipates_the_energy_that_a_thrown_block_loses() {
     value["obstacles"][0]["wall"]["friction_coefficient"] = json!(0.3);
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.3, 1.0], "max": [1.1, 1.2] });
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.5, 0.0] });
-    // In balance from the start: a block that bounces rubs by fits and starts, which shakes it.
+    // In equilibrium from the start: a bouncing block has intermittent friction, which excites oscillations.
     value["bodies"][0]["stress"] = json!({ "kind": "k0", "surface": 1.2, "coefficient": 0.43 });
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
     let case = read_case(&value);

@@ -36,7 +36,7 @@ pub fn until(solver: &mut dyn Solver, time: f64) {
 }
 
 #[test]
-fn a_block_at_rest_presses_with_its_weight() {
+fn the_reaction_of_a_block_at_rest_is_its_weight() {
     let case = read_case(&block(&frictional(0.5)));
     let mut solver = start_solver(&Mpm, &case);
     until(&mut *solver, 1.0);
@@ -143,7 +143,7 @@ fn adhesion_holds_a_block_that_friction_does_not() {
 }
 
 #[test]
-fn a_block_that_slides_and_trembles_has_all_of_its_adhesion() {
+fn a_sliding_and_vibrating_block_has_its_full_adhesion() {
     let slowed = |adhesion: f64| {
         let mut wall = frictional(0.1);
         wall["adhesion"] = json!(adhesion);
@@ -219,7 +219,7 @@ pub fn on_floor(
 }
 
 #[test]
-fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
+fn penalty_contact_is_bit_identical_on_two_threads_and_after_a_restart() {
     let mut value = block(&frictional(0.3));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.5] });
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.6], [0.2, 0.5], [1.0, 0.45], [1.2, 0.6], [3, 0.7]] });
@@ -232,7 +232,7 @@ fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
 }
 
 #[test]
-fn no_centre_goes_under_a_line_with_corners() {
+fn point_centres_stay_above_a_ground_line_with_corners() {
     let mut value = block(&frictional(0.2));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -0.5] });
     value["stages"] = json!([{ "name": "slide", "duration": 1 }]);

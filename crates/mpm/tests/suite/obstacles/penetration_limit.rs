@@ -1,4 +1,4 @@
-//! Points that meet an obstacle too fast for its springs are stopped before it (docs/theory/mpm.md, obstacles).
+//! Penetration limit: points too fast for the penalty springs are stopped before the obstacle (docs/theory/mpm.md, obstacles).
 
 use colluvium_case::{Case, Solver};
 use colluvium_mpm::Mpm;
@@ -34,7 +34,7 @@ fn frictional() -> Value {
     json!({ "kind": "frictional", "friction_coefficient": 0.4 })
 }
 
-/// All energies (J), with what obstacles took of them.
+/// Total energy (J), with the energy transferred to obstacles.
 fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.totals();
     let own = budget.kinetic + budget.elastic + budget.potential;
@@ -46,20 +46,20 @@ fn energy(solver: &dyn Solver) -> f64 {
 /// at the start, as a share of that.
 fn follow(case: &Case, solver: &mut dyn Solver) -> (f64, f64) {
     let standing = case.placed_obstacles::<2>().unwrap();
-    let (start, mut nearest, mut most) = (energy(solver), f64::INFINITY, 0f64);
+    let (start, mut nearest, mut largest_energy) = (energy(solver), f64::INFINITY, 0f64);
     while solver.time() < case.stages[0].duration {
         solver.step(case.stages[0].duration - solver.time()).unwrap();
         for x in solver.snapshot().positions {
             let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0);
             nearest = gap.map_or(nearest, |gap| nearest.min(gap.distance));
         }
-        most = most.max(energy(solver));
+        largest_energy = largest_energy.max(energy(solver));
     }
-    (nearest, most / start - 1.0)
+    (nearest, largest_energy / start - 1.0)
 }
 
 #[test]
-fn no_centre_gets_under_a_surface_that_it_meets_faster_than_its_waves_run() {
+fn point_centres_do_not_penetrate_at_impact_speeds_above_the_wave_speed() {
     for options in [
         json!({ "stress_update": "usl" }),
         json!({ "stress_update": "musl" }),
@@ -99,7 +99,7 @@ fn a_fast_rising_floor_does_not_pass_the_points_on_it() {
 }
 
 #[test]
-fn slow_contact_is_left_to_the_springs() {
+fn slow_contact_is_resolved_by_the_penalty_forces_alone() {
     let mut case = thrown(&json!({}), &frictional());
     case.bodies[0].velocity =
         serde_json::from_value(json!({ "kind": "uniform", "value": [1.0, -2.0] })).unwrap();

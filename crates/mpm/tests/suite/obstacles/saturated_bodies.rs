@@ -46,7 +46,7 @@ fn a_saturated_layer_is_slowed_by_friction_of_its_effective_stress() {
         }
         let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
-        // On points it sinks into its springs first, and until water has left for that they bear too little.
+        // On points the block first compresses the penalty springs, and their force is too small until pore water has drained.
         advance_to(&mut *solver, 0.5);
         let (start, from) = (solver.totals(), solver.time());
         advance_to(&mut *solver, 0.7);
@@ -121,7 +121,7 @@ fn a_leaning_obstacle_on_nodes_is_refused_beside_pore_fluid() {
 }
 
 #[test]
-fn a_saturated_run_on_obstacles_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
+fn saturated_bodies_on_obstacles_are_bit_identical_on_threads_and_after_a_restart() {
     for obstacles in BOTH {
         let case = read_case(&on(obstacles));
         let run = |threads: usize, cut: bool| {
@@ -175,7 +175,7 @@ fn column(floor: &Value, walls: bool) -> Value {
 }
 
 #[test]
-fn planes_along_the_axes_do_to_both_phases_what_walls_do() {
+fn axis_aligned_planes_act_on_both_phases_as_walls_do() {
     for floor in [
         json!({ "kind": "smooth" }),
         json!({ "kind": "rough" }),
@@ -192,12 +192,12 @@ fn planes_along_the_axes_do_to_both_phases_what_walls_do() {
             (velocities, scalars(&snapshot, "pore_pressure"))
         };
         let (walls, planes) = (run(true), run(false));
-        let speed = walls.0.iter().flatten().fold(0.0f64, |most, v| most.max(v.abs()));
+        let speed = walls.0.iter().flatten().fold(0.0f64, |largest, v| largest.max(v.abs()));
         for (a, b) in walls.0.iter().zip(&planes.0) {
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-9 * speed), "{floor}: {a:?}, {b:?}");
         }
-        let most = walls.1.iter().fold(0.0f64, |most, p| most.max(p.abs()));
-        assert!(walls.1.iter().zip(&planes.1).all(|(a, b)| (a - b).abs() < 1e-9 * most), "{floor}");
+        let largest = walls.1.iter().fold(0.0f64, |largest, p| largest.max(p.abs()));
+        assert!(walls.1.iter().zip(&planes.1).all(|(a, b)| (a - b).abs() < 1e-9 * largest), "{floor}");
     }
 }
 
@@ -286,7 +286,7 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
     let mut solver = start_solver(&Mpm, &case);
     let grains = |budget: &Budget| budget.mass - budget.liquid.unwrap().mass;
     let start = solver.totals();
-    // The water is that of the pores: what they take in or press out in a step goes with its velocity. They move first, or last.
+    // Liquid mass is that in the pores: inflow and outflow in a step have its velocity. Points move first, or last.
     let first = options["stress_update"] == "usf";
     let (mut nearest, mut came, mut masses) = (f64::INFINITY, [0.0; 2], scalars(&solver.snapshot(), "mass"));
     while solver.time() < 0.05 {
@@ -313,7 +313,7 @@ fn impact(wall: &Value, options: &Value, stiffness: f64) -> (f64, f64, f64, f64)
 
 /// The springs of the water turn the block back; where they are weaker by forty times its points are stopped.
 #[test]
-fn no_point_of_a_saturated_block_thrown_fast_gets_into_the_ground() {
+fn a_fast_saturated_block_does_not_penetrate_the_ground() {
     let frictional = json!({ "kind": "frictional", "friction_coefficient": 0.4 });
     for stiffness in [4.0, 0.1] {
         let mut stopped = 0.0;

@@ -56,7 +56,7 @@ fn again(case: &Case, more: &Value) -> Case {
 }
 
 #[test]
-fn drag_makes_the_phases_move_together() {
+fn drag_equalises_the_phase_velocities_and_conserves_momentum() {
     // w decays as (1 - a dt)^N; momentum stays.
     let rate = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
     for space in SPACES {
@@ -86,7 +86,7 @@ fn drag_makes_the_phases_move_together() {
 
 #[test]
 fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
-    // a wall over the whole column holds the grains and lets the water through; those on the sides hold it back.
+    // a wall over the whole column holds the grains and is permeable to water; the walls on the sides are impermeable.
     for space in SPACES {
         let held = ["y-min", "z-min"][space.1 - 2];
         let mut walls: Vec<Value> = tub(space.1).into_iter().filter(|wall| wall["side"] != held).collect();
@@ -107,7 +107,7 @@ fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
 }
 
 #[test]
-fn without_drainage_water_takes_its_share_of_the_compression() {
+fn undrained_compression_on_meshes_splits_stress_by_the_stiffness_of_the_phases() {
     // one cell between impermeable walls, the upper one moving in; all its nodes are held.
     for space in SPACES {
         for (scheme, volumetric) in [("musl", "point"), ("usl", "nodal"), ("musl", "cell-average")] {
@@ -139,7 +139,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
 }
 
 #[test]
-fn a_column_consolidates_as_terzaghi_says() {
+fn a_column_consolidates_by_terzaghis_solution() {
     // A-19 on few elements, to T = 0.2: the benchmark has finer ones.
     let rate = 1e-3 / (9810.0 * (1e-7 + 0.4 / 2.15e9));
     let share = (2.15e9 / 0.4) / (1e7 + 2.15e9 / 0.4);
@@ -219,7 +219,7 @@ fn the_default_step_is_stable_in_triangles_and_tetrahedra() {
 }
 
 #[test]
-fn threads_do_not_matter_and_a_restored_solver_continues_to_the_last_bit() {
+fn results_are_bit_identical_on_two_threads_and_after_a_restart() {
     for space in SPACES {
         let case = soaked(space, 1e-3, &json!({ "volumetric_strain": "nodal" }));
         let on = |threads: usize| {

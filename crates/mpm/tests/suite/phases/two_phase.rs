@@ -1,4 +1,4 @@
-//! Saturated bodies against closed forms (sheet: mpm ), and the solver's promises with two phases.
+//! Saturated bodies against closed forms (sheet: mpm ), and the solver's invariants with two phases.
 
 use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
@@ -21,7 +21,7 @@ fn saturated_column() -> CaseBuilder {
 }
 
 #[test]
-fn drag_makes_the_phases_move_together() {
+fn drag_equalises_the_phase_velocities_and_conserves_momentum() {
     // w decays as (1 - a dt)^N, a = n rho g / ((1-n) rho_S k); momentum stays. In one and in three dimensions.
     let fluid = |speed: Vec<f64>| {
         json!({ "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10,
@@ -65,7 +65,7 @@ fn drag_makes_the_phases_move_together() {
 
 #[test]
 fn water_seeps_through_a_held_skeleton_at_the_rate_of_darcy() {
-    // a wall over the whole column holds the grains and lets the water through; gravity is a gradient of 1.
+    // a wall over the whole column holds the grains and is permeable to water; gravity is a gradient of 1.
     let case = saturated_column().with(json!({
         "gravity": [-9.81],
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
@@ -100,7 +100,7 @@ fn closed(scheme: &str, volumetric: &str) -> Case {
 }
 
 #[test]
-fn without_drainage_water_takes_its_share_of_the_compression() {
+fn undrained_compression_splits_stress_by_the_stiffness_of_the_phases() {
     // one confined element between impermeable walls.
     for scheme in ["musl", "usl", "usf"] {
         for volumetric in ["point", "cell-average"] {
@@ -120,7 +120,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
 }
 
 #[test]
-fn water_takes_its_share_of_the_compression_of_a_cylinder() {
+fn undrained_radial_compression_splits_stress_by_the_stiffness_of_the_phases() {
     // A-23 with a mantle that moves in: strains along the radius and around the axis are alike.
     for (scheme, volumetric, mesh) in [
         ("musl", "point", false),
@@ -163,8 +163,8 @@ fn water_takes_its_share_of_the_compression_of_a_cylinder() {
 #[test]
 fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
     // Steady flow through a held ring from 1.5 m, under pressure, to 0.5 m: p = p_0 ln(r/0.5)/ln 3, and r n v_L is the same
-    // everywhere. Strains are shared: v/r is not linear, so that points of a cell would gain pressure against each other for
-    // ever, which the nodes do not see.
+    // everywhere. Strains are shared: v/r is not linear, so that pressure differences of points within a cell, to
+    // which the nodes are insensitive, would grow without bound.
     let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
     let ring = saturated_column().with(json!({
         "space": "axisymmetric", "domain": { "min": [0.5, 0], "max": [1.5, 0.05] }, "gravity": [0, 0],
@@ -182,10 +182,10 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
     let flux = -1e-3 / 9810.0 * 1000.0 / 3f64.ln();
     for (x, p) in report.snapshot.positions.iter().zip(&pressure) {
         let exact = 1000.0 * (x[0] / 0.5).ln() / 3f64.ln();
-        // The load is carried by the layer of points, a quarter of a cell inside, and the cell with them feels part of it.
+        // The load acts on the layer of points a quarter of a cell inside, and their cell has part of it.
         assert!(x[0] > 1.45 || (p - exact).abs() < 0.03 * 1000.0, "{p} for {exact} at {x:?}");
     }
-    // Points keep what the onset of the flow gave them against each other, which the nodes do not see: their mean.
+    // Velocity differences of points from the onset of the flow, to which the nodes are insensitive, remain: the mean is compared.
     let discharge = |(x, v): (&[f64; 3], &[f64; 3])| 0.4 * v[0] * x[0];
     let mean =
         report.snapshot.positions.iter().zip(&velocity).map(discharge).sum::<f64>() / velocity.len() as f64;
@@ -235,7 +235,7 @@ fn under_a_plate(drained: bool, more: &Value) -> Case {
 }
 
 #[test]
-fn a_plate_presses_on_both_phases_as_a_wall_does() {
+fn a_plate_compresses_both_phases_as_a_wall_does() {
     // A-23 by a patch: all faces are shut.
     for scheme in ["musl", "usl", "usf"] {
         let plate = under_a_plate(
@@ -257,7 +257,7 @@ fn a_plate_presses_on_both_phases_as_a_wall_does() {
 }
 
 #[test]
-fn a_porous_plate_presses_the_water_out() {
+fn a_porous_plate_expels_the_pore_water() {
     // Compressed by 1 %; then the skeleton carries the whole load (H²/c_v is 1 s), or the water most of it for all time.
     let stages = |damping: f64| {
         json!([
@@ -329,7 +329,7 @@ fn results_are_the_same_on_one_and_two_threads() {
 }
 
 #[test]
-fn a_restored_solver_continues_to_the_last_bit() {
+fn a_restored_solver_continues_bit_identically() {
     let case = crash("ugimp", "point");
     let mut whole = start_solver(&Mpm, &case);
     advance_steps(&mut *whole, 137);
@@ -378,7 +378,7 @@ fn the_courant_number_without_an_entry_is_that_of_the_criterion() {
 }
 
 #[test]
-fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
+fn the_simple_criterion_limits_the_step_by_undrained_wave_or_drag() {
     let plan = |permeability: f64, more: Value| {
         let options =
             json!({ "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "step_criterion": "simple" });
@@ -464,7 +464,7 @@ fn the_default_step_is_stable_in_every_space() {
 #[test]
 fn friction_of_a_wall_depends_on_the_effective_stress() {
     // A saturated layer at rest under its weight, under which the floor begins to move: of 19.9 kPa only the 9.9 kPa of the
-    // skeleton rub.
+    // skeleton cause friction.
     let layer = |friction: Value| {
         read_case(&json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.5, 1.2], "periodic": ["x"] },
@@ -490,7 +490,7 @@ fn friction_of_a_wall_depends_on_the_effective_stress() {
 }
 
 #[test]
-fn equilibrium_under_a_traction_is_met_with_pore_fluid_too() {
+fn a_saturated_body_under_traction_reaches_equilibrium() {
     let case = saturated_column().with(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [-1e4] }],
         "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],

@@ -6,8 +6,8 @@ use serde_json::json;
 
 use crate::transfer::velocity_transfers::spinning;
 
-/// The field `grid_velocity` is the way of a step. Points carry `velocity`; of both the momentum is that of the budget, and the energy
-/// is that of what they carry.
+/// The field `grid_velocity` is the displacement of a step over its duration, `velocity` that of the points. The momentum of both is that of
+/// the budget; the energy of the budget is that of `velocity`.
 #[test]
 fn frames_have_the_state_of_the_points_and_the_velocity_of_the_grid() {
     for options in [
@@ -48,10 +48,10 @@ fn frames_have_the_state_of_the_points_and_the_velocity_of_the_grid() {
     assert!(apic.field("grid_velocity").is_none());
 }
 
-/// Closed form of a mode on a line of linear functions with a point in the middle of each cell (sheet: mpm A-03): the way over the grid
-/// leaves cos²(βh/2) of it. What points carry keeps it.
+/// Closed form of a mode on a line of linear functions with a point in the middle of each cell (sheet: mpm A-03): the transfer to the grid
+/// and back leaves cos²(βh/2) of it. The velocity of the points keeps it.
 #[test]
-fn a_wave_of_sixteen_cells_shows_four_percent_too_little_on_the_grid() {
+fn grid_velocity_of_a_wave_of_sixteen_cells_is_four_percent_too_small() {
     let wave = std::f64::consts::PI / 8.0;
     let case = read_case(&json!({
         "title": "wave", "space": "1d", "domain": { "min": [0], "max": [80] }, "gravity": [0],

@@ -34,7 +34,7 @@ fn points_that_leave_a_body_with_remove_outside_are_removed() {
         let left = report.end.mass / report.start.mass;
         assert!((left - 0.5).abs() < 0.11, "{mpm}: {left}");
         assert!(report.snapshot.positions.iter().all(|x| x[0] < 1.0), "{mpm}");
-        // The rest does not know of it.
+        // The other points are unaffected.
         assert!((report.end.momentum[0] / report.end.mass - 1.0).abs() < 1e-9, "{mpm}: {:?}", report.end);
         let mut stays = case;
         stays.bodies[0].remove_outside = false;
@@ -64,7 +64,7 @@ fn points_stay_half_of_their_width_off_the_axis() {
 }
 
 #[test]
-fn turning_domains_keep_their_size_where_stretching_ones_vanish() {
+fn right_stretch_domains_keep_their_size_in_rotation_and_diagonal_ones_shrink() {
     // A disk that turns by a quarter in a second: the diagonal of a rotation falls to zero.
     let turn = |stretch: &str, duration: f64| {
         let spin = std::f64::consts::FRAC_PI_2;
@@ -90,7 +90,7 @@ fn turning_domains_keep_their_size_where_stretching_ones_vanish() {
 }
 
 #[test]
-fn a_point_that_leaves_stops_the_run_by_name() {
+fn a_point_leaving_the_domain_ends_the_run_with_its_id_and_step() {
     let thrown = elastic_block().with(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.7, 0.3], "max": [0.9, 0.7] },
                      "velocity": { "kind": "uniform", "value": [5, 0] } }]

@@ -46,7 +46,7 @@ fn mass_and_momentum_of_a_free_body_are_conserved() {
 }
 
 #[test]
-fn a_traction_gives_its_impulse() {
+fn the_momentum_gain_by_a_traction_is_its_impulse() {
     let report = elastic_block()
         .with(json!({
             "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
@@ -111,9 +111,14 @@ fn measures_have_energy_by_axis_work_volume_ratios_and_points_per_cell() {
     assert!((x[0] / (80.0 * (9.0 + spread(0.1))) - 1.0).abs() < 1e-12, "{}", x[0]);
     assert!((y[0] / (80.0 * (16.0 + spread(0.2))) - 1.0).abs() < 1e-12, "{}", y[0]);
     assert_eq!((column("volume_ratio.min")[0], column("volume_ratio.max")[0]), (1.0, 1.0));
-    let (least, most) = (column("volume_ratio.min"), column("volume_ratio.max"));
-    assert!(least.iter().zip(&most).all(|(least, most)| 0.99 < *least && least <= most && *most < 1.01));
-    assert!(least[20] < most[20], "it does not deform evenly");
+    let (smallest, largest) = (column("volume_ratio.min"), column("volume_ratio.max"));
+    assert!(
+        smallest
+            .iter()
+            .zip(&largest)
+            .all(|(smallest, largest)| 0.99 < *smallest && smallest <= largest && *largest < 1.01)
+    );
+    assert!(smallest[20] < largest[20], "it does not deform evenly");
     assert_eq!((column("points_per_cell.min")[0], column("points_per_cell.mean")[0]), (4.0, 4.0));
     assert!(column("points_per_cell.min")[20] < 4.0, "it has left its cells");
     assert!(column("external_work").iter().all(|work| work.is_nan()), "no stage with equilibrium");

@@ -21,7 +21,7 @@ fn results_are_the_same_on_one_and_two_threads() {
 }
 
 #[test]
-fn a_restored_solver_continues_to_the_last_bit() {
+fn a_restored_solver_continues_bit_identically() {
     for shape in SHAPES {
         let case = crash(shape, "musl");
         let advance = |solver: &mut dyn Solver, steps: usize| {

@@ -31,7 +31,7 @@ fn settled(space: &str, corner: &[f64], shape: &str) -> RunReport {
 }
 
 #[test]
-fn weight_at_rest_makes_the_stress_of_an_oedometer() {
+fn stress_under_self_weight_at_rest_is_that_of_an_oedometer() {
     for (space, corner) in
         [("plane-strain", &[0.4, 1.0][..]), ("axisymmetric", &[0.4, 1.0][..]), ("3d", &[0.3, 1.0, 0.3][..])]
     {

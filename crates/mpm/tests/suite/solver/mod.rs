@@ -1,4 +1,4 @@
-//! The solver against closed forms and conservation laws, and its promises about bits.
+//! The solver against closed forms and conservation laws, and bitwise reproducibility.
 
 mod conservation;
 mod damping;

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::solver::elastic_block;
 
 #[test]
-fn a_load_begins_with_its_stage_and_goes_on() {
+fn a_load_starts_with_its_stage_and_continues_in_later_stages() {
     let case = elastic_block().with(json!({
         "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50], "stage": "pull" }],
         "stages": [{ "name": "wait", "duration": 0.01 }, { "name": "pull", "duration": 0.02 }, { "name": "on", "duration": 0.01 }],
@@ -20,7 +20,7 @@ fn a_load_begins_with_its_stage_and_goes_on() {
     // Area 0.4 m × 1 m, 0.03 s.
     assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.03).abs() < 1e-10);
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.03).abs() < 1e-10);
-    // A restart in a later stage knows when it began.
+    // A restart in a later stage keeps the start time of the load.
     let mut whole = start_solver(&Mpm, &case);
     let to = |solver: &mut dyn Solver, stage: usize, end: f64| {
         solver.begin_stage(stage, solver.time()).unwrap();

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::solver::{crash, elastic_block};
 
 #[test]
-fn small_mass_nodes_of_linear_functions_are_warned_of_without_a_cutoff() {
+fn small_mass_nodes_of_linear_functions_without_a_cutoff_cause_a_warning() {
     let warned = |scheme: &str, cutoff: f64| {
         let mut case = crash("linear", scheme);
         case.methods.get_mut("mpm").unwrap()["node_mass_cutoff"] = json!(cutoff);
@@ -36,7 +36,7 @@ fn is_warned(case: &Case) -> bool {
 }
 
 #[test]
-fn stress_last_takes_steps_that_are_stable_at_free_corners() {
+fn stress_last_steps_are_reduced_to_be_stable_at_free_corners() {
     // The ends of domains that are narrow against cells reach nodes beyond the surface, which strain them by -C² h/l for
     // each axis, 4 at the Courant number of 1/2 that is asked for. A nearly incompressible block falls onto its floor.
     for (shape, per_axis, stable) in [
@@ -73,7 +73,7 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
 }
 
 #[test]
-fn splines_with_stress_last_are_warned_of_at_sides_without_a_wall() {
+fn splines_with_stress_last_at_sides_without_a_wall_cause_a_warning() {
     let warnings = |top: f64, extra: &Value| {
         let case = elastic_block().with(with_keys(
             json!({

@@ -1,4 +1,4 @@
-//! A bar of cells that a band may cut, pulled apart: the length of a band is that of a cell (sheet: constitutive §2.16).
+//! Bar in tension with a localisation band: the band length is the cell size (sheet: constitutive §2.16).
 
 use colluvium_case::Case;
 use colluvium_mpm::Mpm;
@@ -35,7 +35,7 @@ fn work_over_energy(case: &Case) -> f64 {
 }
 
 #[test]
-fn a_bar_that_is_pulled_apart_spends_its_fracture_energy() {
+fn a_bar_in_tension_dissipates_its_fracture_energy() {
     for (shape, cells, points) in [
         ("linear", 21, 2),
         ("ugimp", 21, 2),

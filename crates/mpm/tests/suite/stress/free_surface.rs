@@ -6,8 +6,8 @@ use colluvium_testkit::{advance_to, read_case, start_solver};
 use serde_json::json;
 
 #[test]
-fn points_on_a_free_surface_carry_no_stress_whatever_the_order_of_a_step() {
-    // A strip of half-filled cells: all of its points lie on the surface, and nothing pulls.
+fn points_on_a_free_surface_carry_no_stress_in_any_step_order() {
+    // A strip of half-filled cells: all of its points lie on the surface, and no force acts.
     for scheme in ["usf", "usl", "musl"] {
         let case = read_case(&json!({
             "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],

@@ -1,4 +1,4 @@
-//! Liquids with the options that they get by default.
+//! Liquids with default options.
 
 use colluvium_mpm::Mpm;
 use colluvium_testkit::taylor_green::{energy_ratio, taylor_green_case};
@@ -8,14 +8,14 @@ use serde_json::json;
 #[test]
 fn vortices_of_a_liquid_keep_their_energy_without_options() {
     let case = taylor_green_case(1.0, &json!({ "mpm": { "cell_size": 0.04 } }));
-    // Fifty points along the box with two a cell; liquids get three.
+    // Fifty points along the box with two a cell; liquids have three by default.
     let kept = energy_ratio(&solve(&Mpm, &case).snapshot, 1.0);
     assert!((kept - 1.0).abs() < 0.2, "{kept}");
 }
 
 /// A drop and a block that turn apart from each other: the drop moves as with `tpic`, the block as with `flip`.
 #[test]
-fn a_liquid_in_a_velocity_field_of_its_own_has_its_transfer_beside_a_block_that_keeps_its() {
+fn liquid_and_block_in_separate_velocity_fields_have_transfers_of_their_own() {
     let part = |name: &str, x: f64| {
         let velocity = ["-2*(y-0.5)+0.3*sin(9*x)".to_owned(), format!("2*(x-{})+0.3*cos(7*y)", x + 0.3)];
         json!({ "name": name, "material": name, "shape": { "kind": "box", "min": [x, 0.2], "max": [x + 0.6, 0.8] },

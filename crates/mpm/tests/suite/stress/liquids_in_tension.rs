@@ -1,11 +1,11 @@
-//! Liquids that hang together where real ones open.
+//! Liquids with tension in place of cavitation.
 
 use colluvium_case::{Case, Method, RunOptions, run_method};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::read_case;
 use serde_json::{Value, json};
 
-/// A liquid 1 m high whose upper part begins under a tension (Pa), with the strength against that.
+/// Liquid 1 m high whose upper part starts under a tension (Pa), with a cavitation strength.
 fn hanging(tension: f64, strength: f64, gravity: f64) -> Case {
     let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
                         "cavitation_strength": strength });
@@ -34,7 +34,7 @@ fn remarks(case: &Case) -> Vec<String> {
 }
 
 #[test]
-fn a_liquid_in_more_tension_than_that_of_its_weight_is_warned_of_once() {
+fn liquid_tension_above_the_stress_of_its_weight_causes_one_warning() {
     // ρ g h is 5 kPa.
     let found = remarks(&hanging(2e4, 1e5, 10.0));
     let [remark] = found.as_slice() else { panic!("{found:?}") };
@@ -71,7 +71,7 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
 }
 
 #[test]
-fn growing_disturbances_of_liquids_at_rest_are_warned_of() {
+fn unstable_options_of_liquids_at_rest_cause_warnings() {
     let warnings =
         |stiffness: f64, mpm: &Value| Mpm.plan(&still(stiffness, mpm)).unwrap().warnings.join("\n");
     let soft = "its bulk modulus is less than 410 ρgH (4.10e6 Pa)";
@@ -96,7 +96,7 @@ fn growing_disturbances_of_liquids_at_rest_are_warned_of() {
 
 /// Averaged volumetric strains of linear functions make energy in a liquid at rest, the own ones of GIMP do not.
 #[test]
-fn growing_energy_is_warned_of() {
+fn growth_of_the_total_energy_causes_a_warning() {
     let of = |shape: &str, volumetric: &str| {
         let report = colluvium_testkit::solve(
             &Mpm,
@@ -116,16 +116,16 @@ fn growing_energy_is_warned_of() {
     assert!(!kept.contains("has grown"), "{kept}");
 }
 
-/// The most kinetic energy of a run over that of its start.
-fn most_energy(case: &Case) -> f64 {
+/// Largest kinetic energy of a run over that of its start.
+fn largest_energy_ratio(case: &Case) -> f64 {
     let report = colluvium_testkit::solve(&Mpm, case);
     let energies = report.table.column("kinetic_energy").unwrap();
-    energies.iter().fold(0.0f64, |most, energy| most.max(energy / energies[0]))
+    energies.iter().fold(0.0f64, |largest, energy| largest.max(energy / energies[0]))
 }
 
 /// Points of liquids keep a share of their own volumetric strain that grows with their pressure; without it velocities grow by 26/s.
 #[test]
-fn a_still_liquid_with_shared_strains_makes_no_energy() {
+fn a_liquid_at_rest_with_averaged_strains_gains_no_energy() {
     for volumetric in ["cell-average", "nodal"] {
         for stress_update in ["musl", "usl"] {
             for (gravity, cell) in [(5.0, 0.0625), (10.0, 0.125)] {
@@ -140,10 +140,10 @@ fn a_still_liquid_with_shared_strains_makes_no_energy() {
                 let lid = json!({ "side": "y-max", "wall": { "kind": "smooth" } });
                 closed.boundaries.push(serde_json::from_value(lid).unwrap());
                 for case in [column, closed] {
-                    let most = most_energy(&case);
+                    let largest = largest_energy_ratio(&case);
                     // Stress last, on eight cells over the depth, is the one that still gains: 1.37 in this time.
                     let bound = if stress_update == "usl" && cell > 0.1 { 1.5 } else { 1.0 + 1e-9 };
-                    assert!(most < bound, "{mpm}, {:?} m/s²: {most}", case.gravity);
+                    assert!(largest < bound, "{mpm}, {:?} m/s²: {largest}", case.gravity);
                 }
             }
         }
@@ -165,10 +165,10 @@ fn later_energy(stiffness: f64, mpm: &Value, step: f64, measures: f64) -> f64 {
     at(3.0) / at(1.0)
 }
 
-/// Affine transfers damp what hides it: of linear functions the pressure turns a soft liquid over, by 2.9/s (5.9/s in energy) in a
+/// Affine transfers damp other modes: with linear functions the pressure overturns a soft liquid at a rate of 2.9/s (5.9/s in energy) in a
 /// linear model of these cells at 0.78 of `ρgH (H/h)²`; not at 3, and not with GIMP.
 #[test]
-fn linear_functions_turn_soft_liquids_over_by_any_transfer() {
+fn linear_functions_overturn_soft_liquids_with_any_transfer() {
     let linear = json!({ "shape": "linear", "transfer": "tpic" });
     let grown = later_energy(50.0, &linear, 2.5e-3, 0.5);
     assert!(grown > 100.0, "{grown}");
@@ -179,9 +179,9 @@ fn linear_functions_turn_soft_liquids_over_by_any_transfer() {
     }
 }
 
-/// Steps that outputs cut every few steps excite sound whatever the transfer, and are warned of; steps of one length do not.
+/// Steps shortened by an output every few steps excite sound with any transfer and cause a warning; steps of one length do not.
 #[test]
-fn outputs_every_few_steps_are_warned_of() {
+fn outputs_every_few_steps_cause_a_warning() {
     for transfer in ["flip", "tpic"] {
         let mpm = json!({ "shape": "ugimp", "transfer": transfer });
         let grown = later_energy(200.0, &mpm, 1.4e-3, 0.01);

@@ -56,7 +56,7 @@ fn area(case: &Case) -> f64 {
 /// The grid carries the resolution: however many points a cell holds, a band across it spends its energy once (sheet: constitutive §2.16,
 /// Bui & Nguyen 2021, Fig. 12).
 #[test]
-fn a_band_across_a_cell_spends_its_energy_once() {
+fn a_band_across_a_cell_dissipates_its_fracture_energy_once() {
     for points in [1, 2, 3] {
         let options = json!({ "points_per_cell": points });
         let found = area(&cell("1d", &options));

@@ -1,4 +1,4 @@
-//! Convected domains and the total-Lagrangian form: what every shape must keep, and what each is for.
+//! Convected domains and the total-Lagrangian form: invariants of all shape functions, and the purpose of each.
 
 use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
@@ -96,7 +96,7 @@ fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum() {
 }
 
 #[test]
-fn a_body_that_is_torn_is_named() {
+fn a_torn_cpdi_domain_fails_the_run_by_name() {
     let case = flying_block().with(json!({
         "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1.0, "poissons_ratio": 0.0 } },
         "domain": { "min": [0, 0], "max": [6, 1] },
@@ -121,7 +121,7 @@ fn quadrilaterals_are_refused_out_of_plane_strain() {
 }
 
 #[test]
-fn the_total_lagrangian_form_turns_without_stress() {
+fn rigid_rotation_in_the_total_lagrangian_form_keeps_the_shape() {
     // A quarter turn: updated forms cross cells, the reference does not.
     let spin = std::f64::consts::FRAC_PI_2;
     let report = flying_block().with(json!({
@@ -132,7 +132,7 @@ fn the_total_lagrangian_form_turns_without_stress() {
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "formulation": "total-lagrangian" } }
     })).solve(&Mpm);
     for (x, u) in report.snapshot.positions.iter().zip(vectors(&report.snapshot, "displacement")) {
-        // What lumped mass takes from the spin shows in the angle; the body keeps its shape.
+        // The loss of rotation rate by lumped mass appears in the angle; the body keeps its shape.
         let start = [x[0] - u[0], x[1] - u[1]];
         let (radius, now) = (start[0].hypot(start[1]), x[0].hypot(x[1]));
         let angle = (start[0] * x[1] - start[1] * x[0]).atan2(start[0] * x[0] + start[1] * x[1]);
@@ -222,7 +222,7 @@ fn options_without_support_for_a_shape_are_rejected_by_key() {
 }
 
 #[test]
-fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are() {
+fn points_keep_positions_and_report_displacements_in_the_small_displacement_formulation() {
     // A block flies by a fifth of its side, on grid and mesh.
     for options in [
         json!({ "shape": "linear" }),
@@ -248,9 +248,11 @@ fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are
         let end = solver.snapshot();
         assert_eq!(end.hash(), again.snapshot().hash(), "{options}: after a restart");
         assert_eq!(end.positions, start, "{options}");
-        let way = -0.1 * solver.time();
+        let displacement = -0.1 * solver.time();
         assert!(
-            vectors(&end, "displacement").iter().all(|u| (u[1] - way).abs() < 1e-9 && u[0].abs() < 1e-9),
+            vectors(&end, "displacement")
+                .iter()
+                .all(|u| (u[1] - displacement).abs() < 1e-9 && u[0].abs() < 1e-9),
             "{options}"
         );
     }

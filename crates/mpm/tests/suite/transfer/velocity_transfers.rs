@@ -99,7 +99,7 @@ fn null_space_motion(options: &Value) -> Box<dyn Solver> {
 
 #[test]
 fn null_space_velocities_decay_in_the_residual_time() {
-    // Whatever the step and the scheme.
+    // For any step and scheme.
     for scheme in ["usf", "usl", "musl"] {
         for step in [1e-3, 2.5e-4] {
             for (order, transfer) in [(1, "xpic"), (2, "xpic"), (5, "xpic"), (2, "flip")] {
@@ -140,7 +140,7 @@ fn a_residual_time_keeps_momentum_and_nearly_all_rotation() {
         assert!((relaxed.momentum[c] - before.momentum[c]).abs() < 1e-10 * before.mass);
     }
     let turn = |budget: &Budget| budget.angular_momentum[2] / before.angular_momentum[2];
-    // 1.050 and 1.026: the grid does not see all of the rotation of a block of 6 × 4 cells.
+    // 1.050 and 1.026: the grid represents only part of the rotation of a block of 6 × 4 cells.
     assert!((turn(&relaxed) - turn(&flip)).abs() < 0.03, "{} for {}", turn(&relaxed), turn(&flip));
 }
 
@@ -178,17 +178,22 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
     let (flip, relaxed) = (collapsed(&json!({})), collapsed(&json!({ "residual_time": 0.14 })));
     assert!(share(&flip, "velocity") > 0.05 && share(&flip, "grid_velocity") < 0.02);
     assert!(share(&relaxed, "velocity") < 0.011, "{}", share(&relaxed, "velocity"));
-    // 7 % less: what a point does not share with the others it loses to them in flight.
+    // 7 % less: the velocity of a point relative to its neighbours is damped in flight.
     assert!((front(&relaxed) / front(&flip) - 1.0).abs() < 0.1, "{} {}", front(&relaxed), front(&flip));
-    let told = |report: &RunReport| {
+    let is_warned = |report: &RunReport| {
         report.warnings_at_end.iter().any(|remark| remark.contains("set methods.mpm.residual_time to about"))
     };
-    assert!(told(&flip) && !told(&relaxed), "{:?} {:?}", flip.warnings_at_end, relaxed.warnings_at_end);
+    assert!(
+        is_warned(&flip) && !is_warned(&relaxed),
+        "{:?} {:?}",
+        flip.warnings_at_end,
+        relaxed.warnings_at_end
+    );
 }
 
-/// Two blocks of one cell that fly ahead of a heap are told of.
+/// Two blocks of one cell that fly ahead of a heap.
 #[test]
-fn detached_points_are_warned_of() {
+fn detached_points_cause_a_warning() {
     let block = |name: &str, min: [f64; 2], max: [f64; 2]| json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": min, "max": max } });
     let heap = [
         block("heap", [0.0, 0.0], [1.0, 1.0]),
@@ -213,8 +218,8 @@ fn detached_points_are_warned_of() {
 
 /// With steps that follow the speed of sound.
 #[test]
-fn extended_pic_without_a_residual_time_is_warned_of_where_steps_are_many() {
-    let told = |gravity: f64, options: Value| {
+fn extended_pic_without_a_residual_time_causes_a_warning_for_many_steps() {
+    let is_warned = |gravity: f64, options: Value| {
         let mut case = spinning(&with_keys(json!({ "transfer": "xpic" }), &options));
         case.gravity = vec![0.0, -gravity];
         Mpm.plan(&case)
@@ -223,8 +228,12 @@ fn extended_pic_without_a_residual_time_is_warned_of_where_steps_are_many() {
             .join("\n")
             .contains("xpic removes the motion that the grid does not represent")
     };
-    assert!(told(0.1, json!({})) && !told(0.1, json!({ "residual_time": 1.0 })) && !told(0.0, json!({})));
-    assert!(!told(0.1, json!({ "transfer": "flip" })));
+    assert!(
+        is_warned(0.1, json!({}))
+            && !is_warned(0.1, json!({ "residual_time": 1.0 }))
+            && !is_warned(0.0, json!({}))
+    );
+    assert!(!is_warned(0.1, json!({ "transfer": "flip" })));
 }
 
 #[test]
@@ -256,7 +265,7 @@ fn affine_transfers_reproduce_an_affine_field() {
     }
 }
 
-/// Beside its motion a point has what turns and stretches within it: the gradient squared times the second moment of its functions.
+/// The energy of a point includes that of the affine velocity within it: the gradient squared times the second moment of its functions.
 #[test]
 fn the_kinetic_energy_of_an_affine_field_is_that_of_the_grid() {
     let moments = [
@@ -470,7 +479,7 @@ fn settling(scaling: f64, duration: f64) -> Case {
 }
 
 #[test]
-fn mass_scaling_leaves_the_static_result_and_takes_ten_times_the_step() {
+fn mass_scaling_of_100_keeps_the_static_result_with_tenfold_steps() {
     let settled = |scaling: f64| {
         let case = settling(scaling, 1000.0);
         let first = Mpm.plan(&case).unwrap().time_step.dt;
@@ -484,7 +493,7 @@ fn mass_scaling_leaves_the_static_result_and_takes_ten_times_the_step() {
 }
 
 #[test]
-fn a_stage_that_does_not_come_to_rest_says_so() {
+fn a_stage_without_equilibrium_within_its_duration_fails() {
     let case = settling(1.0, 0.05);
     let error = run(&case, Mpm.build(&case).unwrap(), &RunOptions::default()).unwrap_err().to_string();
     assert!(error.contains("no equilibrium"), "{error}");

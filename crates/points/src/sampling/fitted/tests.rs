@@ -117,7 +117,7 @@ fn a_turned_box_has_rows_along_its_sides() {
 }
 
 #[test]
-fn what_cannot_be_fitted_is_refused() {
+fn shapes_without_a_fitted_sampling_are_refused() {
     assert_eq!(
         fitted::<3>(&Shape::Ball { centre: vec![0.0; 3], radius: 1.0 }, [0.0; 3], 0.1),
         Err(SamplingError::NoBoundaryEdges)

@@ -29,9 +29,9 @@ proptest! {
     fn a_polygon_has_its_inside_where_its_shape_has(x in -1.5..1.5f64, y in -1.5..1.5f64) {
         let corners = [[-0.8, -0.8], [0.9, -0.6], [0.7, 0.8], [0.0, -0.1], [-0.7, 0.6]];
         let shape = crate::Shape::Polygon { vertices: corners.to_vec().into() };
-        let mut other_way = corners;
-        other_way.reverse();
-        for corners in [corners, other_way] {
+        let mut reversed = corners;
+        reversed.reverse();
+        for corners in [corners, reversed] {
             let surface = FacettedSurface::polygon(&corners).unwrap();
             prop_assert_eq!(surface.contains(&[x, y]), shape.contains(&[x, y]));
         }
@@ -83,7 +83,7 @@ fn a_hole_like_box_corner_touches_three_faces() {
 }
 
 #[test]
-fn ground_lines_know_their_length_and_refuse_to_cross() {
+fn ground_lines_have_arc_lengths_and_self_crossing_ones_are_refused() {
     let ground = FacettedSurface::ground_line(&[[0.0, 3.0], [4.0, 0.0], [6.0, 0.0]]).unwrap();
     assert_eq!(ground.arc_length(&[5.0, 1.0]), Some(6.0));
     assert!(ground.contains(&[1.0, 1.0]) && !ground.contains(&[4.0, 0.1]));
@@ -98,7 +98,7 @@ fn ground_lines_know_their_length_and_refuse_to_cross() {
 }
 
 #[test]
-fn open_and_twisted_meshes_are_refused_with_the_place() {
+fn open_and_twisted_meshes_are_refused() {
     let cube = cube();
     let open = FacettedSurface::closed(cube.vertices().to_vec(), &cube.facets()[1..]).unwrap_err();
     assert!(open.problem.contains("open"), "{open}");

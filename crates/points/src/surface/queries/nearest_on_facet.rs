@@ -106,7 +106,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_place_of_a_triangle_is_nearer_than_the_nearest(
+        fn the_nearest_position_on_a_triangle_has_the_minimum_distance(
             corners in proptest::array::uniform3(proptest::array::uniform3(-1.0..1.0f64)),
             x in proptest::array::uniform3(-2.0..2.0f64), shares in proptest::collection::vec((0.0..1.0f64, 0.0..1.0f64), 40),
         ) {

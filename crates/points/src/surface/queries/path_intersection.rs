@@ -44,7 +44,7 @@ mod tests {
     use crate::surface::FacettedSurface;
 
     #[test]
-    fn a_thin_plate_stands_between_what_is_on_its_two_sides_and_nothing_else() {
+    fn a_thin_plate_blocks_only_paths_that_cross_it() {
         let corners = vec![[-1.0, 0.0], [1.0, 0.0], [1.0, 0.001], [-1.0, 0.001]];
         let plate = FacettedSurface::polygon(&corners).unwrap();
         let between = |one: [f64; 2], other: [f64; 2]| solid_blocks_path(&plate, &one, &other, 1e-5);

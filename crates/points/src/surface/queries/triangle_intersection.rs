@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn triangles_cross_where_an_edge_goes_through_and_not_where_they_touch() {
+    fn triangles_intersect_where_an_edge_crosses_and_not_where_they_touch() {
         let floor = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
         let upright = |z: f64, x: f64| [[x, 0.3, z], [x, 0.6, z], [x, 0.4, z + 1.0]];
         assert!(

@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_raster_comes_back_with_all_its_digits_and_its_georeference() {
+    fn a_raster_is_read_back_with_all_digits_and_its_georeference() {
         for corner in [true, false] {
             let raster = raster(corner);
             let back = parse(&encode(&raster).unwrap()).unwrap();
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn strips_that_were_not_written_hold_what_stands_for_no_data() {
+    fn strips_without_data_have_the_no_data_value() {
         for (mark, expected) in [(Some("-9999"), f64::NAN), (None, 0.0)] {
             let mut target = Cursor::new(Vec::new());
             let mut encoder = TiffEncoder::new(&mut target).unwrap();
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_names_the_system_in_plan_alone() {
+    fn written_geotiffs_name_only_the_horizontal_reference_system() {
         let texts = |crs: &str, epsg: Option<u32>| {
             let mut raster = raster(true);
             (raster.reference.crs, raster.reference.epsg) = (Some(crs.to_owned()), epsg);
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_code_of_heights_counts_more_than_words_and_a_unit_of_no_number_is_the_metre() {
+    fn vertical_codes_override_citation_texts_and_the_default_unit_is_the_metre() {
         let unit = |numbers: &[(u16, u16)], citation: &str| {
             let all = numbers.iter().map(|(number, code)| (*number, GeoKey::Code(*code)));
             let words = (key::CITATION, GeoKey::Text(citation.to_owned()));
@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_of_a_projection_come_back_without_those_of_heights() {
+    fn projection_parameters_are_read_back_without_vertical_ones() {
         let mut raster = raster(true);
         let own = vec![
             (2048, GeoKey::Code(4269)),
