@@ -260,7 +260,7 @@ fn every_option_changes_a_result_or_is_refused() {
 
 /// Option of a trial that changes neither the result of the run nor whether it is accepted, with the reason.
 fn unchanged(trial: &Trial) -> Option<String> {
-    let other = changed(&trial.case, &trial.path, &trial.value).expect("the place is there");
+    let other = with_value(&trial.case, &trial.path, &trial.value).expect("the place is there");
     let both = [shown(&trial.case), shown(&other)];
     (both[0] == both[1]).then(|| format!("{} {}", trial.option, refusal(&trial.case).unwrap_or_default()))
 }

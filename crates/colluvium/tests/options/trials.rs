@@ -191,7 +191,7 @@ fn on_grids(families: &[CaseFamily], add: &mut Add<'_>) {
     falls["methods"]["mpm"]["obstacles"] = json!("nodes");
     add("mpm.obstacles", falls, json!("points"));
     // At rest on a wall, between both bounds of friction.
-    let mut rests = with(
+    let mut rests = case_of_family(
         families,
         "mpm",
         &[("material", "elastic"), ("walls", "acceleration")],

@@ -5,7 +5,7 @@
 use colluvium_constitutive::basal::{BasalFlow, BasalSpec};
 use colluvium_constitutive::laws::StrengthReduction;
 use colluvium_constitutive::porous::Biot;
-use colluvium_constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
+use colluvium_constitutive::{InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, SymTensor};
 use serde_json::{Value, json};
 
 /// Valid parameters of each model, as in a case file.

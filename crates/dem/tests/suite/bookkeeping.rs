@@ -1,6 +1,6 @@
 //! Kinematics and invariants (sheet: dem §5, B17).
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::Solver;
 use colluvium_dem::disks;
 use colluvium_testkit::{assert_near, read_case};
 use serde_json::json;

@@ -1,6 +1,6 @@
 //! Coarse graining (sheet: dem §3.9).
 
-use colluvium_case::{Case, DatasetGeometry, FieldData, FrameRequest, Lattice, Solver};
+use colluvium_case::{DatasetGeometry, FieldData, FrameRequest, Lattice, Solver};
 use colluvium_dem::disks;
 use colluvium_dem::output::coarse_graining::CoarseGrainingNodes;
 use colluvium_testkit::{assert_near, read_case};

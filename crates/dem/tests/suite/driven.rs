@@ -17,7 +17,7 @@ fn to(solver: &mut DemSolver<2, 1>, time: f64) {
 }
 
 fn solver(value: &Value) -> DemSolver<2, 1> {
-    begun(disks(&read_case(&value)).unwrap())
+    begun(disks(&read_case(value)).unwrap())
 }
 
 /// Block of grains of 0.02 m at rest, with another one beside it.

@@ -1,5 +1,9 @@
 //! Fabric of contacts (sheet: dem §3.9).
 
+use colluvium_testkit::{assert_near, read_case};
+
+use crate::single_grains::{Scene, begun, linear};
+
 /// Disks of radius 0.5001 m on a square lattice of 1 m, six by six.
 fn lattice() -> Scene {
     let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
@@ -62,7 +66,7 @@ fn where_no_grains_touch_there_is_no_fabric() {
 
 #[test]
 fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
-    use colluvium_case::{Case, DatasetGeometry, FieldData, FrameRequest, Solver};
+    use colluvium_case::{DatasetGeometry, FieldData, FrameRequest, Solver};
     use colluvium_dem::disks;
     let mut scene = lattice();
     scene.boundaries = crate::single_grains::floor(&serde_json::json!({ "kind": "smooth" }));

@@ -1,6 +1,6 @@
 //! Means of controlled stresses of cells and walls during deformation (sheet: dem §3.7).
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::Solver;
 use colluvium_dem::{DemSolver, disks};
 use colluvium_testkit::{read_case, scalar_output, single_threaded};
 use serde_json::{Value, json};
@@ -82,7 +82,7 @@ fn platens(names: &[&str]) -> Value {
 /// Means of a stress over the pressure in windows of 1 % of shear strain, and the warning of the run at its end.
 fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>, Vec<String>) {
     single_threaded();
-    let case = read_case(&value);
+    let case = read_case(value);
     let mut solver: DemSolver<2, 1> = disks(&case).unwrap();
     let step = solver.limit().dt;
     let run = |solver: &mut DemSolver<2, 1>, time: f64| {

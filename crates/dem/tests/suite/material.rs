@@ -1,6 +1,6 @@
 //! A periodic cell of grains as a material.
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::Solver;
 use colluvium_constitutive::driver::{ElementTest, LoadingPath, TestStage};
 use colluvium_constitutive::laws::ExternalSpec;
 use colluvium_constitutive::{
@@ -225,7 +225,7 @@ fn cell_of_the_method(spec: &Value, rates: [f64; 3], duration: f64) -> Value {
 
 /// Stress along the axes, porosity and coordination of the cell of the method at the end of each stage from number `first` on.
 fn stages_of_the_method(case: &Value, first: usize) -> Vec<[f64; 5]> {
-    let case = read_case(&case);
+    let case = read_case(case);
     let mut solver = colluvium_dem::spheres(&case).unwrap();
     let (mut end, mut ends) = (0.0, Vec::new());
     for (number, stage) in case.stages.iter().enumerate() {

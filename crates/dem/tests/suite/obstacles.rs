@@ -1,6 +1,6 @@
 //! Grains on obstacles (sheet: dem §2.10).
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Method, Solver};
 use colluvium_dem::{Dem, DemSolver, disks, spheres};
 use colluvium_testkit::read_case;
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! Options of contacts and stages against closed forms (sheet: dem §2.7, §2.9, §3.1).
 
-use colluvium_case::{Case, Method, Solver};
-use colluvium_dem::{Dem, DemSolver, disks, spheres};
+use colluvium_case::{Method, Solver};
+use colluvium_dem::{Dem, disks, spheres};
 use colluvium_testkit::{assert_near, read_case, scalar_output};
 use serde_json::{Value, json};
 

@@ -2,7 +2,7 @@
 
 use colluvium_case::{DatasetGeometry, FieldData, FrameRequest, Solver};
 use colluvium_dem::disks;
-use colluvium_testkit::assert_near;
+use colluvium_testkit::{assert_near, read_case};
 use serde_json::json;
 
 use crate::single_grains::{Scene, begun, floor, linear};
@@ -18,7 +18,7 @@ fn a_static_column_has_the_overlaps_of_its_weight() {
     scene.boundaries = floor(&json!({ "kind": "smooth" }));
     let mut value = scene.json();
     value["stages"] = json!([{ "name": "all", "duration": 100, "damping": 0.5 }]);
-    let case = colluvium_case::read_case(&value);
+    let case = read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let dt = solver.limit().dt;
     for _ in 0..40_000 {
@@ -39,7 +39,7 @@ fn stands(grain: f64, wall: f64) -> bool {
     scene.boundaries = floor(&json!({ "kind": "frictional", "friction_coefficient": wall }));
     let mut value = scene.json();
     value["stages"] = json!([{ "name": "all", "duration": 10, "gravity_ramp": 3.0 }]);
-    let case = colluvium_case::read_case(&value);
+    let case = read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let dt = solver.limit().dt;
     while solver.time() < 9.0 {
@@ -86,7 +86,7 @@ fn a_bonded_cantilever_bends_as_a_beam() {
     dem["pairs"].as_array_mut().unwrap().extend([with_tip, own]);
     dem["bodies"]["grain 0"]["held"] = json!(true);
     value["stages"] = json!([{ "name": "all", "duration": 1e4, "damping": 0.7 }]);
-    let case = colluvium_case::read_case(&value);
+    let case = read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let dt = solver.limit().dt;
     for _ in 0..400_000 {
@@ -118,7 +118,7 @@ fn a_bond_breaks_at_its_strength() {
         value["methods"]["dem"]["bodies"][name] = json!({});
     }
     value["methods"]["dem"]["bodies"]["grain 0"]["held"] = json!(true);
-    let case = colluvium_case::read_case(&value);
+    let case = read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let mut largest = 0.0f64;
     let dt = 1e-5;
@@ -134,7 +134,7 @@ fn a_bond_breaks_at_its_strength() {
     );
     value["bodies"][1]["velocity"]["value"] = json!([0.15, 0.0]);
     value["output"]["contacts"] = json!(true);
-    let case = colluvium_case::read_case(&value);
+    let case = read_case(&value);
     let mut solver = begun(disks(&case).unwrap());
     let mut largest = 0.0f64;
     for _ in 0..2000 {

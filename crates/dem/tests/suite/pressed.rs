@@ -25,7 +25,7 @@ fn stack(start: f64) -> Value {
 }
 
 fn solver(value: &Value) -> DemSolver<2, 1> {
-    begun(disks(&read_case(&value)).unwrap())
+    begun(disks(&read_case(value)).unwrap())
 }
 
 fn to(solver: &mut dyn Solver, time: f64) {
@@ -108,7 +108,7 @@ fn a_platen_of_unbounded_area_requires_an_area() {
     let mut value = stack(3.2);
     let platen = &mut value["methods"]["dem"]["stages"]["all"]["walls"]["platen"];
     platen.as_object_mut().unwrap().remove("area");
-    let refused = |value: &Value| disks(&read_case(&value)).err().unwrap().to_string();
+    let refused = |value: &Value| disks(&read_case(value)).err().unwrap().to_string();
     let error = refused(&value);
     assert!(error.starts_with("methods.dem.stages.all.walls.platen.area: is missing: along x"), "{error}");
     value["methods"]["dem"]["stages"]["all"]["walls"]["platen"]["sleeve"] = json!("grain 0");

@@ -1,6 +1,6 @@
 //! Pluviation: grains that enter during a run (sheet: dem §3.8).
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Method, Solver};
 use colluvium_dem::{Dem, disks, spheres};
 use colluvium_testkit::{read_case, scalar_output};
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! Measuring regions, and excavations that remove grains.
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::Solver;
 use colluvium_dem::{DemSolver, disks};
 use colluvium_testkit::{assert_near, read_case};
 use serde_json::{Value, json};

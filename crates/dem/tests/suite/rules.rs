@@ -2,7 +2,7 @@
 
 use colluvium_case::Solver;
 use colluvium_dem::disks;
-use colluvium_testkit::assert_near;
+use colluvium_testkit::{assert_near, read_case};
 use serde_json::json;
 
 use crate::single_grains::{Scene, begun, floor, linear};
@@ -20,12 +20,12 @@ fn the_step_is_a_share_of_the_period_of_the_stiffest_contact() {
     assert_near(scene.solver().limit().dt / (period / 30.0), 1.0, 1e-12);
     let mut value = scene.json();
     value["methods"]["dem"]["step_fraction"] = json!(0.01);
-    let case = colluvium_case::read_case(&value);
+    let case = read_case(&value);
     assert_near(begun(disks(&case).unwrap()).limit().dt / (period * 0.01), 1.0, 1e-12);
     // A fixed step above 0.4 / ω₀ is refused, one just below it is accepted.
     for (factor, taken) in [(0.401, false), (0.399, true)] {
         value["methods"]["dem"]["time_step"] = json!(factor / 2e6f64.sqrt());
-        let case = colluvium_case::read_case(&value);
+        let case = read_case(&value);
         let built = disks(&case);
         assert_eq!(built.is_ok(), taken, "{factor}");
         if let Err(error) = built {

@@ -1,6 +1,6 @@
 //! Equal results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::Solver;
 use colluvium_dem::{Dem, disks, spheres};
 use colluvium_testkit::{advance_steps, assert_near, read_case, scalar_output, start_solver};
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ pub fn heap(dimension: usize) -> Value {
 }
 
 fn begin(value: &Value) -> Box<dyn Solver> {
-    start_solver(&Dem, &read_case(&value))
+    start_solver(&Dem, &read_case(value))
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Estimates of the problem size before grains are placed.
 
-use colluvium_case::{Case, Method};
+use colluvium_case::Method;
 use colluvium_dem::Dem;
 use colluvium_testkit::read_case;
 use serde_json::json;

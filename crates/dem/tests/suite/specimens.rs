@@ -1,6 +1,6 @@
 //! Bodies filled in layers and by dropping, and the reports on them (sheet: dem §3.8).
 
-use colluvium_case::{Case, Method, RunOptions, Solver, run_method};
+use colluvium_case::{Method, RunOptions, Solver, run_method};
 use colluvium_dem::{Dem, Specimen, disks};
 use colluvium_testkit::{assert_near, read_case, refusal};
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ fn filled(fill: &Value) -> Value {
 }
 
 fn only(value: &Value) -> Specimen {
-    let solver = disks(&read_case(&value)).unwrap();
+    let solver = disks(&read_case(value)).unwrap();
     let [specimen] = solver.specimens() else { panic!("{:?}", solver.specimens()) };
     specimen.clone()
 }

@@ -30,7 +30,7 @@ fn from(value: &Value, file: &Path) -> Value {
 }
 
 fn read(value: &Value) -> Case {
-    read_case(&value)
+    read_case(value)
 }
 
 fn kept(folder: &tempfile::TempDir, text: &str) -> PathBuf {

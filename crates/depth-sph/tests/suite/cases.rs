@@ -1,8 +1,8 @@
 //! Depth-integrated SPH through case files: rejected input, threads, restarts, mass balance.
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::{advance_steps, hash_after, read_case, refusal, refused, start_solver};
+use colluvium_testkit::{advance_steps, hash_after, read_case, refusal, start_solver};
 use serde_json::{Value, json};
 
 /// Column of sand behind a wall, 2 m long and 1 m high, on a rough floor.
@@ -443,7 +443,7 @@ fn search_cells_rotated_with_the_flow_find_the_same_neighbours() {
     let mut turned = along.clone();
     turned["methods"]["depth-sph"]["search"] = json!("turned");
     let ran = |value: &Value, steps: usize| {
-        let mut solver = start_solver(&DepthSph, &read_case(&value));
+        let mut solver = start_solver(&DepthSph, &read_case(value));
         advance_steps(solver.as_mut(), steps);
         solver.snapshot()
     };
@@ -454,9 +454,9 @@ fn search_cells_rotated_with_the_flow_find_the_same_neighbours() {
     }
     let mut profile = column();
     profile["methods"]["depth-sph"]["search"] = json!("turned");
-    let error = refused(&profile);
+    let error = refusal(&DepthSph, &profile);
     assert!(error.starts_with("methods.depth-sph.search: a profile has one axis"), "{error}");
-    let hash = |threads, restart| hash_after(&turned, threads, 40, restart);
+    let hash = |threads, restart| hash_after(&DepthSph, &turned, threads, 40, restart);
     assert_eq!(hash(1, None), hash(3, None));
     assert_eq!(hash(1, None), hash(1, Some(17)));
 }

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, CaseError, Method, PointList, Snapshot};
 use colluvium_depth_sph::{DepthSph, point_stacks};
-use colluvium_testkit::{read_case, refusal};
+use colluvium_testkit::read_case;
 use serde_json::json;
 
 /// Cloud of points a quarter of a metre apart, 4 m by 3 m and 2 m high, that moves faster at its top.
@@ -173,7 +173,7 @@ fn files_without_a_list_of_points_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("points.csv"), "x,y,z,volume\n1,1,1,-1\n").unwrap();
     let refused = |case: Case| -> CaseError { DepthSph.plan(&case).map(|_| ()).unwrap_err() };
-    let problem = refusal(&DepthSph, &case(folder.path(), "one").unwrap()).to_string();
+    let problem = refused(case(folder.path(), "one").unwrap()).to_string();
     assert!(
         problem.starts_with("bodies[0].points.file: ") && problem.contains("must be positive"),
         "{problem}"

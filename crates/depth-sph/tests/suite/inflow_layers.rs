@@ -2,10 +2,10 @@
 
 use colluvium_case::Solver;
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::{advance_exactly_to, hash_after, read_case, refusal, start_solver};
+use colluvium_testkit::{advance_exactly_to, hash_after, read_case, refusal, scalar_output, start_solver};
 use serde_json::{Value, json};
 
-use crate::inflow::{self, channel, integrators, reading};
+use crate::inflow::{self, channel, integrators};
 
 const GRAVITY: f64 = 9.81;
 /// Discharges per width of the lower and the upper layer (m²/s), and their Froude number.
@@ -74,7 +74,7 @@ fn both_layers_flow_in(integrator: &Value) {
         own.extend(integrator.as_object().unwrap().clone());
         let mut solver = start_solver(&DepthSph, &read_case(&value));
         let before = [0, 1].map(|layer| found(solver.as_ref(), layer)[0]);
-        let pond = reading(solver.as_ref(), "flow_volume");
+        let pond = scalar_output(solver.as_ref(), "flow_volume");
         advance_exactly_to(solver.as_mut(), 2.0);
         for layer in 0..2 {
             let flux = FLUXES[layer];
@@ -90,7 +90,8 @@ fn both_layers_flow_in(integrator: &Value) {
             let row = depth * width * spacing;
             assert!((own - 2.0 * flux * width).abs() < 1.1 * row, "layer {layer}: {own} m³, to a row");
         }
-        let [flow, entered] = ["flow_volume", "volume_entered"].map(|name| reading(solver.as_ref(), name));
+        let [flow, entered] =
+            ["flow_volume", "volume_entered"].map(|name| scalar_output(solver.as_ref(), name));
         assert!((flow - pond - entered).abs() < 1e-9, "{flow} {pond} {entered}");
     }
 }
@@ -116,7 +117,7 @@ fn mud_flows_in_below_still_water() {
     let before = [0, 1].map(|layer| found(solver.as_ref(), layer)[0]);
     advance_exactly_to(solver.as_mut(), 8.0);
     let after = [0, 1].map(|layer| found(solver.as_ref(), layer)[0]);
-    let [entered, left] = ["volume_entered", "volume_left"].map(|name| reading(solver.as_ref(), name));
+    let [entered, left] = ["volume_entered", "volume_left"].map(|name| scalar_output(solver.as_ref(), name));
     println!("mud {:?} water {:?} entered {entered} left {left}", after[0] - before[0], after[1] - before[1]);
     assert!((entered - 0.6).abs() < 0.05, "0.6 m² of mud, to a node: {entered}");
     assert!((after[0] - before[0] - entered).abs() < 1e-9, "mud {before:?} {after:?}");

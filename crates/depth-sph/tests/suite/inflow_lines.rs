@@ -9,10 +9,12 @@ use colluvium_depth_sph::config::settings::FlowSettings;
 use colluvium_depth_sph::flow::{Flow, PlanBoundaries};
 use colluvium_depth_sph::inflow::{Inflow, InflowState};
 use colluvium_depth_sph::points::phase_nodes::NewNode;
-use colluvium_testkit::{advance_exactly_to, hash_after, read_case, start_solver, write_ascii_grid};
+use colluvium_testkit::{
+    advance_exactly_to, hash_after, read_case, scalar_output, start_solver, write_ascii_grid,
+};
 use serde_json::{Value, json};
 
-use crate::inflow::{bore, channel, integrators, mixture, reading, still_plan};
+use crate::inflow::{bore, channel, integrators, mixture, still_plan};
 
 const GRAVITY: f64 = 9.81;
 
@@ -38,16 +40,16 @@ fn still_columns(phases: &str, drained: bool) -> Value {
 fn an_inflow_across_a_line_into_a_wet_bed_brings_its_columns() {
     for phases in ["one", "two"] {
         let mut solver = start_solver(&DepthSph, &read_case(&still_columns(phases, false)));
-        let pond = reading(solver.as_ref(), "flow_volume");
-        let first = reading(solver.as_ref(), "mean_liquefaction");
+        let pond = scalar_output(solver.as_ref(), "flow_volume");
+        let first = scalar_output(solver.as_ref(), "mean_liquefaction");
         assert!(
             (first - 0.6).abs() < 1e-9,
             "{phases}: the rows behind the line are not of the flow: {first}"
         );
         advance_exactly_to(solver.as_mut(), 2.4);
-        let entered = reading(solver.as_ref(), "volume_entered");
+        let entered = scalar_output(solver.as_ref(), "volume_entered");
         assert!((entered - 1.8).abs() <= 0.5 * 1.5 * 0.1 + 1e-9, "{phases}: {entered}");
-        let flow = reading(solver.as_ref(), "flow_volume");
+        let flow = scalar_output(solver.as_ref(), "flow_volume");
         assert!((flow - pond - entered).abs() < 1e-9, "{phases}: {flow} {entered}");
         let [depth, speed, front] = bore(solver.as_ref(), 4.5, 10.0);
         assert!((depth / 1.144_364 - 1.0).abs() < 0.02, "{phases}: {depth}");
@@ -112,12 +114,12 @@ fn an_inflow_across_a_line_onto_a_dry_bed_keeps_its_columns() {
         for ratio in [0.0, 0.8] {
             let about = format!("{phases} {integrator} {ratio}");
             let mut solver = start_solver(&DepthSph, &read_case(&dry_columns(phases, ratio, &integrator)));
-            let pond = reading(solver.as_ref(), "flow_volume");
+            let pond = scalar_output(solver.as_ref(), "flow_volume");
             advance_exactly_to(solver.as_mut(), 1.5);
-            let entered = reading(solver.as_ref(), "volume_entered");
+            let entered = scalar_output(solver.as_ref(), "volume_entered");
             let depth = (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
             assert!((entered - 6.0).abs() <= 0.5 * depth * 1.1 + 1e-9, "{about}: {entered}");
-            let flow = reading(solver.as_ref(), "flow_volume");
+            let flow = scalar_output(solver.as_ref(), "flow_volume");
             assert!((flow - pond - entered).abs() < 1e-9, "{about}: {flow} {entered}");
             let (found, velocity) = solver.gauge(&[4.8, 2.0]).unwrap();
             assert!((found / depth - 1.0).abs() < 0.03, "{about}: {found} m for {depth} m");
@@ -160,11 +162,12 @@ fn a_heap_behind_an_inflow_conserves_mass_and_is_bit_identical_after_a_restart()
     for integrator in integrators() {
         let value = heap(&integrator);
         let mut solver = start_solver(&DepthSph, &read_case(&value));
-        let first = reading(solver.as_ref(), "flow_volume");
+        let first = scalar_output(solver.as_ref(), "flow_volume");
         advance_exactly_to(solver.as_mut(), 0.5);
-        let [flow, entered] = ["flow_volume", "volume_entered"].map(|name| reading(solver.as_ref(), name));
+        let [flow, entered] =
+            ["flow_volume", "volume_entered"].map(|name| scalar_output(solver.as_ref(), name));
         assert!(entered > 3.0 && (flow - first - entered).abs() < 1e-9, "{integrator}: {flow} {entered}");
-        let speed = reading(solver.as_ref(), "largest_speed");
+        let speed = scalar_output(solver.as_ref(), "largest_speed");
         assert!(speed < 10.0, "{integrator}: {speed}");
         let run =
             |threads: usize, restart: Option<usize>| hash_after(&DepthSph, &value, threads, 20, restart);
@@ -237,13 +240,13 @@ fn an_inflow_across_a_channel_has_one_level() {
     let case = Case::from_value(&value, folder.path()).unwrap();
     let mut solver = DepthSph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
-    let pond = reading(solver.as_ref(), "flow_volume");
+    let pond = scalar_output(solver.as_ref(), "flow_volume");
     advance_exactly_to(solver.as_mut(), 2.0);
-    let entered = reading(solver.as_ref(), "volume_entered");
+    let entered = scalar_output(solver.as_ref(), "volume_entered");
     let row = 4.0 * level * level * 0.2;
     assert!((entered - 12.0).abs() <= 0.5 * row + 1e-9, "{entered}");
-    let flow = reading(solver.as_ref(), "flow_volume");
-    let left = reading(solver.as_ref(), "volume_left");
+    let flow = scalar_output(solver.as_ref(), "flow_volume");
+    let left = scalar_output(solver.as_ref(), "volume_left");
     assert!((flow + left - pond - entered).abs() < 1e-9, "{flow} {left} {entered}");
     // Kernels reach half a metre, over the bend of the bed and towards the edge of the water.
     for off in [-1.2, -0.6, 0.0, 0.6, 1.2f64] {

@@ -2,7 +2,6 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::refusal;
 use serde_json::{Value, json};
 
 /// Water, 6 m by 4 m, that does not move: cells of half a metre.
@@ -66,9 +65,5 @@ fn areas_are_those_of_the_outlines() {
         let case = Case::from_value(&pond(file), folder.path()).unwrap();
         DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
     };
-    assert!(
-        refusal(&DepthSph, &"none.geojson").starts_with("output.rasters.mapped: /"),
-        "{}",
-        refusal(&DepthSph, &"none.geojson")
-    );
+    assert!(refused("none.geojson").starts_with("output.rasters.mapped: /"), "{}", refused("none.geojson"));
 }

@@ -37,7 +37,7 @@ fn with_options(options: &Value) -> Value {
 }
 
 fn hash(value: &Value) -> u64 {
-    let mut solver = start_solver(&DepthSph, &read_case(&value));
+    let mut solver = start_solver(&DepthSph, &read_case(value));
     advance_steps(solver.as_mut(), 60);
     solver.snapshot().hash()
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_points::Raster;
-use colluvium_testkit::{advance_exactly_to, read_case, refusal};
+use colluvium_testkit::{advance_exactly_to, read_case};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -179,59 +179,44 @@ fn invalid_terrain_is_refused_by_path() {
     };
     let starts = |text: String, start: &str| assert!(text.starts_with(start), "{text}");
     starts(
-        refusal(&DepthSph, &|v| v["bodies"][0]["shape"]["min"] = json!([4, 8, 39])),
+        refused(&|v| v["bodies"][0]["shape"]["min"] = json!([4, 8, 39])),
         "bodies[0].shape: there is a gap from",
     );
     let moved = json!({ "kind": "box", "min": [18, 8, 0], "max": [22, 12, 40] });
     starts(
-        refusal(&DepthSph, &|v| v["bodies"][0]["shape"] = moved.clone()),
+        refused(&|v| v["bodies"][0]["shape"] = moved.clone()),
         "bodies[0].shape: there is no ground below",
     );
     let off = json!({ "kind": "box", "min": [28, 8, 0], "max": [34, 12, 40] });
+    starts(refused(&|v| v["bodies"][0]["shape"] = off.clone()), "bodies[0].shape: there is no ground below");
     starts(
-        refusal(&DepthSph, &|v| v["bodies"][0]["shape"] = off.clone()),
-        "bodies[0].shape: there is no ground below",
-    );
-    starts(
-        refusal(&DepthSph, &|v| v["methods"]["depth-sph"]["frame"] = json!("bed-fitted")),
+        refused(&|v| v["methods"]["depth-sph"]["frame"] = json!("bed-fitted")),
         "methods.depth-sph.frame: must not be bed-fitted",
     );
-    starts(
-        refusal(&DepthSph, &|v| v["gravity"] = json!([1, 0, -9])),
-        "gravity[0]: must be 0 over an obstacle",
-    );
+    starts(refused(&|v| v["gravity"] = json!([1, 0, -9])), "gravity[0]: must be 0 over an obstacle");
     let floor = json!([{ "side": "z-min", "position": 20, "wall": { "kind": "smooth" } }]);
-    starts(
-        refusal(&DepthSph, &|v| v["boundaries"] = floor.clone()),
-        "boundaries[0].wall: is at 20 m, above the lowest",
-    );
+    starts(refused(&|v| v["boundaries"] = floor.clone()), "boundaries[0].wall: is at 20 m, above the lowest");
     let ball = json!({ "kind": "ball", "centre": [20, 10, 5], "radius": 4 });
     starts(
-        refusal(&DepthSph, &|v| v["obstacles"][0]["shape"] = ball.clone()),
+        refused(&|v| v["obstacles"][0]["shape"] = ball.clone()),
         "bodies[0].shape: there is no ground below",
     );
     let second = |kind: &str| json!({ "name": "other", "shape": ball, "wall": { "kind": kind } });
     starts(
-        refusal(&DepthSph, &|v| v["obstacles"].as_array_mut().unwrap().push(second("smooth"))),
+        refused(&|v| v["obstacles"].as_array_mut().unwrap().push(second("smooth"))),
         "obstacles[1].wall: is not that of \"slope\"",
     );
     let tall = json!({ "kind": "box", "min": [2, 2, 0], "max": [9, 9, 70] });
     let tower = json!({ "name": "tower", "shape": tall, "wall": { "kind": "rough" } });
     starts(
-        refusal(&DepthSph, &|v| v["obstacles"].as_array_mut().unwrap().push(tower.clone())),
+        refused(&|v| v["obstacles"].as_array_mut().unwrap().push(tower.clone())),
         "obstacles[1].shape: is higher than the domain at [",
     );
     let sticky = json!({ "kind": "frictional", "friction_coefficient": 0.3, "adhesion": 10 });
-    starts(
-        refusal(&DepthSph, &|v| v["obstacles"][0]["wall"] = sticky.clone()),
-        "obstacles[0].wall.adhesion: ",
-    );
-    starts(
-        refusal(&DepthSph, &|v| v["obstacles"][0]["shape"]["file"] = json!("none.asc")),
-        "obstacles[0].shape.file: ",
-    );
+    starts(refused(&|v| v["obstacles"][0]["wall"] = sticky.clone()), "obstacles[0].wall.adhesion: ");
+    starts(refused(&|v| v["obstacles"][0]["shape"]["file"] = json!("none.asc")), "obstacles[0].shape.file: ");
     grid(folder.path(), [0.0, 0.0], [3, 11], 10.0, |x, _| 40.0 - x);
-    starts(refusal(&DepthSph, &|_| {}), "obstacles[0].shape.file: ");
+    starts(refused(&|_| {}), "obstacles[0].shape.file: ");
 }
 
 /// Release area of 1.5 m along the normal of a slope of cosine 0.8, on a map.
@@ -463,11 +448,11 @@ fn a_region_from_an_outline_is_that_of_its_shape() {
         DepthSph.plan(&case(folder.path(), &value)).map(|_| ()).unwrap_err().to_string()
     };
     let start = "methods.depth-sph.regions[0].";
-    assert!(refusal(&DepthSph, &json!({})).starts_with(&format!("{start}shape: give one of")));
-    assert!(refusal(&DepthSph, &json!({ "outline": "none.shp" })).starts_with(&format!("{start}outline: /")));
+    assert!(refused(json!({})).starts_with(&format!("{start}shape: give one of")));
+    assert!(refused(json!({ "outline": "none.shp" })).starts_with(&format!("{start}outline: /")));
     // Coordinates from the origin in place of those of the map.
     let unshifted = json!({ "shape": { "kind": "box", "min": [30, 0], "max": [80, 40] } });
-    assert!(refusal(&DepthSph, &unshifted).starts_with(&format!(
+    assert!(refused(unshifted).starts_with(&format!(
         "{start}shape: lies outside the domain: it reaches from 30 to 80 m along x, the domain from 600000"
     )));
 }

@@ -1,6 +1,6 @@
 //! Variational pressure forces, derived from an energy (sheet: depth-sph §3.4, row 52).
 
-use colluvium_case::{Case, Method};
+use colluvium_case::Method;
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::analytical_solutions::ritter;
 use colluvium_depth_sph::bed::Bed;
@@ -143,7 +143,7 @@ fn unsupported_combinations_with_variational_momentum_are_refused_by_path() {
         "stages": [{ "name": "wave", "duration": 3 }],
         "methods": { "depth-sph": { "spacing": 0.1, "momentum": "variational" } }
     });
-    let plan = |case: &serde_json::Value| DepthSph.plan(&read_case(&case)).map(|_| ());
+    let plan = |case: &serde_json::Value| DepthSph.plan(&read_case(case)).map(|_| ());
     plan(&case).unwrap();
     let mut other = case;
     other["methods"]["depth-sph"]["continuity"] = json!("rate-volume");

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{CaseBuilder, read_case, solve, start_solver, stresses, vectors};
+use colluvium_testkit::{CaseBuilder, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};
 
 /// Block of an elastic material that flies through triangles.

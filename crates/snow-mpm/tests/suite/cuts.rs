@@ -1,10 +1,9 @@
 //! Removal shapes of a case (saw cuts).
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Method, Solver};
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::{
-    advance_steps, advance_to, assert_near, begun, read_case, refusal, scalar_output, start_solver,
-    take_steps,
+    advance_steps, advance_to, assert_near, read_case, refusal, scalar_output, start_solver, take_steps,
 };
 use serde_json::{Value, json};
 

@@ -1,8 +1,8 @@
 //! Refusals and warnings (sheet: snow-mpm §7).
 
-use colluvium_case::{Case, Method};
+use colluvium_case::Method;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::{read_case, reading, refusal, start_solver};
+use colluvium_testkit::{read_case, refusal, scalar_output, start_solver};
 use serde_json::{Value, json};
 
 use crate::bodies::{ball, block};
@@ -126,7 +126,7 @@ fn saw_test(length: f64, layer: f64, speed: f64) -> Value {
 
 #[test]
 fn a_saw_test_that_measures_something_else_is_refused() {
-    let warnings = |case: &Value| SnowMpm.plan(&read_case(&case)).unwrap().warnings;
+    let warnings = |case: &Value| SnowMpm.plan(&read_case(case)).unwrap().warnings;
     assert_eq!(warnings(&saw_test(2.0, 0.1, 1.0)), Vec::<String>::new());
     let thin = warnings(&saw_test(2.0, 0.05, 1.0));
     assert!(
@@ -322,6 +322,6 @@ fn a_point_leaving_the_domain_ends_the_run_unless_remove_outside_is_set() {
         solver.step(dt).unwrap();
     }
     assert!(solver.totals().mass < 0.7 * mass && solver.points() > 0);
-    let lost = reading(&*solver, "energy_numerical");
+    let lost = scalar_output(&*solver, "energy_numerical");
     assert!(lost.abs() < 1e-6 * mass * 200.0, "{lost} J");
 }

@@ -1,6 +1,5 @@
 //! Motions with closed forms, and conservation.
 
-use colluvium_case::Case;
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::{
     advance_steps, advance_to, assert_near, read_case, scalar_output, solve, start_solver, stresses, vectors,
@@ -213,7 +212,7 @@ fn a_block_slides_down_an_incline_by_coulombs_law() {
             ],
             "methods": { "snow-mpm": { "cell_size": 0.1 } }
         });
-        let report = solve(&SnowMpm, &SnowMpm, &read_case(&value));
+        let report = solve(&SnowMpm, &read_case(&value));
         let moved = vectors(&report.snapshot, "displacement");
         let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
         (mean, 0.5 * 9.81 * (sine - friction * cosine) * 0.25)

@@ -2,7 +2,7 @@
 
 use colluvium_case::Solver;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::{advance_to, read_case, reading, refused, start_solver, velocities};
+use colluvium_testkit::{advance_to, read_case, refusal, scalar_output, start_solver, vectors};
 use serde_json::{Value, json};
 
 /// Down the plane, which falls by 30 degrees.
@@ -35,7 +35,7 @@ fn slid(wall: &Value) -> [f64; 4] {
     let case = read_case(&block_on_plane(wall));
     let mut solver = start_solver(&SnowMpm, &case);
     let works = |solver: &dyn Solver| {
-        ["work_of_walls", "obstacles.friction", "work_of_gravity"].map(|name| reading(solver, name))
+        ["work_of_walls", "obstacles.friction", "work_of_gravity"].map(|name| scalar_output(solver, name))
     };
     let mean = |all: &[[f64; 3]]| {
         all.iter().map(|v| v[0] * DOWN[0] + v[1] * DOWN[1]).sum::<f64>() / all.len() as f64
@@ -47,7 +47,8 @@ fn slid(wall: &Value) -> [f64; 4] {
     advance_to(&mut *solver, 1.1);
     let (end, after) = (solver.snapshot(), works(&*solver));
     let displacement = mean(&end.positions) - mean(&start.positions);
-    let rate = (mean(&velocities(&end)) - mean(&velocities(&start))) / (end.time - start.time);
+    let rate =
+        (mean(&vectors(&end, "velocity")) - mean(&vectors(&start, "velocity"))) / (end.time - start.time);
     let [walls, friction, gravity] = std::array::from_fn(|k| after[k] - before[k]);
     [rate, displacement, walls / gravity, friction / gravity]
 }
@@ -79,13 +80,13 @@ fn a_block_on_a_smooth_plane_slides_without_friction() {
 fn bodies_inside_obstacles_and_adhesion_are_refused_by_path() {
     let mut case = block_on_plane(&json!({ "kind": "rough" }));
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.5, 2.0], "max": [1.0, 2.5] });
-    let error = refused(&case);
+    let error = refusal(&SnowMpm, &case);
     assert!(
         error.starts_with("bodies[0].shape: the point at [0.5") && error.contains("\"plane\""),
         "{error}"
     );
     let wall = json!({ "kind": "frictional", "friction_coefficient": 0.3, "adhesion": 10 });
-    let error = refused(&block_on_plane(&wall));
+    let error = refusal(&SnowMpm, &block_on_plane(&wall));
     assert!(error.starts_with("obstacles[0].wall.adhesion: snow-mpm"), "{error}");
 }
 
@@ -123,7 +124,7 @@ fn reaction_of_a_moving_obstacle_equals_the_momentum_of_the_body() {
         let pressure = readings.iter().find(|(name, ..)| name == "pressure.impulse").unwrap().2;
         assert!((pressure + given[0] / 0.5).abs() < 1e-9 * given[0], "{pressure}");
         // Work of the ball is the energy of the block plus the numerical dissipation.
-        let work = reading(&*solver, "work_of_walls");
+        let work = scalar_output(&*solver, "work_of_walls");
         let budget = solver.totals();
         assert!((work / (budget.kinetic + budget.elastic) - 1.0).abs() < 0.2, "{wall}: {work} {budget:?}");
     }
@@ -196,7 +197,7 @@ fn reactions_of_too_many_obstacles_are_refused() {
         case["measures"][format!("z{number}")] =
             json!({ "kind": "reaction", "target": format!("o{number}") });
     }
-    let error = refused(&case);
+    let error = refusal(&SnowMpm, &case);
     assert!(error.starts_with("measures.z7.target: snow-mpm records the reactions"), "{error}");
 }
 
@@ -253,7 +254,7 @@ fn obstacle_moment_equals_the_angular_momentum_of_the_body_and_speed_limits_the_
     let step = start_solver(&SnowMpm, &read_case(&value.clone())).limit();
     assert_eq!((step.dt, step.limit.to_string().as_str()), (0.5 * 0.05 / 300.0, "motion of an obstacle"));
     value["methods"]["snow-mpm"]["time_step"] = json!(2e-4);
-    let error = refused(&value);
+    let error = refusal(&SnowMpm, &value);
     assert!(
         error.starts_with("methods.snow-mpm.time_step") && error.contains("motion of an obstacle"),
         "{error}"

@@ -1,6 +1,6 @@
 //! Periodic domains.
 
-use colluvium_case::{Case, Method};
+use colluvium_case::Method;
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::{
     advance_steps, advance_to, read_case, refusal, scalars, start_solver, vectors, with_keys,

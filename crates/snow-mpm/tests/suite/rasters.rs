@@ -2,7 +2,7 @@
 
 use colluvium_case::PlanRaster;
 use colluvium_snow_mpm::SnowMpm;
-use colluvium_testkit::{advance_to, read_case, refused, start_solver};
+use colluvium_testkit::{advance_to, read_case, refusal, start_solver};
 use serde_json::{Value, json};
 
 /// A block that slides over flat ground.
@@ -74,7 +74,7 @@ fn a_profile_has_no_rasters() {
     case["bodies"][0]["velocity"] = Value::Null;
     case["bodies"][0].as_object_mut().unwrap().remove("velocity");
     case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.4, 0.4], "max": [0.8, 0.8] });
-    assert!(refused(&case).starts_with("output.rasters: a profile has no plan"));
+    assert!(refusal(&SnowMpm, &case).starts_with("output.rasters: a profile has no plan"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Equal bits on any number of threads and after a restart.
 
-use colluvium_case::{Case, Method};
+use colluvium_case::Method;
 use colluvium_snow_mpm::SnowMpm;
 use colluvium_testkit::{advance_steps, read_case, start_solver, take_steps};
 use serde_json::json;

@@ -146,7 +146,7 @@ fn half_of_a_symmetric_collision_with_a_mirror_is_the_whole() {
         let whole = water(&[right, left], &[], &sph);
         let mut half = water(&[right], &[plane], &sph);
         half.boundaries[0].position = Some(2.0);
-        let mut solvers = [&whole, &half].map(begin);
+        let mut solvers = [&whole, &half].map(|case| start_solver(&Sph, case));
         let dt = 0.5 * solvers[0].limit().dt;
         for solver in &mut solvers {
             (0..200).for_each(|_| {

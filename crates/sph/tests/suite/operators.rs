@@ -1,6 +1,5 @@
 //! Operator studies V-01 to V-07 of the `sheet: sph §5.2`. Bounds and reference values are the sheet's.
 
-use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
 use colluvium_sph::kernel::{Kernel, Smoothing};

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 const SPACING: f64 = 0.05;
 
 /// Blocks above and below a plate whose upper side is `y = 0`, without gravity; `more` adds keys to the case.
-fn case(thickness: f64, more: &Value) -> Case {
+fn blocks_beside_plate(thickness: f64, more: &Value) -> Case {
     let part = |name: &str, low: f64, high: f64| json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": [0, low], "max": [0.6, high] } });
     let mut upper = part("upper", 0.0, 0.3);
     upper["velocity"] = json!({ "kind": "uniform", "value": [0.3, -1] });
@@ -36,7 +36,10 @@ fn impact_on_a_thin_plate_does_not_act_across_it() {
     for ranks in [1, 2] {
         let mut solver = start_solver(
             &Sph,
-            &case(0.1 * SPACING, &json!({ "methods": { "sph": { "spacing": SPACING, "ranks": ranks } } })),
+            &blocks_beside_plate(
+                0.1 * SPACING,
+                &json!({ "methods": { "sph": { "spacing": SPACING, "ranks": ranks } } }),
+            ),
         );
         until(&mut *solver, 0.02);
         let snapshot = solver.snapshot();
@@ -57,7 +60,7 @@ fn no_particle_flies_through_a_thin_plate_in_a_step() {
         let soft = json!({ "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 10, "poissons_ratio": 0.2 } });
         let mut solver = start_solver(
             &Sph,
-            &case(
+            &blocks_beside_plate(
                 thickness,
                 &json!({ "bodies": [fast], "materials": soft,
                 "methods": { "sph": { "spacing": SPACING, "integration": integration, "courant": 0.15 } } }),

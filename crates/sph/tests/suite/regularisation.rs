@@ -8,7 +8,7 @@ use colluvium_testkit::{advance_steps, case_with, scalars, solve, start_solver, 
 use serde_json::{Value, json};
 
 /// Elastic block; `more` replaces or adds keys, `sph` options.
-fn case(more: &Value, sph: &Value) -> Case {
+fn elastic_square(more: &Value, sph: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.05, "viscosity_linear": 0 });
     for (key, value) in sph.as_object().unwrap() {
         methods[key] = value.clone();
@@ -52,7 +52,8 @@ fn regularisation_continues_after_a_velocity_reset() {
         "stages": [{ "name": "settle", "duration": 0.02, "damping": 0.5, "reset": ["velocity"] },
                    { "name": "go", "duration": 0.02 }]
     });
-    let report = solve(&Sph, &case(&more, &json!({ "regularisation": "mls", "regularisation_steps": 1 })));
+    let report =
+        solve(&Sph, &elastic_square(&more, &json!({ "regularisation": "mls", "regularisation_steps": 1 })));
     assert!((report.snapshot.time - 0.04).abs() < 1e-9);
 }
 
@@ -67,7 +68,7 @@ fn laws_that_are_not_in_rate_form_are_not_smoothed() {
             "materials": { "m": elastic(), "other": law },
             "bodies": [body("b", "other", [0.0, 0.0], &linear([[2.0, 3.0], [0.0, -1.0]])), body("rest", "m", [1.0, 0.0], &json!({}))]
         });
-        let hash = |sph: Value| solve(&Sph, &case(&more, &sph)).snapshot.hash();
+        let hash = |sph: Value| solve(&Sph, &elastic_square(&more, &sph)).snapshot.hash();
         assert_eq!(
             hash(json!({})),
             hash(json!({ "regularisation": "mls", "regularisation_steps": 1 })),
@@ -85,11 +86,11 @@ fn stress_smoothing_requires_a_law_in_rate_form() {
     ] {
         for (name, value) in [("regularisation", json!("mls")), ("stress_diffusion", json!(0.1))] {
             let alone = json!({ "materials": { "m": law } });
-            let error = Sph.plan(&case(&alone, &json!({ name: value }))).unwrap_err().to_string();
+            let error = Sph.plan(&elastic_square(&alone, &json!({ name: value }))).unwrap_err().to_string();
             assert!(error.starts_with(&format!("methods.sph.{name}: is for laws in rate form")), "{error}");
             let bodies = [body("b", "m", [0.0, 0.0], &json!({})), body("c", "e", [1.0, 0.0], &json!({}))];
             let beside = json!({ "materials": { "m": law, "e": elastic() }, "bodies": bodies });
-            assert!(Sph.plan(&case(&beside, &json!({ name: value }))).is_ok());
+            assert!(Sph.plan(&elastic_square(&beside, &json!({ name: value }))).is_ok());
         }
     }
 }
@@ -103,7 +104,7 @@ fn smoothed_while_held(law: &Value, motion: &Value, duration: f64) -> Vec<[f64; 
     });
     let sph = json!({ "regularisation": "mls", "regularisation_steps": 1, "held": ["b"],
                       "velocity_gradient": "corrected", "continuity": "volume" });
-    let snapshot = solve(&Sph, &case(&more, &sph)).snapshot;
+    let snapshot = solve(&Sph, &elastic_square(&more, &sph)).snapshot;
     let all = snapshot.bodies.iter().zip(stresses(&snapshot));
     all.filter(|(body, _)| **body == 0).map(|(_, stress)| stress).collect()
 }
@@ -139,7 +140,7 @@ fn smoothing_keeps_the_gradients_for_the_hourglass_viscosity() {
     let energy = |hourglass: f64, regularisation: &str| {
         let sph = json!({ "momentum": "corrected", "hourglass_viscosity": hourglass, "continuity": "volume",
                           "regularisation": regularisation, "regularisation_steps": 1 });
-        let mut solver = start_solver(&Sph, &case(&stretch, &sph));
+        let mut solver = start_solver(&Sph, &elastic_square(&stretch, &sph));
         advance_steps(&mut *solver, 5);
         let end = solver.totals();
         end.kinetic + end.elastic
@@ -157,7 +158,7 @@ fn wave(material: &Value, amplitude: [f64; 2], sph: &Value) -> Snapshot {
         "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] }, "materials": { "m": material },
         "bodies": [{ "name": "b", "material": "m", "shape": shape, "velocity": velocity }]
     });
-    let mut solver = start_solver(&Sph, &case(&more, sph));
+    let mut solver = start_solver(&Sph, &elastic_square(&more, sph));
     advance_steps(&mut *solver, 20);
     solver.snapshot()
 }
@@ -190,7 +191,7 @@ fn velocity_verlet_uses_accelerations_of_the_smoothed_state() {
         let more = json!({ "materials": { "m": material }, "bodies": [body("b", "m", [0.0, 0.0], &motion)] });
         let mut options = sph.clone();
         options["integration"] = json!("velocity-verlet");
-        let case = case(&more, &options);
+        let case = elastic_square(&more, &options);
         let mut whole = start_solver(&Sph, &case);
         advance_steps(&mut *whole, 10);
         // A stage that begins here recomputes the accelerations.
@@ -242,7 +243,7 @@ fn interpolated_wall_stress_does_not_depend_on_the_periodic_boundary() {
             "bodies": [{ "name": "b", "material": "m", "shape": shape, "velocity": velocity }],
             "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
         });
-        let mut solver = start_solver(&Sph, &case(&more, &json!({ "wall_stress": wall_stress })));
+        let mut solver = start_solver(&Sph, &elastic_square(&more, &json!({ "wall_stress": wall_stress })));
         advance_steps(&mut *solver, 40);
         let snapshot = solver.snapshot();
         let all: Vec<_> = snapshot.positions.iter().zip(vectors(&snapshot, "velocity")).collect();

@@ -10,7 +10,7 @@ use colluvium_testkit::{advance_steps, read_case, scalars, start_solver, stresse
 use serde_json::{Value, json};
 
 fn solver(text: &Value) -> Box<dyn Solver> {
-    start_solver(&Sph, &read_case(&text))
+    start_solver(&Sph, &read_case(text))
 }
 
 /// Bar between two mirrors that oscillates in its first mode.

@@ -5,6 +5,8 @@ mod taken;
 
 use std::io::{Read, Write};
 
+use colluvium_constitutive::SymTensor;
+
 use super::*;
 use crate::description::Reset;
 use crate::output::Collection;
@@ -14,7 +16,6 @@ use crate::{
     Advance, Dataset, DatasetGeometry, Equilibrium, Field, FieldData, Frame, FrameRequest, Lattice,
     SolverError, StepLimit, TimeStep,
 };
-use colluvium_constitutive::SymTensor;
 
 /// Independent oscillators `x'' = -ω² x - 2 d x'`, one per point.
 struct Oscillators {

@@ -1,5 +1,7 @@
 //! Prescribed quantities, and rejected ones.
 
+use colluvium_testkit::assert_close;
+
 use super::*;
 
 #[test]

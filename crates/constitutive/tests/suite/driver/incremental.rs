@@ -1,6 +1,7 @@
 //! Tests in the form of incremental driver files.
 
 use colluvium_constitutive::driver::incremental::*;
+use colluvium_testkit::assert_close;
 
 use super::*;
 

@@ -1,5 +1,7 @@
 //! Closed forms of laws on the standard paths.
 
+use colluvium_testkit::assert_close;
+
 use super::*;
 
 #[test]

@@ -1,5 +1,7 @@
 //! Limit loads, energies, pore pressure, tables and yield lines.
 
+use colluvium_testkit::assert_close;
+
 use super::*;
 
 /// Fluid stiffness `K_f/n` of water (2.15 GPa) at a porosity of 0.4.

@@ -1,6 +1,5 @@
 //! Absorbing boundaries.
 
-use colluvium_case::Case;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{advance_to, read_case, solve, start_solver, vectors};
 use serde_json::json;

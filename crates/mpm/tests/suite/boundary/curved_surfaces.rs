@@ -11,7 +11,7 @@ const MODULUS: f64 = 1e6;
 const POISSON: f64 = 0.25;
 
 /// One elastic body of 1000 kg/m³ alone.
-fn case(space: &str, shape: &Value, load: &Value, stage: &Value) -> Case {
+fn loaded_body(space: &str, shape: &Value, load: &Value, stage: &Value) -> Case {
     let side = if space == "3d" { json!([1, 1, 1]) } else { json!([1.2, 1.2]) };
     let opposite: Vec<f64> = side.as_array().unwrap().iter().map(|x| -x.as_f64().unwrap()).collect();
     let mut load = load.clone();
@@ -33,7 +33,7 @@ fn a_ring_under_internal_pressure_expands_by_lames_solution() {
     let load = json!({ "pressure": pressure, "within": ball(0.75), "ramp": 0.3, "ramp_shape": "cosine" });
     let stage = json!({ "name": "s", "duration": 0.6, "damping": 0.3 });
     let mut text: Value =
-        serde_json::from_str(&case("plane-strain", &ring, &load, &stage).to_json()).unwrap();
+        serde_json::from_str(&loaded_body("plane-strain", &ring, &load, &stage).to_json()).unwrap();
     text["methods"]["mpm"] = json!({ "cell_size": 0.05, "shape": "ugimp" });
     let snapshot = solve(&Mpm, &read_case(&text)).snapshot;
     let scale = (1.0 + POISSON) * pressure * inner.powi(2) / (MODULUS * (outer.powi(2) - inner.powi(2)));
@@ -58,7 +58,7 @@ fn a_shear_about_the_axis_twists_a_cylinder() {
     let shape =
         json!({ "kind": "cylinder", "base": [0, -0.5, 0], "axis": 1, "radius": radius, "height": height });
     let load = json!({ "shear": shear, "axis": [0, 3, 0] });
-    let report = solve(&Mpm, &case("3d", &shape, &load, &json!({ "name": "s", "duration": 0.02 })));
+    let report = solve(&Mpm, &loaded_body("3d", &shape, &load, &json!({ "name": "s", "duration": 0.02 })));
     let exact = 2.0 * PI * radius * radius * height * shear * 0.02;
     // Points carry it up to half their width within the face.
     let ratio = report.end.angular_momentum[1] / exact;
@@ -71,7 +71,7 @@ fn a_part_of_a_surface_on_which_nothing_lies_is_refused() {
     let within = json!({ "kind": "ball", "centre": [0, 0], "radius": 0.2 });
     let shape = json!({ "kind": "ball", "centre": [0, 0], "radius": 0.5 });
     let load = json!({ "pressure": 1, "within": within });
-    let case = case("plane-strain", &shape, &load, &json!({ "name": "s", "duration": 1 }));
+    let case = loaded_body("plane-strain", &shape, &load, &json!({ "name": "s", "duration": 1 }));
     let error = Mpm.build(&case).err().unwrap();
     assert!(error.to_string().contains("loads[0].within"), "{error}");
 }

@@ -1,6 +1,6 @@
 //! Rigid bodies that move by Newton's law (docs/theory/mpm.md, rigid bodies).
 
-use colluvium_case::{Budget, Case, Method, RunReport};
+use colluvium_case::{Budget, Method, RunReport};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{CaseBuilder, advance_to, read_case, solve, start_solver, vectors};
 use serde_json::{Value, json};

@@ -15,7 +15,7 @@ mod walls;
 use colluvium_case::Case;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{CaseBuilder, advance_to, start_solver};
-use serde_json::{Value, json};
+use serde_json::json;
 
 /// Elastic block in a box without gravity.
 pub fn elastic_block() -> CaseBuilder {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use colluvium_case::{Case, Method, RunReport, Snapshot, Solver};
+use colluvium_case::{Method, RunReport, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{CaseBuilder, solve, start_solver, vectors, with_keys};
 use serde_json::{Value, json};

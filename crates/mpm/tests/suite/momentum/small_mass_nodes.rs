@@ -1,6 +1,6 @@
 //! Nodes of small mass, with stress last (sheet: mpm §3.2, P-02).
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::Solver;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{CaseBuilder, start_solver, stresses, with_keys};
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! States at rest against closed forms.
 
-use colluvium_case::{Case, RunReport};
+use colluvium_case::RunReport;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{read_case, solve, start_solver, stresses, vectors};
 use serde_json::{Value, json};

@@ -11,7 +11,7 @@ mod time_step;
 
 use colluvium_case::Case;
 use colluvium_testkit::CaseBuilder;
-use serde_json::{Value, json};
+use serde_json::json;
 
 /// Elastic block in a box without gravity.
 pub fn elastic_block() -> CaseBuilder {

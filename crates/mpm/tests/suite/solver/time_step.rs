@@ -2,7 +2,7 @@
 
 use colluvium_case::{Budget, Case, Method, RunOptions, StepLimit, run};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{solve, with_keys};
+use colluvium_testkit::{solve, start_solver, with_keys};
 use serde_json::{Value, json};
 
 use crate::solver::{crash, elastic_block};
@@ -46,7 +46,7 @@ fn stress_last_steps_are_reduced_to_be_stable_at_free_corners() {
         ("quadratic", 2, 0.5),
     ] {
         let asked = json!({ "cell_size": 0.125, "points_per_cell": per_axis, "shape": shape, "stress_update": "usl" });
-        let case = |options: &Value| {
+        let block = |options: &Value| {
             elastic_block().with(json!({
                 "domain": { "min": [-0.5, 0], "max": [1.5, 1.5] }, "gravity": [0, -0.1],
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.495 } },
@@ -56,7 +56,7 @@ fn stress_last_steps_are_reduced_to_be_stable_at_free_corners() {
                 "methods": { "mpm": with_keys(asked.clone(), options) }
             })).build()
         };
-        let step = |options: &Value| elastic_block().with(options).start(&Mpm).limit().dt;
+        let step = |options: &Value| start_solver(&Mpm, &block(options)).limit().dt;
         let expected = step(&json!({ "stress_update": "musl" })) * stable / 0.5;
         assert!((step(&json!({})) / expected - 1.0).abs() < 1e-12, "{shape}");
         assert!((step(&json!({ "courant": 0.2 })) / expected - 0.2 / stable).abs() < 1e-12, "{shape}");

@@ -1,6 +1,6 @@
 //! Free surface of liquids (sheet: mpm §2.18).
 
-use colluvium_case::{Case, Method};
+use colluvium_case::Method;
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{advance_to, read_case, start_solver};
 use serde_json::json;

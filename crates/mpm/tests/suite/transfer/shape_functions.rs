@@ -1,6 +1,6 @@
 //! Convected domains and the total-Lagrangian form: invariants of all shape functions, and the purpose of each.
 
-use colluvium_case::{Case, Method, RunOptions, RunReport, run};
+use colluvium_case::{Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{CaseBuilder, advance_to, start_solver, stresses, vectors, with_keys};
 use serde_json::{Value, json};
