@@ -1,6 +1,6 @@
 //! Depth-integrated SPH through case files: rejected input, threads, restarts, mass balance.
 
-use colluvium_case::{Method, Solver};
+use colluvium_case::Method;
 use colluvium_depth_sph::DepthSph;
 use colluvium_testkit::{advance_steps, hash_after, read_case, refusal, start_solver};
 use serde_json::{Value, json};

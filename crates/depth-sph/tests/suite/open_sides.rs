@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use colluvium_case::{FieldData, Method, Solver};
+use colluvium_case::{FieldData, Method};
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::{Bed, BedPoint};

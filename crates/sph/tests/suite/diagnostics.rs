@@ -1,6 +1,6 @@
 //! Diagnostics of the sums over neighbours, and equilibrium under a confining pressure (sheet: sph §2.2, §2.13 g).
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Case, Method};
 use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
 use colluvium_sph::setup::rates_only::{PrescribedParticle, rates};
