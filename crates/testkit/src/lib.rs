@@ -16,9 +16,9 @@ pub use case_builder::{CaseBuilder, box_body};
 pub use pairwise::set_value;
 pub use raster_files::write_ascii_grid;
 pub use solver_runs::{
-    advance_exactly_to, advance_steps, advance_to, assert_allocates_nothing, case_with, hash_after,
-    read_case, refusal, resume_solver, scalar_output, scalars, single_threaded, solve, start_solver,
-    stresses, take_steps, vectors, warnings, with_keys,
+    advance_exactly_to, advance_steps, advance_to, assert_allocates_nothing, assert_same_after_restart,
+    assert_same_on_threads, case_with, hash_after, read_case, refusal, resume_solver, scalar_output, scalars,
+    single_threaded, solve, start_solver, stresses, take_steps, vectors, warnings, with_keys,
 };
 
 /// Asserts that `found` is within `tolerance` of `exact`.

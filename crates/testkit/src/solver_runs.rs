@@ -135,6 +135,27 @@ pub fn hash_after(
     })
 }
 
+/// Asserts that a run of the case has equal bits on one thread and on two.
+#[track_caller]
+pub fn assert_same_on_threads(method: &dyn Method, case: &Case) {
+    let hash = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| solve(method, case).snapshot.hash())
+    };
+    assert_eq!(hash(1), hash(2), "hashes on one thread and on two");
+}
+
+/// Asserts that a solver restored from a checkpoint has equal bits. The solver is advanced, saved, and advanced again.
+#[track_caller]
+pub fn assert_same_after_restart(method: &dyn Method, case: &Case, advance: impl Fn(&mut dyn Solver)) {
+    let mut whole = start_solver(method, case);
+    advance(&mut *whole);
+    let mut restored = resume_solver(method, case, &whole.saved().unwrap());
+    advance(&mut *whole);
+    advance(&mut *restored);
+    assert_eq!(restored.snapshot().hash(), whole.snapshot().hash(), "hashes without and with a restart");
+}
+
 /// Asserts that thirty steps of `case` allocate no memory, after `first` steps in which lists and the queues of the threads may grow. The
 /// test's allocator is [`CountingAllocator`](crate::CountingAllocator), and no other test runs in parallel.
 ///

@@ -1,22 +1,22 @@
 //! Tests of the facade and the command line as users meet them. Tests that need their own process are beside this suite.
 
 mod boulders;
-mod broken_files;
 mod check;
 mod cli;
 mod compare;
 mod debris_flow;
-mod elements;
-mod grains;
-mod hand_over;
-mod kinds;
-mod library;
+mod element_tests;
+mod file_kinds;
+mod foreign_libraries;
+mod granular_cells;
+mod invalid_json;
 mod methods_agree;
-mod points;
-mod reference;
-mod results;
-mod standing;
-mod strength;
+mod point_files;
+mod point_transfer;
+mod reference_pages;
+mod rigid_body_support;
+mod run_folders;
+mod strength_reduction;
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,11 +1,11 @@
 //! Tests of the whole solver, through case files.
 
+mod affine_transfers;
+mod bad_input;
 mod bodies;
-mod cuts;
-mod input;
+mod determinism;
+mod hazard_rasters;
 mod motion;
 mod obstacles;
-mod periodic;
-mod rasters;
-mod same;
-mod sweeps;
+mod periodic_domain;
+mod removal_shapes;

@@ -1,22 +1,22 @@
 //! Tests of the solver and its parts against closed forms, conservation laws and bitwise reproducibility.
 
-mod bands;
+mod artificial_stress;
+mod body_interfaces;
 mod diagnostics;
-mod flows;
-mod interfaces;
+mod free_rigid_bodies;
 mod liquids;
-mod loads;
-mod moving;
+mod localisation_bands;
+mod moving_obstacles;
 mod obstacles;
 mod operators;
-mod plates;
 mod ranks;
 mod regularisation;
-mod rigid;
-mod rings;
-mod schemes;
+mod round_edges;
 mod smooth_bodies;
-mod solids;
 mod solver;
-mod tensile;
+mod surface_loads;
+mod thin_obstacles;
+mod time_integration;
+mod total_lagrangian;
+mod viscous_flow;
 mod walls;

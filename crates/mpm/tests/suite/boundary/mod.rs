@@ -14,7 +14,7 @@ mod walls;
 
 use colluvium_case::Case;
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{CaseBuilder, advance_to, start_solver};
+use colluvium_testkit::CaseBuilder;
 use serde_json::json;
 
 /// Elastic block in a box without gravity.
@@ -24,16 +24,4 @@ pub fn elastic_block() -> CaseBuilder {
         .box_body("b", "m", &[0.35, 0.35], &[0.65, 0.65])
         .stage("s", 1.0)
         .options("mpm", json!({ "cell_size": 0.05 }))
-}
-
-pub fn restarts(case: &Case, middle: f64, end: f64) {
-    let mut whole = start_solver(&Mpm, case);
-    advance_to(&mut *whole, middle);
-    let saved = whole.saved().unwrap();
-    let mut again = start_solver(&Mpm, case);
-    again.restore(&mut saved.as_slice()).unwrap();
-    again.begin_stage(0, 0.0).unwrap();
-    advance_to(&mut *again, end);
-    advance_to(&mut *whole, end);
-    assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
 }

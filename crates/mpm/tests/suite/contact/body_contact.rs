@@ -2,7 +2,10 @@
 
 use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{CaseBuilder, solve, start_solver, vectors, with_keys};
+use colluvium_testkit::{
+    CaseBuilder, advance_steps, assert_same_after_restart, assert_same_on_threads, solve, start_solver,
+    vectors, with_keys,
+};
 use serde_json::{Value, json};
 
 /// Square of 2 m and an elastic material. The test adds bodies, stages and options.
@@ -243,25 +246,8 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
     for (shape, scheme) in [("linear", "musl"), ("ugimp", "usl"), ("cubic", "usf")] {
         let options = json!({ "shape": shape, "stress_update": scheme, "contacts": contact(0.3, 10.0) });
         let case = blocks([[0.0, 0.2], [0.4, -0.3]], &options);
-        let hash = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&Mpm, &case).snapshot.hash())
-        };
-        assert_eq!(hash(1), hash(2), "{shape}");
-        let advance = |solver: &mut dyn Solver| {
-            for _ in 0..40 {
-                let dt = solver.limit().dt;
-                solver.step(dt).unwrap();
-            }
-        };
-        let mut whole = start_solver(&Mpm, &case);
-        advance(&mut *whole);
-        let mut again = Mpm.build(&case).unwrap();
-        again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
-        again.begin_stage(0, 0.0).unwrap();
-        advance(&mut *whole);
-        advance(&mut *again);
-        assert_eq!(whole.snapshot().hash(), again.snapshot().hash(), "{shape}");
+        assert_same_on_threads(&Mpm, &case);
+        assert_same_after_restart(&Mpm, &case, |solver| advance_steps(solver, 40));
     }
 }
 

@@ -2,7 +2,10 @@
 
 use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{CaseBuilder, read_case, scalar_output, solve, start_solver, vectors, with_keys};
+use colluvium_testkit::{
+    CaseBuilder, advance_steps, assert_same_after_restart, assert_same_on_threads, read_case, scalar_output,
+    solve, start_solver, vectors, with_keys,
+};
 use serde_json::{Value, json};
 
 /// Square of 2 m and an elastic material. The test adds bodies, stages and options.
@@ -328,25 +331,8 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
 fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
     for (transfer, shape) in [("xpic", "ugimp"), ("apic", "cubic"), ("tpic", "cpgimp")] {
         let case = spinning(&json!({ "transfer": transfer, "shape": shape }));
-        let hash = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&Mpm, &case).snapshot.hash())
-        };
-        assert_eq!(hash(1), hash(2), "{transfer}");
-        let advance = |solver: &mut dyn Solver| {
-            for _ in 0..40 {
-                let dt = solver.limit().dt;
-                solver.step(dt).unwrap();
-            }
-        };
-        let mut whole = start_solver(&Mpm, &case);
-        advance(&mut *whole);
-        let mut again = start_solver(&Mpm, &case);
-        again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
-        again.begin_stage(0, 0.0).unwrap();
-        advance(&mut *whole);
-        advance(&mut *again);
-        assert_eq!(whole.snapshot().hash(), again.snapshot().hash(), "{transfer}");
+        assert_same_on_threads(&Mpm, &case);
+        assert_same_after_restart(&Mpm, &case, |solver| advance_steps(solver, 40));
     }
 }
 

@@ -127,7 +127,7 @@ fn a_law_that_ignores_the_properties_of_parameters_inp_causes_a_warning() {
         text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect()
     };
     let of_own = rows();
-    super::library::build(folder);
+    super::foreign_libraries::build(folder);
     law("umat.json", &json!({ "model": "umat", "density": 2000, "library": folder.join("soil.so") }));
     let (code, errors) = test("umat.json");
     assert_eq!((code, errors.as_str()), (0, ""));

@@ -7,7 +7,7 @@ use colluvium_dem::{Contact, Dem, DemSolver, disks, spheres};
 use colluvium_testkit::{advance_steps, read_case, scalar_output};
 use serde_json::{Value, json};
 
-use crate::same::heap;
+use crate::determinism::heap;
 use crate::single_grains::begun;
 
 /// Periodic box of disks under stress control and at a shear rate.
