@@ -14,7 +14,8 @@ fn absorbing_sides_with_springs_survive_a_restart() {
         "boundaries": [{ "side": "x-max", "position": 0.65, "wall": { "kind": "absorbing", "spring_length": 0.3 } }]
     })).build();
     assert_same_after_restart(&Mpm, &case, |solver| {
-        advance_to(solver, if solver.time() < 0.02 { 0.02 } else { 0.04 });
+        let end = if solver.time() < 0.02 { 0.02 } else { 0.04 };
+        advance_to(solver, end);
     });
     // The spring brings it back where it was.
     let mut solver = start_solver(&Mpm, &case);

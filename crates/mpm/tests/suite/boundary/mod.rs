@@ -12,8 +12,6 @@ mod thin_sheets;
 mod wall_friction;
 mod walls;
 
-use colluvium_case::Case;
-use colluvium_mpm::Mpm;
 use colluvium_testkit::CaseBuilder;
 use serde_json::json;
 

@@ -83,7 +83,8 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     };
     assert_eq!(hash(1), hash(2));
     assert_same_after_restart(&Mpm, &case, |solver| {
-        advance_to(solver, if solver.time() < 0.3 { 0.3 } else { 0.5 });
+        let end = if solver.time() < 0.3 { 0.3 } else { 0.5 };
+        advance_to(solver, end);
     });
 }
 

@@ -1,6 +1,6 @@
 //! Contact between bodies (sheet: mpm §2.12).
 
-use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
+use colluvium_case::{Case, FieldData, Method, Snapshot};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{
     CaseBuilder, advance_steps, assert_same_after_restart, assert_same_on_threads, solve, start_solver,
