@@ -102,13 +102,13 @@ fn error_lines(errors: &[CaseError]) -> String {
 
 impl CaseErrors {
     /// List of a single error.
-    pub fn one(error: CaseError) -> Self {
+    pub fn from_error(error: CaseError) -> Self {
         Self(vec![error])
     }
 
     /// Errors with the name of their file before their paths.
     #[must_use]
-    pub fn in_file(self, file: &Path) -> Self {
+    pub fn with_file_name(self, file: &Path) -> Self {
         let located =
             |error: CaseError| CaseError::new(format!("{}: {}", file.display(), error.path), error.problem);
         Self(self.0.into_iter().map(located).collect())
@@ -122,7 +122,7 @@ impl CaseErrors {
 
 impl From<CaseError> for CaseErrors {
     fn from(error: CaseError) -> Self {
-        Self::one(error)
+        Self::from_error(error)
     }
 }
 

@@ -81,8 +81,10 @@ fn checkpoint(criterion: &mut Criterion, case: &Case) {
     solver.begin_stage(0, 0.0).expect("a stage");
     let mut group = criterion.benchmark_group("checkpoint");
     group.sample_size(10).throughput(Throughput::Elements(solver.points() as u64));
-    group.bench_function("write", |bencher| bencher.iter(|| black_box(solver.saved().expect("bytes"))));
-    let bytes = solver.saved().expect("bytes");
+    group.bench_function("write", |bencher| {
+        bencher.iter(|| black_box(solver.checkpoint_bytes().expect("bytes")))
+    });
+    let bytes = solver.checkpoint_bytes().expect("bytes");
     group.bench_function("read", |bencher| {
         bencher.iter(|| solver.restore(&mut bytes.as_slice()).expect("a state"));
     });

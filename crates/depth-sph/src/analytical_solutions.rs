@@ -24,14 +24,14 @@ pub fn frictional_dam_break(gravity: f64, h0: f64, pull: f64, x: f64, t: f64) ->
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stoker {
     gravity: f64,
-    left: f64,
-    right: f64,
+    left_depth: f64,
+    right_depth: f64,
     /// Depth between the waves (m).
     pub depth: f64,
     /// Velocity between the waves (m/s).
     pub velocity: f64,
     /// Speed of the bore (m/s).
-    pub bore: f64,
+    pub bore_speed: f64,
 }
 
 /// Root of a monotone function between `low` and `high` by bisection.
@@ -45,7 +45,7 @@ fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Velocity across a bore from depth `a` to `b` (m/s).
-fn bore(gravity: f64, a: f64, b: f64) -> f64 {
+fn bore_velocity(gravity: f64, a: f64, b: f64) -> f64 {
     (b - a) * (0.5 * gravity * (a + b) / (a * b)).sqrt()
 }
 
@@ -53,31 +53,38 @@ impl Stoker {
     /// Creates the solution of depths `left` > `right` > 0 (m).
     pub fn new(gravity: f64, left: f64, right: f64) -> Self {
         let celerity = |h: f64| (gravity * h).sqrt();
-        let balance = |h: f64| 2.0 * (celerity(h) - celerity(left)) + bore(gravity, right, h);
+        let balance = |h: f64| 2.0 * (celerity(h) - celerity(left)) + bore_velocity(gravity, right, h);
         let depth = root(right, left, balance);
         let velocity = 2.0 * (celerity(left) - celerity(depth));
-        Self { gravity, left, right, depth, velocity, bore: depth * velocity / (depth - right) }
+        Self {
+            gravity,
+            left_depth: left,
+            right_depth: right,
+            depth,
+            velocity,
+            bore_speed: depth * velocity / (depth - right),
+        }
     }
 
     /// Depth and velocity at `x` (m) after `t` (s).
-    pub fn at(&self, x: f64, t: f64) -> (f64, f64) {
+    pub fn state_at(&self, x: f64, t: f64) -> (f64, f64) {
         let celerity = |h: f64| (self.gravity * h).sqrt();
         let place = x / t;
-        if place < -celerity(self.left) {
-            (self.left, 0.0)
+        if place < -celerity(self.left_depth) {
+            (self.left_depth, 0.0)
         } else if place < self.velocity - celerity(self.depth) {
-            ritter(self.gravity, self.left, x, t)
-        } else if place < self.bore {
+            ritter(self.gravity, self.left_depth, x, t)
+        } else if place < self.bore_speed {
             (self.depth, self.velocity)
         } else {
-            (self.right, 0.0)
+            (self.right_depth, 0.0)
         }
     }
 
     /// Depth (m) behind the bore after its reflection at a wall, and velocity of the reflected bore (m/s).
     pub fn reflected(&self) -> (f64, f64) {
         let (h, u) = (self.depth, self.velocity);
-        let depth = root(h, 100.0 * h, |wall| bore(self.gravity, h, wall) - u);
+        let depth = root(h, 100.0 * h, |wall| bore_velocity(self.gravity, h, wall) - u);
         (depth, -u * h / (depth - h))
     }
 }
@@ -103,7 +110,7 @@ impl LockedDam {
         let jump = |side: usize, p: f64| {
             let (h, after) = (depths[side], star(side, p));
             if after > h {
-                bore(gravity, h, after)
+                bore_velocity(gravity, h, after)
             } else {
                 2.0 * ((gravity * after).sqrt() - (gravity * h).sqrt())
             }
@@ -132,7 +139,7 @@ impl LockedDam {
     }
 
     /// Depth and velocity at `x` (m) after `t` (s), before any reflection.
-    pub fn at(&self, x: f64, t: f64) -> (f64, f64) {
+    pub fn state_at(&self, x: f64, t: f64) -> (f64, f64) {
         let (place, [left, left_tail, contact, right_tail, right]) = (x / t, self.waves());
         let fan = |side: usize, sign: f64| {
             let celerity = (self.gravity * self.depths[side]).sqrt();
@@ -159,7 +166,7 @@ impl LockedDam {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParabolicCap {
     /// Half of the initial length (m).
-    pub half: f64,
+    pub half_length: f64,
     /// Area of the cap (m²).
     pub area: f64,
     /// Gravity normal to the bed (m/s²).
@@ -172,7 +179,7 @@ impl ParabolicCap {
     /// Half of the length (m) and its growth rate (m/s) after `t` (s).
     pub fn half_length(&self, t: f64) -> (f64, f64) {
         let strength = 1.5 * self.coefficient * self.gravity * self.area;
-        let first = self.half;
+        let first = self.half_length;
         let time = |l: f64| {
             let root = (l * (l - first)).sqrt();
             let log = ((l.sqrt() + (l - first).sqrt()) / first.sqrt()).ln();
@@ -216,7 +223,7 @@ pub fn wave_speeds(gravity: f64, heights: [f64; 2], velocities: [f64; 2], ratio:
 mod tests {
     use super::*;
 
-    fn near(a: f64, b: f64, tolerance: f64) {
+    fn assert_near(a: f64, b: f64, tolerance: f64) {
         assert!((a - b).abs() < tolerance, "{a} for {b}");
     }
 
@@ -229,54 +236,54 @@ mod tests {
         ];
         for (left, right, depth, velocity, bore) in table {
             let found = Stoker::new(9.81, left, right);
-            near(found.depth, depth, 1e-6);
-            near(found.velocity, velocity, 1e-6);
-            near(found.bore, bore, 1e-6);
+            assert_near(found.depth, depth, 1e-6);
+            assert_near(found.velocity, velocity, 1e-6);
+            assert_near(found.bore_speed, bore, 1e-6);
         }
         let (depth, speed) = Stoker::new(9.81, 1.0, 0.5).reflected();
-        near(depth, 0.997_260, 1e-6);
-        near(speed, -2.482_847, 1e-6);
+        assert_near(depth, 0.997_260, 1e-6);
+        assert_near(speed, -2.482_847, 1e-6);
     }
 
     /// V19.
     #[test]
     fn locked_dam_has_the_values_of_the_sheet() {
         let dam = LockedDam::new(9.81, [1360.0 / 1.04, 2220.0 / 1.38], [1.04, 1.38]);
-        near(dam.pressure, 10_291.853, 1e-3);
-        near(dam.velocity, -0.664_381, 1e-6);
-        near(dam.star[0], 1.266_702, 1e-6);
-        near(dam.star[1], 1.142_064, 1e-6);
+        assert_near(dam.pressure, 10_291.853, 1e-3);
+        assert_near(dam.velocity, -0.664_381, 1e-6);
+        assert_near(dam.star[0], 1.266_702, 1e-6);
+        assert_near(dam.star[1], 1.142_064, 1e-6);
         let [bore, tail, contact, right_tail, head] = dam.waves();
-        near(bore, -3.712_238, 1e-6);
+        assert_near(bore, -3.712_238, 1e-6);
         assert_eq!((tail, contact), (bore, dam.velocity));
-        near(right_tail, 2.682_804, 1e-6);
-        near(head, 3.679_375, 1e-6);
+        assert_near(right_tail, 2.682_804, 1e-6);
+        assert_near(head, 3.679_375, 1e-6);
     }
 
     #[test]
     fn cap_and_frictional_dam_have_the_values_of_the_sheet() {
-        let cap = ParabolicCap { half: 10.0, area: 80.0 / 3.0, gravity: 8.035_882, coefficient: 1.0 };
+        let cap = ParabolicCap { half_length: 10.0, area: 80.0 / 3.0, gravity: 8.035_882, coefficient: 1.0 };
         for (t, half, speed) in [(1.0, 11.529_904, 2.920_660), (5.0, 33.418_348, 6.711_930)] {
             let found = cap.half_length(t);
-            near(found.0, half, 1e-5);
-            near(found.1, speed, 1e-5);
+            assert_near(found.0, half, 1e-5);
+            assert_near(found.1, speed, 1e-5);
         }
         let gravity = 9.81 * 22f64.to_radians().cos();
         let pull = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
         let (h, u) = frictional_dam_break(gravity, 10.0, pull, 10.0, 2.0);
-        near(h, 3.055_66, 1e-5);
-        near(u, 12.013_48, 1e-5);
+        assert_near(h, 3.055_66, 1e-5);
+        assert_near(u, 12.013_48, 1e-5);
     }
 
     /// V18 and V18b.
     #[test]
     fn speeds_of_two_phases_have_the_values_of_the_sheet() {
         let rest = wave_speeds(9.81, [0.6, 0.4], [0.0, 0.0], 0.4).unwrap();
-        near(rest[3], 3.132_092, 1e-6);
-        near(rest[2], 1.084_988, 1e-6);
+        assert_near(rest[3], 3.132_092, 1e-6);
+        assert_near(rest[2], 1.084_988, 1e-6);
         let slip = wave_speeds(9.81, [0.6, 0.4], [0.0, 0.5], 0.4).unwrap();
         for (found, exact) in slip.iter().zip([-3.000_659, -0.708_299, 1.384_525, 3.324_432]) {
-            near(*found, exact, 1e-6);
+            assert_near(*found, exact, 1e-6);
         }
         assert_eq!(wave_speeds(9.81, [0.6, 0.4], [0.0, 2.5], 0.4), None);
     }

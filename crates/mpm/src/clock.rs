@@ -82,7 +82,7 @@ impl Clock {
     ///
     /// # Errors
     /// Where the case fixes a step that the state no longer allows.
-    pub fn begin(&mut self, dt: f64) -> Result<(), SolverError> {
+    pub fn begin_step(&mut self, dt: f64) -> Result<(), SolverError> {
         self.dt = dt;
         match self.limit.as_ref().and_then(|limit| limit.fixed_step_problem(self.options.time_step)) {
             Some(problem) => Err(self.step_error(format!("methods.mpm.time_step: {problem}"))),

@@ -36,7 +36,7 @@ pub fn critical_step<const D: usize>(
     let courant = if options.time_step.is_some() { STABLE } else { options.courant };
     let close = ShortRangeRepulsion::of_groups(setting, &bodies.groups);
     let p = &mut bodies.particles;
-    let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
+    let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
     for group in bodies.groups.iter().filter(|group| !group.smooth) {
         let range = group.range();
         let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK_SIZE);
@@ -50,7 +50,7 @@ pub fn critical_step<const D: usize>(
             let (mut moduli, mut viscosities) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
             group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
             group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-            let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
+            let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
             for k in 0..states.len() {
                 let (density, h) = (densities[first + k], lengths[first + k]);
                 let wave = (moduli[k] / density).sqrt();
@@ -93,7 +93,7 @@ pub fn limit_by_obstacle_motion<const D: usize>(
 ) -> TimeStep {
     limit_step_by_obstacles(
         critical,
-        obstacles.moving(),
+        obstacles.moving_obstacles(),
         (time, MAX_OBSTACLE_MOVE * spacing, STEPS_PER_TIME_STEP + 1),
     )
 }

@@ -28,7 +28,7 @@ pub struct ReactionSample<const D: usize> {
     /// Index of the reaction sum.
     pub reaction_index: u32,
     /// Position (m).
-    pub place: [f64; D],
+    pub position: [f64; D],
     /// Force (N).
     pub force: [f64; D],
     /// Impulse (N s) where the particle was stopped; `None` for forces of the sums, which act during the whole step.
@@ -76,7 +76,7 @@ pub struct Rates<const D: usize> {
 impl ReactionSum {
     /// Adds the contribution of one particle.
     pub fn accumulate<const D: usize>(&mut self, told: &ReactionSample<D>) {
-        self.add(told.force, &told.place);
+        self.add(told.force, &told.position);
         if let Some(impulse) = told.impulse {
             let impulse = spatial(&impulse);
             (0..3).for_each(|c| self.impulse[c] += impulse[c]);
@@ -89,7 +89,7 @@ impl ReactionSum {
     }
 
     /// Begins a step: resets force and moment, keeps the impulse.
-    pub fn begin(&mut self) {
+    pub fn begin_step(&mut self) {
         (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
     }
 

@@ -184,7 +184,7 @@ fn final_measure(report: &RunReport, name: &str) -> f64 {
 /// Energies of the contact with obstacles, over the work of gravity.
 struct ObstacleEnergyShares {
     /// Largest rise of the sum of all energies, including the work on obstacles.
-    rise: f64,
+    max_rise: f64,
     /// Work of friction.
     friction: f64,
     /// Energy removed by the penetration limit.
@@ -207,7 +207,11 @@ fn obstacle_energy_shares(report: &RunReport) -> ObstacleEnergyShares {
         rise = rise.max(energy - least);
     }
     let last = |part: &[(f64, f64)]| part.last().map_or(f64::NAN, |last| last.1) / fallen;
-    ObstacleEnergyShares { rise: rise / fallen, friction: last(&friction), penetration_limit: last(&stopped) }
+    ObstacleEnergyShares {
+        max_rise: rise / fallen,
+        friction: last(&friction),
+        penetration_limit: last(&stopped),
+    }
 }
 
 /// Initial positions of the points of a case in the plane (m).

@@ -22,7 +22,7 @@ const FRAMES: f64 = 8.0;
 const ROWS: f64 = 40.0;
 
 /// Largest number of times that one run is killed.
-const KILLS: u64 = 4;
+const MAX_KILLS: u64 = 4;
 
 /// Kills runs `times` in all; prints the failures.
 ///
@@ -115,7 +115,7 @@ impl ReferenceRun {
             fs::remove_dir_all(&out)?;
         }
         let mut kills = 0;
-        for _ in 0..KILLS {
+        for _ in 0..MAX_KILLS {
             let mut run = spawn_run(&self.case, &out)?;
             std::thread::sleep(self.wall.mul_f64(random.random_range(0.0..1.0)));
             run.kill()?;

@@ -19,7 +19,7 @@ fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
     let benchmark = all().find(|benchmark| benchmark.id == "mpm/column-collapse").unwrap();
     BenchmarkEntry {
         benchmark,
-        short: true,
+        is_short: true,
         outcome,
         error: None,
         seconds: 0.2,
@@ -29,7 +29,13 @@ fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
 }
 
 fn scope(entries: &[BenchmarkEntry]) -> ReportScope {
-    ReportScope { filter: None, quick: true, short: entries.len(), full: 0, left_out: vec!["sph/drum"] }
+    ReportScope {
+        filter: None,
+        quick: true,
+        short_count: entries.len(),
+        full_count: 0,
+        skipped_benchmarks: vec!["sph/drum"],
+    }
 }
 
 #[test]

@@ -17,7 +17,7 @@ impl Case {
         match &body.stress {
             InitialStress::None => SymTensor::ZERO,
             InitialStress::Uniform { value } => SymTensor(*value),
-            InitialStress::Formula { value } => SymTensor(std::array::from_fn(|c| value[c].at(x))),
+            InitialStress::Formula { value } => SymTensor(std::array::from_fn(|c| value[c].evaluate(x))),
             InitialStress::K0 { surface, coefficient } => {
                 let gravity = self.gravity3();
                 let Some(axis) = self.vertical() else { return SymTensor::ZERO };

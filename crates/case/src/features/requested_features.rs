@@ -54,7 +54,7 @@ struct FeaturePath {
 }
 
 impl FeaturePath {
-    fn key(&self, key: &str) -> Self {
+    fn child(&self, key: &str) -> Self {
         let join = |to: &str| if to.is_empty() { key.to_owned() } else { format!("{to}.{key}") };
         Self { name: join(&self.name), path: join(&self.path) }
     }
@@ -170,7 +170,7 @@ fn walk_object(
     let Some(properties) = schema["properties"].as_object() else { return };
     for (key, value) in object {
         let Some(property) = properties.get(key).filter(|_| is_looked_at(place, key)) else { continue };
-        let here = place.key(key);
+        let here = place.child(key);
         if !is_required(schema, key) {
             if is_default(property, value) {
                 continue;
@@ -250,7 +250,7 @@ fn walk_properties<'a>(
 ) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten() {
         if is_looked_at(place, key) {
-            let here = place.key(key);
+            let here = place.child(key);
             if !is_required(schema, key) {
                 names.insert(here.name.clone());
             }
@@ -277,7 +277,7 @@ mod tests {
         serde_json::from_value(value).unwrap()
     }
 
-    fn asked(changes: &[(&str, Value)]) -> Vec<String> {
+    fn requested_paths(changes: &[(&str, Value)]) -> Vec<String> {
         let plain = case(&[]).features();
         let found = case(changes).features().into_iter().filter(|feature| !plain.contains(feature));
         found.map(|feature| format!("{} at {}", feature.name, feature.path)).collect()
@@ -302,10 +302,10 @@ mod tests {
     #[test]
     fn keys_and_variants_are_asked_for_with_their_places() {
         use serde_json::json;
-        assert_eq!(asked(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
+        assert_eq!(requested_paths(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
         let wall = json!([{ "side": "x-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3, "bilateral": true } }]);
         assert_eq!(
-            asked(&[("/boundaries", wall)]),
+            requested_paths(&[("/boundaries", wall)]),
             [
                 "boundaries at boundaries[0]",
                 "boundaries.side=x-min at boundaries[0].side",
@@ -315,10 +315,10 @@ mod tests {
         );
         let shape =
             json!({ "kind": "union", "shapes": [{ "kind": "ball", "centre": [0.2, 0.2], "radius": 0.1 }] });
-        let found = asked(&[("/bodies/0/shape", shape)]);
+        let found = requested_paths(&[("/bodies/0/shape", shape)]);
         assert_eq!(found[0], "bodies.shape=union at bodies[0].shape", "{found:?}");
         let measures = json!({ "work": { "kind": "dissipation" } });
-        assert_eq!(asked(&[("/measures", measures)])[1], "measures=dissipation at measures.work");
+        assert_eq!(requested_paths(&[("/measures", measures)])[1], "measures=dissipation at measures.work");
     }
 
     #[test]
@@ -333,7 +333,7 @@ mod tests {
             ("/methods", json!({ "sph": { "spacing": 0.1 } })),
             ("/notes", json!(["a"])),
         ];
-        assert_eq!(asked(&same), [""; 0]);
+        assert_eq!(requested_paths(&same), [""; 0]);
     }
 
     #[test]

@@ -118,7 +118,7 @@ mod tests {
     use crate::{Field, FieldData};
 
     /// Body from 0 to 1 m with points of the given positions, displacements and failure values.
-    fn cracked(points: &[(f64, f64, f64)]) -> (Case, Snapshot) {
+    fn cracked_body(points: &[(f64, f64, f64)]) -> (Case, Snapshot) {
         let case = r#"{
             "title": "crack", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -146,7 +146,7 @@ mod tests {
         (Case::from_json(case).unwrap(), snapshot)
     }
 
-    fn near(found: f64, exact: f64, within: f64) {
+    fn assert_near(found: f64, exact: f64, within: f64) {
         assert!((found - exact).abs() <= within, "{found} is not {exact}");
     }
 
@@ -174,19 +174,19 @@ mod tests {
                 )
             })
             .collect();
-        let (case, snapshot) = cracked(&places);
+        let (case, snapshot) = cracked_body(&places);
         let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
-        near(main, 0.4, 1e-12);
-        near(farthest, 0.7, 1e-12);
+        assert_near(main, 0.4, 1e-12);
+        assert_near(farthest, 0.7, 1e-12);
         let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
-        near(main, 0.0, 0.0);
-        near(farthest, 1.0, 1e-12);
+        assert_near(main, 0.0, 0.0);
+        assert_near(farthest, 1.0, 1e-12);
     }
 
     #[test]
     fn a_layer_whose_ends_are_slanted_is_not_cracked_where_it_has_no_point() {
         let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
-        let (mut case, snapshot) = cracked(&places);
+        let (mut case, snapshot) = cracked_body(&places);
         // The saw starts at 1 m and passes the empty bin at 0.95 m on its way to 0.75 m, but never reaches the empty bins below 0.2 m.
         let tips =
             |case: &Case, travel: Option<f64>| tip([-1.0, 0.0], [1.0, 0.0]).read(case, &snapshot, &[travel]);
@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn a_crack_through_the_body_ends_with_it() {
         let places: Vec<(f64, f64, f64)> = (0..10).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 1.0)).collect();
-        let (case, snapshot) = cracked(&places);
+        let (case, snapshot) = cracked_body(&places);
         let wide = CrackTip { bin: 0.3, ..tip([-1.0, 0.0], [1.0, 0.0]) };
         assert_eq!(wide.read(&case, &snapshot, &[None]), [1.0, 1.0]);
         let none = CrackTip { field: "heat".to_owned(), ..wide };

@@ -8,7 +8,7 @@ use crate::{FieldRole, Snapshot};
 /// Masses of the connected pieces of at least `least` points (kg), largest first, and the mass of smaller pieces (kg). Points within a
 /// distance `link` (m) are connected. `None` where positions or masses are not finite.
 pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f64>, f64)> {
-    let mass = snapshot.amounts(FieldRole::Mass)?;
+    let mass = snapshot.role_values(FieldRole::Mass)?;
     let mut cells = CellList::<3>::new();
     // Slightly larger cells, so that round-off does not place a neighbour in a cell that is not searched.
     cells.build(&snapshot.positions, link * (1.0 + 1e-6)).ok()?;

@@ -11,14 +11,14 @@ const POINT_WIDTHS_PER_COLUMN: f64 = 2.0;
 pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     let (axis, sign) = (side.axis(), sign(side));
     let along: Vec<f64> = snapshot.positions.iter().map(|x| sign * x[axis]).collect();
-    let last = foremost(snapshot, &along, quantile);
+    let last = front_point(snapshot, &along, quantile);
     last.map_or(f64::NAN, |i| sign * (along[i] + 0.5 * snapshot.extents[i][axis]))
 }
 
 /// Index of the point up to which, in ascending order of `along`, the fraction `quantile` of the mass lies; `None` without points or their
 /// `mass`.
-pub(super) fn foremost(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
-    let mass = snapshot.amounts(FieldRole::Mass)?;
+pub(super) fn front_point(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
+    let mass = snapshot.role_values(FieldRole::Mass)?;
     let mut order: Vec<usize> = (0..along.len()).collect();
     order.sort_by(|&a, &b| along[a].total_cmp(&along[b]));
     let total: f64 = order.iter().map(|&i| mass[i]).sum();
@@ -44,7 +44,7 @@ pub struct FrontColumns {
     pub wall: f64,
     /// Horizontal axis perpendicular to the front's axis, along which columns are separated: in three dimensions, unless gravity acts
     /// mainly along the front's axis or is zero.
-    pub across: Option<usize>,
+    pub lateral_axis: Option<usize>,
     /// Width of a column (m).
     pub cell: f64,
 }
@@ -64,7 +64,7 @@ impl FrontColumns {
         Self {
             side,
             wall: innermost_wall(case, side_of(axis, !side.is_max())),
-            across: vertical.filter(|_| case.dimension() == 3).map(|c| 3 - c - axis),
+            lateral_axis: vertical.filter(|_| case.dimension() == 3).map(|c| 3 - c - axis),
             cell: cell.unwrap_or_else(|| POINT_WIDTHS_PER_COLUMN * median_width(snapshot, axis)),
         }
     }
@@ -94,7 +94,7 @@ impl FrontColumns {
 
     fn column(&self, x: &[f64; 3]) -> FrontColumn {
         let along = sign(self.side) * (x[self.side.axis()] - self.wall) / self.cell;
-        let across = self.across.map_or(0.0, |axis| x[axis] / self.cell);
+        let across = self.lateral_axis.map_or(0.0, |axis| x[axis] / self.cell);
         // Points that round-off has placed behind the wall count at the wall.
         (along.floor().max(0.0) as i64, across.floor() as i64)
     }
@@ -133,8 +133,10 @@ fn innermost_wall(case: &Case, side: Side) -> f64 {
     let axis = side.axis();
     let end = if side.is_max() { case.domain.max[axis] } else { case.domain.min[axis] };
     let walls = case.active_boundaries(usize::MAX);
-    let faces =
-        walls.iter().filter(|(_, wall)| wall.side == side).map(|(_, wall)| wall.position(&case.domain));
+    let faces = walls
+        .iter()
+        .filter(|(_, wall)| wall.side == side)
+        .map(|(_, wall)| wall.wall_coordinate(&case.domain));
     if side.is_max() { faces.fold(end, f64::min) } else { faces.fold(end, f64::max) }
 }
 
@@ -173,10 +175,10 @@ mod tests {
     }
 
     fn columns(cell: f64) -> FrontColumns {
-        FrontColumns { side: Side::XMax, wall: 0.0, across: None, cell }
+        FrontColumns { side: Side::XMax, wall: 0.0, lateral_axis: None, cell }
     }
 
-    fn close(found: f64, exact: f64) {
+    fn assert_close(found: f64, exact: f64) {
         assert!((found - exact).abs() < 1e-12, "{found} is not {exact}");
     }
 
@@ -185,8 +187,8 @@ mod tests {
         let mut places: Vec<f64> = (0..100).map(|i| 0.05 + 0.1 * f64::from(i)).collect();
         places.push(30.0);
         let snapshot = layer(&places);
-        close(front(&snapshot, Side::XMax, 0.98), 9.9);
-        close(front(&snapshot, Side::XMax, 1.0), 30.05);
+        assert_close(front(&snapshot, Side::XMax, 0.98), 9.9);
+        assert_close(front(&snapshot, Side::XMax, 1.0), 30.05);
         assert!(front(&layer(&[]), Side::XMax, 1.0).is_nan());
     }
 
@@ -194,16 +196,16 @@ mod tests {
     fn the_front_stops_at_the_first_empty_column() {
         let places = [0.05, 0.15, 0.25, 0.35, 0.75, 0.85];
         // Columns of 0.2 m: the third, from 0.4 to 0.6 m, is empty, though four widths would bridge the gap.
-        close(columns(0.2).front(&layer(&places)), 0.4);
+        assert_close(columns(0.2).front(&layer(&places)), 0.4);
         // Columns of 0.3 m: none is empty.
-        close(columns(0.3).front(&layer(&places)), 0.9);
+        assert_close(columns(0.3).front(&layer(&places)), 0.9);
         assert!(columns(0.2).front(&layer(&[])).is_nan());
     }
 
     #[test]
     fn a_front_that_moves_down_the_axis_is_counted_from_the_upper_wall() {
         let towards = FrontColumns { side: Side::XMin, wall: 1.0, ..columns(0.2) };
-        close(towards.front(&layer(&[0.95, 0.75, 0.7, 0.3, 0.1])), 0.65);
+        assert_close(towards.front(&layer(&[0.95, 0.75, 0.7, 0.3, 0.1])), 0.65);
     }
 
     #[test]
@@ -211,10 +213,10 @@ mod tests {
         // A deposit with an empty cell at its base from 0.4 to 0.6 m, and a point thrown beyond a gap.
         let places = [[0.1, 0.05], [0.3, 0.05], [0.5, 0.35], [0.7, 0.05], [1.1, 0.05]];
         let mut positions = places.map(|[x, y]| [x, y, 0.0]).to_vec();
-        close(columns(0.2).front(&points(positions.clone(), 0.04)), 0.72);
+        assert_close(columns(0.2).front(&points(positions.clone(), 0.04)), 0.72);
         // The whole deposit in the air.
         positions.iter_mut().for_each(|x| x[1] += 5.0);
-        close(columns(0.2).front(&points(positions, 0.04)), 0.72);
+        assert_close(columns(0.2).front(&points(positions, 0.04)), 0.72);
     }
 
     #[test]
@@ -222,13 +224,13 @@ mod tests {
         // Points around an empty column, and a detached point beside them.
         let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
         let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
-        let flat = FrontColumns { across: Some(1), ..columns(0.2) };
-        close(flat.front(&points(positions, 0.1)), 0.55);
+        let flat = FrontColumns { lateral_axis: Some(1), ..columns(0.2) };
+        assert_close(flat.front(&points(positions, 0.1)), 0.55);
     }
 
     #[test]
     fn points_sunk_into_the_wall_stand_at_it() {
-        close(columns(0.2).front(&layer(&[-0.01, 0.1, 0.3])), 0.35);
+        assert_close(columns(0.2).front(&layer(&[-0.01, 0.1, 0.3])), 0.35);
     }
 
     fn case(more: &str) -> Case {
@@ -269,7 +271,7 @@ mod tests {
             "stages": [ { "name": "go", "duration": 1 } ]
         }"#;
         let case = Case::from_json(text).unwrap();
-        let across = |side| FrontColumns::of_case(&case, side, Some(0.5), &layer(&[])).across;
+        let across = |side| FrontColumns::of_case(&case, side, Some(0.5), &layer(&[])).lateral_axis;
         assert_eq!([Side::XMax, Side::YMin, Side::ZMin].map(across), [Some(1), Some(0), None]);
     }
 
@@ -283,9 +285,9 @@ mod tests {
         }"#;
         let readings = super::super::read(&case(more), &layer(&[0.05, 0.35, 0.55, 0.9, 1.6]), Some(0.4), &[]);
         let found = |name: &str| readings.iter().find(|(n, ..)| n == name).map_or(f64::NAN, |r| r.2);
-        close(found("own"), 0.1);
-        close(found("method"), 0.95);
-        close(found("mass"), 1.65);
-        close(found("run"), 0.0);
+        assert_close(found("own"), 0.1);
+        assert_close(found("method"), 0.95);
+        assert_close(found("mass"), 1.65);
+        assert_close(found("run"), 0.0);
     }
 }

@@ -20,7 +20,7 @@ pub(crate) struct EnergyMonitor {
     /// Largest change of one of the three energies since the first row (J).
     exchange: f64,
     /// Largest recoverable energy so far (J).
-    stored: f64,
+    max_recoverable: f64,
     /// Largest rise of the total energy above an earlier value (J), and its time (s).
     growth: (f64, f64),
 }
@@ -38,7 +38,7 @@ impl EnergyMonitor {
         if !total.is_finite() {
             return;
         }
-        self.stored = self.stored.max(budget.elastic);
+        self.max_recoverable = self.max_recoverable.max(budget.elastic);
         let Some(first) = self.first else {
             (self.first, self.min_total) = (Some(now), total);
             return;
@@ -54,7 +54,7 @@ impl EnergyMonitor {
     /// Returns a warning if the total energy has grown beyond the tolerance.
     pub(super) fn warning(&self) -> Option<String> {
         let (growth, time) = self.growth;
-        if growth <= GROWTH_TOLERANCE * self.exchange.max(MIN_EXCHANGE * self.stored) {
+        if growth <= GROWTH_TOLERANCE * self.exchange.max(MIN_EXCHANGE * self.max_recoverable) {
             return None;
         }
         Some(format!(
@@ -71,7 +71,7 @@ impl EnergyMonitor {
 mod tests {
     use super::*;
 
-    fn watched(total: impl Fn(f64) -> f64) -> Option<String> {
+    fn growth_warning(total: impl Fn(f64) -> f64) -> Option<String> {
         let mut watch = EnergyMonitor::default();
         for step in 0..200 {
             let time = 0.01 * f64::from(step);
@@ -83,12 +83,14 @@ mod tests {
 
     #[test]
     fn energy_that_swings_or_falls_is_no_matter_and_what_grows_is_told() {
-        assert_eq!(watched(|_| 3.0), None);
-        assert_eq!(watched(|time| 3.0 * (-time).exp()), None);
-        assert_eq!(watched(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
-        let told = watched(|time| 3.0 + 0.1 * time).unwrap();
+        assert_eq!(growth_warning(|_| 3.0), None);
+        assert_eq!(growth_warning(|time| 3.0 * (-time).exp()), None);
+        assert_eq!(growth_warning(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
+        let told = growth_warning(|time| 3.0 + 0.1 * time).unwrap();
         assert!(told.contains("grown by 1.99e-1 J until 1.9900 s"), "{told}");
         // Growth after a decrease of the energy.
-        assert!(watched(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some());
+        assert!(
+            growth_warning(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some()
+        );
     }
 }

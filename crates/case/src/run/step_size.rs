@@ -22,7 +22,7 @@ pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> R
         return Ok(limit);
     }
     if limit.dt == f64::INFINITY {
-        return Err(RunError::NothingMoves { stage: stage.name.clone(), time: solver.time() });
+        return Err(RunError::NoMotion { stage: stage.name.clone(), time: solver.time() });
     }
     Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
 }

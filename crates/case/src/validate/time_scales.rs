@@ -66,11 +66,11 @@ impl Case {
                 // sheet: mpm §2.3.
                 let compliance = 1.0 / modulus + fluid.porosity / fluid.bulk_modulus;
                 let time = h * h * compliance * fluid.resistance(gravity);
-                consolidation = longer(consolidation, time);
+                consolidation = longer_time(consolidation, time);
                 stiffness += fluid.bulk_modulus / fluid.porosity;
             }
             let time = h / (stiffness / self.bulk_density(body)).sqrt();
-            wave = longer(wave, time);
+            wave = longer_time(wave, time);
         }
         let fall = (height / gravity).sqrt();
         TimeScales { height, consolidation, wave, fall_time: fall.is_finite().then_some(fall) }
@@ -142,7 +142,7 @@ impl Case {
 }
 
 /// Longer of two times (s), of which the second may be not-a-number.
-fn longer(known: Option<f64>, time: f64) -> Option<f64> {
+fn longer_time(known: Option<f64>, time: f64) -> Option<f64> {
     if time.is_finite() { Some(known.map_or(time, |known| known.max(time))) } else { known }
 }
 

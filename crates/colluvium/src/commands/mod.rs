@@ -41,7 +41,7 @@ use thiserror::Error;
 fn write_stdout(line: std::fmt::Arguments<'_>) -> Result<(), CommandError> {
     match writeln!(std::io::stdout().lock(), "{}", escape_lines(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        written => written.map_err(|error| CommandError::Other(format!("standard output: {error}"))),
+        written => written.map_err(|error| CommandError::Message(format!("standard output: {error}"))),
     }
 }
 
@@ -78,7 +78,7 @@ pub enum CommandError {
     Usage(String),
     /// Anything else that went wrong while running.
     #[error("{0}")]
-    Other(String),
+    Message(String),
     /// The run was interrupted.
     #[error("interrupted; continue with --resume")]
     Interrupted,
@@ -96,7 +96,7 @@ impl CommandError {
         match self {
             Self::Case(_) | Self::Run(RunError::Case(_)) | Self::Compare(CompareError::NoMethod(_)) => 3,
             Self::Usage(_) | Self::Compare(CompareError::UnknownMethod { .. }) => 2,
-            Self::Run(_) | Self::Sweep(_) | Self::Compare(_) | Self::Output(_) | Self::Other(_) => 1,
+            Self::Run(_) | Self::Sweep(_) | Self::Compare(_) | Self::Output(_) | Self::Message(_) => 1,
             Self::Interrupted => 4,
         }
     }
@@ -170,7 +170,7 @@ fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> 
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .build()
-        .map_err(|error| CommandError::Other(format!("threads: {error}")))
+        .map_err(|error| CommandError::Message(format!("threads: {error}")))
 }
 
 /// Method of a run: the requested one, or the only one that the case has options for.

@@ -77,7 +77,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         print_error_line!("warning: no map is drawn: {problem}");
     }
     if !files.quiet {
-        for remark in report.warnings_at_end.iter().filter(|remark| !report.reported.contains(remark)) {
+        for remark in
+            report.warnings_at_end.iter().filter(|remark| !report.reported_warnings.contains(remark))
+        {
             print_error_line!("warning: {remark}");
         }
         for fact in &report.notes {

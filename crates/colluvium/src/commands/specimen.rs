@@ -98,7 +98,7 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
     }
     let report = pool.install(|| run_with_plan(method, &case, solver, &options))?;
     if report.ending == RunEnd::Interrupted {
-        return Err(CommandError::Other(
+        return Err(CommandError::Message(
             "interrupted before the specimen was ready: nothing is written".to_owned(),
         ));
     }
@@ -156,7 +156,7 @@ fn missing_state_error(
     if !method.plan_and_build(case)?.1.has_specimen() {
         return Ok(no_grains_error(method));
     }
-    Ok(CommandError::Other(format!(
+    Ok(CommandError::Message(format!(
         "{}: checkpoint.bin with the history of the contacts is missing: {again} --out FILE` runs the case again; `colluvium export \
          --points {}` writes grains without contacts",
         from.display(),

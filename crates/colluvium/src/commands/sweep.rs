@@ -184,6 +184,6 @@ fn write_results(
             Err(CommandError::Interrupted)
         }
         0 => Ok(()),
-        failed => Err(CommandError::Other(format!("{failed} of {} runs failed", results.rows.len()))),
+        failed => Err(CommandError::Message(format!("{failed} of {} runs failed", results.rows.len()))),
     }
 }

@@ -72,7 +72,11 @@ impl CompletedRun {
             warnings: report.warnings_at_end.clone(),
             safety_factors: safety
                 .map(|(name, found)| {
-                    (name.clone(), [found.stable, found.failed], found.outcome() == SearchOutcome::Undecided)
+                    (
+                        name.clone(),
+                        [found.stable_factor, found.failing_factor],
+                        found.outcome() == SearchOutcome::Undecided,
+                    )
                 })
                 .collect(),
             state_hash: format!("{:016x}", report.snapshot.hash()),

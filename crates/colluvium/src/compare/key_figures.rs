@@ -98,7 +98,7 @@ pub struct ProfileColumns {
 
 impl ProfileColumns {
     /// Columns over the extent of all snapshots, none narrower than the widest point.
-    pub fn covering(snapshots: &[&Snapshot], axes: CaseAxes) -> Option<Self> {
+    pub fn spanning(snapshots: &[&Snapshot], axes: CaseAxes) -> Option<Self> {
         let ends = snapshots.iter().flat_map(|snapshot| {
             let points = snapshot.positions.iter().zip(&snapshot.extents);
             points.map(|(x, e)| {
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn blocks_of_unlike_spacing_have_one_profile_and_unlike_heights_their_difference() {
         let (coarse, fine, low) = (block(2.0, 1.0, 0.1), block(2.0, 1.0, 0.025), block(2.0, 0.5, 0.05));
-        let columns = ProfileColumns::covering(&[&coarse, &fine, &low], AXES).unwrap();
+        let columns = ProfileColumns::spanning(&[&coarse, &fine, &low], AXES).unwrap();
         let profile = |snapshot| columns.profile(snapshot, AXES);
         assert!(relative_profile_distance(&profile(&coarse), &profile(&fine)) < 1e-12);
         assert!((relative_profile_distance(&profile(&coarse), &profile(&low)) - 0.5).abs() < 1e-12);

@@ -39,7 +39,7 @@ fn body_classes(case: &Value, name: &str, key: &str) -> PointClasses {
 }
 
 /// HTML of an animation with its scripts. A page with several animations takes [`Animation::element`] of each and [`scripts`] once.
-pub fn player(animation: &Animation) -> String {
+pub fn player_html(animation: &Animation) -> String {
     animation.element() + &scripts()
 }
 

@@ -72,7 +72,7 @@ fn plane_geometry(case: &Case, standing: &[PlacedObstacle<'_, 2>]) -> RigidGeome
         let centre = rotation_centre(motion, &domain);
         ground.moving.push(MovingLines {
             lines: surface_lines(&**surface, &swept_box(case, motion, &domain), centre.map(|x| -x)),
-            about: [0, 1].map(|c| origin[c] + centre[c]),
+            reference_point: [0, 1].map(|c| origin[c] + centre[c]),
             motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
         });
     }
@@ -170,7 +170,7 @@ fn space_geometry(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> RigidGeome
         ground.shells.push(MovingSurface {
             corners: corners.iter().map(|x| std::array::from_fn(|c| x[c] - centre[c])).collect(),
             faces,
-            about: std::array::from_fn(|c| case.origin()[c] + centre[c]),
+            reference_point: std::array::from_fn(|c| case.origin()[c] + centre[c]),
             motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
         });
     }

@@ -191,7 +191,7 @@ fn cells_of_grains_give_the_same_bits_on_any_number_of_threads_and_after_a_resta
             pool.install(|| {
                 let mut solver = begun(method, &case);
                 stepped(&mut *solver, 4);
-                solver.saved().unwrap()
+                solver.checkpoint_bytes().unwrap()
             })
         };
         let one = on(1);

@@ -161,7 +161,7 @@ impl OriginalCamClay {
         let volume = (p_c / state.preconsolidation_pressure).ln() / trial.chi;
         state.preconsolidation_pressure = p_c;
         state.plastic_strain += shear;
-        advance.dissipated = pressure * volume + q * shear;
+        advance.dissipated_work = pressure * volume + q * shear;
         advance.point.stress = trial.radial.stress(pressure, if q > 0.0 { q / trial.q } else { 0.0 });
         Ok(advance)
     }
@@ -263,6 +263,6 @@ impl SmallStrain for OriginalCamClay {
         old: &Point<CamClayState>,
         _new: &Point<CamClayState>,
     ) -> Option<f64> {
-        self.step(strain, old).ok().map(|advance| advance.dissipated)
+        self.step(strain, old).ok().map(|advance| advance.dissipated_work)
     }
 }

@@ -75,21 +75,21 @@ pub struct SandHardening {
     #[serde(default = "growth")]
     pub growth: f64,
     /// Rate `h2` of decay of the change with plastic strain, > 0; 0.2 in the source.
-    #[serde(default = "fading")]
+    #[serde(default = "default_decay_rate")]
     pub fading: f64,
     /// Difference `h3` between `friction_angle` and the initial friction angle below it (degrees), not negative, less than
     /// `friction_angle`; 10 in the source.
-    #[serde(default = "below")]
+    #[serde(default = "default_angle_difference")]
     pub below: f64,
 }
 
 fn growth() -> f64 {
     9.0
 }
-fn fading() -> f64 {
+fn default_decay_rate() -> f64 {
     0.2
 }
-fn below() -> f64 {
+fn default_angle_difference() -> f64 {
     10.0
 }
 
@@ -354,7 +354,11 @@ impl Model for SandSpec {
             invariants: StressInvariants::Space,
             return_initial_stress_to_yield: false,
         };
-        let hardening = SandHardening { growth: growth(), fading: fading(), below: below() };
+        let hardening = SandHardening {
+            growth: growth(),
+            fading: default_decay_rate(),
+            below: default_angle_difference(),
+        };
         vec![with(true, None), with(false, None), with(true, Some(hardening))]
     }
 }

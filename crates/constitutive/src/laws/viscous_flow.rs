@@ -49,7 +49,7 @@ pub trait FlowCurve: FlowOutputs + Send + Sync + 'static {
 /// Rejects a shear modulus that would have no effect in a viscous form; `form` is the one that uses it.
 pub(super) fn without_shear_modulus(given: Option<f64>, form: &str) -> Result<(), MaterialError> {
     let rule = || format!("has no effect on a viscous form, only on {form}");
-    given.map_or(Ok(()), |_| Err(MaterialError::choice("shear_modulus", rule())))
+    given.map_or(Ok(()), |_| Err(MaterialError::incompatible_options("shear_modulus", rule())))
 }
 
 /// Fluid with an effective viscosity.

@@ -25,7 +25,7 @@ impl Membranes {
     }
 
     /// Finds the indices of the grains of membranes.
-    pub fn find<const D: usize, const R: usize>(&mut self, clock: &Clock, grains: &Grains<D, R>) {
+    pub fn find_grains<const D: usize, const R: usize>(&mut self, clock: &Clock, grains: &Grains<D, R>) {
         let names: BTreeSet<&String> =
             clock.options.stages.values().flat_map(|stage| stage.membranes.keys()).collect();
         let numbers = names.into_iter().filter_map(|name| clock.body_index(name));

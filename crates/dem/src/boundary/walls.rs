@@ -13,7 +13,7 @@ pub struct RigidWall<const D: usize> {
     /// Surface of an obstacle at its initial position; `None` for a plane across an axis.
     pub surface: Option<Arc<dyn Surface<D>>>,
     /// Prescribed motion of a moving obstacle.
-    pub moving: Option<MovingObstacle<D>>,
+    pub motion: Option<MovingObstacle<D>>,
     /// Index into the boundaries of the case; obstacles come after them.
     pub boundary: usize,
     /// Name.
@@ -49,7 +49,7 @@ pub struct WallReaction<const D: usize> {
 
 impl<const D: usize> WallReaction<D> {
     /// Zero reaction.
-    pub const NONE: Self = Self { force: [0.0; D], moment: [0.0; 3] };
+    pub const ZERO: Self = Self { force: [0.0; D], moment: [0.0; 3] };
 }
 
 impl<const D: usize> RigidWall<D> {
@@ -64,8 +64,8 @@ impl<const D: usize> RigidWall<D> {
 
     /// Surface of an obstacle at its current position; `None` for a plane across an axis.
     pub fn current_surface(&self) -> Option<&dyn Surface<D>> {
-        match &self.moving {
-            Some(moving) => Some(&moving.placed),
+        match &self.motion {
+            Some(moving) => Some(&moving.surface),
             None => self.surface.as_deref(),
         }
     }
@@ -94,7 +94,7 @@ impl<const D: usize> RigidWall<D> {
     /// Velocity of the wall at `x` (m/s).
     #[inline]
     pub fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
-        self.moving.as_ref().map_or(self.velocity, |moving| moving.velocity(x))
+        self.motion.as_ref().map_or(self.velocity, |moving| moving.velocity(x))
     }
 
     /// Whether a point is nearer to the wall than `reach` (m).

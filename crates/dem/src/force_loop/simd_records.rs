@@ -14,7 +14,7 @@ use crate::points::vector::WIDTH;
 #[derive(Clone, Debug, Default)]
 pub struct GrainRecords {
     /// Position and radius of each grain: all that the search for contacts reads, stored close together.
-    pub place: Vec<Lanes>,
+    pub position_and_radius: Vec<Lanes>,
     /// Motion of each grain.
     pub motion: Vec<GrainMotion>,
 }
@@ -74,7 +74,7 @@ impl ForceTorque {
     /// Forces and moments over the radius on the first and the second grains of four contacts: the moments of the tangential force
     /// are equal on both, those of rolling and torsion resistance, where there are any, are given for each.
     #[inline(always)]
-    pub fn of_four<const D: usize, const R: usize>(
+    pub fn gather_group<const D: usize, const R: usize>(
         force: &[Lanes; D],
         lever: &[Lanes; R],
         resistance: Option<[[Lanes; R]; 2]>,
@@ -129,7 +129,7 @@ pub enum ForceKernel {
 
 impl ForceKernel {
     /// Selects the kernel for contacts with any of these laws.
-    pub fn of<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
+    pub fn for_laws<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
         let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
         let turns = laws.clone().any(|law| law.rolling.is_some() || law.twisting.is_some());
         if !laws.clone().all(plain) {
@@ -152,11 +152,13 @@ pub fn grain_records<const D: usize, const R: usize>(
 ) {
     use rayon::prelude::*;
     let GrainView { position, mass, radius, held, .. } = grains;
-    out.place.resize(mass.len(), Lanes::ZERO);
+    out.position_and_radius.resize(mass.len(), Lanes::ZERO);
     out.motion.resize(mass.len(), GrainMotion::default());
     received.resize(mass.len(), ForceTorque::default());
-    let blocks =
-        out.place.par_chunks_mut(MIN_GRAINS_PER_TASK).zip(out.motion.par_chunks_mut(MIN_GRAINS_PER_TASK));
+    let blocks = out
+        .position_and_radius
+        .par_chunks_mut(MIN_GRAINS_PER_TASK)
+        .zip(out.motion.par_chunks_mut(MIN_GRAINS_PER_TASK));
     blocks.zip(received.par_chunks_mut(MIN_GRAINS_PER_TASK)).enumerate().for_each(
         |(block, ((places, motions), received))| {
             received.fill(ForceTorque::default());
@@ -208,7 +210,7 @@ pub struct SimdLaws {
 }
 
 impl SimdLaws {
-    pub fn of(laws: [&PairLaw; WIDTH]) -> Self {
+    pub fn gather(laws: [&PairLaw; WIDTH]) -> Self {
         let lane = |of: &dyn Fn(&PairLaw) -> f64| Lanes::new(laws.map(of));
         let mask =
             |of: &dyn Fn(&PairLaw) -> bool| lane(&|law| f64::from(u8::from(of(law)))).simd_gt(Lanes::ZERO);

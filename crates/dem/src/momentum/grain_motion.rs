@@ -87,7 +87,7 @@ pub fn move_grains<const D: usize, const R: usize>(
         dt,
         last_step: clock.last_step,
         gravity: clock.gravity_at(0.0),
-        applied: &applied,
+        applied_force: &applied,
         damping: stage.damping_of_axes(),
         form: options.map_or_else(Default::default, |options| options.damping_form),
         viscous: stage.rayleigh_damping,
@@ -96,7 +96,7 @@ pub fn move_grains<const D: usize, const R: usize>(
         gradient_change: moves.then_some((change, now.origin)),
     };
     let sums = integrate_grains(grains, &actions, buffer);
-    if let Some(grain) = sums.lost {
+    if let Some(grain) = sums.not_finite {
         let reason = "its position or velocity is not finite".to_owned();
         return Err(clock.grain_error(grains, grain as usize, reason));
     }

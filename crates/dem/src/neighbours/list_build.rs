@@ -37,7 +37,7 @@ pub fn build_lists<const D: usize, const R: usize>(
     let slabs = &neighbours.pairs.slabs;
     neighbours.walls.build(grains.view(), &grains.id, &boundary.walls, gap, slabs, columns);
     neighbours.find_facets(laws, grains, &boundary.walls);
-    boundary.membranes.find(clock, grains);
+    boundary.membranes.find_grains(clock, grains);
     neighbours.since_build =
         SinceListBuild { cell: Some(cell.geometry.h), grain_travel: 0.0, wall_travel: 0.0 };
     Ok(())

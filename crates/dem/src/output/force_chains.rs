@@ -36,7 +36,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         let strong = |i: usize| major[i].0 > mean && major[i].0 > 0.0 && !self.grains.held[i];
         let mut chains = UnionFind::new(count);
         self.for_each_contact(|contact, _, _| {
-            let (i, Some(j)) = (contact.grain, contact.other) else { return };
+            let (i, Some(j)) = (contact.grain, contact.second) else { return };
             let along = |k: usize| {
                 dot(&major[k].1, &contact.branch).abs() >= MIN_ALIGNMENT_COSINE * norm(&contact.branch)
             };

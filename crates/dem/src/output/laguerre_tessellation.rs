@@ -30,7 +30,7 @@ pub struct Tessellation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum CellEdge {
     /// Wall, or boundary of the domain.
-    End,
+    Boundary,
     /// Another grain, or an image of it.
     Grain { number: usize, image: bool },
 }
@@ -80,7 +80,7 @@ struct GrainBins<'a> {
     count: [i64; 2],
     /// Smallest width of a bin (m).
     width: f64,
-    starts: Vec<usize>,
+    bin_offsets: Vec<usize>,
     order: Vec<usize>,
 }
 
@@ -98,20 +98,20 @@ impl<'a> GrainBins<'a> {
         let count = widths.map(|width| (width / (BIN_WIDTH * mean)).floor().clamp(1.0, most) as i64);
         let width = (widths[0] / count[0] as f64).min(widths[1] / count[1] as f64);
         let (starts, order) = (vec![0; (count[0] * count[1]) as usize + 1], vec![0; position.len()]);
-        let mut bins = Self { position, cell, unit, count, width, starts, order };
+        let mut bins = Self { position, cell, unit, count, width, bin_offsets: starts, order };
         let keys: Vec<usize> = bins
             .position
             .iter()
             .map(|x| {
-                let [a, b] = bins.of(x);
+                let [a, b] = bins.bin_index(x);
                 (b * count[0] + a) as usize
             })
             .collect();
-        keys.iter().for_each(|key| bins.starts[key + 1] += 1);
-        for key in 1..bins.starts.len() {
-            bins.starts[key] += bins.starts[key - 1];
+        keys.iter().for_each(|key| bins.bin_offsets[key + 1] += 1);
+        for key in 1..bins.bin_offsets.len() {
+            bins.bin_offsets[key] += bins.bin_offsets[key - 1];
         }
-        let mut next = bins.starts.clone();
+        let mut next = bins.bin_offsets.clone();
         for (i, key) in keys.iter().enumerate() {
             bins.order[next[*key]] = i;
             next[*key] += 1;
@@ -119,14 +119,15 @@ impl<'a> GrainBins<'a> {
         bins
     }
 
-    fn of(&self, x: &[f64; 2]) -> [i64; 2] {
+    /// Index of the bin of a position along both axes.
+    fn bin_index(&self, x: &[f64; 2]) -> [i64; 2] {
         let s = self.cell.reduced(&self.unit, x);
         std::array::from_fn(|c| ((s[c] * self.count[c] as f64).floor() as i64).clamp(0, self.count[c] - 1))
     }
 
     /// Calls `visit` with each grain in the bins `ring` bins away, its position relative to `x`, and whether it is an image.
     fn ring(&self, x: &[f64; 2], ring: i64, mut visit: impl FnMut(usize, [f64; 2], bool)) {
-        let own = self.of(x);
+        let own = self.bin_index(x);
         for b in -ring..=ring {
             let step = if b.abs() == ring || ring == 0 { 1 } else { 2 * ring };
             for a in (-ring..=ring).step_by(step as usize) {
@@ -138,7 +139,7 @@ impl<'a> GrainBins<'a> {
                 let shift = self.cell.shift(&steps.map(|step| step as i32));
                 let inner: [i64; 2] = std::array::from_fn(|c| place[c].rem_euclid(self.count[c]));
                 let key = (inner[1] * self.count[0] + inner[0]) as usize;
-                for &j in &self.order[self.starts[key]..self.starts[key + 1]] {
+                for &j in &self.order[self.bin_offsets[key]..self.bin_offsets[key + 1]] {
                     let apart = difference(&self.position[j], x);
                     visit(j, [apart[0] + shift[0], apart[1] + shift[1]], steps != [0; 2]);
                 }
@@ -158,10 +159,10 @@ fn polygon(
     let x = bins.position[i];
     let half = 2.0 * (bins.cell.widths()[0] + bins.cell.widths()[1]);
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
-    let mut polygon: Vec<CellCorner> = corners.map(|corner| (corner, CellEdge::End)).to_vec();
+    let mut polygon: Vec<CellCorner> = corners.map(|corner| (corner, CellEdge::Boundary)).to_vec();
     let mut room = Vec::new();
     for (normal, limit) in ends {
-        clip(&mut polygon, &mut room, normal, limit - dot(normal, &x), CellEdge::End);
+        clip(&mut polygon, &mut room, normal, limit - dot(normal, &x), CellEdge::Boundary);
     }
     let most = 2 * bins.count[0].max(bins.count[1]) + 2;
     for ring in 0..=most {

@@ -138,7 +138,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Frame with the grains, and the further data sets that the case requests.
     pub(crate) fn collect_frame(&self, wanted: FrameRequest) -> Frame {
         let mut frame = Frame::from(self.collect_snapshot());
-        if wanted == FrameRequest::Written {
+        if wanted == FrameRequest::Requested {
             frame.datasets.extend(self.clock.case.lattice().map(|nodes| self.coarse_grained_dataset(nodes)));
             frame.datasets.extend(self.clock.case.output.contacts.then(|| self.contacts_dataset()));
             let lists_broken = self.clock.case.output.contacts && !self.records.broken_bonds.is_empty();
@@ -246,7 +246,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     }
 
     /// Mean unbalanced force over the mean contact force (Ng 2006; sheet: dem §3.1).
-    pub(crate) fn unbalanced(&self) -> f64 {
+    pub(crate) fn unbalanced_ratio(&self) -> f64 {
         let free = self.grains.held.iter().filter(|held| !**held).count() as f64;
         let [grains, contacts] = self.records.energy_balance.squares;
         if grains == 0.0 {

@@ -27,7 +27,7 @@ struct_of_arrays! {
         /// Position less displacement (m).
         pub origin: [f64; D],
         /// Position at the last list build (m).
-        pub listed: [f64; D],
+        pub listed_position: [f64; D],
         /// Velocity, half a step ahead (m/s).
         pub velocity: [f64; D],
         /// Angular velocity, half a step ahead (rad/s).
@@ -83,7 +83,7 @@ impl<const D: usize, const R: usize> Grains<D, R> {
         self.held.push(false);
         self.radius.push(radius);
         self.mass.push(density * volume(D, radius));
-        for column in [&mut self.position, &mut self.origin, &mut self.listed] {
+        for column in [&mut self.position, &mut self.origin, &mut self.listed_position] {
             column.push(position);
         }
         self.velocity.push([0.0; D]);

@@ -181,7 +181,7 @@ fn contact_laws<const D: usize, const R: usize>(
         |(name, kind): (&String, &GrainKind)| KindProperties { name: name.clone(), density: kind.density };
     let kinds: Vec<KindProperties> = options.grains.iter().map(kind).collect();
     let stage = pair_laws::laws(case, options, &kinds, grains, 0)?;
-    let columns = HistoryColumns::of(
+    let columns = HistoryColumns::for_laws(
         &stage.pairs.iter().chain(stage.walls.iter().flatten()).copied().collect::<Vec<_>>(),
     );
     Ok(ContactLaws { kinds, stage, columns, scalar_only: false })

@@ -12,7 +12,7 @@ const EQUAL_TOLERANCE: f64 = 1e-9;
 /// Tube: a cylinder less a narrower one about the same axis.
 struct Tube {
     axis: usize,
-    base: [f64; 3],
+    base_centre: [f64; 3],
     height: f64,
     /// Inner and outer radius (m).
     radii: [f64; 2],
@@ -33,7 +33,7 @@ fn tube(shape: &Shape) -> Option<Tube> {
     let through = below[*axis] <= base[*axis] + EQUAL_TOLERANCE * outer
         && below[*axis] + cut >= base[*axis] + height - EQUAL_TOLERANCE * outer;
     let is_tube = one_axis && through && inner < outer;
-    is_tube.then_some(Tube { axis: *axis, base: *base, height: *height, radii: [*inner, *outer] })
+    is_tube.then_some(Tube { axis: *axis, base_centre: *base, height: *height, radii: [*inner, *outer] })
 }
 
 /// Number of rings of a tube, at about the spacing of the grains of a ring, and at least two.
@@ -77,7 +77,7 @@ pub(super) fn rings<const D: usize>(
     let place = |number: usize| {
         let (row, column) = (number / columns, number % columns);
         let (sin, cos) = (2.0 * PI * column as f64 / columns as f64).sin_cos();
-        let mut x = tube.base;
+        let mut x = tube.base_centre;
         x[a] += radius * cos;
         x[b] += radius * sin;
         x[tube.axis] += pitch * (row as f64 + 0.5);

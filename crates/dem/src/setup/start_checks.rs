@@ -104,12 +104,12 @@ pub(super) fn check_overlaps<const D: usize, const R: usize>(
     let view = solver.view();
     view.for_each_contact(|contact, _, _| {
         let share = view.overlap_of(&contact);
-        let given = |grain: usize| solver.specimen.source.has(g.body[grain] as usize);
+        let given = |grain: usize| solver.specimen.source.has_body(g.body[grain] as usize);
         // A specimen is in equilibrium with its overlaps.
-        let of_file = given(contact.grain) && contact.other.is_none_or(given);
+        let of_file = given(contact.grain) && contact.second.is_none_or(given);
         let most = if of_file { most.max(solver.specimen.source.overlap) } else { most };
         if share > most * (1.0 + 1e-9) && largest.is_none_or(|(before, ..)| share > before) {
-            largest = Some((share, contact.grain, contact.other));
+            largest = Some((share, contact.grain, contact.second));
         }
     });
     let Some((share, i, other)) = largest else { return Ok(()) };

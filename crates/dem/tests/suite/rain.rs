@@ -85,7 +85,7 @@ fn rain_goes_on_from_where_it_was_saved() {
     let case = case(&rained(2, 1500.0));
     let mut whole = begun(disks(&case).unwrap());
     to(&mut whole, 0.7);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     let walk = |solver: &mut dyn Solver| {
         for _ in 0..500 {
             let dt = solver.limit().dt;
@@ -97,7 +97,7 @@ fn rain_goes_on_from_where_it_was_saved() {
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     walk(&mut *again);
-    assert_eq!(whole.saved().unwrap(), again.saved().unwrap());
+    assert_eq!(whole.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
 }
 
 #[test]

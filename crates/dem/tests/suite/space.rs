@@ -190,13 +190,13 @@ fn a_run_goes_on_bit_for_bit_where_grains_of_a_sleeve_lie_in_another_order_than_
     to(&mut solver, 0.6);
     assert!(reading(&solver, "membrane.sleeve.area") < 0.8 * area);
     let mut again = made();
-    again.restore(&mut &solver.saved().unwrap()[..]).unwrap();
+    again.restore(&mut &solver.checkpoint_bytes().unwrap()[..]).unwrap();
     assert_eq!(reading(&solver, "membrane.sleeve.area"), reading(&again, "membrane.sleeve.area"));
     again.begin_stage(0, 0.0).unwrap();
     for solver in [&mut solver, &mut again] {
         to(solver, 0.8);
     }
-    assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
+    assert_eq!(solver.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
 }
 
 #[test]

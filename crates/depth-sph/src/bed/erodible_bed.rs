@@ -7,7 +7,7 @@ use crate::points::phase_nodes::PlanVector;
 /// Steps between two updates of the heights: erosion in so few steps is some millimetres.
 const STEPS_PER_UPDATE: u64 = 10;
 /// Nodes along the edge of a tile, whose spline is recomputed as a whole.
-const TILE: usize = 32;
+const TILE_NODES: usize = 32;
 
 /// Terrain with erosion.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl ErodibleBed {
         let given = ground.raster().values.clone();
         let count = given.len();
         let raster = ground.raster();
-        let tiles = raster.columns.div_ceil(TILE) * raster.rows.div_ceil(TILE);
+        let tiles = raster.columns.div_ceil(TILE_NODES) * raster.rows.div_ceil(TILE_NODES);
         let state = ErosionState { in_surface: vec![0.0; count], pending: vec![0.0; count] };
         Self {
             ground,
@@ -63,8 +63,8 @@ impl ErodibleBed {
 
     /// Bed at a position.
     #[inline]
-    pub fn at<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
-        self.ground.at(x)
+    pub fn bed_point<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+        self.ground.bed_point(x)
     }
 
     /// Whether there is a bed at `x` (m).
@@ -109,8 +109,8 @@ impl ErodibleBed {
             if depth > 0.0 {
                 self.state.pending[node] += depth;
                 taken += depth * area;
-                let tiles = columns.div_ceil(TILE);
-                self.changed_tiles[node / columns / TILE * tiles + node % columns / TILE] = true;
+                let tiles = columns.div_ceil(TILE_NODES);
+                self.changed_tiles[node / columns / TILE_NODES * tiles + node % columns / TILE_NODES] = true;
             }
         }
         taken
@@ -130,10 +130,10 @@ impl ErodibleBed {
     fn lower<const D: usize>(&mut self) {
         let raster = self.ground.raster();
         let (columns, rows) = (raster.columns, raster.rows);
-        let tiles = [columns.div_ceil(TILE), rows.div_ceil(TILE)];
+        let tiles = [columns.div_ceil(TILE_NODES), rows.div_ceil(TILE_NODES)];
         let window = |tile: usize| {
-            let [i, j] = [tile % tiles[0] * TILE, tile / tiles[0] * TILE];
-            [i..(i + TILE).min(columns), j..(j + TILE).min(rows)]
+            let [i, j] = [tile % tiles[0] * TILE_NODES, tile / tiles[0] * TILE_NODES];
+            [i..(i + TILE_NODES).min(columns), j..(j + TILE_NODES).min(rows)]
         };
         for tile in (0..self.changed_tiles.len()).filter(|tile| self.changed_tiles[*tile]) {
             let [across, mut up] = window(tile);
@@ -185,14 +185,14 @@ impl ErodibleBed {
             return None;
         }
         let columns = self.ground.raster().columns;
-        let tiles = columns.div_ceil(TILE);
+        let tiles = columns.div_ceil(TILE_NODES);
         for node in 0..count {
             let source = if D == 1 { node % columns } else { node };
             if state.in_surface[source] > 0.0 {
                 self.ground.levels_mut()[node] = self.initial_heights[node] - state.in_surface[source];
             }
             if state.pending[node] > 0.0 {
-                self.changed_tiles[node / columns / TILE * tiles + node % columns / TILE] = true;
+                self.changed_tiles[node / columns / TILE_NODES * tiles + node % columns / TILE_NODES] = true;
             }
         }
         self.ground.update_all();
@@ -230,12 +230,12 @@ mod tests {
     #[test]
     fn the_surface_follows_and_a_restored_one_is_the_same() {
         let mut worn = slope(2);
-        let before = worn.at(&[7.0, 9.0]).unwrap();
+        let before = worn.bed_point(&[7.0, 9.0]).unwrap();
         worn.erode(&[7.0, 9.0], 2.0);
         worn.update_surface::<2>(9);
-        assert_eq!(worn.at(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
+        assert_eq!(worn.bed_point(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
         worn.update_surface::<2>(10);
-        let after = worn.at(&[7.0, 9.0]).unwrap();
+        let after = worn.bed_point(&[7.0, 9.0]).unwrap();
         // In the middle of four nodes that are lowered alike the spline is lowered by 10/9 along each axis.
         assert!((before.level - after.level - worn.eroded_depth_at(7.0, 9.0) * 100.0 / 81.0).abs() < 1e-12);
         assert!(after.curvature[0][0] > before.curvature[0][0], "a hollow");
@@ -245,7 +245,7 @@ mod tests {
         worn.update_surface::<2>(20);
         other.update_surface::<2>(20);
         for x in [[7.0, 9.0], [62.0, 63.0], [63.9, 64.1], [20.0, 9.0]] {
-            assert_eq!(worn.at(&x), other.at(&x));
+            assert_eq!(worn.bed_point(&x), other.bed_point(&x));
         }
     }
 
@@ -256,7 +256,7 @@ mod tests {
         assert!((worn.erode(&[5.25], 0.1) - 0.1).abs() < 1e-15);
         assert!((worn.volume::<1>() - 0.1).abs() < 1e-15);
         worn.update_surface::<1>(10);
-        let bed: BedPoint<1> = worn.at(&[5.25]).unwrap();
+        let bed: BedPoint<1> = worn.bed_point(&[5.25]).unwrap();
         // The spline is lowered by 10/9 between two lowered nodes.
         assert!(
             (bed.level - (14.75 - 0.1 / 0.9)).abs() < 1e-12,

@@ -15,7 +15,7 @@ pub struct RoughSlope {
     /// Tangent of the mean slope.
     pub slope: f64,
     /// Position where the roughness begins (m).
-    pub from: f64,
+    pub start: f64,
     /// Wave numbers (1/m) along x and y, phase and amplitude (m) of each wave.
     waves: Vec<[f64; 4]>,
 }
@@ -45,12 +45,12 @@ impl RoughSlope {
         let square = |wave: &[f64; 4]| 0.5 * wave[3] * wave[3] * (wave[0] * wave[0] + wave[1] * wave[1]);
         let factor = rms / waves.iter().map(square).sum::<f64>().sqrt();
         waves.iter_mut().for_each(|wave| wave[3] *= factor);
-        Self { slope, from, waves }
+        Self { slope, start: from, waves }
     }
 
     /// Level at a position (m).
     pub fn level(&self, x: f64, y: f64) -> f64 {
-        let t = ((x - self.from) / RAMP).clamp(0.0, 1.0);
+        let t = ((x - self.start) / RAMP).clamp(0.0, 1.0);
         let rough: f64 = self.waves.iter().map(|[p, q, phase, a]| a * (p * x + q * y + phase).cos()).sum();
         t * t * (3.0 - 2.0 * t) * rough - self.slope * x
     }

@@ -20,7 +20,7 @@ pub(crate) struct ForceSums<const D: usize> {
 }
 
 /// Solution `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
-pub fn corrected<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVector<D>) -> PlanVector<D> {
+pub fn solve_or_copy<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVector<D>) -> PlanVector<D> {
     let mut result = *vector;
     if D == 1 {
         if matrix[0][0] > ILL_CONDITIONED {
@@ -49,7 +49,7 @@ pub(super) struct SimdForceSums<const D: usize> {
 }
 
 impl<const D: usize> SimdForceSums<D> {
-    pub(super) const NONE: Self = Self {
+    pub(super) const ZERO: Self = Self {
         pressure_gradient: [f64x4::ZERO; D],
         viscous: [f64x4::ZERO; D],
         field_gradients: [[f64x4::ZERO; D]; FIELDS],

@@ -33,7 +33,7 @@ pub fn find_neighbours<const D: usize>(
 ) -> Result<(), FlowFailure> {
     check_numbers(sets)?;
     let support = settings.numerics.kernel.support();
-    let lists = settings.asks_for_neighbours();
+    let lists = settings.needs_neighbour_list();
     if lists && sets.iter().all(|set| set.is_listed(support)) {
         sets.iter_mut().for_each(PhaseSet::place_images);
     } else {

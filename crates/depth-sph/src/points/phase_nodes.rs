@@ -51,7 +51,7 @@ struct_of_arrays! {
         /// Path travelled over the bed (m).
         pub path: f64,
         /// Volume eroded from the bed (m³; m² in one dimension).
-        pub eroded: f64,
+        pub eroded_volume: f64,
     }
 }
 
@@ -85,7 +85,15 @@ impl<const D: usize> PhaseNodes<D> {
         self.first_length.push(node.length);
         self.scale.push(node.scale);
         self.slope.push([f64::NAN; D]);
-        let Self { partial_thickness: height, depth, effective_gravity, bearing, path, eroded, .. } = self;
+        let Self {
+            partial_thickness: height,
+            depth,
+            effective_gravity,
+            bearing,
+            path,
+            eroded_volume: eroded,
+            ..
+        } = self;
         for column in [height, depth, effective_gravity, bearing, path, eroded] {
             column.push(0.0);
         }

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use crate::config::settings::{Consolidation, FlowSettings, PoreColumn};
 use crate::laws::pore_pressure_column;
-use crate::laws::pore_pressure_column::{BaseCondition, Drainage, LowerBound, MOST_CELLS, PressureProfile};
+use crate::laws::pore_pressure_column::{BaseCondition, Drainage, LowerBound, MAX_CELLS, PressureProfile};
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
 
 /// Heads on the columns of all solid nodes.
@@ -43,7 +43,7 @@ impl PorePressureColumns {
 
     /// Head at the base of node `i` (m); zero without pore pressure.
     #[inline]
-    pub fn base(&self, i: usize) -> f64 {
+    pub fn base_head(&self, i: usize) -> f64 {
         self.heads.get(i * self.width).copied().unwrap_or(0.0)
     }
 
@@ -78,9 +78,9 @@ impl PorePressureColumns {
         self.time = time;
         let columns = self.heads.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
         let advance = |(i, (head, loaded_depth)): (usize, (&mut [f64], &mut f64))| {
-            usize::from(NodeColumn::of(settings, pore, set, i).advance(head, loaded_depth, dt))
+            usize::from(NodeColumn::for_node(settings, pore, set, i).advance(head, loaded_depth, dt))
         };
-        self.limited_nodes = columns.with_min_len(TASK / 4).map(advance).sum();
+        self.limited_nodes = columns.with_min_len(MIN_NODES_PER_TASK / 4).map(advance).sum();
     }
 }
 
@@ -121,20 +121,20 @@ struct NodeColumn<'a, const D: usize> {
     /// Porosity of the flow.
     porosity: f64,
     /// Submerged density of the flow (kg/m³).
-    submerged: f64,
+    submerged_density: f64,
 }
 
 impl<'a, const D: usize> NodeColumn<'a, D> {
-    fn of(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
+    fn for_node(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
         let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
-        let submerged = settings.material.densities.submerged(porosity);
-        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged }
+        let submerged = settings.material.densities.submerged_density(porosity);
+        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged_density: submerged }
     }
 
     /// Advances the heads by loading, drainage and bounds over `dt` (s) from the depth of the last loading (m); returns whether a bound
     /// was reached.
     fn advance(&self, head: &mut [f64], loaded_depth: &mut f64, dt: f64) -> bool {
-        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let Self { settings, pore, set, i, depth, porosity, submerged_density: submerged } = *self;
         let densities = &settings.material.densities;
         if submerged <= 0.0 || depth <= 0.0 {
             head.fill(0.0);
@@ -184,7 +184,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
         let factor = coefficient * dt / normal;
         match pore.profile {
             PressureProfile::FiniteDifference => {
-                let mut scratch = [0.0; MOST_CELLS + 1];
+                let mut scratch = [0.0; MAX_CELLS + 1];
                 let scratch = &mut scratch[..head.len()];
                 pore_pressure_column::diffuse_head(head, factor, pore.weight, base, scratch);
             }
@@ -194,7 +194,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
 
     /// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
     fn apply_dilatancy(&self, head: &mut [f64], dt: f64) {
-        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let Self { settings, pore, set, i, depth, porosity, submerged_density: submerged } = *self;
         let Some((slope, critical)) = pore.dilatancy else { return };
         let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
         let strain = rate * slope * (critical - porosity) * dt;

@@ -100,7 +100,7 @@ fn a_restored_run_goes_on_to_the_last_bit() {
     for value in [column(), fix(heap())] {
         let mut whole = build(&value);
         advance_steps(whole.as_mut(), 20);
-        let bytes = whole.saved().unwrap();
+        let bytes = whole.checkpoint_bytes().unwrap();
         let mut again = build(&value);
         again.restore(&mut &bytes[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();

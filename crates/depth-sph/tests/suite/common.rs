@@ -27,7 +27,7 @@ pub fn hash_after(value: &Value, threads: usize, steps: usize, restart: Option<u
         let mut solver = build(value);
         for step in 0..steps {
             if restart == Some(step) {
-                let bytes = solver.saved().unwrap();
+                let bytes = solver.checkpoint_bytes().unwrap();
                 solver = build(value);
                 solver.restore(&mut &bytes[..]).unwrap();
                 solver.begin_stage(0, 0.0).unwrap();

@@ -178,7 +178,7 @@ impl<const D: usize> Mesh<D> {
         for list in &members {
             starts.push(starts[starts.len() - 1] + list.len() as u32);
         }
-        ElementBins { grid, starts, elements: members.concat() }
+        ElementBins { grid, bin_offsets: starts, elements: members.concat() }
     }
 }
 
@@ -237,7 +237,7 @@ impl NodeElements {
             members[place[node as usize] as usize] = element;
             place[node as usize] += 1;
         }
-        Self { starts, elements: members }
+        Self { row_offsets: starts, elements: members }
     }
 }
 

@@ -30,8 +30,8 @@ pub struct SimplexBasis;
 impl<const S: usize> Basis<S> for SimplexBasis {
     const NAME: &'static str = "mesh";
     const GHOSTS: usize = 0;
-    const BELOW: usize = 1;
-    const ABOVE: usize = 1;
+    const NODES_BELOW: usize = 1;
+    const NODES_ABOVE: usize = 1;
 
     fn nodes(cells: usize) -> usize {
         cells + 1
@@ -77,14 +77,14 @@ pub struct Mesh<const D: usize> {
 /// Elements around the nodes: those of node `n` are the members from `starts[n]` to `starts[n + 1]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct NodeElements {
-    starts: Vec<u32>,
+    row_offsets: Vec<u32>,
     elements: Vec<u32>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct ElementBins<const D: usize> {
     grid: Grid<D>,
-    starts: Vec<u32>,
+    bin_offsets: Vec<u32>,
     elements: Vec<u32>,
 }
 
@@ -110,7 +110,7 @@ impl<const D: usize> Mesh<D> {
     /// Elements around a node.
     #[inline]
     pub fn elements_around(&self, node: u32) -> &[u32] {
-        let NodeElements { starts, elements } = &self.node_elements;
+        let NodeElements { row_offsets: starts, elements } = &self.node_elements;
         &elements[starts[node as usize] as usize..starts[node as usize + 1] as usize]
     }
 
@@ -175,7 +175,7 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// Position with barycentric coordinates `local` in an element.
-    pub fn position(&self, element: u32, local: &[f64]) -> [f64; D] {
+    pub fn element_point(&self, element: u32, local: &[f64]) -> [f64; D] {
         let nodes = self.elements[element as usize].nodes;
         std::array::from_fn(|c| {
             local.iter().zip(nodes).map(|(share, node)| share * self.nodes[node as usize][c]).sum()
@@ -192,7 +192,7 @@ impl<const D: usize> Mesh<D> {
         }
         let cell = bins.grid.cell_of(position);
         let bin = (0..D).fold(0, |number, a| number * bins.grid.cells[a] + cell[a]);
-        let range = bins.starts[bin] as usize..bins.starts[bin + 1] as usize;
+        let range = bins.bin_offsets[bin] as usize..bins.bin_offsets[bin + 1] as usize;
         bins.elements[range]
             .iter()
             .copied()

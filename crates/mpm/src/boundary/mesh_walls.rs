@@ -84,7 +84,7 @@ fn on_plane<const D: usize>(
     number: usize,
     boundary: &Boundary,
 ) -> Result<Vec<u32>, CaseError> {
-    let (axis, face) = (boundary.side.axis(), boundary.position(&case.domain));
+    let (axis, face) = (boundary.side.axis(), boundary.wall_coordinate(&case.domain));
     let slack = 1e-6 * mesh.height();
     let sign = if boundary.side.is_max() { 1.0 } else { -1.0 };
     let nodes = nodes_where(mesh, |x| sign * (x[axis] - face) >= -slack);

@@ -33,7 +33,7 @@ pub fn walls<const D: usize>(
     }
     for (number, boundary) in case.active_boundaries(stage) {
         let axis = boundary.side.axis();
-        let face = (boundary.position(&case.domain) - grid.origin[axis]) / grid.cell;
+        let face = (boundary.wall_coordinate(&case.domain) - grid.origin[axis]) / grid.cell;
         let path = || format!("boundaries[{number}].position");
         if (face - face.round()).abs() > 1e-6 {
             let problem =

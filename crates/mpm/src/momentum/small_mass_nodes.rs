@@ -25,7 +25,7 @@ pub fn rescale_small_mass_forces<const D: usize>(
     bodies: &Bodies<D>,
     nodes: &mut VelocityFields,
 ) {
-    let VelocityFields { solved, mass_gradients: slopes, .. } = nodes;
+    let VelocityFields { nodal_states: solved, mass_gradients: slopes, .. } = nodes;
     if slopes.is_empty() {
         return;
     }
@@ -43,9 +43,9 @@ pub fn rescale_small_mass_forces<const D: usize>(
                 let position = &set.points.position;
                 for block in set.blocks_of(slab) {
                     let mut rest = block;
-                    while let Some(run) =
-                        next_run(&mut rest, |p| reaches_marked_node(background, &position[p], window, offset))
-                    {
+                    while let Some(run) = next_range(&mut rest, |p| {
+                        reaches_marked_node(background, &position[p], window, offset)
+                    }) {
                         for (moments, p) in moments.iter_mut().zip(run.clone()) {
                             let cell = set.domain.as_slice().spacing(p, &view);
                             *moments = gradient_moments(background, &position[p], set.points.mass[p] * cell);
@@ -92,7 +92,7 @@ fn mark_small_mass_nodes<const D: usize>(
     let mass = |number: usize| nodes[number].momentum_and_mass.as_array()[3];
     layout.for_each_active_node_range(slopes, |row, active, line| {
         for number in active {
-            let (index, node) = (layout.index(row, number), row * strides[0] + number);
+            let (index, node) = (layout.axis_indices(row, number), row * strides[0] + number);
             let is_light = |axis: usize| {
                 let [first, last] = [index[axis] == 0, index[axis] + 1 == counts[axis]];
                 let below = if first { 0.0 } else { mass(node - strides[axis]) };
@@ -129,7 +129,7 @@ fn reaches_marked_node<const D: usize>(
 
 /// Returns the next range of points of `rest` that are `wanted`, and sets the start of `rest` behind it.
 #[inline(always)]
-fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
+fn next_range(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
     let last = rest.end;
     let start = rest.find(|p| wanted(*p))?;
     Some(start..rest.find(|p| !wanted(*p)).unwrap_or(last))

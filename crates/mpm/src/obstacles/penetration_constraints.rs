@@ -13,13 +13,13 @@ pub struct PenetrationConstraint<const D: usize> {
     /// Range of its entries in the list of nodes and weights.
     pub nodes: Range<usize>,
     /// Position of the point (m).
-    pub place: [f64; D],
+    pub position: [f64; D],
     /// Unit normal out of the obstacle.
     pub normal: [f64; D],
     /// Least velocity along the normal that keeps the distance (m/s).
     pub min_normal_velocity: f64,
     /// Tolerance on that velocity (m/s).
-    pub slack: f64,
+    pub velocity_tolerance: f64,
     /// Velocity of the obstacle at the contact (m/s).
     pub obstacle_velocity: [f64; D],
     /// Number of the obstacle.
@@ -46,7 +46,7 @@ pub struct PenetrationConstraints<const D: usize> {
     /// Inverse inertia of the nodes along each axis (1/kg); zero for constrained components.
     pub inverse_inertia: Vec<[f64; D]>,
     /// Changes of the velocities of the nodes (m/s).
-    pub change: Vec<[f64; D]>,
+    pub velocity_change: Vec<[f64; D]>,
     /// Sums of each obstacle: impulses (N s) in place of forces.
     pub sums: Vec<ObstacleForces>,
 }
@@ -76,7 +76,7 @@ impl<const D: usize> PenetrationConstraints<D> {
 
     /// Lists the nodes; `of` returns the velocity (m/s) of a node and its inverse inertia (1/kg).
     pub fn list_nodes(&mut self, of: impl Fn(usize) -> ([f64; D], [f64; D])) {
-        let Self { weights, numbers, velocity, inverse_inertia: ease, change, .. } = self;
+        let Self { weights, numbers, velocity, inverse_inertia: ease, velocity_change: change, .. } = self;
         numbers.clear();
         numbers.extend(weights.iter().map(|(number, _)| *number));
         numbers.sort_unstable();
@@ -98,12 +98,21 @@ impl<const D: usize> PenetrationConstraints<D> {
     /// Applies the smallest normal impulses by which every point reaches its least velocity, and the tangential impulses of Coulomb's law:
     /// one point after another, until all constraints hold.
     pub fn solve(&mut self) {
-        let Self { constraints: halts, weights, velocity, inverse_inertia: ease, change, sums, .. } = self;
+        let Self {
+            constraints: halts,
+            weights,
+            velocity,
+            inverse_inertia: ease,
+            velocity_change: change,
+            sums,
+            ..
+        } = self;
         for _ in 0..MAX_ITERATIONS {
             let mut settled = true;
             for halt in halts.iter_mut() {
                 let nodes = &weights[halt.nodes.clone()];
-                let mut point = ConstrainedPoint { nodes, velocity, inverse_inertia: ease, change };
+                let mut point =
+                    ConstrainedPoint { nodes, velocity, inverse_inertia: ease, velocity_change: change };
                 settled &= halt.apply_normal(&mut point, &mut sums[halt.obstacle]);
             }
             if settled {
@@ -118,7 +127,7 @@ struct ConstrainedPoint<'a, const D: usize> {
     nodes: &'a [(usize, f64)],
     velocity: &'a mut [[f64; D]],
     inverse_inertia: &'a [[f64; D]],
-    change: &'a mut [[f64; D]],
+    velocity_change: &'a mut [[f64; D]],
 }
 
 impl<const D: usize> ConstrainedPoint<'_, D> {
@@ -145,7 +154,7 @@ impl<const D: usize> ConstrainedPoint<'_, D> {
             for c in 0..D {
                 let change = w * impulse[c] * self.inverse_inertia[*node][c];
                 self.velocity[*node][c] += change;
-                self.change[*node][c] += change;
+                self.velocity_change[*node][c] += change;
             }
         }
     }
@@ -164,12 +173,12 @@ impl<const D: usize> PenetrationConstraint<D> {
         if more != 0.0 {
             self.normal_impulse += more;
             let removed = self.apply_impulse(&self.normal.map(|n| more * n), point, sums);
-            sums.stopped += removed;
+            sums.penetration_loss += removed;
         }
         if self.friction > 0.0 && (self.normal_impulse > 0.0 || self.friction_impulse != [0.0; D]) {
             self.apply_friction(point, sums);
         }
-        lacks <= self.slack
+        lacks <= self.velocity_tolerance
     }
 
     /// Sets the impulse along the surface within the friction bound.
@@ -215,7 +224,7 @@ impl<const D: usize> PenetrationConstraint<D> {
         for c in 0..3 {
             sums.force[c] -= at(impulse, c);
             let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-            sums.moment[c] -= at(&self.place, a) * at(impulse, b) - at(&self.place, b) * at(impulse, a);
+            sums.moment[c] -= at(&self.position, a) * at(impulse, b) - at(&self.position, b) * at(impulse, a);
         }
         -dot(impulse, &slides)
     }
@@ -226,13 +235,13 @@ mod tests {
     use super::*;
 
     /// Two points over a floor on nodes 0, 1 and 2 of 1, 2 and 4 kg, which fall and slide.
-    fn stops(friction: f64) -> PenetrationConstraints<2> {
+    fn floor_constraints(friction: f64) -> PenetrationConstraints<2> {
         let halt = |nodes: Range<usize>, least: f64| PenetrationConstraint {
             nodes,
-            place: [0.0; 2],
+            position: [0.0; 2],
             normal: [0.0, 1.0],
             min_normal_velocity: least,
-            slack: 1e-12,
+            velocity_tolerance: 1e-12,
             obstacle_velocity: [0.0; 2],
             obstacle: 0,
             friction,
@@ -264,7 +273,7 @@ mod tests {
     #[test]
     fn points_keep_their_least_velocities_and_the_energy_removed_is_recorded() {
         for friction in [0.0, 0.5, f64::INFINITY] {
-            let mut stops = stops(friction);
+            let mut stops = floor_constraints(friction);
             let (before, momentum) = (energy(&stops), 7.0);
             stops.solve();
             for halt in &stops.constraints {
@@ -281,9 +290,9 @@ mod tests {
                 );
                 assert_eq!(halt.friction_impulse[1], 0.0);
             }
-            let removed = stops.sums[0].stopped + stops.sums[0].friction;
+            let removed = stops.sums[0].penetration_loss + stops.sums[0].friction;
             assert!((before - energy(&stops) - removed).abs() < 1e-10 * before, "{friction}: {removed}");
-            assert!(stops.sums[0].stopped > 0.0 && stops.sums[0].friction >= 0.0);
+            assert!(stops.sums[0].penetration_loss > 0.0 && stops.sums[0].friction >= 0.0);
             let kept: f64 =
                 stops.velocity.iter().zip(&stops.inverse_inertia).map(|(v, ease)| v[0] / ease[0]).sum();
             assert!((momentum - kept - stops.sums[0].force[0]).abs() < 1e-10, "{kept}");
@@ -292,14 +301,14 @@ mod tests {
 
     #[test]
     fn constrained_nodes_do_not_move_and_separating_points_have_no_impulse() {
-        let mut stops = stops(0.3);
+        let mut stops = floor_constraints(0.3);
         stops.inverse_inertia[1] = [0.0; 2];
         stops.velocity.fill([0.0, 3.0]);
         stops.solve();
-        assert_eq!(stops.change, [[0.0; 2]; 3]);
+        assert_eq!(stops.velocity_change, [[0.0; 2]; 3]);
         stops.velocity.fill([0.0, -3.0]);
         stops.solve();
-        assert_eq!(stops.change[1], [0.0; 2]);
-        assert!(stops.change[0][1] > 0.0 && stops.change[2][1] > 0.0);
+        assert_eq!(stops.velocity_change[1], [0.0; 2]);
+        assert!(stops.velocity_change[0][1] > 0.0 && stops.velocity_change[2][1] > 0.0);
     }
 }

@@ -28,7 +28,7 @@ impl<const D: usize> MpmSolver<D> {
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
-        if let Some(PenaltyEnergies { friction, stored, stopped, work }) =
+        if let Some(PenaltyEnergies { friction, spring_energy: stored, penetration_loss: stopped, work }) =
             penalty_energies(self.boundary.penalty_obstacles.as_deref())
         {
             push("obstacles.friction", "J", friction);
@@ -46,7 +46,7 @@ impl<const D: usize> MpmSolver<D> {
         if let Some(recorder) = &self.boundary.reaction_recorder {
             let NodeObstacleEnergies { friction, work } = recorder.state.energies;
             push("obstacles.friction", "J", friction);
-            if !self.boundary.node_obstacles.moving.is_empty() {
+            if !self.boundary.node_obstacles.moving_obstacles.is_empty() {
                 push("obstacles.work", "J", work);
             }
         }

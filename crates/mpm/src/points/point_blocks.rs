@@ -64,7 +64,7 @@ const TASKS_PER_THREAD: usize = 8;
 /// Workspace for an update of blocks, one after the other: interpolated values (`R`) and motions.
 pub struct Workspace<R> {
     /// Values interpolated from the grid.
-    pub interpolated: [R; BLOCK_SIZE],
+    pub interpolated_motion: [R; BLOCK_SIZE],
     /// Motions of the points.
     pub motions: MotionBlock,
 }
@@ -72,7 +72,7 @@ pub struct Workspace<R> {
 impl<R: Copy> Workspace<R> {
     /// Returns points with the interpolated value `nothing` and no motion, in a step (s), with bands of a length (m), in `D` dimensions.
     pub fn at_rest<const D: usize>(nothing: R, dt: f64, band: f64) -> Self {
-        Self { interpolated: [nothing; BLOCK_SIZE], motions: MotionBlock::at_rest(dt, band, D < 3) }
+        Self { interpolated_motion: [nothing; BLOCK_SIZE], motions: MotionBlock::at_rest(dt, band, D < 3) }
     }
 }
 
@@ -90,7 +90,7 @@ type BlockUpdate<'a, R, const D: usize> =
 
 impl<'a, const D: usize> PointBlock<'a, D> {
     /// Splits off the first `blocks` blocks.
-    fn take(&mut self, blocks: usize) -> Self {
+    fn split_blocks(&mut self, blocks: usize) -> Self {
         let points = blocks * BLOCK_SIZE;
         // Absent arrays are empty.
         fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
@@ -128,20 +128,20 @@ impl<'a, const D: usize> PointBlock<'a, D> {
         } else {
             blocks
         };
-        self.update_pieces(grain, update)
+        self.update_in_tasks(grain, update)
     }
 
-    fn update_pieces<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
+    fn update_in_tasks<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let blocks = self.states.len();
         if blocks > grain {
-            let lower = self.take(blocks.div_ceil(2));
+            let lower = self.split_blocks(blocks.div_ceil(2));
             let (lower, upper) =
-                rayon::join(|| lower.update_pieces(grain, update), || self.update_pieces(grain, update));
+                rayon::join(|| lower.update_in_tasks(grain, update), || self.update_in_tasks(grain, update));
             return combine_reports(lower, upper);
         }
         let (mut report, mut workspace) = (Ok(0.0), (update.new_workspace)());
         for _ in 1..blocks {
-            report = combine_reports(report, (update.block)(&mut self.take(1), &mut workspace));
+            report = combine_reports(report, (update.block)(&mut self.split_blocks(1), &mut workspace));
         }
         if blocks > 0 { combine_reports(report, (update.block)(&mut self, &mut workspace)) } else { report }
     }

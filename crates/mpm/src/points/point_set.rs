@@ -57,7 +57,7 @@ struct_of_arrays! {
         pub traction: [f64; D],
         /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
         /// gradient (TPIC, 1/s); row `i`, column `j`.
-        pub affine: SquareMatrix<D>,
+        pub affine_velocity: SquareMatrix<D>,
         /// Workspace for a vector a point, where the transfer needs one.
         pub scratch: [f64; D],
         /// Where stress comes before forces and domains stretch: displacement gradient for the update of the domains at the end of the

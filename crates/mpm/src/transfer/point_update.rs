@@ -10,7 +10,7 @@ use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::clock::Clock;
 use crate::config::LagrangianFormulation;
-use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
+use crate::momentum::velocity_fields::VelocitySource::{EndOfStep, Remapped};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
@@ -96,7 +96,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         (nodes, read, dual): (&VelocityFields, VelocitySource, &DualDomainNodes),
         set: &SetProperties<'_, D>,
         block: &mut PointBlock<'_, D>,
-        Workspace { interpolated: reads, motions }: &mut Workspace<InterpolatedMotion<D>>,
+        Workspace { interpolated_motion: reads, motions }: &mut Workspace<InterpolatedMotion<D>>,
         selection: UpdateSelection,
     ) -> BlockReport {
         let BackgroundGrid { grid, layout, transfers, .. } = self.background;
@@ -106,9 +106,13 @@ impl<const D: usize> PointUpdater<'_, D> {
         let reads = &mut reads[..n];
         let points = block.point_slice(extent);
         match (read, selection.stress) {
-            (Solved, true) => transfers.g2p(&view, &points, &nodes.solved[first_node..], reads),
-            (Solved, false) => transfers.g2p_motion(&view, &points, &nodes.solved[first_node..], reads),
-            (Remapped, _) => transfers.g2p_velocity(&view, &points, &nodes.remapped[first_node..], reads),
+            (EndOfStep, true) => transfers.g2p(&view, &points, &nodes.nodal_states[first_node..], reads),
+            (EndOfStep, false) => {
+                transfers.g2p_motion(&view, &points, &nodes.nodal_states[first_node..], reads)
+            }
+            (Remapped, _) => {
+                transfers.g2p_velocity(&view, &points, &nodes.remapped_velocities[first_node..], reads)
+            }
         }
         if selection.velocity {
             for (own, read) in block.velocity.iter_mut().zip(&*reads) {
@@ -130,7 +134,7 @@ impl<const D: usize> PointUpdater<'_, D> {
             block.apply_pending_domains();
             let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
             let of_node = |number: usize| nodes.motion(read, first_node + number);
-            block.domain.convect(&view, block.position, extent, velocity, dt, of_node);
+            block.domain.advect_corners(&view, block.position, extent, velocity, dt, of_node);
             let mut moves = [Displacement::default(); BLOCK_SIZE];
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read.velocity.as_array());
@@ -318,6 +322,6 @@ impl<const D: usize> PointUpdater<'_, D> {
     #[inline(always)]
     pub fn shared_strain(&self, body: u32, points: &PointSlice<'_, D>, p: usize) -> [f64; 2] {
         let cell = points.domain.cell(p, &self.background.grid_view(), &points.position[p]);
-        self.strains.at(body, self.background.cell_layout().len(), cell)
+        self.strains.cell_strains(body, self.background.cell_layout().len(), cell)
     }
 }

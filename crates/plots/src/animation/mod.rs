@@ -62,7 +62,7 @@ pub struct Animation {
     /// Data of the player.
     data: Value,
     /// Text on the parts left out; empty where nothing was.
-    pub omitted: String,
+    pub omission_note: String,
 }
 
 impl Animation {
@@ -105,7 +105,7 @@ impl Animation {
             "thinned": thinned, "ground": geometry_data::geometry_data(&view.ground, &times), "missing": view.ground.missing,
             "panels": kept.iter().map(panel).collect::<Vec<_>>(),
         });
-        Some(Self { data, omitted: thinned })
+        Some(Self { data, omission_note: thinned })
     }
 
     /// HTML element that [`SCRIPT`] turns into a player.

@@ -43,8 +43,8 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
     chart
         .configure_mesh()
         .disable_mesh()
-        .x_desc(across.described(&axes[0]))
-        .y_desc(up.described(&axes[1]))
+        .x_desc(across.axis_label(&axes[0]))
+        .y_desc(up.axis_label(&axes[1]))
         .label_style((FONT, LETTERS))
         .axis_desc_style((FONT, 16))
         .draw()

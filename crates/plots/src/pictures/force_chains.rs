@@ -25,7 +25,7 @@ pub struct ForceChains {
     /// Rigid geometry behind the grains, as lines (m).
     pub ground: Vec<Vec<[f64; 2]>>,
     /// Mean force, as the end of its values, and window shared with other pictures; its own where `None`.
-    pub shared: Option<CommonScales>,
+    pub shared_scale: Option<CommonScales>,
 }
 
 const WIDTH: u32 = 900;
@@ -83,7 +83,7 @@ impl ForceChains {
     }
 
     fn bounds(&self) -> [Range<f64>; 2] {
-        if let Some(shared) = &self.shared {
+        if let Some(shared) = &self.shared_scale {
             return shared.window.clone();
         }
         [0, 1].map(|c| {
@@ -122,7 +122,7 @@ impl Picture for ForceChains {
         });
         chart.draw_series(disks).map_err(text)?;
         // The mean force has the width of a sixth of the mean grain, the largest force that of a grain.
-        let mean = self.shared.as_ref().map_or_else(|| mean(&self.lines), |shared| shared.values.end);
+        let mean = self.shared_scale.as_ref().map_or_else(|| mean(&self.lines), |shared| shared.values.end);
         let grain =
             2.0 * self.grains.iter().map(|(_, r)| r).sum::<f64>() / self.grains.len().max(1) as f64 / pixel;
         let mut sorted: Vec<&([[f64; 2]; 2], f64)> = self.lines.iter().collect();

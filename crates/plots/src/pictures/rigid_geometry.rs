@@ -25,7 +25,7 @@ pub struct MovingLines {
     /// Lines with their corners at the start (m), relative to `about`.
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Reference point of the body at the start (m), in the coordinates of the picture.
-    pub about: [f64; 2],
+    pub reference_point: [f64; 2],
     /// Rigid motion, its `centre` relative to `about` (m).
     pub motion: ObstacleMotion,
 }
@@ -33,7 +33,7 @@ pub struct MovingLines {
 impl MovingLines {
     /// Position of `about` at `time` (s), and cosine and sine of the rotation angle of the lines.
     pub fn pose(&self, time: f64) -> [f64; 4] {
-        let frame = self.motion.transform::<2>(time).shifted(&self.about);
+        let frame = self.motion.transform::<2>(time).shifted(&self.reference_point);
         let [x, y] = frame.translation;
         [x, y, frame.rotation[0][0], frame.rotation[1][0]]
     }
@@ -47,7 +47,7 @@ pub struct MovingSurface {
     /// Indices of the four corners of each face, counter-clockwise from outside.
     pub faces: Vec<[usize; 4]>,
     /// Reference point of the body at the start (m), in the coordinates of the picture.
-    pub about: [f64; 3],
+    pub reference_point: [f64; 3],
     /// Rigid motion, its `centre` relative to `about` (m).
     pub motion: ObstacleMotion,
 }
@@ -55,7 +55,7 @@ pub struct MovingSurface {
 impl MovingSurface {
     /// Position of `about` at `time` (s), and the rotation of the body, by rows.
     pub fn pose(&self, time: f64) -> ([f64; 3], [[f64; 3]; 3]) {
-        let frame = self.motion.transform::<3>(time).shifted(&self.about);
+        let frame = self.motion.transform::<3>(time).shifted(&self.reference_point);
         (frame.translation, frame.rotation)
     }
 }
@@ -64,7 +64,7 @@ impl RigidGeometry {
     /// Lines in the plane at `time` (s).
     pub fn lines_at(&self, time: f64) -> Vec<Vec<[f64; 2]>> {
         let moved = self.moving.iter().flat_map(|one| {
-            let frame = one.motion.transform::<2>(time).shifted(&one.about);
+            let frame = one.motion.transform::<2>(time).shifted(&one.reference_point);
             let place = move |at: &[f64; 2]| frame.to_space(at);
             one.lines.iter().map(move |line| line.iter().map(place).collect())
         });
@@ -136,7 +136,7 @@ mod tests {
             ramp: 0.0,
         };
         let spoke = vec![[0.0, 0.0], [0.0, 1.0]];
-        let wheel = MovingLines { lines: vec![spoke], about: [5e5, 3.0], motion };
+        let wheel = MovingLines { lines: vec![spoke], reference_point: [5e5, 3.0], motion };
         let ground = RigidGeometry {
             lines: vec![vec![[0.0; 2], [1.0; 2]]],
             moving: vec![wheel],

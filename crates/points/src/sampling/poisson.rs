@@ -123,7 +123,7 @@ impl<const D: usize> Disks<D> {
         let low: [f64; D] = std::array::from_fn(|axis| low[axis]);
         let edge = distance / (D as f64).sqrt();
         // One cell of margin at either end: no dart falls outside.
-        let cells = CandidateCells::covering(shape, low, edge, 1.0)?;
+        let cells = CandidateCells::around_shape(shape, low, edge, 1.0)?;
         Ok(Self {
             low: std::array::from_fn(|axis| low[axis] + cells.first[axis] as f64 * edge),
             edge,
@@ -144,7 +144,7 @@ impl<const D: usize> Disks<D> {
             }
             cell
         };
-        (0..self.points.len()).map(index).filter(|cell| self.touches(shape, cell, 0)).collect()
+        (0..self.points.len()).map(index).filter(|cell| self.cell_meets_shape(shape, cell, 0)).collect()
     }
 
     /// Lower corner and edge (m) of a cell that has been halved `level` times.
@@ -153,7 +153,7 @@ impl<const D: usize> Disks<D> {
         (std::array::from_fn(|axis| self.low[axis] + f64::from(cell[axis]) * edge), edge)
     }
 
-    fn touches(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
+    fn cell_meets_shape(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
         shape.classify_box(&low, &low.map(|l| l + edge)) != BoxLocation::Outside
     }
@@ -198,7 +198,7 @@ impl<const D: usize> Disks<D> {
             (0..1u32 << D).map(move |part| std::array::from_fn(|axis| 2 * cell[axis] + (part >> axis & 1)))
         });
         children
-            .filter(|cell| !self.is_covered(cell, level + 1) && self.touches(shape, cell, level + 1))
+            .filter(|cell| !self.is_covered(cell, level + 1) && self.cell_meets_shape(shape, cell, level + 1))
             .collect()
     }
 

@@ -26,7 +26,7 @@ enum ProfileSegment {
 enum SegmentPart {
     Start,
     Interior,
-    End,
+    Endpoint,
 }
 
 impl ProfileSegment {
@@ -72,13 +72,13 @@ impl ProfileSegment {
         if !(share > 0.0) {
             (0.0, SegmentPart::Start)
         } else if share >= 1.0 {
-            (1.0, SegmentPart::End)
+            (1.0, SegmentPart::Endpoint)
         } else {
             (share, SegmentPart::Interior)
         }
     }
 
-    fn place(&self, x: &[f64; 2]) -> [f64; 2] {
+    fn nearest_position(&self, x: &[f64; 2]) -> [f64; 2] {
         self.point_and_normal(self.nearest(x).0).0
     }
 
@@ -122,7 +122,8 @@ impl ProfileSegment {
     fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
         let slack = ARC_RADIUS_TOLERANCE * self.length().max(other.length());
         let away = |a: &[f64; 2], b: &[f64; 2]| dot(&difference(a, b), &difference(a, b)) > slack * slack;
-        let on_both = |x: &[f64; 2]| !away(x, &self.place(x)) && !away(x, &other.place(x));
+        let on_both =
+            |x: &[f64; 2]| !away(x, &self.nearest_position(x)) && !away(x, &other.nearest_position(x));
         let apart = |x: &[f64; 2]| {
             joint
                 .is_none_or(|joint| dot(&difference(x, joint), &difference(x, joint)) > slack * self.length())
@@ -145,7 +146,7 @@ fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> V
 /// Ground below a line of straight segments and arcs, built segment by segment from its start. There is no ground beyond its ends.
 #[derive(Clone, Debug)]
 pub struct GroundProfile {
-    pieces: Vec<ProfileSegment>,
+    segments: Vec<ProfileSegment>,
     end: [f64; 2],
     start: [f64; 2],
 }
@@ -153,7 +154,7 @@ pub struct GroundProfile {
 impl GroundProfile {
     /// Profile that starts at `start` (m), without segments.
     pub fn starting_at(start: [f64; 2]) -> Self {
-        Self { pieces: Vec::new(), end: start, start }
+        Self { segments: Vec::new(), end: start, start }
     }
 
     /// Adds a straight segment to `to` (m).
@@ -171,7 +172,7 @@ impl GroundProfile {
                 ),
             ));
         }
-        self.pieces.push(ProfileSegment::Line { from: self.end, to });
+        self.segments.push(ProfileSegment::Line { from: self.end, to });
         self.end = to;
         Ok(())
     }
@@ -192,7 +193,7 @@ impl GroundProfile {
         if sweep == 0.0 {
             return Err(SurfaceError::new("to", "begins and ends at the same place"));
         }
-        self.pieces.push(ProfileSegment::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
+        self.segments.push(ProfileSegment::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
         self.end = to;
         Ok(())
     }
@@ -201,8 +202,8 @@ impl GroundProfile {
     ///
     /// # Errors
     /// When it has no segments, does not run from left to right overall, or crosses itself.
-    pub fn finish(self) -> Result<Self, SurfaceError> {
-        if self.pieces.is_empty() {
+    pub fn close(self) -> Result<Self, SurfaceError> {
+        if self.segments.is_empty() {
             return Err(SurfaceError::new("pieces", "there are none"));
         }
         if !(self.end[0] > self.start[0]) {
@@ -212,8 +213,8 @@ impl GroundProfile {
             );
             return Err(SurfaceError::new("pieces", problem));
         }
-        for (number, piece) in self.pieces.iter().enumerate() {
-            for (later, other) in self.pieces.iter().enumerate().skip(number + 1) {
+        for (number, piece) in self.segments.iter().enumerate() {
+            for (later, other) in self.segments.iter().enumerate().skip(number + 1) {
                 let joint = (later == number + 1).then(|| piece.point_and_normal(1.0).0);
                 if let Some(place) = piece.crosses(other, joint.as_ref()) {
                     let problem =
@@ -228,7 +229,7 @@ impl GroundProfile {
     /// Nearest segment with the position on it.
     fn nearest(&self, x: &[f64; 2]) -> (usize, f64, SegmentPart, f64) {
         let mut best = (0, 0.0, SegmentPart::Interior, f64::INFINITY);
-        for (number, piece) in self.pieces.iter().enumerate() {
+        for (number, piece) in self.segments.iter().enumerate() {
             let (share, part) = piece.nearest(x);
             let from = difference(x, &piece.point_and_normal(share).0);
             let square = dot(&from, &from);
@@ -243,20 +244,20 @@ impl GroundProfile {
     fn feature(&self, number: usize, share: f64, part: SegmentPart) -> (u64, [f64; 2]) {
         let joint = match part {
             SegmentPart::Interior => {
-                return ((number as u64) << 2, self.pieces[number].point_and_normal(share).1);
+                return ((number as u64) << 2, self.segments[number].point_and_normal(share).1);
             }
             SegmentPart::Start => number,
-            SegmentPart::End => number + 1,
+            SegmentPart::Endpoint => number + 1,
         };
-        let before = joint.checked_sub(1).map(|n| self.pieces[n].point_and_normal(1.0).1);
-        let after = self.pieces.get(joint).map(|piece| piece.point_and_normal(0.0).1);
+        let before = joint.checked_sub(1).map(|n| self.segments[n].point_and_normal(1.0).1);
+        let after = self.segments.get(joint).map(|piece| piece.point_and_normal(0.0).1);
         let sum = [before, after].into_iter().flatten().fold([0.0; 2], |s, n| [s[0] + n[0], s[1] + n[1]]);
         ((joint as u64) << 2 | 2, unit(&sum).unwrap_or([0.0, 1.0]))
     }
 
     fn nearest_from(&self, x: &[f64; 2], number: usize, share: f64, part: SegmentPart) -> NearestPoint<2> {
         let (key, normal) = self.feature(number, share, part);
-        let (place, _) = self.pieces[number].point_and_normal(share);
+        let (place, _) = self.segments[number].point_and_normal(share);
         let from = difference(x, &place);
         let sign = if dot(&from, &normal) < 0.0 { -1.0 } else { 1.0 };
         let away = if part == SegmentPart::Interior { None } else { unit(&from) };
@@ -286,7 +287,7 @@ impl Surface<2> for GroundProfile {
         }
         let before = found.len();
         let square = |place: &[f64; 2]| dot(&difference(x, place), &difference(x, place));
-        for (number, piece) in self.pieces.iter().enumerate() {
+        for (number, piece) in self.segments.iter().enumerate() {
             let (share, part) = piece.nearest(x);
             let (place, normal) = piece.point_and_normal(share);
             let own = square(&place);
@@ -294,9 +295,9 @@ impl Surface<2> for GroundProfile {
                 continue;
             }
             // As for facets, a position at which a nearer segment ends belongs to that segment.
-            let shadowed = self.pieces.iter().enumerate().any(|(other, nearer)| {
-                let theirs = square(&nearer.place(x));
-                let beside = difference(&place, &nearer.place(&place));
+            let shadowed = self.segments.iter().enumerate().any(|(other, nearer)| {
+                let theirs = square(&nearer.nearest_position(x));
+                let beside = difference(&place, &nearer.nearest_position(&place));
                 (theirs, other) < (own, number) && dot(&beside, &beside) <= (1e-7 * radius).powi(2)
             });
             if !shadowed {
@@ -316,7 +317,7 @@ impl Surface<2> for GroundProfile {
                 around.1[c] = around.1[c].max(x[c]);
             }
         };
-        for piece in &self.pieces {
+        for piece in &self.segments {
             match piece {
                 ProfileSegment::Line { from, to } => [*from, *to].into_iter().for_each(&mut add),
                 ProfileSegment::Arc { centre, radius, .. } => {
@@ -330,8 +331,8 @@ impl Surface<2> for GroundProfile {
 
     fn arc_length(&self, x: &[f64; 2]) -> Option<f64> {
         let (number, share, ..) = self.nearest(x);
-        let before: f64 = self.pieces[..number].iter().map(ProfileSegment::length).sum();
-        Some(before + share * self.pieces[number].length())
+        let before: f64 = self.segments[..number].iter().map(ProfileSegment::length).sum();
+        Some(before + share * self.segments[number].length())
     }
 }
 
@@ -352,7 +353,7 @@ mod tests {
         let centre = [foot[0] + radius * half, foot[1] + radius * half];
         profile.arc_to([centre[0], centre[1] - radius], centre).unwrap();
         profile.line_to([9.0, centre[1] - radius]).unwrap();
-        profile.finish().unwrap()
+        profile.close().unwrap()
     }
 
     #[test]
@@ -365,7 +366,7 @@ mod tests {
                     None => profile.line_to(*to).unwrap(),
                 }
             }
-            profile.finish().map(|_| ()).map_err(|error| error.to_string())
+            profile.close().map(|_| ()).map_err(|error| error.to_string())
         };
         let loops = of(&[([3.0, 0.0], None), ([3.0, 2.0], None), ([1.0, -1.0], None), ([4.0, -1.0], None)]);
         assert!(loops.unwrap_err().starts_with("pieces[2]: meets pieces[0] at [1.66666"));
@@ -419,7 +420,7 @@ mod tests {
         kink.line_to([0.0, 0.0]).unwrap();
         kink.line_to([1.0, 1.0]).unwrap();
         found.clear();
-        kink.finish().unwrap().query_contacts(&[0.0, 0.3], 0.25, &mut found);
+        kink.close().unwrap().query_contacts(&[0.0, 0.3], 0.25, &mut found);
         assert_eq!(found.len(), 2);
     }
 }

@@ -39,12 +39,12 @@ struct YieldedPoints {
     /// Number of yielded points.
     count: usize,
     /// Number of points without remaining strength.
-    collapsed: usize,
+    collapsed_points: usize,
     /// Number of points of the layer.
     layer_count: usize,
     /// Index of the first yielded point among the points of its body, of those without strength if there are any; its position (m).
     index: usize,
-    place: [f64; 3],
+    position: [f64; 3],
 }
 
 impl<const D: usize> SnowSolver<D> {
@@ -54,13 +54,15 @@ impl<const D: usize> SnowSolver<D> {
     /// When a point of the weak layer has collapsed: the crack exists before the cut.
     pub(super) fn check_rest(&mut self, cut: &RemovalShape) -> Result<(), SolverError> {
         let Some(name) = sawn_layer(&self.case, cut) else { return Ok(()) };
-        let velocities = self.bodies.all.iter().flat_map(|body| &body.points.velocity);
+        let velocities = self.bodies.bodies.iter().flat_map(|body| &body.points.velocity);
         let fastest = velocities.map(square).fold(0f64, f64::max).sqrt();
         let of_layer = |body: &BodyPoints<D>| self.case.bodies[body.number as usize].name == *name;
-        let number = self.bodies.all.iter().position(of_layer);
-        let yielded = number.and_then(|number| self.yielded_points(&self.bodies.all[number]));
-        if let (Some(number), Some(YieldedPoints { collapsed, layer_count: of, index, .. })) =
-            (number, yielded.filter(|yielded| yielded.collapsed > 0))
+        let number = self.bodies.bodies.iter().position(of_layer);
+        let yielded = number.and_then(|number| self.yielded_points(&self.bodies.bodies[number]));
+        if let (
+            Some(number),
+            Some(YieldedPoints { collapsed_points: collapsed, layer_count: of, index, .. }),
+        ) = (number, yielded.filter(|yielded| yielded.collapsed_points > 0))
         {
             let reason = format!(
                 "{collapsed} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
@@ -83,7 +85,7 @@ impl<const D: usize> SnowSolver<D> {
             && number + 1 < self.case.stages.len()
             && self.clock.rest_checks.early_yield.is_none()
         {
-            let yielded = self.bodies.all.iter().find_map(|body| self.yielded_points(body));
+            let yielded = self.bodies.bodies.iter().find_map(|body| self.yielded_points(body));
             self.clock.rest_checks.early_yield = yielded.map(|yielded| (CheckTime::EndOf(number), yielded));
         }
     }
@@ -109,17 +111,23 @@ impl<const D: usize> SnowSolver<D> {
         Some(YieldedPoints {
             body: body.number,
             count: all().filter(has_yielded).count(),
-            collapsed: all().filter(has_collapsed).count(),
+            collapsed_points: all().filter(has_collapsed).count(),
             layer_count: body.points.len(),
             index,
-            place: spatial(&body.points.position[index]),
+            position: spatial(&body.points.position[index]),
         })
     }
 
     /// Warning of the checks of rest.
     pub(crate) fn rest_warning(&self) -> Option<String> {
         let RestChecks { initial_speed: unrest, early_yield: early } = self.clock.rest_checks;
-        if let Some((moment, YieldedPoints { body, count, collapsed, layer_count: of, place, .. })) = early {
+        if let Some((
+            moment,
+            YieldedPoints {
+                body, count, collapsed_points: collapsed, layer_count: of, position: place, ..
+            },
+        )) = early
+        {
             let when = match moment {
                 CheckTime::EndOf(stage) => format!("at the end of stage {:?}", self.case.stages[stage].name),
                 CheckTime::FirstCut => "when the first cut began".to_owned(),

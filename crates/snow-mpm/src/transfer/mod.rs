@@ -34,7 +34,7 @@ pub fn p2g<const D: usize>(
         let mut motion = [Vector4::ZERO; BLOCK_SIZE];
         let mut columns = [[Vector4::ZERO; D]; BLOCK_SIZE];
         let mut forces = [Vector4::ZERO; BLOCK_SIZE];
-        for body in &bodies.all {
+        for body in &bodies.bodies {
             let (points, extent) = (&body.points, [body.width; D]);
             for block in body.blocks_of(slab) {
                 for (k, p) in block.clone().enumerate() {
@@ -51,14 +51,14 @@ pub fn p2g<const D: usize>(
                 }
                 let affine = AffineFields {
                     moments: true,
-                    fields: &points.affine[block.clone()],
+                    fields: &points.affine_velocity[block.clone()],
                     mass: &points.mass[block.clone()],
                 };
                 let given = P2gInput {
                     momentum_and_mass: &motion[..block.len()],
                     stress_columns: &columns[..block.len()],
                     body_force: &forces[..pushed],
-                    affine: (transfer == SnowTransfer::Apic).then_some(affine),
+                    affine_fields: (transfer == SnowTransfer::Apic).then_some(affine),
                 };
                 let to = NodeRange { nodes: &mut *window, first };
                 background.transfers.p2g(&ground, &point_slice(&points.position[block], &extent), to, &given);
@@ -92,7 +92,7 @@ struct PointBlock<'a, const D: usize> {
     first: usize,
     position: &'a mut [[f64; D]],
     velocity: &'a mut [[f64; D]],
-    affine: &'a mut [SquareMatrix<D>],
+    affine_velocity: &'a mut [SquareMatrix<D>],
     volume: &'a mut [f64],
     stress: &'a mut [SymTensor],
     work: &'a mut [f64],
@@ -102,21 +102,22 @@ struct PointBlock<'a, const D: usize> {
 
 /// Working arrays of a thread.
 struct Workspace<const D: usize> {
-    interpolated: [InterpolatedMotion<D>; BLOCK_SIZE],
+    interpolated_motion: [InterpolatedMotion<D>; BLOCK_SIZE],
     motions: MotionBlock,
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
     fn workspace(&self) -> Workspace<D> {
         let motions = MotionBlock::at_rest(self.dt, self.background.grid.cell, D < 3);
-        Workspace { interpolated: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
+        Workspace { interpolated_motion: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
     }
 
     /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body. Each block of points gives a
     /// step bound or a failure.
     pub fn body(&self, body: &mut BodyPoints<D>) {
         let BodyPoints { points, states, material, reports, width, remove_outside, .. } = body;
-        let PointColumns { position, velocity, affine, volume, stress, work, mass, .. } = points;
+        let PointColumns { position, velocity, affine_velocity: affine, volume, stress, work, mass, .. } =
+            points;
         let (material, extent, remove_outside) = (&**material, [*width; D], *remove_outside);
         let blocks = (
             position.par_chunks_mut(BLOCK_SIZE),
@@ -133,8 +134,17 @@ impl<const D: usize> PointUpdater<'_, D> {
             || self.workspace(),
             |bench, (number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
                 let first = number * BLOCK_SIZE;
-                let mut block =
-                    PointBlock { first, position, velocity, affine, volume, stress, work, mass, states };
+                let mut block = PointBlock {
+                    first,
+                    position,
+                    velocity,
+                    affine_velocity: affine,
+                    volume,
+                    stress,
+                    work,
+                    mass,
+                    states,
+                };
                 *report = self.block(&mut block, bench, material, (&extent, remove_outside));
             },
         );
@@ -149,10 +159,10 @@ impl<const D: usize> PointUpdater<'_, D> {
     ) -> Result<StepBound, PointFailure> {
         let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
         let count = block.position.len();
-        let (reads, motions) = (&mut bench.interpolated[..count], &mut bench.motions);
+        let (reads, motions) = (&mut bench.interpolated_motion[..count], &mut bench.motions);
         let points = point_slice(block.position, extent);
         if self.transfer == SnowTransfer::Apic {
-            sweeps.g2p_with_apic(&ground, &points, self.nodes, true, (reads, block.affine));
+            sweeps.g2p_with_apic(&ground, &points, self.nodes, true, (reads, block.affine_velocity));
         } else {
             sweeps.g2p(&ground, &points, self.nodes, reads);
         }

@@ -68,7 +68,7 @@ fn a_restored_solver_goes_on_cutting_bit_for_bit() {
     let mut first = begun(&sawn());
     advance_to(&mut *first, 0.06);
     assert!(reading(&*first, "saw.mass") > 0.0);
-    let saved = first.saved().unwrap();
+    let saved = first.checkpoint_bytes().unwrap();
     let mut second = SnowMpm.build(&case).unwrap();
     second.restore(&mut saved.as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();
@@ -79,7 +79,7 @@ fn a_restored_solver_goes_on_cutting_bit_for_bit() {
         advance_steps(&mut **solver, 120);
     }
     assert!(first.points() < before);
-    assert_eq!(first.saved().unwrap(), second.saved().unwrap());
+    assert_eq!(first.checkpoint_bytes().unwrap(), second.checkpoint_bytes().unwrap());
 }
 
 #[test]

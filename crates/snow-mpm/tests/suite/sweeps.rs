@@ -57,8 +57,12 @@ fn one_sweep_does_both<const D: usize>(sweeps: &dyn Transfers<D>, moments: bool)
     let affine = AffineFields { moments, fields: &affine, mass: &mass };
     let deposit = |affine| {
         let mut nodes = vec![NodalState::default(); layout.len()];
-        let given =
-            P2gInput { momentum_and_mass: &motion, stress_columns: &columns, body_force: &[], affine };
+        let given = P2gInput {
+            momentum_and_mass: &motion,
+            stress_columns: &columns,
+            body_force: &[],
+            affine_fields: affine,
+        };
         sweeps.p2g(&ground, &points, NodeRange { nodes: &mut nodes, first: 0 }, &given);
         nodes
     };

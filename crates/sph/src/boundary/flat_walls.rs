@@ -82,7 +82,7 @@ impl<const D: usize> FlatWalls<D> {
     }
 
     /// Positions of the first faces that bound `axis` below and above at `time` (s) (m).
-    pub fn ends(&self, axis: usize, time: f64) -> (f64, f64) {
+    pub fn bounding_faces(&self, axis: usize, time: f64) -> (f64, f64) {
         self.planes().filter(|plane| plane.axis == axis).fold(
             (-f64::INFINITY, f64::INFINITY),
             |(low, high), plane| {
@@ -126,10 +126,10 @@ impl<const D: usize> FlatWalls<D> {
         if self.mirrors.iter().all(|plane| plane.velocity == [0.0; D]) {
             return;
         }
-        for image in images.iter_mut().filter(|image| image.across != [None; D]) {
+        for image in images.iter_mut().filter(|image| image.mirrors != [None; D]) {
             image.velocity_shift = [0.0; D];
             for (number, plane) in (0..).zip(&self.mirrors) {
-                if image.across[plane.axis] == Some(number) {
+                if image.mirrors[plane.axis] == Some(number) {
                     image.apply_mirror(plane);
                 }
             }
@@ -146,7 +146,7 @@ impl<const D: usize> FlatWalls<D> {
     }
 
     /// Wraps positions outside of a periodic domain into it, and the origins of their displacements with them.
-    pub fn wrap(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
+    pub fn wrap_into_period(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
         for PeriodicAxis { axis, low, high } in &self.periods {
             let length = high - low;
             for (x, origin) in positions.iter_mut().zip(&mut *origins) {

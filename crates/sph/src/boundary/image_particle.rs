@@ -20,7 +20,7 @@ pub struct ImageParticle<const D: usize> {
     /// Sign of the axes for stress: of smooth mirrors `flip`, of rough ones 1, which keep it.
     pub stress_sign: [f64; D],
     /// Number of the mirror across each axis that is mirrored.
-    pub(crate) across: [Option<u32>; D],
+    pub(crate) mirrors: [Option<u32>; D],
 }
 
 impl<const D: usize> ImageParticle<D> {
@@ -40,14 +40,14 @@ impl<const D: usize> ImageParticle<D> {
             velocity_sign: same,
             velocity_shift: none,
             stress_sign: same,
-            across: [None; D],
+            mirrors: [None; D],
         }
     }
 
     /// Image in the mirror `plane` with this number.
     pub(crate) fn flipped(mut self, number: u32, plane: &FlatWall<D>) -> Self {
         let axis = plane.axis;
-        self.across[axis] = Some(number);
+        self.mirrors[axis] = Some(number);
         self.flip[axis] = -1.0;
         if plane.contact == WallContact::NoSlip {
             self.velocity_sign = self.velocity_sign.map(|c| -c);

@@ -117,7 +117,7 @@ pub(crate) fn apply_confining_pressure<const D: usize>(
         let pushed = acceleration[range.clone()].par_iter_mut().zip(&mut pushes[range]);
         pushed.enumerate().with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(k, (a, push))| {
             let i = first + k;
-            let scale = if group.confined && acts(i) { pressure / p.density[i] } else { 0.0 };
+            let scale = if group.is_confined && acts(i) { pressure / p.density[i] } else { 0.0 };
             *push = push.map(|direction| scale * direction);
             (0..D).for_each(|c| a[c] += push[c]);
         });

@@ -21,7 +21,7 @@ pub fn apply_loads<const D: usize>(
     rates: &mut Rates<D>,
     dt: f64,
 ) {
-    let BodyLoads { all, starts } = &bodies.loads;
+    let BodyLoads { loads: all, start_times: starts } = &bodies.loads;
     if all.is_empty() {
         return;
     }
@@ -69,7 +69,7 @@ pub fn record_reactions<const D: usize>(
     told.clear();
     if obstacles.recorded_obstacles().next().is_some() {
         felt.resize(first + setting.case.obstacles.len(), ReactionSum::default());
-        felt[first..].iter_mut().for_each(ReactionSum::begin);
+        felt[first..].iter_mut().for_each(ReactionSum::begin_step);
     }
     power.clear();
     power.resize(by_obstacles.len(), 0.0);
@@ -89,7 +89,7 @@ pub fn record_reactions<const D: usize>(
                 told.push(ReactionSample {
                     particle: i as u32,
                     reaction_index: bearer,
-                    place: p.position[i],
+                    position: p.position[i],
                     force,
                     impulse: None,
                 });
@@ -121,7 +121,7 @@ pub fn stop_at_obstacles<const D: usize>(
             let hit = ReactionSample {
                 particle: particle as u32,
                 reaction_index: number as u32,
-                place: *x,
+                position: *x,
                 force,
                 impulse,
             };
@@ -130,7 +130,7 @@ pub fn stop_at_obstacles<const D: usize>(
         }
     };
     for (particle, own) in &*support_reactions {
-        let (x, impulse) = (own.place, own.impulse);
+        let (x, impulse) = (own.position, own.impulse);
         if walls.obstacles.is_recorded(own.obstacle as u32) {
             hits(
                 *particle,
@@ -181,7 +181,7 @@ pub fn update_follower_loads<const D: usize>(
     dt: f64,
 ) {
     let Bodies { particles: p, groups, loads, ghost_particles: guests, .. } = bodies;
-    for on in loads.all.iter_mut().filter(|on| on.is_follower(&setting.case)) {
+    for on in loads.loads.iter_mut().filter(|on| on.is_follower(&setting.case)) {
         let Some(group) = groups.iter().find(|group| group.body == on.body) else { continue };
         // Ghost particles of other ranks lack neighbours here; their load vectors are sent by the owner.
         for i in group.range().filter(|i| !guests.get(*i).is_some_and(|guest| *guest)) {

@@ -183,7 +183,9 @@ fn update_xsph_velocity<const D: usize>(
     for_each_particle(&lists.neighbours, &mut lists.weights, &mut rates.xsph_velocity, |i, row, _, drift| {
         *drift = pairs.xsph_velocity(i, row).map(|v| v * share);
     });
-    for group in bodies.groups.iter().filter(|group| group.held.is_some() || group.rigid.is_some()) {
+    for group in
+        bodies.groups.iter().filter(|group| group.prescribed_velocity.is_some() || group.rigid.is_some())
+    {
         rates.xsph_velocity[group.range()].fill([0.0; D]);
     }
 }

@@ -55,13 +55,13 @@ impl<const D: usize> Shifting<D> {
         walls.move_images(bodies);
         // Values of the previous step belong to other lists, or are absent after a restart.
         walls.extrapolate_densities(setting, bodies, &lists.neighbours);
-        self.find(setting, clock.time - clock.last_shift_time, bodies, walls, lists);
+        self.compute(setting, clock.time - clock.last_shift_time, bodies, walls, lists);
         clock.last_shift_time = clock.time;
         let p = &mut bodies.particles;
         for (i, shift) in self.shifts.iter().enumerate() {
             let Some(shift) = shift else { continue };
             for c in 0..D {
-                p.position[i][c] += shift.position[c];
+                p.position[i][c] += shift.displacement[c];
                 p.velocity[i][c] += shift.velocity[c];
             }
             p.density[i] += shift.density;
@@ -73,7 +73,7 @@ impl<const D: usize> Shifting<D> {
     }
 
     /// Computes surfaces and shifts of particles that moved for `dt` (s).
-    fn find(
+    fn compute(
         &mut self,
         setting: &SolverContext<D>,
         dt: f64,
@@ -95,7 +95,7 @@ impl<const D: usize> Shifting<D> {
         let moves = |i: usize| {
             let number = bodies.groups.iter().position(|body| body.range().contains(&i))?;
             let body = Some(&bodies.groups[number])
-                .filter(|body| body.held.is_none() && body.rigid.is_none() && !surface[i])?;
+                .filter(|body| body.prescribed_velocity.is_none() && body.rigid.is_none() && !surface[i])?;
             let length = fastest.get(number).copied().unwrap_or_else(|| square(&p.velocity[i])).sqrt() * dt;
             pairs.shift(i, neighbours.neighbours(i), length, (&body.range(), surface))
         };

@@ -25,9 +25,9 @@ struct ParticleDiagnostics {
     /// Number of particles of higher index, or images, at the same position.
     coincident: usize,
     /// Whether the corrected gradient falls back to the plain one.
-    uncorrected: bool,
+    is_uncorrected: bool,
     /// Whether moving least squares fall back to Shepard's interpolation.
-    averaged: bool,
+    is_averaged: bool,
 }
 
 impl<const D: usize> SphSolver<D> {
@@ -70,8 +70,8 @@ impl<const D: usize> SphSolver<D> {
                 constant: spatial(&pairs.gradient_of_constant(i, row)).map(|g| h * g),
                 linear: linear.sym(),
                 coincident: others.filter(|j| distance(*j) < COINCIDENT * h).count(),
-                uncorrected: moment.correction().is_none(),
-                averaged: mls && body.is_some_and(|body| near.linear_weights(i, &body).is_none()),
+                is_uncorrected: moment.correction().is_none(),
+                is_averaged: mls && body.is_some_and(|body| near.linear_weights(i, &body).is_none()),
             }
         };
         Some(
@@ -121,10 +121,10 @@ impl<const D: usize> SphSolver<D> {
         let count =
             |is: fn(&ParticleDiagnostics) -> bool| findings.iter().filter(|finding| is(finding)).count();
         if self.setting.options.has_corrected_gradients() {
-            push("uncorrected_gradients", count(|finding| finding.uncorrected));
+            push("uncorrected_gradients", count(|finding| finding.is_uncorrected));
         }
         if self.setting.options.has_linear_averages() {
-            push("averages_by_shepard", count(|finding| finding.averaged));
+            push("averages_by_shepard", count(|finding| finding.is_averaged));
         }
         readings
     }

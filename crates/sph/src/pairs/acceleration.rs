@@ -35,7 +35,7 @@ impl<const D: usize> PairSums<'_, D> {
         weights: &mut [f64],
         by_obstacles: Option<&mut [f64; D]>,
     ) -> [f64; D] {
-        let records = &self.shown.records;
+        let records = &self.pair_data.records;
         let regular = self.first_mirrored(row);
         let own_record = [&records[i]; 4];
         let (own, mine) = (

@@ -14,13 +14,13 @@ use crate::points::vector_algebra::{geostatic_stress, separation};
 /// Softening of the stress diffusion for coincident particles (sheet: sph §2.10).
 const SOFTENING: f64 = 1e-4;
 /// Strength and exponent of the shifting term against coincident particles.
-const CLOSE: (f64, i32) = (0.2, 4);
+const CLOSE_PAIR_TERM: (f64, i32) = (0.2, 4);
 
 /// Shift of a particle towards even spacing, with the changes of its fields.
 #[derive(Clone)]
 pub struct Shift<const D: usize> {
     /// Displacement (m).
-    pub position: [f64; D],
+    pub displacement: [f64; D],
     /// Change of velocity (m/s).
     pub velocity: [f64; D],
     /// Change of density (kg/m³).
@@ -181,7 +181,9 @@ impl<const D: usize> PairContext<'_, D> {
             let k = self.effective_index(i, j);
             let r = square.sqrt();
             let weight = p.mass[k] / p.density[k] * self.pair_gradient_factor(i, k, r);
-            let close = 1.0 + CLOSE.0 * (self.kernel_ratio_argument(i, k, r) / reference).powi(CLOSE.1);
+            let close = 1.0
+                + CLOSE_PAIR_TERM.0
+                    * (self.kernel_ratio_argument(i, k, r) / reference).powi(CLOSE_PAIR_TERM.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
             if j >= self.first_wall_particle || self.walls.smooth.contain(j) {
                 continue;
@@ -211,7 +213,7 @@ impl<const D: usize> PairContext<'_, D> {
             product(correction, slope).iter().zip(&position).map(|(g, x)| g * x).sum()
         };
         Some(Shift {
-            position,
+            displacement: position,
             velocity: std::array::from_fn(|c| change(&all, &velocity[c])),
             density: change(&within, &fields[0]),
             stress: SymTensor(std::array::from_fn(|c| change(&within, &fields[1 + c]))),

@@ -37,7 +37,7 @@ fn with_shear_traction<const D: usize>(
 
 /// Normal traction (tension positive) and shear traction vector of a stress on faces with the normal `n` (Pa).
 fn face_tractions<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> (f64, [f64; D]) {
-    let whole: [f64; D] = std::array::from_fn(|a| (0..D).map(|b| stress.at(a, b) * n[b]).sum());
+    let whole: [f64; D] = std::array::from_fn(|a| (0..D).map(|b| stress.component(a, b) * n[b]).sum());
     let across = dot(&whole, n);
     (across, std::array::from_fn(|c| whole[c] - across * n[c]))
 }

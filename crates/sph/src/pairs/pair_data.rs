@@ -26,7 +26,7 @@ pub fn update_pair_data<const D: usize>(
         walls.load_images(bodies);
         sum_densities(setting, bodies, walls, lists);
         let len = bodies.particles.len();
-        bodies.particles.density[..len].copy_from_slice(&bodies.pair_data.summed);
+        bodies.particles.density[..len].copy_from_slice(&bodies.pair_data.summed_density);
     }
     walls.extrapolate_from_soil(setting, clock, bodies, &lists.neighbours);
     update_artificial_stress(setting.options.tensile, bodies);
@@ -74,7 +74,7 @@ pub fn sum_densities<const D: usize>(
     lists: &VerletLists<D>,
 ) {
     let pairs = PairContext::new(setting, &bodies.particles, walls);
-    let summed = &mut bodies.pair_data.summed;
+    let summed = &mut bodies.pair_data.summed_density;
     summed.resize(bodies.particles.len(), 0.0);
     summed.par_iter_mut().enumerate().with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, density)| {
         *density = pairs.summed_density(i, lists.neighbours.neighbours(i));

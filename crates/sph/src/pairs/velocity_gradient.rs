@@ -43,9 +43,9 @@ struct GradientForm {
     /// Whether pairs are weighted by the mass of the neighbour over the density, instead of its volume.
     by_mass: bool,
     /// Whether the gradient is corrected by the inverse of the moment.
-    corrected: bool,
+    is_corrected: bool,
     /// Whether the gradient is made exact for rotations.
-    corotated: bool,
+    is_corotated: bool,
     /// Continuity equation.
     continuity: ContinuityEquation,
     /// Whether the divergence has a sum of its own; where the forms of gradient and continuity equation agree, it is the trace.
@@ -127,14 +127,14 @@ impl<const D: usize> PairSums<'_, D> {
         if ground && !self.walls.obstacles.is_empty() {
             self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
         }
-        let spread = if self.grad_h() { self.shown.grad_h_factor[i] } else { 1.0 };
+        let spread = if self.grad_h() { self.pair_data.grad_h_factor[i] } else { 1.0 };
         // The corrected gradient is exact for the plain weights: 1/ϑ belongs to the other sums.
-        let correction = if form.corrected { moment.correction() } else { None };
+        let correction = if form.is_corrected { moment.correction() } else { None };
         let mut gradient = match correction {
             Some(l) => gradient.map(|row| product(&l, &row)),
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
-        if form.corotated {
+        if form.is_corotated {
             if self.grad_h() {
                 moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
             }
@@ -158,7 +158,13 @@ impl<const D: usize> PairSums<'_, D> {
             ContinuityEquation::Trace | ContinuityEquation::Summation => false,
         };
         let corotated = self.options.is_corotated();
-        GradientForm { by_mass, corrected, corotated, continuity, sums_divergence }
+        GradientForm {
+            by_mass,
+            is_corrected: corrected,
+            is_corotated: corotated,
+            continuity,
+            sums_divergence,
+        }
     }
 
     /// Sums of particle `i` over its neighbours without mirrored particles, the first `regular` of its row, from velocities less the
@@ -171,8 +177,14 @@ impl<const D: usize> PairSums<'_, D> {
         turn: &SquareMatrix<D>,
         form: &GradientForm,
     ) -> GradientSums<D> {
-        let &GradientForm { by_mass, corrected, corotated, continuity, sums_divergence } = form;
-        let records = &self.shown.records;
+        let &GradientForm {
+            by_mass,
+            is_corrected: corrected,
+            is_corotated: corotated,
+            continuity,
+            sums_divergence,
+        } = form;
+        let records = &self.pair_data.records;
         let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));

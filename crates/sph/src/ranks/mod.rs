@@ -34,7 +34,7 @@ const IMBALANCE: f64 = 1.1;
 
 /// Width of the halo over the reach of the sums: one for the accelerations, and one for the velocity
 /// gradients, for which neighbours need theirs; one or two more for each pass that an option adds before these.
-fn passes(options: &SphOptions) -> usize {
+fn halo_passes(options: &SphOptions) -> usize {
     let summed = options.continuity == ContinuityEquation::Summation
         || options.symmetrisation == Symmetrisation::GradH;
     let once = [
@@ -60,15 +60,20 @@ struct Rank<const D: usize> {
     /// Index of each of its particles, halo included, in the sequence of a solver without ranks.
     sequence: Vec<u32>,
     /// For each rank, the indices of particles here that are in its halo.
-    sends: Vec<Vec<u32>>,
+    sent_particles: Vec<Vec<u32>>,
     /// For each rank, the indices of its particles in the halo here.
-    receives: Vec<Vec<u32>>,
+    received_particles: Vec<Vec<u32>>,
 }
 
 impl<const D: usize> Rank<D> {
     fn new(domain: SphSolver<D>, ranks: usize) -> Self {
         let sequence = (0..domain.bodies.particles.len() as u32).collect();
-        Self { domain, sequence, sends: vec![Vec::new(); ranks], receives: vec![Vec::new(); ranks] }
+        Self {
+            domain,
+            sequence,
+            sent_particles: vec![Vec::new(); ranks],
+            received_particles: vec![Vec::new(); ranks],
+        }
     }
 
     /// Indices of its own particles.
@@ -91,7 +96,7 @@ impl<const D: usize> Rank<D> {
         width: f64,
         images: &[crate::walls::ImageParticle<D>],
     ) -> Vec<u32> {
-        let x = &self.domain.lists.listed.positions;
+        let x = &self.domain.lists.listed_positions.positions;
         let mut near: Vec<u32> =
             self.own_particles().filter(|&i| bounds.contains_within(&x[i as usize], width)).collect();
         let image_near = |image: &&crate::walls::ImageParticle<D>| {
@@ -158,8 +163,8 @@ impl<const D: usize> RankedSolver<D> {
         let mut whole = self.first().empty_like();
         whole.rates.reactions.clone_from(&self.first().rates.reactions);
         assemble(&mut whole, &parcels.iter().collect::<Vec<_>>());
-        if self.first().lists.listed.positions.is_empty() && !self.is_distributed {
-            whole.lists.listed.positions.clear();
+        if self.first().lists.listed_positions.positions.is_empty() && !self.is_distributed {
+            whole.lists.listed_positions.positions.clear();
         }
         whole
     }
@@ -227,14 +232,14 @@ impl<const D: usize> RankedSolver<D> {
             found.into_iter().fold((0.0f64, 0.0f64), |(a, b), (c, d)| (a.max(c), b.max(d)));
         let SphSolver { setting, clock, lists, .. } = self.first();
         let support = setting.support(longest);
-        if self.is_distributed && reached + support <= lists.listed.reach {
+        if self.is_distributed && reached + support <= lists.listed_positions.list_radius {
             return Ok(support);
         }
         let is_sort_due = lists.is_sort_due(clock);
         self.ranks.par_iter_mut().for_each(|rank| {
             let SphSolver { bodies, walls, .. } = &mut rank.domain;
             let p = &mut bodies.particles;
-            walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
+            walls.planes.wrap_into_period(&mut p.position[..p.id.len()], &mut p.origin);
         });
         if is_sort_due {
             self.sort()?;
@@ -258,7 +263,7 @@ impl<const D: usize> RankedSolver<D> {
         let mut found: Vec<(u32, EquilibriumTerms)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
         found.sort_unstable_by_key(|(place, _)| *place);
         let first = &mut self.ranks[0].domain;
-        first.equilibrium_terms = first.equilibrium_terms.next(found.into_iter().map(|(_, own)| own));
+        first.equilibrium_terms = first.equilibrium_terms.next_terms(found.into_iter().map(|(_, own)| own));
     }
 
     /// Sums the energies taken by obstacles over all particles in their sequence, for the first rank.
@@ -294,7 +299,7 @@ impl<const D: usize> RankedSolver<D> {
         }
         told.sort_by_key(|(place, one)| (one.impulse.is_some(), *place));
         let (sums, stops) = told.split_at(told.partition_point(|(_, one)| one.impulse.is_none()));
-        felt[bodies..].iter_mut().for_each(ReactionSum::begin);
+        felt[bodies..].iter_mut().for_each(ReactionSum::begin_step);
         sums.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
         felt[bodies..].iter_mut().for_each(|felt| felt.add_impulse(dt));
         stops.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
@@ -307,13 +312,13 @@ impl<const D: usize> RankedSolver<D> {
         let SphSolver { setting, clock, .. } = self.first();
         let whole = is_regularisation_due(setting, clock);
         self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
-            for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
+            for (parcel, indices) in parcels.iter_mut().zip(&rank.sent_particles) {
                 parcel.fill(&rank.domain, &rank.sequence, indices, whole);
             }
         });
         let mail = &self.messages;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
-            for (parcels, places) in mail.iter().zip(&rank.receives) {
+            for (parcels, places) in mail.iter().zip(&rank.received_particles) {
                 parcels[to].update_ghosts(&mut rank.domain, places);
             }
         });
@@ -353,7 +358,7 @@ impl<const D: usize> RankedSolver<D> {
                 let place = &mut rank.sequence[i as usize];
                 *place = places[*place as usize];
             });
-            rank.domain.lists.sorted = Some(rank.domain.clock.step);
+            rank.domain.lists.last_sort = Some(rank.domain.clock.step);
         }
         Ok(())
     }
@@ -382,7 +387,9 @@ impl<const D: usize> RankedSolver<D> {
     fn new_bisection(&self) -> Bisection<D> {
         let (mut positions, mut weights) = (Vec::new(), Vec::new());
         for rank in &self.ranks {
-            positions.extend(rank.own_particles().map(|i| rank.domain.lists.listed.positions[i as usize]));
+            positions.extend(
+                rank.own_particles().map(|i| rank.domain.lists.listed_positions.positions[i as usize]),
+            );
             weights.extend(rank.weights());
         }
         Bisection::new(&positions, &weights, self.ranks.len()).0
@@ -393,7 +400,8 @@ impl<const D: usize> RankedSolver<D> {
         self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
             let mut shares = vec![Vec::new(); parcels.len()];
             for i in rank.own_particles() {
-                shares[cuts.owner(&rank.domain.lists.listed.positions[i as usize]) as usize].push(i);
+                shares[cuts.owner(&rank.domain.lists.listed_positions.positions[i as usize]) as usize]
+                    .push(i);
             }
             for (parcel, share) in parcels.iter_mut().zip(&shares) {
                 parcel.fill(&rank.domain, &rank.sequence, share, true);
@@ -412,11 +420,12 @@ impl<const D: usize> RankedSolver<D> {
         let boxes: Vec<Option<BoundingBox<D>>> = self
             .ranks
             .iter()
-            .map(|rank| BoundingBox::enclosing(&rank.domain.lists.listed.positions))
+            .map(|rank| BoundingBox::enclosing(&rank.domain.lists.listed_positions.positions))
             .collect();
-        let width = passes(&self.first().setting.options) as f64 * self.first().lists.listed.reach;
+        let width = halo_passes(&self.first().setting.options) as f64
+            * self.first().lists.listed_positions.list_radius;
         let send = |(me, (rank, parcels)): (usize, (&mut Rank<D>, &mut Vec<ParticleMessage<D>>))| {
-            let (listed, mut images) = (&rank.domain.lists.listed, Vec::new());
+            let (listed, mut images) = (&rank.domain.lists.listed_positions, Vec::new());
             rank.domain.walls.planes.move_to(listed.time);
             rank.domain.walls.planes.images(&listed.positions, width, &mut images);
             let wanted = |(to, bounds): (usize, &Option<BoundingBox<D>>)| match bounds {
@@ -424,8 +433,8 @@ impl<const D: usize> RankedSolver<D> {
                 Some(bounds) => rank.halo_of(bounds, width, &images),
                 None => Vec::new(),
             };
-            rank.sends = boxes.iter().enumerate().map(wanted).collect();
-            for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
+            rank.sent_particles = boxes.iter().enumerate().map(wanted).collect();
+            for (parcel, indices) in parcels.iter_mut().zip(&rank.sent_particles) {
                 parcel.fill(&rank.domain, &rank.sequence, indices, true);
             }
         };
@@ -433,13 +442,13 @@ impl<const D: usize> RankedSolver<D> {
         let mail = &self.messages;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             let parcels: Vec<&ParticleMessage<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
-            (rank.sequence, rank.receives) = assemble(&mut rank.domain, &parcels);
+            (rank.sequence, rank.received_particles) = assemble(&mut rank.domain, &parcels);
             rank.domain.bodies.ghost_particles.clear();
             rank.domain.bodies.ghost_particles.resize(rank.sequence.len(), true);
-            let own = std::mem::take(&mut rank.receives[to]);
+            let own = std::mem::take(&mut rank.received_particles[to]);
             own.iter().for_each(|&i| rank.domain.bodies.ghost_particles[i as usize] = false);
-            rank.sends[to].clear();
-            for indices in &mut rank.sends {
+            rank.sent_particles[to].clear();
+            for indices in &mut rank.sent_particles {
                 indices.iter_mut().for_each(|i| *i = own[*i as usize]);
             }
         });

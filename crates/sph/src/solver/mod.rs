@@ -50,7 +50,7 @@ pub struct EquilibriumTerms {
 
 impl EquilibriumTerms {
     /// Terms of the next step, from the contributions of the particles, in this order; work is accumulated.
-    pub(crate) fn next(self, particles: impl Iterator<Item = Self>) -> Self {
+    pub(crate) fn next_terms(self, particles: impl Iterator<Item = Self>) -> Self {
         particles.fold(Self { work: self.work, ..Self::default() }, |sum, own| Self {
             unbalanced: sum.unbalanced + own.unbalanced,
             external: sum.external + own.external,
@@ -130,7 +130,8 @@ impl<const D: usize> SphSolver<D> {
             setting, clock, bodies, rates, equilibrium_terms: audit, obstacle_energies: borne, ..
         } = self;
         if setting.needs_equilibrium(clock) {
-            *audit = audit.next(equilibrium_terms(setting, clock, bodies, rates, dt).map(|(_, own)| own));
+            *audit =
+                audit.next_terms(equilibrium_terms(setting, clock, bodies, rates, dt).map(|(_, own)| own));
         }
         rates.obstacle_energies.iter().for_each(|own| borne.add(own));
         clock.end_step(dt);
@@ -190,6 +191,6 @@ impl<const D: usize> SphSolver<D> {
         let Self { setting, mut bodies, walls, lists, .. } = self.diagnostic_copy()?;
         walls.load_images(&mut bodies);
         sum_densities(&setting, &mut bodies, &walls, &lists);
-        Ok(bodies.pair_data.summed)
+        Ok(bodies.pair_data.summed_density)
     }
 }

@@ -107,7 +107,7 @@ impl<const D: usize> TotalLagrangianReference<D> {
                 *deformation = matmul(&sum, &initial.correction[i]);
             }
             let stress = matmul(
-                &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].at(a, b))),
+                &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].component(a, b))),
                 &cofactor(deformation),
             );
             *nominal = matmul(&stress, &initial.correction[i]);

@@ -121,7 +121,7 @@ impl<const D: usize> Walls<D> {
             let image = ImageParticle::of_particle(0).flipped(0, plane);
             for i in groups
                 .iter()
-                .filter(|group| group.fluid && group.held.is_none())
+                .filter(|group| group.fluid && group.prescribed_velocity.is_none())
                 .flat_map(ParticleGroup::range)
             {
                 let x = p.position[i][axis];

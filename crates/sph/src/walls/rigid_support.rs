@@ -15,7 +15,7 @@ impl<const D: usize> FlatWall<D> {
         let off = if self.upper { -1.0 } else { 1.0 };
         WallPlane {
             axis: self.axis,
-            off,
+            normal_sign: off,
             face: self.face(),
             velocity: spatial(&self.mean_velocity()),
             friction,

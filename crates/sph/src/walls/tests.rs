@@ -116,7 +116,7 @@ fn a_doubly_periodic_corner_has_three_images_and_a_mirror_joins_in() {
     walls.images(&[[0.1, 0.2]], 1.0, &mut images);
     assert_eq!(images.len(), 3);
     let (mut x, mut origin) = ([[-0.5, 1.0], [21.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]);
-    walls.wrap(&mut x, &mut origin);
+    walls.wrap_into_period(&mut x, &mut origin);
     assert_eq!((x, origin), ([[9.5, 1.0], [1.0, 1.0]], [[10.0, 0.0], [-20.0, 0.0]]));
 }
 

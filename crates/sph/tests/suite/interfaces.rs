@@ -261,7 +261,7 @@ fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart()
                 let off = (u[0] - 0.3 * exact).hypot(u[1] - 0.2 * exact);
                 assert!(*body == 0 || off < 1e-15, "{integration}: {u:?} at {t} s, not {exact}");
             }
-            restarted.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+            restarted.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
             restarted.begin_stage(0, 0.0).unwrap();
         }
         for solver in [&mut solver, &mut restarted] {

@@ -336,7 +336,7 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
             pool.install(|| {
                 let mut solver = begin(&case);
                 advance_steps(&mut *solver, 300);
-                solver.saved().unwrap()
+                solver.checkpoint_bytes().unwrap()
             })
         };
         let one = on(1, 1);
@@ -347,10 +347,10 @@ fn obstacles_on_their_way_give_the_same_bits_on_any_threads_and_ranks_and_after_
         let mut first = begin(&case);
         advance_steps(&mut *first, 137);
         let mut then = begin(&case);
-        then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
+        then.restore(&mut first.checkpoint_bytes().unwrap().as_slice()).unwrap();
         then.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *then, 163);
-        assert!(one == then.saved().unwrap(), "{space}: other bits after a restart");
+        assert!(one == then.checkpoint_bytes().unwrap(), "{space}: other bits after a restart");
     }
 }
 

@@ -313,7 +313,7 @@ fn a_box_that_spins_and_meets_a_floor_is_the_same_on_two_threads_and_after_a_res
     let mut whole = begin(&case);
     advance_steps(&mut *whole, 100);
     let mut again = Sph.build(&case).unwrap();
-    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+    again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
     for solver in [&mut whole, &mut again] {
         advance_steps(&mut **solver, 100);
     }

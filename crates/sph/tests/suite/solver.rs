@@ -98,7 +98,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
         let mut whole = begin(&case);
         for cut in [1, 37, 64] {
             advance(&mut *whole, cut);
-            let saved = whole.saved().unwrap();
+            let saved = whole.checkpoint_bytes().unwrap();
             let mut again = Sph.build(&case).unwrap();
             again.restore(&mut saved.as_slice()).unwrap();
             again.begin_stage(0, 0.0).unwrap();
@@ -106,7 +106,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
             advance(&mut *whole, 30);
             assert_eq!(again.snapshot().hash(), whole.snapshot().hash(), "{options}, cut after {cut} steps");
         }
-        let saved = whole.saved().unwrap();
+        let saved = whole.checkpoint_bytes().unwrap();
         assert!(whole.restore(&mut &saved[..saved.len() / 2]).is_err());
     }
 }

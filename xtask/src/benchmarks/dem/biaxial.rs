@@ -51,7 +51,7 @@ const DENSE: [(f64, f64, f64); 12] = [
 ];
 
 /// The sheet's loose specimen: strain, ratio of stresses, volumetric strain.
-const LOOSE: [(f64, f64, f64); 10] = [
+const LOOSE_SPECIMEN: [(f64, f64, f64); 10] = [
     (0.002, 1.24, -0.0011),
     (0.004, 1.37, -0.0013),
     (0.008, 1.51, -0.0018),
@@ -83,10 +83,10 @@ impl BiaxialTest {
         method_options(&mut value)["stages"]["prepare"]["pairs"][0]["friction"]["coefficient"] =
             json!(preparation);
         let start = 330.0;
-        Ok(Self::of(&run_in_memory("dem", &parse_case(&value)?)?, start))
+        Ok(Self::from_report(&run_in_memory("dem", &parse_case(&value)?)?, start))
     }
 
-    fn of(report: &RunReport, start: f64) -> Self {
+    fn from_report(report: &RunReport, start: f64) -> Self {
         let all = |name: &str| {
             measure_series(report, name).into_iter().filter(|(t, _)| *t > start - 0.05).collect::<Vec<_>>()
         };
@@ -266,6 +266,6 @@ fn critical() -> Result<BenchmarkOutcome, String> {
         (-0.008, 0.008),
         "B14: the same within 0.008",
     );
-    draw(&mut outcome, &[("dense", &firm, &DENSE), ("loose", &loose, &LOOSE)])?;
+    draw(&mut outcome, &[("dense", &firm, &DENSE), ("loose", &loose, &LOOSE_SPECIMEN)])?;
     Ok(outcome)
 }

@@ -36,18 +36,18 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    flight(&mut outcome)?;
+    check_free_flight(&mut outcome)?;
     table(&mut outcome)?;
     order(&mut outcome)?;
-    others(&mut outcome)?;
-    requested(&mut outcome)?;
+    check_undamped(&mut outcome)?;
+    check_restitutions(&mut outcome)?;
     glass(&mut outcome)?;
     speeds(&mut outcome)?;
     Ok(outcome)
 }
 
 /// Checks B1: free flight is exact for any step.
-fn flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_free_flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("pair")?;
     value["gravity"] = json!([0, -9.81]);
     value["bodies"][0]["velocity"]["value"] = json!([1, 2]);
@@ -207,7 +207,7 @@ fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks undamped collisions, unequal masses, and a wall.
-fn others(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_undamped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let plain = collide(0.0, true, [1.0, 1.0], 200.0, 0.4)?;
     outcome.assert_close(
         "B2, restitution without damping, 200 steps",
@@ -247,7 +247,7 @@ fn others(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks requested restitutions, with a damping ratio for the law with and without no-tension clamp.
-fn requested(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_restitutions(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for clamp in [false, true] {
         let mut worst = 0.0f64;
         for asked in [0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.1] {

@@ -41,7 +41,7 @@ const EFFECTIVE: f64 = 0.5 * RADIUS;
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    across(&mut outcome)?;
+    check_tangential_force(&mut outcome)?;
     jkr(&mut outcome)?;
     bridge(&mut outcome)?;
     cohesion(&mut outcome)?;
@@ -67,7 +67,7 @@ fn move_sphere(value: &Value, steps: usize) -> Result<Vec<([f64; 2], f64, f64)>,
 }
 
 /// Case of two spheres at an overlap (m), one moved with this velocity (m/s), with steps of this length (s).
-fn touch(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
+fn contact_case(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
     let mut value = load("touch")?;
     let moved = (vec![RADIUS - overlap, 0.0, 0.0], RADIUS, vec![velocity[0], velocity[1], 0.0]);
     value["bodies"][0]["points"] = grain_file("held", &[(vec![-RADIUS, 0.0, 0.0], RADIUS, vec![0.0; 3])])?;
@@ -77,9 +77,9 @@ fn touch(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
 }
 
 /// Checks the tangential force `S_t ξ` up to `μ F_n` at constant overlap.
-fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_tangential_force(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let overlap: f64 = 1e-5;
-    let mut value = touch(overlap, [0.0, 1e-3], 1e-5)?;
+    let mut value = contact_case(overlap, [0.0, 1e-3], 1e-5)?;
     method_options(&mut value)["grains"]["grain"]["density"] = json!(1e15);
     let curve = move_sphere(&value, 1500)?;
     let normal = 4.0 / 3.0 * MODULUS * EFFECTIVE.sqrt() * overlap.powf(1.5);
@@ -116,7 +116,7 @@ fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Checks the JKR curve in loading and unloading, and the pull-off force.
 fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let work = 0.05;
-    let mut value = touch(2e-6, [1e-3, 0.0], 2e-6)?;
+    let mut value = contact_case(2e-6, [1e-3, 0.0], 2e-6)?;
     method_options(&mut value)["pairs"][0]["adhesion"] = json!({ "kind": "jkr", "work_of_adhesion": work });
     let curve = move_sphere(&value, 4000)?;
     let pull_off = 1.5 * PI * work * EFFECTIVE;
@@ -171,7 +171,7 @@ fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Checks the capillary bridge: force on contact, and the rupture distance.
 fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (tension, ratio) = (0.072, 0.01);
-    let mut value = touch(1e-8, [1e-3, 0.0], 2e-5)?;
+    let mut value = contact_case(1e-8, [1e-3, 0.0], 2e-5)?;
     method_options(&mut value)["pairs"][0]["adhesion"] =
         json!({ "kind": "capillary", "surface_tension": tension, "volume_ratio": ratio });
     let curve = move_sphere(&value, 5600)?;
@@ -220,7 +220,7 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks that a cohesive contact breaks at its strength.
 fn cohesion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut value = touch(1e-6, [1e-3, 0.0], 1e-6)?;
+    let mut value = contact_case(1e-6, [1e-3, 0.0], 1e-6)?;
     let own = &mut method_options(&mut value)["pairs"][0];
     own["normal"] = json!({ "law": "linear", "stiffness": 1e3, "damping_ratio": 0 });
     own["adhesion"] = json!({ "kind": "cohesive", "tension": 1e3, "shear": 1e3 });
@@ -269,7 +269,7 @@ fn bonds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let found = displacement.iter().enumerate().map(|(k, u)| (k as f64, 1e3 * u[1])).collect();
     picture.series.push(Series::new("DEM", found, Style::Markers));
     outcome.svg("B15: ten disks bonded to a held one.", &picture)?;
-    parted(&mut outcome)?;
+    check_bond_strength(&mut outcome)?;
     Ok(outcome)
 }
 
@@ -292,7 +292,7 @@ fn line(at: u32, rotation: f64, shear: f64) -> f64 {
 }
 
 /// Checks tension and shear at which a bond breaks, and its stiffness.
-fn parted(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_bond_strength(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let reason = "0.2 %: the force of two steps";
     let mut picture = LineChart::default();
     for (name, velocity) in [("tension", [1e-3, 0.0]), ("shear", [0.0, 1e-3])] {

@@ -119,7 +119,7 @@ fn momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Velocities and spins of a pair after a number of steps.
-fn met(value: &Value, steps: usize, dt: f64) -> Result<[f64; 6], String> {
+fn final_motion(value: &Value, steps: usize, dt: f64) -> Result<[f64; 6], String> {
     let mut solver = disk_solver(value)?;
     for _ in 0..steps {
         step(&mut solver, dt)?;
@@ -134,7 +134,7 @@ fn drift(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let with = |drift: [f64; 2]| {
         let first = [1.0 + drift[0], 0.3 + drift[1]];
         let second = [-0.5 + drift[0], drift[1]];
-        met(&pair([([-0.5, 0.1], 0.5, first, 3.0), ([0.31, -0.1], 0.3, second, -7.0)])?, 400, 1e-5)
+        final_motion(&pair([([-0.5, 0.1], 0.5, first, 3.0), ([0.31, -0.1], 0.3, second, -7.0)])?, 400, 1e-5)
     };
     let drift = [20.0, -8.0];
     let (still, moving) = (with([0.0; 2])?, with(drift)?);

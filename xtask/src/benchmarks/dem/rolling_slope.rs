@@ -93,7 +93,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     }
     let exact = (0..=90)
         .map(|k| 0.5 * f64::from(k))
-        .map(|a| (a, closed(f64::tan(a * PI / 180.0), 0.5).1 * 0.5 * TIME * TIME));
+        .map(|a| (a, exact_accelerations(f64::tan(a * PI / 180.0), 0.5).1 * 0.5 * TIME * TIME));
     let mut picture = LineChart::new(
         "Rotation of a disk on a slope of 45° after 0.2 s",
         "friction angle (°)",
@@ -105,7 +105,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     for angle in [5.0, 10.0, 15.0, 20.0, 30.0] {
         let friction = f64::tan(angle * PI / 180.0);
         let way = slide(friction, true)?;
-        let (acceleration, rotation) = closed(friction, 0.4);
+        let (acceleration, rotation) = exact_accelerations(friction, 0.4);
         let name = |what: &str| format!("B6, sphere, friction of {angle}°: {what}");
         let reason = "B6: the 1 % of the disk";
         outcome.assert_close(
@@ -121,7 +121,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Linear and angular acceleration for radius 1 m on a slope of 45°; `q` is the moment of inertia over m r².
-fn closed(friction: f64, q: f64) -> (f64, f64) {
+fn exact_accelerations(friction: f64, q: f64) -> (f64, f64) {
     let down = GRAVITY * 0.5f64.sqrt();
     if friction < q / (1.0 + q) {
         (down * (1.0 - friction), friction * down / q)
@@ -142,12 +142,12 @@ fn slide(friction: f64, sphere: bool) -> Result<RollingMotion, String> {
     let dt = TIME / 20_000.0;
     method_options(&mut value)["time_step"] = json!(dt);
     if sphere {
-        return after(&mut sphere_solver(&value)?, dt, mass);
+        return motion_after(&mut sphere_solver(&value)?, dt, mass);
     }
-    after(&mut disk_solver(&value)?, dt, mass)
+    motion_after(&mut disk_solver(&value)?, dt, mass)
 }
 
-fn after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingMotion, String> {
+fn motion_after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingMotion, String> {
     for _ in 0..20_000 {
         step(solver, dt)?;
     }

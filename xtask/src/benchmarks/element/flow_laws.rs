@@ -37,7 +37,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     crate::benchmarks::element::flow_cycles::cyclic_shear(&mut outcome)?;
     sand_film(&mut outcome)?;
     liquid_films(&mut outcome)?;
-    rest(&mut outcome)?;
+    check_rest(&mut outcome)?;
     liquid_column(&mut outcome)?;
     basal_laws::bingham(&mut outcome)?;
     basal_laws::friction(&mut outcome)?;
@@ -230,23 +230,23 @@ struct FilmProfile {
 }
 
 /// Intervals of the film, an even number.
-const PARTS: usize = 40;
+const FILM_INTERVALS: usize = 40;
 
 /// Profile of a film by Simpson's rule in the square root of the depth below the surface, in which profiles are smooth.
 fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfile, String> {
-    let root = |i: usize| height.sqrt() * (1.0 - i as f64 / PARTS as f64);
-    let mut rates = Vec::with_capacity(PARTS + 1);
-    for i in 0..=PARTS {
+    let root = |i: usize| height.sqrt() * (1.0 - i as f64 / FILM_INTERVALS as f64);
+    let mut rates = Vec::with_capacity(FILM_INTERVALS + 1);
+    for i in 0..=FILM_INTERVALS {
         let depth = root(i).powi(2);
         rates.push(if depth > 0.0 { law.rate(drive * depth, weight * depth)? } else { 0.0 });
     }
     // dz = -2 s ds
     let speed = |i: usize| rates[i] * 2.0 * root(i);
     let flux = |i: usize| rates[i] * 2.0 * root(i).powi(3);
-    let width = height.sqrt() / PARTS as f64;
+    let width = height.sqrt() / FILM_INTERVALS as f64;
     let simpson = |f: &dyn Fn(usize) -> f64, i: usize| width / 3.0 * (f(i) + 4.0 * f(i + 1) + f(i + 2));
     let (mut profile, mut total, mut mean) = (vec![(0.0, 0.0)], 0.0, 0.0);
-    for i in (0..PARTS).step_by(2) {
+    for i in (0..FILM_INTERVALS).step_by(2) {
         total += simpson(&speed, i);
         mean += simpson(&flux, i) / height;
         profile.push((height - root(i + 2).powi(2), total));
@@ -360,7 +360,8 @@ fn bingham_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result
     let mean = top * (2.0 * height + plug) / (3.0 * height);
     outcome.assert_close("V-20 Bingham film: speed of the plug (m/s)", top, 1e-5, found.surface(), FRAME);
     outcome.assert_close("V-20 Bingham film: mean speed (m/s)", mean, 1e-5, found.mean, FRAME);
-    let still = found.rates.iter().enumerate().filter(|(i, rate)| **rate > 0.0 && *i > PARTS / 2).count();
+    let still =
+        found.rates.iter().enumerate().filter(|(i, rate)| **rate > 0.0 && *i > FILM_INTERVALS / 2).count();
     let name = "V-20 Bingham film: depths within the plug that flow";
     outcome.assert_close(name, 0.0, 0.0, still as f64, "rigid plug");
     let shape = |z: f64| {
@@ -379,7 +380,7 @@ fn bingham_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result
 }
 
 /// Checks whether fluids with friction come to rest.
-fn rest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_rest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let fluid = |form: &Value| {
         FlowLaw::new(json!({
             "model": "frictional-fluid", "density": 1800.0, "bulk_modulus": 1e7, "friction_angle": 30.0,

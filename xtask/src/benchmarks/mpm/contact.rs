@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    bars(&mut outcome, "A-13 bars", &run_mpm(&load_case("mpm/contact-bars")?)?)?;
+    check_bars(&mut outcome, "A-13 bars", &run_mpm(&load_case("mpm/contact-bars")?)?)?;
     block(&mut outcome)?;
     incline(&mut outcome)?;
     disk(&mut outcome)?;
@@ -47,7 +47,7 @@ pub(super) fn history(report: &RunReport, field: &str, body: u32, start: f64) ->
 }
 
 /// Mean displacement along x of a body over time.
-fn ways(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
+fn mean_displacement(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, mean(frame, "displacement", body, 0))).collect()
 }
 
@@ -61,7 +61,11 @@ fn mean_bar_stress(snapshot: &Snapshot, from: f64, to: f64) -> f64 {
 }
 
 /// Checks two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
-pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
+pub(super) fn check_bars(
+    outcome: &mut BenchmarkOutcome,
+    name: &str,
+    report: &RunReport,
+) -> Result<(), String> {
     let speeds: Vec<(f64, f64)> = history(report, "velocity", 0, 0.0);
     // Part of the left bar near its end, without the points next to the interface.
     let near = |snapshot: &Snapshot| mean_bar_stress(snapshot, 1.8, 1.95);
@@ -258,7 +262,7 @@ fn disk(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let way = mean(&report.snapshot, "displacement", 1, 0);
         let name = format!("A-15 disk, μ = {friction}, {what}: way in 1 s (m)");
         outcome.assert_close(name, exact, 0.05, way, "the sheet's 5 %");
-        chart.series.push(Series::new(format!("μ = {friction}"), ways(&report, 1), Style::Line));
+        chart.series.push(Series::new(format!("μ = {friction}"), mean_displacement(&report, 1), Style::Line));
         let parabola = (0..=20).map(|k| 0.05 * f64::from(k)).map(|t| (t, exact * t * t)).collect();
         chart.series.push(Series::new(format!("closed form, it {what}"), parabola, Style::Dashed));
         if friction > 0.3 {

@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 const GRAVITY: f64 = 9.81;
 /// Time at which the block has settled (s).
-const SETTLED: f64 = 1.0;
+const SETTLING_TIME: f64 = 1.0;
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
@@ -56,7 +56,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 /// rear edge lifts at 40°, and it hops down a plane on which it could rest.
 fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
     let settling = &mut case.stages[0];
-    (settling.duration, settling.damping) = (SETTLED, 0.7);
+    (settling.duration, settling.damping) = (SETTLING_TIME, 0.7);
     let obstacle = &mut case.obstacles[0];
     obstacle.wall = ObstacleWall::Frictional { friction_coefficient: coefficient, adhesion: 0.0 };
     if let Some(form) = form {
@@ -87,7 +87,7 @@ fn speeds(report: &RunReport, up: &str) -> Vec<(f64, f64)> {
     let [x, z, mass] = ["momentum.x", up, "mass"].map(|name| measure_series(report, name));
     let all = x.iter().zip(&z).zip(&mass);
     let speeds = all.map(|((x, z), mass)| (x.0, (cosine * x.1 - sine * z.1) / mass.1));
-    speeds.filter(|(time, _)| *time >= SETTLED - 1e-9).collect()
+    speeds.filter(|(time, _)| *time >= SETTLING_TIME - 1e-9).collect()
 }
 
 fn judge(

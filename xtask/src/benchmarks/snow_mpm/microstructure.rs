@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use colluvium::points::Shape;
 use serde_json::json;
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars};
 
 /// Benchmark of this module.
@@ -29,9 +29,9 @@ struct CompressionBox {
     end: f64,
 }
 
-const SHORT: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
+const SHORT_BOX: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
 /// Structure of the sheet, on cells of 0.05 mm in place of 0.03 mm.
-const FULL: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
+const FULL_BOX: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
 
 /// Compression of the box between two rows of the measures.
 const ROW: f64 = 4e-4;
@@ -50,9 +50,9 @@ impl CompressionBox {
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let press = if quick { SHORT } else { FULL };
+    let press = if quick { SHORT_BOX } else { FULL_BOX };
     let CompressionBox { size, speed, end } = press;
-    let mut case = changed("microstructure", &json!({}))?;
+    let mut case = case_with_options("microstructure", &json!({}))?;
     case.domain.max = vec![size, 1.2 * size];
     if let Shape::Microstructure { max, .. } = &mut case.bodies[0].shape {
         *max = vec![size, size];
@@ -63,7 +63,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     case.stages[0].duration = end * size / speed;
     case.output.frames = Some(0.02 * size / speed);
     case.output.measures = Some(ROW * size / speed);
-    let report = solved(&case)?;
+    let report = run_snow_case(&case)?;
     let path = press.path(&report);
     judge(&mut outcome, &report, &path, quick);
     let chart = LineChart {

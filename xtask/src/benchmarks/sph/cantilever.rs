@@ -33,7 +33,7 @@ struct CantileverVariant {
     claim: &'static str,
 }
 
-fn ways() -> Vec<CantileverVariant> {
+fn variants() -> Vec<CantileverVariant> {
     vec![
         CantileverVariant {
             name: "corrected",
@@ -71,7 +71,7 @@ fn ways() -> Vec<CantileverVariant> {
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
-    for way in ways() {
+    for way in variants() {
         let mut case = load_case("sph/cantilever")?;
         for (option, value) in &way.options {
             set_method_option(&mut case, "sph", option, value.clone());
@@ -80,7 +80,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         judge(&mut outcome, &way, &report);
         chart.series.push(Series::new(way.name, tip(&report), Style::Line));
     }
-    finer(&mut outcome)?;
+    check_refinement(&mut outcome)?;
     let exact = (0..=100).map(|k| 0.0016 * f64::from(k));
     let exact = exact.map(|t| (t, AMPLITUDE * (std::f64::consts::TAU * t / PERIOD).sin())).collect();
     chart.series.push(Series::new("thin beam", exact, Style::Dashed));
@@ -89,11 +89,11 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 fn tip(report: &RunReport) -> Vec<(f64, f64)> {
-    swing(report, 1)
+    deflection(report, 1)
 }
 
 /// Mean deflection along an axis of the last columns of the beam in the frames.
-pub(super) fn swing(report: &RunReport, across: usize) -> Vec<(f64, f64)> {
+pub(super) fn deflection(report: &RunReport, across: usize) -> Vec<(f64, f64)> {
     let start = &report.frames[0].positions;
     let end = start.iter().map(|x| x[0]).fold(f64::NEG_INFINITY, f64::max);
     let last: Vec<usize> = (0..start.len()).filter(|&i| start[i][0] > end - 1e-6).collect();
@@ -169,7 +169,7 @@ fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunRe
 }
 
 /// Checks refinement, and the loss without viscosity.
-fn finer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_refinement(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("sph/cantilever")?;
     set_method_option(&mut case, "sph", "spacing", 0.001);
     let fine = period(&tip(&run_in_memory("sph", &case)?)) / PERIOD;

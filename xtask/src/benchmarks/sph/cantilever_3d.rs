@@ -5,7 +5,7 @@ use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::cantilever::{period, swing};
+use super::cantilever::{deflection, period};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses};
 
@@ -16,17 +16,17 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "ALERT 2020, chapter 1, Fig. 12; sheet: sph V-38",
     short_seconds: None,
     full_seconds: 2200,
-    run: |_| swings(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
+    run: |_| run_oscillations(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
 };
 
 /// Updated-Lagrangian form with artificial stress, at the sheet's spacing. Artificial stress feeds velocities that alternate from particle
 /// to particle, which only `hourglass_viscosity` resists.
-pub const UPDATED: Benchmark = Benchmark {
+pub const UPDATED_LAGRANGIAN: Benchmark = Benchmark {
     id: "sph/beam-3d-updated",
     title: "Elastic cantilever in three dimensions, sums over the present configuration, SPH",
     short_seconds: None,
     full_seconds: 2800,
-    run: |_| swings(&[(1, "updated, hourglass viscosity")]),
+    run: |_| run_oscillations(&[(1, "updated, hourglass viscosity")]),
     ..BENCHMARK
 };
 
@@ -36,7 +36,7 @@ const SPACINGS: [f64; 2] = [0.0125, 0.025];
 const SIDES: [f64; 2] = [0.1, 0.2];
 
 /// Checks oscillations across an axis (1 for y, 2 for z), each in a form of the method.
-fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
+fn run_oscillations(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
     for &(across, way) in runs {
@@ -59,7 +59,7 @@ fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
             _ => {}
         }
         let report = run_in_memory("sph", &case)?;
-        let tip = swing(&report, across);
+        let tip = deflection(&report, across);
         let name = |what: &str| format!("V-38, {way}, across {side} m: {what}");
         let claim = "1; the source: reasonable, off by dissipation";
         let ratio = period(&tip) / exact;

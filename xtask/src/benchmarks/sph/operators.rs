@@ -40,7 +40,7 @@ fn wave_laplacian(x: &[f64; 2]) -> f64 {
 }
 
 /// Largest error over the unit square of `found(cloud, field, i)`.
-fn worst(
+fn max_error(
     n: usize,
     disorder: f64,
     field: ScalarFunction,
@@ -58,7 +58,7 @@ fn worst(
 }
 
 fn gradient(operator: Gradient, n: usize, disorder: f64) -> Result<f64, String> {
-    worst(n, disorder, linear, |cloud, f, i, _| {
+    max_error(n, disorder, linear, |cloud, f, i, _| {
         cloud.gradient(operator, f, i).iter().map(|g| (g - 1.0).abs()).max_or_nan()
     })
 }
@@ -70,7 +70,7 @@ fn laplacian(
     field: ScalarFunction,
     exact: ScalarFunction,
 ) -> Result<f64, String> {
-    worst(n, disorder, field, |cloud, f, i, x| cloud.laplacian(operator, f, i) - exact(x))
+    max_error(n, disorder, field, |cloud, f, i, x| cloud.laplacian(operator, f, i) - exact(x))
 }
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {

@@ -45,7 +45,7 @@ pub(super) fn advance(solver: &mut dyn Solver) -> Result<f64, String> {
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    bar(&mut outcome)?;
+    check_bar(&mut outcome)?;
     strip(&mut outcome)?;
     damping(&mut outcome)?;
     limit(&mut outcome)?;
@@ -54,7 +54,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 
 /// Checks V-15: d'Alembert. Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches 0.6 m from its centre at 0.1 m after 5 ms
 /// and the free end after 9 ms, the other follows from the mirror with the opposite sign.
-fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load("waves/case.json")?;
     let mut solver = start(&case)?;
     let (mut passing, mut end) = (Vec::new(), Vec::new());

@@ -15,10 +15,10 @@ use crate::{
 };
 
 /// Driving force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
-const PULL: f64 = 1.0;
+const DRIVING_FORCE: f64 = 1.0;
 const STRENGTH: f64 = 1.37;
 /// Kinetic energy of points that no damping removes, as in FLIP (J).
-const KEPT: f64 = 1.0;
+const UNDAMPED_ENERGY: f64 = 1.0;
 
 /// Block that slides where its cohesion per mass is less than the driving force per mass.
 struct Slider {
@@ -38,13 +38,13 @@ struct Sliding {
     built: AtomicUsize,
     /// Number of the solver at whose build a stop is requested.
     stops_at: Option<usize>,
-    stop: Arc<AtomicBool>,
+    stop_flag: Arc<AtomicBool>,
     /// Number of the solver whose build fails.
     refuses_at: Option<usize>,
 }
 
 #[derive(JsonSchema)]
-struct Nothing {}
+struct EmptyState {}
 
 impl Method for Sliding {
     fn name(&self) -> &'static str {
@@ -54,7 +54,7 @@ impl Method for Sliding {
         "a block"
     }
     fn options_schema(&self) -> schemars::Schema {
-        schema_for!(Nothing)
+        schema_for!(EmptyState)
     }
     fn capabilities(&self, _: &Case) -> Result<Capabilities, CaseError> {
         Ok(Capabilities::for_point_methods("sliding").supports(&["boundaries*", "stages.damping"]))
@@ -67,7 +67,7 @@ impl Method for Sliding {
         if built == self.refuses_at {
             return Err(CaseError::new("materials.clay", "refused"));
         }
-        self.stop.store(built == self.stops_at, Ordering::Relaxed);
+        self.stop_flag.store(built == self.stops_at, Ordering::Relaxed);
         let spec = serde_json::to_value(&case.materials["clay"]).unwrap();
         let strength = spec["cohesion"].as_f64().unwrap() / 1000.0;
         Ok(Box::new(Slider { strength, rate: 0.0, x: 0.0, v: 0.0, time: 0.0, steps: 0 }))
@@ -85,13 +85,13 @@ impl Solver for Slider {
         1
     }
     fn limit(&mut self) -> TimeStep {
-        TimeStep { dt: 0.01, limit: StepLimit::FIXED, point: None, position: [0.0; 3] }
+        TimeStep { dt: 0.01, limit: StepLimit::FIXED_STEP, point: None, position: [0.0; 3] }
     }
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
         let dt = limit.limited_to(at_most);
         let before = self.v;
-        self.v = (self.v + dt * (PULL - self.strength)).max(0.0);
+        self.v = (self.v + dt * (DRIVING_FORCE - self.strength)).max(0.0);
         self.rate = (self.v - before) / dt;
         self.x += dt * self.v;
         self.time += dt;
@@ -106,7 +106,7 @@ impl Solver for Slider {
     }
     fn equilibrium(&self) -> Option<Equilibrium> {
         Some(Equilibrium {
-            unbalanced_force: self.rate.abs() / PULL,
+            unbalanced_force: self.rate.abs() / DRIVING_FORCE,
             kinetic_ratio: 0.0,
             kinetic: 0.5 * self.v * self.v,
         })
@@ -128,7 +128,7 @@ impl Solver for Slider {
         })
     }
     fn budget(&self) -> Option<Budget> {
-        Some(Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v + KEPT, ..Budget::default() })
+        Some(Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v + UNDAMPED_ENERGY, ..Budget::default() })
     }
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         save_value(&(self.x, self.v, self.time, self.steps), out)
@@ -169,8 +169,8 @@ fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
     let options = RunOptions { out: Some(out.clone()), ..RunOptions::default() };
     let report = run_method(&Sliding::default(), &searching("[1, 2]"), &options).unwrap();
     let safety = &report.safety["safety"];
-    assert!(safety.stable <= STRENGTH && STRENGTH <= safety.failed, "{safety:?}");
-    assert!(safety.failed - safety.stable <= 0.01);
+    assert!(safety.stable_factor <= STRENGTH && STRENGTH <= safety.failing_factor, "{safety:?}");
+    assert!(safety.failing_factor - safety.stable_factor <= 0.01);
     assert!((safety.factor().unwrap() - STRENGTH).abs() <= 0.005);
     let table = Table::read(&out.join("trials-safety.csv")).unwrap();
     assert_eq!(table.rows.len(), safety.trials.len());
@@ -207,7 +207,7 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
     let whole = run_method(&Sliding::default(), &case, &options("whole")).unwrap();
     let cut = Sliding { stops_at: Some(5), ..Sliding::default() };
     let report =
-        run_method(&cut, &case, &RunOptions { stop: Some(cut.stop.clone()), ..options("cut") }).unwrap();
+        run_method(&cut, &case, &RunOptions { stop: Some(cut.stop_flag.clone()), ..options("cut") }).unwrap();
     assert_eq!((report.ending, report.safety.len()), (RunEnd::Interrupted, 0));
     let out = folder.path().join("cut");
     let summary = status(&out);
@@ -250,7 +250,10 @@ fn a_range_that_does_not_hold_the_factor_says_so() {
     {
         let report = run_method(&Sliding::default(), &searching(range), &RunOptions::default()).unwrap();
         let safety = &report.safety["safety"];
-        assert_eq!((safety.trials.len(), safety.stable, safety.failed), (trials, stable, failed));
+        assert_eq!(
+            (safety.trials.len(), safety.stable_factor, safety.failing_factor),
+            (trials, stable, failed)
+        );
         assert_eq!(safety.factor(), None);
     }
 }
@@ -266,9 +269,9 @@ fn a_weakened_stage_has_the_strength_it_says() {
         let row = report.table.rows.iter().min_by(|a, b| (a[0] - time).abs().total_cmp(&(b[0] - time).abs()));
         row.unwrap()[report.table.columns.iter().position(|(name, _)| name == "kinetic_energy").unwrap()]
     };
-    let fastest = 2.0 * (PULL - 0.5 * STRENGTH);
-    assert_eq!(at(0.5), KEPT);
-    assert!(((at(2.5) - KEPT) / (0.5 * fastest * fastest) - 1.0).abs() < 0.05, "{}", at(2.5));
+    let fastest = 2.0 * (DRIVING_FORCE - 0.5 * STRENGTH);
+    assert_eq!(at(0.5), UNDAMPED_ENERGY);
+    assert!(((at(2.5) - UNDAMPED_ENERGY) / (0.5 * fastest * fastest) - 1.0).abs() < 0.05, "{}", at(2.5));
     assert!(at(3.5) < at(2.5), "full strength brakes");
     let whole = case(stages);
     let error =
@@ -387,8 +390,11 @@ fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
     assert!(safety.block > 0.0 && safety.height > 0.0);
     let failing = &report.failed_trials["safety"];
     let moved = failing.vectors("trial_displacement").unwrap()[0][0];
-    let last =
-        safety.trials.iter().filter(|trial| trial.failed()).map(|trial| (trial.factor, trial.displacement));
+    let last = safety
+        .trials
+        .iter()
+        .filter(|trial| trial.is_failed())
+        .map(|trial| (trial.factor, trial.displacement));
     let (_, displacement) = last.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     assert_eq!(moved, displacement, "the frame is that of the least failing factor");
     value["gravity"] = json!([0, 0]);
@@ -398,8 +404,8 @@ fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
 
 fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {
     let mut safety = SafetyResult {
-        stable: 0.0,
-        failed: f64::INFINITY,
+        stable_factor: 0.0,
+        failing_factor: f64::INFINITY,
         tolerance: 0.1,
         height: 1.0,
         block: 1.0,
@@ -422,13 +428,13 @@ fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {
 fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
     use TrialVerdict::{Failed, Stable, Undecided};
     let mut trials = vec![(1.0, Stable), (2.0, Failed), (1.5, Undecided)];
-    assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.75));
+    assert_eq!(safety_of(&trials).next_factor([1.0, 2.0]), Some(1.75));
     trials.push((1.75, Failed));
-    assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.25));
+    assert_eq!(safety_of(&trials).next_factor([1.0, 2.0]), Some(1.25));
     trials.extend([(1.25, Stable), (1.375, Stable), (1.4375, Stable), (1.625, Failed), (1.5625, Failed)]);
     let safety = safety_of(&trials);
     assert_eq!(
-        (safety.next([1.0, 2.0]), safety.factor(), safety.outcome()),
+        (safety.next_factor([1.0, 2.0]), safety.factor(), safety.outcome()),
         (None, None, SearchOutcome::Undecided)
     );
     let told = safety.message();
@@ -440,11 +446,11 @@ fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
 fn a_search_whose_ends_are_undecided_is_undecided() {
     use TrialVerdict::{Failed, Stable, Undecided};
     let safety = safety_of(&[(1.0, Undecided)]);
-    assert_eq!((safety.next([1.0, 2.0]), safety.outcome()), (None, SearchOutcome::Undecided));
+    assert_eq!((safety.next_factor([1.0, 2.0]), safety.outcome()), (None, SearchOutcome::Undecided));
     assert!(safety.message().contains("no stable factor, no failed factor"), "{}", safety.message());
     let mut trials = vec![(1.0, Stable), (1.1, Undecided)];
-    assert_eq!(safety_of(&trials).next([1.0, 1.1]), None);
+    assert_eq!(safety_of(&trials).next_factor([1.0, 1.1]), None);
     trials.push((1.05, Failed));
     let found = safety_of(&trials);
-    assert_eq!((found.next([1.0, 1.1]), found.outcome()), (None, SearchOutcome::Found));
+    assert_eq!((found.next_factor([1.0, 1.1]), found.outcome()), (None, SearchOutcome::Found));
 }

@@ -201,7 +201,7 @@ impl<'a> RunRecorder<'a> {
         if !row && !frame {
             return Ok(());
         }
-        let mut now = solver.frame(if frame { FrameRequest::Written } else { FrameRequest::Measured });
+        let mut now = solver.frame(if frame { FrameRequest::Requested } else { FrameRequest::Measured });
         let points = now.take_points();
         if row {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
@@ -225,7 +225,7 @@ impl<'a> RunRecorder<'a> {
         progress: &mut RunProgress,
     ) -> Result<(), RunError> {
         let time = solver.time();
-        let mut now = solver.frame(FrameRequest::Written);
+        let mut now = solver.frame(FrameRequest::Requested);
         let points = now.take_points();
         if self.table.last("time") != Some(time) {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
@@ -292,7 +292,7 @@ impl<'a> RunRecorder<'a> {
                     &out.join(&name),
                     points,
                     self.case.origin(),
-                    WriteOptions { only, compression },
+                    WriteOptions { field_names: only, compression },
                 )?;
                 progress.seals.insert(name, seal);
             }

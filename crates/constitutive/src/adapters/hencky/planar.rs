@@ -93,7 +93,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         let strains = spectrum.values.map(|s| s / two_mu - 0.5 * pressure / k);
         let mut elastic = spectrum.compose(strains.map(|e| (2.0 * e).exp_m1()));
         elastic[2] = 0.0;
-        Point { stress, state: HenckyState { elastic, jacobian, inner } }
+        Point { stress, state: HenckyState { elastic, jacobian, inner_state: inner } }
     }
 
     fn single_step(
@@ -127,12 +127,12 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         let mean = SymTensor([0.5 * volumetric, 0.5 * volumetric, 0.0, 0.0, 0.0, 0.0]);
         let deviator = (strain - mean) * (2.0 * elasticity.shear_modulus);
         let (pressure, q) = (-elasticity.bulk_modulus * volumetric, deviator.q());
-        let (end, inner) = self.0.return_invariants((pressure, q), &old.state.inner)?;
+        let (end, inner) = self.0.return_invariants((pressure, q), &old.state.inner_state)?;
         let jacobian = old.state.jacobian * stretch;
         Ok(match end {
             None => {
                 let stress = (deviator - SymTensor::isotropic(pressure)) * (1.0 / jacobian);
-                Point { stress, state: HenckyState { elastic: plane, jacobian, inner } }
+                Point { stress, state: HenckyState { elastic: plane, jacobian, inner_state: inner } }
             }
             Some((0.0, 0.0)) => self.point(0.0, &SymTensor::ZERO, jacobian, inner),
             Some((pressure, kept)) => {
@@ -143,8 +143,8 @@ impl<L: InvariantReturn> PlanarHencky<L> {
     }
 
     /// Point in Kirchhoff stresses.
-    fn inner(point: &Point<HenckyState<L::State>>) -> Point<L::State> {
-        Point { stress: point.stress * point.state.jacobian, state: point.state.inner.clone() }
+    fn kirchhoff_point(point: &Point<HenckyState<L::State>>) -> Point<L::State> {
+        Point { stress: point.stress * point.state.jacobian, state: point.state.inner_state.clone() }
     }
 }
 
@@ -185,15 +185,15 @@ impl<L: InvariantReturn> PointLaw for PlanarHencky<L> {
     }
 
     fn yield_value(&self, point: &Point<HenckyState<L::State>>) -> Option<f64> {
-        self.0.yield_value(&Self::inner(point))
+        self.0.yield_value(&Self::kirchhoff_point(point))
     }
 
     fn stored_energy(&self, point: &Point<HenckyState<L::State>>) -> Option<f64> {
-        Some(self.0.stored_energy(&Self::inner(point))? / point.state.jacobian)
+        Some(self.0.stored_energy(&Self::kirchhoff_point(point))? / point.state.jacobian)
     }
 
     fn outputs(&self, point: &Point<HenckyState<L::State>>, out: &mut [f64]) {
-        self.0.outputs(&Self::inner(point), out);
+        self.0.outputs(&Self::kirchhoff_point(point), out);
     }
 }
 

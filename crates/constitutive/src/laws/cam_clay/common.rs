@@ -146,7 +146,7 @@ impl CamClayConstants {
             CamClayState { void_ratio: void_ratio_after(old.state.void_ratio, strain.trace()), ..old.state };
         SubstepResult {
             point: Point { stress: trial.radial.stress(trial.pressure, 1.0), state },
-            dissipated: 0.0,
+            dissipated_work: 0.0,
         }
     }
 

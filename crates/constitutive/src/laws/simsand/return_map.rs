@@ -92,7 +92,7 @@ impl Simsand {
         }
         if trial.pressure >= MIN_PRESSURE {
             let [peak, _] = self.slopes(trial.pressure, trial.void_ratio, trial.lode);
-            let strength = trial.pressure * peak.value * self.mobilised(trial.plastic_strain).0;
+            let strength = trial.pressure * peak.value * self.mobilised_share(trial.plastic_strain).0;
             if q_tr - strength <= ON_SURFACE * (q_tr + strength) {
                 return Ok(SimsandReturn::Elastic);
             }
@@ -110,7 +110,7 @@ impl Simsand {
             last = (p, slope, shear);
             let q = q_tr - 3.0 * trial.shear * shear;
             let [peak, _] = self.slopes(p, trial.void_ratio, trial.lode);
-            let (share, share_slope) = self.mobilised(trial.plastic_strain + shear);
+            let (share, share_slope) = self.mobilised_share(trial.plastic_strain + shear);
             let by_pressure = -(peak.value + p * peak.by_pressure) * share;
             let strength = p * peak.value * share;
             (
@@ -144,12 +144,12 @@ impl Simsand {
                 // From the yield condition, which is then satisfied to the last digit.
                 state.plastic_strain += shear;
                 let [peak, transformation] = self.slopes(pressure, trial.void_ratio, trial.lode);
-                let q = pressure * peak.value * self.mobilised(state.plastic_strain).0;
+                let q = pressure * peak.value * self.mobilised_share(state.plastic_strain).0;
                 let dilatancy = self.spec.dilatancy_constant * (transformation.value - q / pressure);
                 (trial.radial.stress(pressure, q / trial.q), shear * (q + pressure * dilatancy))
             }
         };
-        Ok(SubstepResult { point: Point { stress, state }, dissipated })
+        Ok(SubstepResult { point: Point { stress, state }, dissipated_work: dissipated })
     }
 
     /// Consistent tangent, by the implicit-function theorem on the pressure and yield
@@ -165,7 +165,7 @@ impl Simsand {
             SimsandReturn::Flow { pressure, shear } => (pressure, shear),
         };
         let [peak, transformation] = self.slopes(p, trial.void_ratio, trial.lode);
-        let (share, share_slope) = self.mobilised(trial.plastic_strain + shear);
+        let (share, share_slope) = self.mobilised_share(trial.plastic_strain + shear);
         let three_g = 3.0 * trial.shear;
         let q = trial.q - three_g * shear;
         let dilatant = trial.bulk * self.spec.dilatancy_constant * shear;

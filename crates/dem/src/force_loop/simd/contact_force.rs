@@ -21,7 +21,7 @@ pub(super) struct SimdContactSums {
     pub(super) tangential_power: Lanes,
     pub(super) friction: Lanes,
     pub(super) dashpots: Lanes,
-    pub(super) rescaled: Lanes,
+    pub(super) spring_loss: Lanes,
     pub(super) rolling: Lanes,
     pub(super) elastic_rolling: Lanes,
     boundary: Lanes,
@@ -53,7 +53,7 @@ impl<const D: usize> ContactSums<D> {
         energies.friction += sum(sums.friction);
         energies.dashpots +=
             sum(sums.dashpots) + dt * (sum(sums.tangential_power) - 0.5 * sum(sums.normal_power));
-        energies.rescaled += sum(sums.rescaled);
+        energies.spring_loss += sum(sums.spring_loss);
         energies.rolling += sum(sums.rolling);
         energies.elastic_rolling += sum(sums.elastic_rolling);
         energies.boundary += sum(sums.boundary);
@@ -65,11 +65,11 @@ impl<const D: usize> ContactSums<D> {
 /// Forces of four contacts on the first grains.
 pub(super) struct SimdForce<const D: usize, const R: usize> {
     /// Force (N); zero for lanes that do not count.
-    pub(super) on: [Lanes; D],
+    pub(super) force: [Lanes; D],
     /// Tangential part in tangent coordinates, and normal part (N).
     pub(super) tangential: [Lanes; R],
     normal: Lanes,
-    pub(super) base: NormalResponse<Lanes>,
+    pub(super) normal_response: NormalResponse<Lanes>,
     /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
     /// Mask of the contacts that overlap and count, and its bits.
@@ -131,7 +131,15 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         let mut on: [Lanes; D] = from_tangential(&tangential, &geometry.normal);
         add(&mut on, normal, &geometry.normal);
         self.count(geometry, &on, (grains, bits), in_contact);
-        SimdForce { on: on.map(|f| in_contact & f), tangential, normal, base, cap, in_contact, bits }
+        SimdForce {
+            force: on.map(|f| in_contact & f),
+            tangential,
+            normal,
+            normal_response: base,
+            cap,
+            in_contact,
+            bits,
+        }
     }
 
     /// Normal dashpots of four contacts in this step (N s/m).
@@ -173,11 +181,12 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     ) -> u32 {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
-        let FourContacts { geometry, arm, apart, radii, shear_displacement, damping_force } =
-            &batch.fours[group];
+        let FourContacts { geometry, lever_arm: arm, apart, radii, shear_displacement, damping_force } =
+            &batch.groups[group];
         let dt = Lanes::splat(input.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
-        let SimdForce { on, tangential, normal, base, cap, in_contact, bits } = self.force::<HERTZ>(
+        let SimdForce { force: on, tangential, normal, normal_response: base, cap, in_contact, bits } = self
+            .force::<HERTZ>(
             geometry,
             (*shear_displacement, *damping_force),
             laws,
@@ -201,7 +210,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
         });
         // Grains of lanes that do not count receive nothing.
-        let [one, two] = ForceTorque::of_four(&on, &lever, resistance);
+        let [one, two] = ForceTorque::gather_group(&on, &lever, resistance);
         for (k, pair) in pairs.iter().enumerate() {
             self.forces[pair.first as usize].add(&one[k]);
             self.forces[pair.second as usize].add(&two[k]);

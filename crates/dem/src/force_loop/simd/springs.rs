@@ -34,7 +34,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             history.roll[slot] = std::array::from_fn(|c| lefts[c][k]);
         }
         let mut moment = resisted.moment.map(|m| here & m);
-        self.account.sums.rolling += here & resisted.dissipated;
+        self.account.sums.rolling += here & resisted.dissipated_energy;
         self.account.sums.dashpots += here & resisted.dashpots;
         self.account.sums.elastic_rolling += here & resisted.elastic;
         if D == 3 && twists.any() {
@@ -48,7 +48,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             for c in 0..D {
                 moment[c] += here & (resisted.moment[0] * geometry.normal[c]);
             }
-            self.account.sums.rolling += here & resisted.dissipated;
+            self.account.sums.rolling += here & resisted.dissipated_energy;
             self.account.sums.dashpots += here & resisted.dashpots;
             self.account.sums.elastic_rolling += here & resisted.elastic;
         }
@@ -74,7 +74,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
                 stiffness,
             );
             old = rescaled;
-            self.account.sums.rescaled += in_contact & lost;
+            self.account.sums.spring_loss += in_contact & lost;
         }
         let mut shear_displacement: [Lanes; R] =
             std::array::from_fn(|c| old[c] + geometry.sliding_velocity[c] * dt);

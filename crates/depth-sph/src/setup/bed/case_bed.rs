@@ -112,7 +112,7 @@ fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
     let raster = ground.raster();
     let off = |number: usize| {
         let bed: Option<BedPoint<2>> =
-            ground.at(&raster.node_position(number % raster.columns, number / raster.columns));
+            ground.bed_point(&raster.node_position(number % raster.columns, number / raster.columns));
         Some(bed?.level - raster.values[number] - means[number]).filter(|off| off.is_finite())
     };
     let (mut most, mut square, mut count) = (0.0f64, 0.0, 0.0);
@@ -185,7 +185,7 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
     let slope = |number: usize| {
-        let bed: Option<BedPoint<2>> = ground.at(&place(number));
+        let bed: Option<BedPoint<2>> = ground.bed_point(&place(number));
         bed.map_or(0.0, |bed| bed.slope[0].hypot(bed.slope[1]))
     };
     let of_file = matches!(&case.obstacles[..], [Obstacle { shape: ObstacleShape::Raster { .. }, .. }]);
@@ -265,7 +265,7 @@ pub fn lowest(case: &Case) -> Side {
 /// Highest wall that faces upward: its number, its level (m), and its kind.
 pub fn highest_wall(case: &Case) -> Option<(usize, f64, &Wall)> {
     let side = lowest(case);
-    let level = |boundary: &Boundary| boundary.position(&case.domain);
+    let level = |boundary: &Boundary| boundary.wall_coordinate(&case.domain);
     let walls = case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.side == side);
     let highest = walls.max_by(|a, b| level(a.1).total_cmp(&level(b.1)));
     highest.map(|(number, boundary)| (number, level(boundary), &boundary.wall))
@@ -305,6 +305,6 @@ fn plane<const D: usize>(case: &Case, point: &[f64], normal: &[f64]) -> Result<(
     let level = move |x: &[f64; D]| foot + (0..D).map(|c| slope[c] * x[c]).sum::<f64>();
     let corner =
         std::array::from_fn(|c| if slope[c] > 0.0 { case.domain.min[c] } else { case.domain.max[c] });
-    let bed = Bed::formula(move |x: &[f64; D]| BedPoint { slope, ..BedPoint::flat(level(x)) });
+    let bed = Bed::formula(move |x: &[f64; D]| BedPoint { slope, ..BedPoint::horizontal(level(x)) });
     Ok((bed, level(&corner)))
 }

@@ -35,7 +35,7 @@ pub fn case(more: Value) -> Case {
 pub fn restarts(case: &Case, middle: f64, end: f64) {
     let mut whole = begin(case);
     advance_to(&mut *whole, middle);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     let mut again = begin(case);
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();

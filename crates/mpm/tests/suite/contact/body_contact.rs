@@ -265,7 +265,7 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
         let mut whole = begin(&case);
         advance(&mut *whole);
         let mut again = Mpm.build(&case).unwrap();
-        again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+        again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         advance(&mut *whole);
         advance(&mut *again);

@@ -70,7 +70,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
             solver.step(2e-4).unwrap();
         });
         let mut other = begin(&case);
-        other.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+        other.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
         other.begin_stage(0, 0.0).unwrap();
         other
     };

@@ -106,7 +106,7 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
         let start = solver.totals();
         advance_steps(&mut *solver, 300);
         let mut again = start_solver(&Mpm, &case);
-        again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+        again.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut solver, &mut again] {
             advance_steps(&mut **solver, 300);

@@ -132,7 +132,7 @@ fn a_saturated_run_on_obstacles_goes_on_from_where_it_was_saved_and_threads_do_n
                 let mut solver = start_solver(&Mpm, &case);
                 advance_steps(&mut *solver, 300);
                 if cut {
-                    let saved = solver.saved().unwrap();
+                    let saved = solver.checkpoint_bytes().unwrap();
                     solver = start_solver(&Mpm, &case);
                     solver.restore(&mut saved.as_slice()).unwrap();
                     solver.begin_stage(0, 0.0).unwrap();

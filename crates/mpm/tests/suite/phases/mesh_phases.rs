@@ -234,7 +234,7 @@ fn threads_do_not_matter_and_a_restored_solver_continues_to_the_last_bit() {
         let mut whole = begin(&case);
         advance_steps(&mut *whole, 50);
         let mut rest = begin(&case);
-        rest.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+        rest.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
         rest.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *rest, 70);
         assert_eq!(rest.snapshot().hash(), on(1), "{space:?}");

@@ -330,7 +330,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
     let case = crash("ugimp", "point");
     let mut whole = begin(&case);
     advance_steps(&mut *whole, 137);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     let mut again = begin(&case);
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();

@@ -30,7 +30,7 @@ fn a_load_begins_with_its_stage_and_goes_on() {
     };
     to(&mut *whole, 0, 0.01);
     to(&mut *whole, 1, 0.03);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     let mut again = begin(&case);
     again.restore(&mut saved.as_slice()).unwrap();
     to(&mut *whole, 2, 0.04);

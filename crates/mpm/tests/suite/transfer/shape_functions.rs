@@ -240,7 +240,7 @@ fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are
         let start = solver.snapshot().positions.clone();
         advance_to(&mut *solver, 1.0);
         let mut again = Mpm.build(&case).unwrap();
-        again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+        again.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut solver, &mut again] {
             advance_to(&mut **solver, 2.0);

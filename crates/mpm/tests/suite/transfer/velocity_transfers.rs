@@ -333,7 +333,7 @@ fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
         let mut whole = begin(&case);
         advance(&mut *whole);
         let mut again = begin(&case);
-        again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+        again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         advance(&mut *whole);
         advance(&mut *again);
@@ -381,7 +381,7 @@ fn stages_have_their_own_share_of_flip() {
             }
             if cut == Some(step) {
                 let mut again = Mpm.build(&own).unwrap();
-                again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+                again.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
                 again.begin_stage(stage, start).unwrap();
                 solver = again;
             }

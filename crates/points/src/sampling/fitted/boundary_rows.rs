@@ -129,7 +129,7 @@ fn is_perpendicular_corner(a: &BoundaryEdge, b: &BoundaryEdge, same: f64) -> boo
 
 /// Edge with further rows to place.
 struct ActiveEdge<'a> {
-    side: &'a BoundaryEdge,
+    boundary_edge: &'a BoundaryEdge,
     pitch: f64,
     /// Edges at which its rows end.
     ends_at: Vec<&'a BoundaryEdge>,
@@ -147,7 +147,7 @@ pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
                     *other != side && !is_perpendicular_corner(side, other, 1e-6 * spacing)
                 };
                 let pitch = row_spacing(side, &region.sides, spacing);
-                ActiveEdge { side, pitch, ends_at: region.sides.iter().filter(ends).collect() }
+                ActiveEdge { boundary_edge: side, pitch, ends_at: region.sides.iter().filter(ends).collect() }
             })
             .collect();
         let mut number = 0.0;
@@ -160,7 +160,7 @@ pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
                 };
                 let since = points.points.len();
                 let mut any = false;
-                for x in row_points(going.side, depth, spacing).into_iter().filter(nearest) {
+                for x in row_points(going.boundary_edge, depth, spacing).into_iter().filter(nearest) {
                     any = true;
                     if points.is_free_except_since(
                         x,

@@ -258,7 +258,7 @@ impl FacettedSurface<3> {
     /// # Errors
     /// When an edge does not belong to exactly two triangles with opposite senses, with its position; when a triangle has no area, or
     /// intersects another; when a number is not one of a vertex.
-    pub fn closed(vertices: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Result<Self, SurfaceError> {
+    pub fn closed_surface(vertices: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Result<Self, SurfaceError> {
         let count = vertices.len();
         if let Some(number) = triangles.iter().position(|t| t.iter().any(|v| *v as usize >= count)) {
             let problem =
@@ -307,7 +307,7 @@ impl FacettedSurface<3> {
     /// Closed surface of separate triangles (m), as in an STL file: corners with equal coordinates are one vertex.
     ///
     /// # Errors
-    /// See [`FacettedSurface::closed`].
+    /// See [`FacettedSurface::closed_surface`].
     pub fn from_triangles(triangles: &[[[f64; 3]; 3]]) -> Result<Self, SurfaceError> {
         let mut vertices = Vec::new();
         let mut known: BTreeMap<[u64; 3], u32> = BTreeMap::new();
@@ -319,7 +319,7 @@ impl FacettedSurface<3> {
             })
         };
         let facets: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(&mut vertex)).collect();
-        Self::closed(vertices, &facets)
+        Self::closed_surface(vertices, &facets)
     }
 }
 
@@ -363,7 +363,7 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
             let outward = if feature == FacetFeature::Face { None } else { unit(&from) };
             let normal = outward.unwrap_or(*normal);
             let place = NearestPoint { distance: away.sqrt(), normal, position: place, feature_id: key };
-            candidates.push(FacetCandidate { corners, place });
+            candidates.push(FacetCandidate { corners, nearest: place });
         });
         found.select_distinct(radius);
     }

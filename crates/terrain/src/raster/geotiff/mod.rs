@@ -105,7 +105,7 @@ pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, Str
              resample it to such a grid"
         ));
     }
-    let mut band = band(&mut decoder)?.or(beside.band);
+    let mut band = band(&mut decoder)?.completed_by(beside.band);
     let mut values = pixel_values::pixel_values(bytes, decoder, band.no_data.unwrap_or(0.0))?;
     if values.len() != columns * rows {
         return Err(format!(
