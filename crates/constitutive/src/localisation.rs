@@ -115,7 +115,7 @@ impl FiniteBand {
         size: f64,
         normal: [f64; 3],
         outside: Tangent,
-        inside: Tangent,
+        inside_tangent: Tangent,
     ) -> Result<Self, MaterialError> {
         crate::contract::parameter_checks::positive("size", size, "m")?;
         let rule = format!("must be positive and at most the size of the point, {size} m");
@@ -132,7 +132,7 @@ impl FiniteBand {
             (length - 1.0).abs() < 1e-9,
             "is not a length of 1",
         )?;
-        Ok(Self { thickness, size, normal, outside, inside_tangent: inside })
+        Ok(Self { thickness, size, normal, outside, inside_tangent })
     }
 
     /// Jump and stresses of `strain`, eqs. (2.19)–(2.20): traction is continuous across the band. `None`
@@ -146,12 +146,12 @@ impl FiniteBand {
         let jump = acoustic.inverse()?.apply(mismatch.apply(n));
         let dyad = SymTensor::symmetric_dyad(n, jump);
         let outside = self.outside.apply(&(*strain - dyad * (share / h)));
-        let inside = self.inside_tangent.apply(&(*strain + dyad * ((1.0 - share) / h)));
+        let inside_stress = self.inside_tangent.apply(&(*strain + dyad * ((1.0 - share) / h)));
         Some(BandResponse {
             jump,
             outside,
-            inside_stress: inside,
-            mean: inside * share + outside * (1.0 - share),
+            inside_stress,
+            mean: inside_stress * share + outside * (1.0 - share),
         })
     }
 }

@@ -51,18 +51,19 @@ fn bore_velocity(gravity: f64, a: f64, b: f64) -> f64 {
 
 impl Stoker {
     /// Creates the solution of depths `left` > `right` > 0 (m).
-    pub fn new(gravity: f64, left: f64, right: f64) -> Self {
+    pub fn new(gravity: f64, left_depth: f64, right_depth: f64) -> Self {
         let celerity = |h: f64| (gravity * h).sqrt();
-        let balance = |h: f64| 2.0 * (celerity(h) - celerity(left)) + bore_velocity(gravity, right, h);
-        let depth = root(right, left, balance);
-        let velocity = 2.0 * (celerity(left) - celerity(depth));
+        let balance =
+            |h: f64| 2.0 * (celerity(h) - celerity(left_depth)) + bore_velocity(gravity, right_depth, h);
+        let depth = root(right_depth, left_depth, balance);
+        let velocity = 2.0 * (celerity(left_depth) - celerity(depth));
         Self {
             gravity,
-            left_depth: left,
-            right_depth: right,
+            left_depth,
+            right_depth,
             depth,
             velocity,
-            bore_speed: depth * velocity / (depth - right),
+            bore_speed: depth * velocity / (depth - right_depth),
         }
     }
 

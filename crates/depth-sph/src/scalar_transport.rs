@@ -18,10 +18,10 @@ pub struct ScalarNodes {
 
 impl ScalarNodes {
     /// Creates nodes at `places` (m), ascending, with the values of a formula.
-    pub fn new(places: impl Iterator<Item = f64>, value: impl Fn(f64) -> f64) -> Self {
-        let places: Vec<f64> = places.collect();
-        let values = places.iter().map(|x| value(*x)).collect();
-        Self { positions: places, values }
+    pub fn new(positions: impl Iterator<Item = f64>, value: impl Fn(f64) -> f64) -> Self {
+        let positions: Vec<f64> = positions.collect();
+        let values = positions.iter().map(|x| value(*x)).collect();
+        Self { positions, values }
     }
 
     /// Moves all nodes with one velocity `speed` (m/s) for `dt` (s).

@@ -120,12 +120,9 @@ impl<const D: usize> SphSolver<D> {
         bodies.pair_data.grad_h_factor.clear();
         bodies.resize(n);
         rates.derivatives.resize(n);
-        let [time, reach] = saved.listed_at;
-        lists.listed_positions = ListedPositions {
-            positions: saved.listed_positions.as_chunks().0.to_vec(),
-            time,
-            list_radius: reach,
-        };
+        let [time, list_radius] = saved.listed_at;
+        lists.listed_positions =
+            ListedPositions { positions: saved.listed_positions.as_chunks().0.to_vec(), time, list_radius };
         (lists.last_sort, rates.current) = (saved.last_sort, saved.current);
         rates.reactions.clone_from(&saved.reactions);
         (self.clock, self.equilibrium_terms, self.obstacle_energies) =

@@ -54,13 +54,13 @@ mod tests {
 
     #[test]
     fn the_head_says_what_ran_in_which_form() {
-        let scope = |filter: Option<&str>, full, short, left_out: &[&'static str]| {
+        let scope = |filter: Option<&str>, full_count, short_count, left_out: &[&'static str]| {
             let filter = filter.map(str::to_owned);
             ReportScope {
                 filter,
                 quick: false,
-                short_count: short,
-                full_count: full,
+                short_count,
+                full_count,
                 skipped_benchmarks: left_out.to_vec(),
             }
             .text()

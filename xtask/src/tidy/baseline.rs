@@ -44,8 +44,9 @@ impl Baseline {
         let Ok(text) = fs::read_to_string(path) else {
             return Ok(Self { known_counts: ViolationCounts::new() });
         };
-        let known = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(Self { known_counts: known })
+        let known_counts =
+            serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Self { known_counts })
     }
 
     /// Writes the baseline.

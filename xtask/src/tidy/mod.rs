@@ -46,8 +46,8 @@ struct RuleViolation {
 }
 
 impl RuleViolation {
-    fn new(rule: &'static str, file: &str, line: usize, message: String) -> Self {
-        Self { rule_name: rule, file: file.to_owned(), line, message }
+    fn new(rule_name: &'static str, file: &str, line: usize, message: String) -> Self {
+        Self { rule_name, file: file.to_owned(), line, message }
     }
 
     /// Part of the tree that the baseline counts in: `crates/<name>`, or the first folder.

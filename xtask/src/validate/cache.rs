@@ -54,14 +54,14 @@ impl OutcomeCache {
     }
 
     /// Cached entry of a benchmark whose program and files have not changed since; `None` otherwise.
-    pub fn entry(&self, benchmark: &'static Benchmark, short: bool) -> Option<BenchmarkEntry> {
-        let bytes = std::fs::read(self.file(benchmark, short)).ok()?;
+    pub fn entry(&self, benchmark: &'static Benchmark, is_short: bool) -> Option<BenchmarkEntry> {
+        let bytes = std::fs::read(self.file(benchmark, is_short)).ok()?;
         let kept: CachedOutcome = postcard::from_bytes(&bytes).ok()?;
         let same = |(file, mark): &(String, u64)| self.file_hash(file) == Some(*mark);
         let CachedOutcome { program, files, seconds, outcome } = kept;
         (program == self.program_hash && files.iter().all(same)).then(|| BenchmarkEntry {
             benchmark,
-            is_short: short,
+            is_short,
             outcome,
             error: None,
             seconds,

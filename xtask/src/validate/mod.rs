@@ -219,11 +219,11 @@ fn run_benchmark(
     known: &KnownResults,
     progress: &ValidationProgress,
 ) -> BenchmarkEntry {
-    let BenchmarkJob { benchmark, is_short: short } = *work;
+    let BenchmarkJob { benchmark, is_short } = *work;
     let recorder = InputRecorder::attach(pool);
     let start = Instant::now();
     // A benchmark that panics has failed; the others still run.
-    let result = pool.install(|| catch_unwind(AssertUnwindSafe(|| (benchmark.run)(short))));
+    let result = pool.install(|| catch_unwind(AssertUnwindSafe(|| (benchmark.run)(is_short))));
     let seconds = start.elapsed().as_secs_f64();
     let (mut outcome, error) = match result {
         Ok(Ok(outcome)) => (outcome, None),
@@ -253,15 +253,7 @@ fn run_benchmark(
     // Printed in one call: other threads report meanwhile.
     let line = progress.finished_text(work.seconds(), seconds);
     println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
-    BenchmarkEntry {
-        benchmark,
-        is_short: short,
-        outcome,
-        error,
-        seconds,
-        files: recorder.files(),
-        cached: false,
-    }
+    BenchmarkEntry { benchmark, is_short, outcome, error, seconds, files: recorder.files(), cached: false }
 }
 
 #[cfg(test)]

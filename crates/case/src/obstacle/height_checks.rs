@@ -39,13 +39,14 @@ impl Case {
                 ));
                 continue;
             }
-            for IsolatedLevel { level, count, height_difference: rim } in isolated_levels(&raster) {
-                let (level, side) = (level + self.origin()[2], if rim > 0.0 { "above" } else { "below" });
+            for IsolatedLevel { level, count, height_difference } in isolated_levels(&raster) {
+                let (level, side) =
+                    (level + self.origin()[2], if height_difference > 0.0 { "above" } else { "below" });
                 warnings.push(format!(
                     "obstacles[{number}].shape.file: {file}: {count} of its heights are {level} m, and all \
                      adjacent heights are at least {:.1} m {side}. If that value stands for no data, \
                      {NO_DATA_ADVICE}",
-                    rim.abs()
+                    height_difference.abs()
                 ));
             }
         }

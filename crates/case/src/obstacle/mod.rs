@@ -121,12 +121,11 @@ impl Case {
     ) -> Option<String> {
         let mut standing = self.placed_obstacles::<D>().ok()?;
         standing.retain(|standing| standing.obstacle.motion.is_none());
-        let ObstacleOverlap { obstacle, point_index: place, depth } =
-            deepest_overlap(&standing, places, slack)?;
+        let ObstacleOverlap { obstacle, point_index, depth } = deepest_overlap(&standing, places, slack)?;
         let name = &self.obstacles[obstacle].name;
         Some(format!(
             "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
-            self.map_position(&places[place])
+            self.map_position(&places[point_index])
         ))
     }
 }
@@ -139,10 +138,10 @@ fn deepest_overlap<const D: usize>(
 ) -> Option<ObstacleOverlap> {
     let mut worst: Option<ObstacleOverlap> = None;
     for PlacedObstacle { number, surface, .. } in standing {
-        for (place, x) in places.iter().enumerate().filter(|(_, x)| surface.contains(x)) {
+        for (point_index, x) in places.iter().enumerate().filter(|(_, x)| surface.contains(x)) {
             let depth = surface.gap(x, f64::INFINITY).map_or(0.0, |gap| -gap.distance);
             if depth > slack && worst.is_none_or(|worst| depth > worst.depth) {
-                worst = Some(ObstacleOverlap { obstacle: *number, point_index: place, depth });
+                worst = Some(ObstacleOverlap { obstacle: *number, point_index, depth });
             }
         }
     }

@@ -37,14 +37,14 @@ impl RigidBodyActions {
         beside: (&[f64; 3], &[f64; 3]),
     ) -> Self {
         let held = motion.velocity_at(elapsed);
-        let free = std::array::from_fn(|c| match c {
+        let free_components = std::array::from_fn(|c| match c {
             0..3 => c < dimension && held[c].is_none(),
             5 => motion.rotates && dimension >= 2,
             _ => motion.rotates && dimension == 3,
         });
         let (force, moment) = (motion.force_at(elapsed), motion.moment_at(elapsed));
         Self {
-            free_components: free,
+            free_components,
             prescribed_velocities: held,
             force: std::array::from_fn(|c| force[c] + beside.0[c]),
             moment: std::array::from_fn(|c| moment[c] + beside.1[c]),
@@ -83,20 +83,20 @@ pub struct RigidStep {
 impl RigidStep {
     /// Motion of a body after `dt` (s) under external forces, with Rayleigh damping of coefficient times step `share`.
     pub fn new(mass: RigidMass, state: &RigidState, acts: &RigidBodyActions, dt: f64, share: f64) -> Self {
-        let RigidBodyActions { free_components: free, prescribed_velocities: held, force, moment } = *acts;
+        let RigidBodyActions { free_components, prescribed_velocities: held, force, moment } = *acts;
         let turning = state.angular_momentum.map(|l| if acts.rotates() { l } else { 0.0 });
-        let begun = mass.angular_velocity(&turning, &free);
+        let begun = mass.angular_velocity(&turning, &free_components);
         let pushed: [f64; 3] =
             std::array::from_fn(|c| rayleigh_damped_velocity(turning[c], turning[c] + dt * moment[c], share));
-        let turned = mass.angular_velocity(&pushed, &free);
+        let turned = mass.angular_velocity(&pushed, &free_components);
         let (mut start, mut motion) = ([0.0; 6], [0.0; 6]);
         for c in 0..3 {
             start[c] = state.velocity[c];
             let pushed = rayleigh_damped_velocity(start[c], start[c] + dt * force[c] / mass.mass, share);
-            motion[c] = held[c].unwrap_or(if free[c] { pushed } else { 0.0 });
+            motion[c] = held[c].unwrap_or(if free_components[c] { pushed } else { 0.0 });
             (start[c + 3], motion[c + 3]) = (begun[c], turned[c]);
         }
-        Self { mass, axes: state.axes, free_components: free, start, motion, applied_wrench: acts.applied() }
+        Self { mass, axes: state.axes, free_components, start, motion, applied_wrench: acts.applied() }
     }
 
     /// Velocity of the body at a position (m/s).

@@ -133,24 +133,17 @@ struct BodyCorners<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> BodyCorners<'a, D> {
-    fn new(step: &'a RigidStep, dt: f64, places: &'a [[f64; D]], half: f64) -> Self {
+    fn new(step: &'a RigidStep, dt: f64, positions: &'a [[f64; D]], half_width: f64) -> Self {
         let own = std::array::from_fn(|k| {
-            let axis = |a: usize| if a < D { half * if k >> a & 1 == 0 { -1.0 } else { 1.0 } } else { 0.0 };
+            let axis =
+                |a: usize| if a < D { half_width * if k >> a & 1 == 0 { -1.0 } else { 1.0 } } else { 0.0 };
             let own = [axis(0), axis(1), axis(2)];
             std::array::from_fn(|c| (0..3).map(|a| step.axes[c][a] * own[a]).sum())
         });
         let size = |v: [f64; 3]| dot(&v, &v).sqrt();
-        let radius = places.iter().map(|x| size(step.mass.lever_arm(&spatial(x)))).fold(0.0, f64::max);
-        let near = half.max(dt * (size(step.velocity()) + radius * size(step.angular_velocity())));
-        Self {
-            step,
-            dt,
-            positions: places,
-            half_width: half,
-            corner_offsets: own,
-            radius,
-            search_distance: near,
-        }
+        let radius = positions.iter().map(|x| size(step.mass.lever_arm(&spatial(x)))).fold(0.0, f64::max);
+        let near = half_width.max(dt * (size(step.velocity()) + radius * size(step.angular_velocity())));
+        Self { step, dt, positions, half_width, corner_offsets: own, radius, search_distance: near }
     }
 
     /// Corner position relative to the centre of mass (m).
@@ -160,19 +153,19 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
     }
 
     fn find_wall_support(&self, side: &WallPlane, found: &mut Vec<SupportPoint>) {
-        let WallPlane { axis, normal_sign: off, face, velocity, friction } = *side;
-        let normal = std::array::from_fn(|c| if c == axis { off } else { 0.0 });
+        let WallPlane { axis, normal_sign, face, velocity, friction } = *side;
+        let normal = std::array::from_fn(|c| if c == axis { normal_sign } else { 0.0 });
         for x in self
             .positions
             .iter()
-            .filter(|x| off * (x[axis] - face) <= self.search_distance + 2.0 * self.half_width)
+            .filter(|x| normal_sign * (x[axis] - face) <= self.search_distance + 2.0 * self.half_width)
         {
             for own in &self.corner_offsets[..1 << D] {
-                let gap = off * (x[axis] + own[axis] - face);
+                let gap = normal_sign * (x[axis] + own[axis] - face);
                 if gap <= self.search_distance {
-                    let (arm, room) = (self.lever_arm(x, own), gap.max(0.0) / self.dt);
+                    let (lever_arm, room) = (self.lever_arm(x, own), gap.max(0.0) / self.dt);
                     found.push(SupportPoint {
-                        lever_arm: arm,
+                        lever_arm,
                         velocity,
                         obstacle: None,
                         normal,

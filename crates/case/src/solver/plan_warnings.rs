@@ -96,7 +96,7 @@ fn thinnest(case: &Case, body: &Body, axes: usize) -> Option<(f64, Option<usize>
 
 /// Warns of bodies that are thinner than two widths.
 fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
-    let Resolution { width, point_distance: apart, axes, case_key: key, noun } = *resolution;
+    let Resolution { width, point_distance: apart, axes, case_key, noun } = *resolution;
     let mut found = Vec::new();
     for (number, body) in case.bodies.iter().enumerate() {
         if body.rigid || body.points.is_some() {
@@ -110,7 +110,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
         let place = axis.map_or_else(String::new, |axis| format!(" along axis {axis}"));
         found.push(format!(
             "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows}. Its \
-             bending and shear are not resolved. Make {key} {:.3} m or less",
+             bending and shear are not resolved. Make {case_key} {:.3} m or less",
             thickness / width,
             thickness / MIN_WIDTHS
         ));
@@ -120,7 +120,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
 
 /// Warns of bodies less than a width apart: they interact before contact, and so small a gap may be unintended.
 fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
-    let Resolution { width, case_key: key, noun, .. } = *resolution;
+    let Resolution { width, case_key, noun, .. } = *resolution;
     let bounds: Vec<_> = case.bodies.iter().map(|body| body.shape.bounds(case.dimension())).collect();
     let mut found = Vec::new();
     for (second, first) in (0..bounds.len()).flat_map(|second| (0..second).map(move |first| (second, first)))
@@ -137,7 +137,7 @@ fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
             found.push(format!(
                 "bodies[{second}].shape: begins {gap:.4e} m from {:?}{axis}, less than one of the {noun} of \
                  {width} m. The two bodies interact across the gap from the start. Close the gap, or make \
-                 the gap larger or {key} smaller",
+                 the gap larger or {case_key} smaller",
                 case.bodies[first].name
             ));
         }

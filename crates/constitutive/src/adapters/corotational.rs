@@ -81,8 +81,8 @@ impl<L: SmallStrain> Corotational<L> {
                 ..*motion
             };
             let point = self.0.update(part, &motion, from)?;
-            let dissipated = self.0.dissipation(part, &motion, from, &point).unwrap_or(0.0);
-            Ok(SubstepResult { point, dissipated_work: dissipated })
+            let dissipated_work = self.0.dissipation(part, &motion, from, &point).unwrap_or(0.0);
+            Ok(SubstepResult { point, dissipated_work })
         })
     }
 

@@ -121,8 +121,8 @@ impl StateBlock {
     }
 
     /// Block of a material around another.
-    pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(own: Vec<S>, inner: Self) -> Self {
-        Self(Box::new(WrappedStates { outer_states: own, inner }))
+    pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(outer_states: Vec<S>, inner: Self) -> Self {
+        Self(Box::new(WrappedStates { outer_states, inner }))
     }
 
     /// Own states of a material around another, and the block of the inner one.

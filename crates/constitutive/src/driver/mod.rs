@@ -231,9 +231,9 @@ impl ElementTest {
         }
         let start = specimen.clone();
         let mut record = PathRecorder::new(&specimen);
-        let stopped = self.stages(&mut specimen, &mut record).err();
+        let stop_reason = self.stages(&mut specimen, &mut record).err();
         let path = record.into_path(specimen.material.output_names());
-        Ok(TestTrace { path, stop_reason: stopped, start, end: specimen })
+        Ok(TestTrace { path, stop_reason, start, end: specimen })
     }
 
     fn stages(&self, specimen: &mut ElementSpecimen, record: &mut PathRecorder) -> Result<(), DriverError> {

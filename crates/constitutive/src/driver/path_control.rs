@@ -177,8 +177,8 @@ impl Control {
 
 impl ControlSequence {
     fn reversed(&self, fraction: f64) -> Self {
-        let parts = self.segments.iter().rev().map(|part| part.reversed(fraction)).collect();
-        Self { segments: parts }
+        let segments = self.segments.iter().rev().map(|part| part.reversed(fraction)).collect();
+        Self { segments }
     }
 }
 
@@ -191,7 +191,7 @@ impl LoadingPath {
         duration: f64,
         before: Option<&ControlSequence>,
     ) -> Option<ControlSequence> {
-        let parts = match self {
+        let segments = match self {
             Self::Reversal { fraction } => return before.map(|stage| stage.reversed(*fraction)),
             Self::Direct { control, increments, spins } => direct_control(control, increments, spins),
             Self::Flow { velocity_gradient } => {
@@ -204,7 +204,7 @@ impl LoadingPath {
             Self::Rotation { angle } => vec![Control::Rotation(angle.to_radians())],
             mixed => vec![Control::Mixed(mixed.conditions(stress))],
         };
-        Some(ControlSequence { segments: parts })
+        Some(ControlSequence { segments })
     }
 
     /// Six equations of a path controlled by equations.

@@ -125,12 +125,12 @@ impl ControlSystem {
             _ => six[row][column],
         };
         let stress = Matrix7::from_fn(|i, j| entry(i, j, stress, &pore.stress));
-        let mut rest = Matrix7::from_fn(|i, j| entry(i, j, strain, &pore.strain));
+        let mut strain_coefficients = Matrix7::from_fn(|i, j| entry(i, j, strain, &pore.strain));
         for row in 0..6 {
-            rest[(row, 6)] = pore.column[row];
+            strain_coefficients[(row, 6)] = pore.column[row];
         }
-        rest[(6, 6)] = pore.pressure;
-        Self { stress, strain_coefficients: rest }
+        strain_coefficients[(6, 6)] = pore.pressure;
+        Self { stress, strain_coefficients }
     }
 
     /// Derivative of the residual by the unknowns at the stiffness `tangent`.
@@ -178,8 +178,9 @@ struct StepScaling {
 impl StepScaling {
     fn new(equations: &ControlSystem, tangent: &Tangent) -> Self {
         let stiffness = (0..6).map(|i| tangent.0[i][i].abs()).fold(1.0, f64::max);
-        let ControlSystem { stress, strain_coefficients: rest } = equations;
-        let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
+        let ControlSystem { stress, strain_coefficients } = equations;
+        let of_strain =
+            |i: usize| stress.row(i).norm() == 0.0 && strain_coefficients.row(i).columns(0, 6).norm() > 0.0;
         let rows = Vector7::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
         let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
         Self { stiffness, rows, unknowns }
@@ -244,7 +245,7 @@ impl MixedControl {
     fn solve(&self, specimen: &ElementSpecimen, dt: f64) -> Result<(Motion, f64), StepError> {
         let still = specimen.motion(&Mat3::ZERO, dt).ok_or(StepError::Singular)?;
         let initial = specimen.tangent(&still).map_err(StepError::Law)?;
-        let ControlSystem { stress, strain_coefficients: rest } = &self.equations;
+        let ControlSystem { stress, strain_coefficients } = &self.equations;
         let StepScaling { stiffness, rows, unknowns } = StepScaling::new(&self.equations, &initial);
         let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
@@ -253,7 +254,7 @@ impl MixedControl {
             let motion = specimen.motion(&self.gradient(x), dt).ok_or(StepError::Singular)?;
             let (new, _) = specimen.trial_update(&motion).map_err(StepError::Law)?;
             let change = stress_vector(&(new - specimen.stress));
-            let left = stress * change + rest * x.component_mul(&unknowns);
+            let left = stress * change + strain_coefficients * x.component_mul(&unknowns);
             Ok(((left - self.total).component_mul(&rows), motion))
         };
         // With all strains prescribed only the law can fail; it counts as failed where it rejects the

@@ -238,16 +238,8 @@ impl CohesiveBand {
         if softening >= LARGEST_SOFTENING {
             jacobian[1] = [0.0, 1.0];
         }
-        let (opening, slip) = (on.opening[0].max(0.0), on.plastic_slip);
-        Ok(BandReturn {
-            normal: on.normal,
-            shear,
-            softening,
-            opening,
-            plastic_slip: slip,
-            a: on.a[0],
-            jacobian,
-        })
+        let (opening, plastic_slip) = (on.opening[0].max(0.0), on.plastic_slip);
+        Ok(BandReturn { normal: on.normal, shear, softening, opening, plastic_slip, a: on.a[0], jacobian })
     }
 
     /// Parts of a trial traction, and whether it lies outside.

@@ -42,10 +42,10 @@ impl Model for SaturationSoftenedSpec {
     }
 
     fn wrap_material(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
-        let saturated = self.saturated_cohesion;
+        let saturated_law = self.saturated_cohesion;
         let within = |dry: f64| {
             let rule = format!("is not between 0 and the cohesion of the material, {dry} Pa");
-            check("saturated_cohesion", saturated, (0.0..=dry).contains(&saturated), &rule)
+            check("saturated_cohesion", saturated_law, (0.0..=dry).contains(&saturated_law), &rule)
         };
         let under = |error: MaterialError| error.with_model(self.material.name()).under_key("material");
         let refuse = |rule: &str| Err(MaterialError::incompatible_options("material", rule));
@@ -53,11 +53,7 @@ impl Model for SaturationSoftenedSpec {
             MaterialSpec::DruckerPrager(spec) if spec.strain_measure == StrainMeasure::Rate => {
                 within(spec.cohesion)?;
                 let law = spec.law().map_err(under)?;
-                Ok(Arc::new(Corotational(SaturationSoftened {
-                    law,
-                    dry_law: spec.cohesion,
-                    saturated_law: saturated,
-                })))
+                Ok(Arc::new(Corotational(SaturationSoftened { law, dry_law: spec.cohesion, saturated_law })))
             }
             MaterialSpec::MohrCoulomb(spec) if spec.strain_measure == StrainMeasure::Rate => {
                 within(spec.cohesion)?;
@@ -65,11 +61,7 @@ impl Model for SaturationSoftenedSpec {
                     return refuse("a tension cut-off is not available with loss of strength by saturation");
                 }
                 let law = spec.law().map_err(under)?;
-                Ok(Arc::new(Corotational(SaturationSoftened {
-                    law,
-                    dry_law: spec.cohesion,
-                    saturated_law: saturated,
-                })))
+                Ok(Arc::new(Corotational(SaturationSoftened { law, dry_law: spec.cohesion, saturated_law })))
             }
             _ => refuse("must be drucker-prager or mohr-coulomb in rate form"),
         }

@@ -88,15 +88,14 @@ impl SymTensor {
     #[inline]
     pub fn principal_values(&self) -> [f64; 3] {
         let mean = self.trace() / 3.0;
-        let Some(ExtremeEigenvalue { radius, multiple, is_largest: largest }) =
-            extreme_eigenvalue(&self.deviator())
+        let Some(ExtremeEigenvalue { radius, multiple, is_largest }) = extreme_eigenvalue(&self.deviator())
         else {
             return [mean; 3];
         };
         let far = radius * multiple;
         let gap = radius * (12.0 - 3.0 * multiple * multiple).max(0.0).sqrt();
         let (high, low) = (0.5 * (gap - far), 0.5 * (-gap - far));
-        if largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
+        if is_largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
     }
 
     /// Least principal value where the third axis is a principal one, for loops over many tensors.

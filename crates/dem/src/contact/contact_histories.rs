@@ -228,8 +228,8 @@ pub struct PairListView<'a> {
 impl<const R: usize> PairList<R> {
     /// Views of the pairs and of their contact histories.
     pub fn view_and_histories(&mut self) -> (PairListView<'_>, ContactHistoriesMut<'_, R>) {
-        let Self { row_offsets: starts, second: other, image, histories: history } = self;
-        (PairListView { row_offsets: starts, second: other, image }, history.view())
+        let Self { row_offsets, second, image, histories: history } = self;
+        (PairListView { row_offsets, second, image }, history.view())
     }
 
     /// First grain of each pair, with the number of the pair.

@@ -91,11 +91,11 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
 impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
     /// Splits the accumulators into the parts before and from these grains, pairs and slabs on.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
-        let (received, more_received) = self.forces.split_at_mut(grain - self.first);
+        let (forces, more_received) = self.forces.split_at_mut(grain - self.first);
         let (history, more_memory) = self.history.split_at(pair - self.pair);
         let (slab_energies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
         (
-            Self { forces: received, history, energies: slab_energies, ..self },
+            Self { forces, history, energies: slab_energies, ..self },
             Self {
                 first: grain,
                 forces: more_received,
@@ -111,14 +111,14 @@ impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// Creates the input of these grains in a cell that is not periodic, without a step.
     pub fn new(grains: GrainView<'a, D, R>, laws: &'a [PairLaw], kinds: usize) -> Self {
-        let GrainView { kind, held, radius, mass, position, velocity, spin } = grains;
+        let GrainView { kind, held: is_held, radius, mass, position, velocity, spin } = grains;
         Self {
             position,
             velocity,
             spin,
             radius,
             mass,
-            is_held: held,
+            is_held,
             kind,
             laws,
             kinds,
@@ -319,7 +319,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     pub fn contacts(
         &self,
         lists: &mut VerletLists<D, R>,
-        received: &mut [ForceTorque],
+        forces: &mut [ForceTorque],
         slab_energies: &mut [(ContactEnergies, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
@@ -332,7 +332,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             let groups = 0..(slabs + 1 - parity) / 2;
             let accumulators = ForceAccumulators {
                 first: 0,
-                forces: &mut *received,
+                forces: &mut *forces,
                 pair: 0,
                 history: histories.reborrow(),
                 slab: 0,
@@ -343,7 +343,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         if !periodic_pairs.second.is_empty() {
             let mut accumulators = ForceAccumulators {
                 first: 0,
-                forces: received,
+                forces,
                 pair: 0,
                 history: periodic_histories,
                 slab: 0,

@@ -236,8 +236,8 @@ impl<const D: usize, const R: usize> PointLaw for GranularCell<D, R> {
     }
 
     fn outputs(&self, point: &Point<CellState>, out: &mut [f64]) {
-        let CellState { porosity, coordination, unbalanced_ratio: unbalanced, friction, .. } = point.state;
-        out.copy_from_slice(&[porosity, coordination, unbalanced, friction]);
+        let CellState { porosity, coordination, unbalanced_ratio, friction, .. } = point.state;
+        out.copy_from_slice(&[porosity, coordination, unbalanced_ratio, friction]);
     }
 }
 

@@ -169,12 +169,12 @@ mod tests {
     }
 
     /// Actions of gravity and applied forces, without damping.
-    fn drive<const D: usize>(applied: &[[f64; D]]) -> ExternalActions<'_, D> {
+    fn drive<const D: usize>(applied_force: &[[f64; D]]) -> ExternalActions<'_, D> {
         ExternalActions {
             dt: 1e-4,
             last_step: 0.9e-4,
             gravity: std::array::from_fn(|c| 1.0 - 5.0 * c as f64),
-            applied_force: applied,
+            applied_force,
             damping: [0.0; 3],
             form: DampingForm::Components,
             viscous: 0.0,

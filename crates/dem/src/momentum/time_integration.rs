@@ -111,17 +111,7 @@ pub fn integrate_grains<const D: usize, const R: usize>(
     buffer.clear();
     buffer.resize(grains.len().div_ceil(MIN_GRAINS_PER_TASK), GrainSums::default());
     let Grains {
-        id: _,
-        held,
-        radius,
-        mass,
-        position,
-        listed_position: listed,
-        velocity,
-        spin,
-        force,
-        torque,
-        ..
+        id: _, held, radius, mass, position, listed_position, velocity, spin, force, torque, ..
     } = grains;
     let kick = LeapfrogKick::from_actions(actions);
     let moving = position
@@ -141,26 +131,20 @@ pub fn integrate_grains<const D: usize, const R: usize>(
                 mass: &mass[own.clone()],
                 force: &force[own.clone()],
                 torque: &torque[own.clone()],
-                listed_position: &listed[own],
+                listed_position: &listed_position[own],
             };
             done = still.integrate((actions, &kick), position, velocity, spin, sums);
         }
         for k in done..position.len() {
             let i = block * MIN_GRAINS_PER_TASK + k;
-            let (force, torque, applied) = (&force[i], &torque[i], actions.applied_force.get(i));
-            let grain = Grain {
-                is_held: held[i],
-                radius: radius[i],
-                mass: mass[i],
-                force,
-                torque,
-                applied_force: applied,
-            };
+            let (force, torque, applied_force) = (&force[i], &torque[i], actions.applied_force.get(i));
+            let grain =
+                Grain { is_held: held[i], radius: radius[i], mass: mass[i], force, torque, applied_force };
             grain.advance((actions, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
             let reference = match &actions.cell_map {
-                None => listed[i],
+                None => listed_position[i],
                 Some((map, corner)) => {
-                    let carried = apply(map, &difference(&listed[i], corner));
+                    let carried = apply(map, &difference(&listed_position[i], corner));
                     std::array::from_fn(|c| carried[c] + corner[c])
                 }
             };
@@ -194,14 +178,8 @@ impl LeapfrogKick {
         let slow = 1.0 / (1.0 + 0.5 * actions.viscous * time);
         let keep = (1.0 - 0.5 * actions.viscous * time) * slow;
         // Position of the time of the forces, half a step after the old velocity.
-        let share = if time > 0.0 { 0.5 * actions.last_step / time } else { 0.0 };
-        Self {
-            time,
-            share_before: share,
-            damping_factor: keep,
-            force_time: slow * time,
-            viscous: actions.viscous,
-        }
+        let share_before = if time > 0.0 { 0.5 * actions.last_step / time } else { 0.0 };
+        Self { time, share_before, damping_factor: keep, force_time: slow * time, viscous: actions.viscous }
     }
 
     /// Velocities after the step and at the time of the forces, for this inertia: all components at once.

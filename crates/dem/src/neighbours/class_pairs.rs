@@ -27,14 +27,12 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     /// Lists the pairs found by size classes, in the order of uniform cells.
     pub(super) fn list_by_size_class(&mut self, criterion: &PairCriterion<'_, D, R>, all: bool) {
         let grains = criterion.grains;
-        let Self {
-            found_pairs: found, classes, slab_pairs, periodic_pairs, keys, order, counts, axes, ..
-        } = self;
+        let Self { found_pairs, classes, slab_pairs, periodic_pairs, keys, order, counts, axes, .. } = self;
         let cells = UniformCells { counts: *counts, axes: *axes, keys, order };
         // Positions are finite: `build` has checked them.
         let built = classes.build(&grains.position, &grains.radius, criterion.cell, criterion.gap);
         debug_assert!(built.is_ok(), "{built:?}");
-        let FoundPairs { pairs, row_offsets: starts, order, keys } = found;
+        let FoundPairs { pairs, row_offsets, order, keys } = found_pairs;
         pairs.clear();
         classes.visit(&grains.radius, |i, j, steps| {
             if let Some(code) = criterion.near_image(i, j, steps) {
@@ -43,9 +41,9 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         });
         keys.clear();
         keys.extend(pairs.iter().map(|pair| pair.0));
-        count_sort(keys, grains.len(), starts, order);
+        count_sort(keys, grains.len(), row_offsets, order);
         for i in 0..grains.len() {
-            let own = &mut order[starts[i] as usize..starts[i + 1] as usize];
+            let own = &mut order[row_offsets[i] as usize..row_offsets[i + 1] as usize];
             own.sort_unstable_by_key(|&k| (pairs[k as usize].1, pairs[k as usize].2));
             for &k in &*own {
                 let (.., other, code, is_periodic) = pairs[k as usize];

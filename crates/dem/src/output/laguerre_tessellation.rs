@@ -97,8 +97,8 @@ impl<'a> GrainBins<'a> {
         let most = (position.len() as f64).sqrt().ceil().max(1.0) * 4.0;
         let count = widths.map(|width| (width / (BIN_WIDTH * mean)).floor().clamp(1.0, most) as i64);
         let width = (widths[0] / count[0] as f64).min(widths[1] / count[1] as f64);
-        let (starts, order) = (vec![0; (count[0] * count[1]) as usize + 1], vec![0; position.len()]);
-        let mut bins = Self { position, cell, unit, count, width, bin_offsets: starts, order };
+        let (bin_offsets, order) = (vec![0; (count[0] * count[1]) as usize + 1], vec![0; position.len()]);
+        let mut bins = Self { position, cell, unit, count, width, bin_offsets, order };
         let keys: Vec<usize> = bins
             .position
             .iter()

@@ -72,7 +72,7 @@ fn filled_box(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> E
     let of_shape = body.shape.volume(dimension, false) / space;
     let solid = volume(dimension, 0.5) * sizes.mean_power(dimension, dimension as i32);
     let of_sleeve = |grains: f64| ExpectedGrains { grains, placed_grains: grains, seconds: 1e-5 * grains };
-    let placed = match fill {
+    let placed_grains = match fill {
         Fill::Single => 1.0,
         Fill::Lattice { packing, pitch, .. } => {
             let pitch = pitch.unwrap_or(sizes.range().1);
@@ -87,9 +87,9 @@ fn filled_box(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> E
         Fill::DropAndRoll => DROP_AND_ROLL_FRACTIONS[dimension - 2] * space / solid,
     };
     ExpectedGrains {
-        grains: of_shape * placed,
-        placed_grains: placed,
-        seconds: placed * seconds_each(fill, dimension, placed),
+        grains: of_shape * placed_grains,
+        placed_grains,
+        seconds: placed_grains * seconds_each(fill, dimension, placed_grains),
     }
 }
 

@@ -124,12 +124,12 @@ impl RollCircle {
             }
             _ => return None,
         };
-        let from = difference(x, &centre);
-        let radius = norm(&from);
-        let from = (radius > 0.0).then(|| unit(&from))?;
+        let first_axis = difference(x, &centre);
+        let radius = norm(&first_axis);
+        let first_axis = (radius > 0.0).then(|| unit(&first_axis))?;
         let mut to = *direction;
-        add(&mut to, -dot(direction, &from), &from);
-        (norm(&to) > 0.0).then(|| Self { centre, radius, first_axis: from, second_axis: unit(&to) })
+        add(&mut to, -dot(direction, &first_axis), &first_axis);
+        (norm(&to) > 0.0).then(|| Self { centre, radius, first_axis, second_axis: unit(&to) })
     }
 
     fn point_at_angle(&self, angle: f64) -> Vector3 {
@@ -207,16 +207,16 @@ struct RestingSpheres<'a> {
 }
 
 impl<'a> RestingSpheres<'a> {
-    fn new(container: &'a Container<3>, largest: f64) -> Self {
+    fn new(container: &'a Container<3>, max_radius: f64) -> Self {
         // As wide as the largest distance of the next support of a rolling sphere, so that all of them are in its column or beside it.
         let counts = [0, 1]
-            .map(|axis| (container.width(axis) / (SUPPORT_DISTANCE * largest)).floor().max(1.0) as usize);
+            .map(|axis| (container.width(axis) / (SUPPORT_DISTANCE * max_radius)).floor().max(1.0) as usize);
         Self {
             container,
             spheres: Vec::new(),
             columns: vec![Vec::new(); counts[0] * counts[1]],
             counts,
-            max_radius: largest,
+            max_radius,
         }
     }
 

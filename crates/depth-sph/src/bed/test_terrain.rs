@@ -32,7 +32,7 @@ fn next_random(state: &mut u64) -> f64 {
 impl RoughSlope {
     /// Creates a slope of this tangent that becomes rough behind `from` (m), with waves between these lengths (m) and this root mean
     /// square of their slopes.
-    pub fn new(slope: f64, from: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
+    pub fn new(slope: f64, start: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
         let mut state = seed;
         let mut wave = || {
             // Wave numbers fill the plane evenly between two circles.
@@ -45,7 +45,7 @@ impl RoughSlope {
         let square = |wave: &[f64; 4]| 0.5 * wave[3] * wave[3] * (wave[0] * wave[0] + wave[1] * wave[1]);
         let factor = rms / waves.iter().map(square).sum::<f64>().sqrt();
         waves.iter_mut().for_each(|wave| wave[3] *= factor);
-        Self { slope, start: from, waves }
+        Self { slope, start, waves }
     }
 
     /// Level at a position (m).

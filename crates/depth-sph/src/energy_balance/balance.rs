@@ -154,23 +154,26 @@ impl EnergyBalance {
     pub fn summary<const D: usize>(
         &self,
         settings: &FlowSettings<D>,
-        mut now: FlowEnergies,
+        mut current: FlowEnergies,
     ) -> EnergyBalanceSummary {
         // Heights are those of the middle of the last step.
-        now.pressure -= 0.5 * self.last_pressure_work;
-        let start = self.start.unwrap_or(now);
-        let difference = self.pressure_work + now.pressure - start.pressure;
-        let pressure =
-            if pressure_has_energy(settings) { now.pressure } else { start.pressure - self.pressure_work };
+        current.pressure -= 0.5 * self.last_pressure_work;
+        let start = self.start.unwrap_or(current);
+        let difference = self.pressure_work + current.pressure - start.pressure;
+        let pressure = if pressure_has_energy(settings) {
+            current.pressure
+        } else {
+            start.pressure - self.pressure_work
+        };
         let lost = self.friction + self.viscosity;
-        let error = now.kinetic + now.bed + pressure + lost - start.total() - self.inflow;
-        let drop = start.bed + start.pressure - now.bed - now.pressure + self.inflow;
-        let largest = drop.max(lost).max(self.peak).max(now.kinetic);
+        let error = current.kinetic + current.bed + pressure + lost - start.total() - self.inflow;
+        let drop = start.bed + start.pressure - current.bed - current.pressure + self.inflow;
+        let largest = drop.max(lost).max(self.peak).max(current.kinetic);
         EnergyBalanceSummary {
-            current: now,
+            current,
             error,
             difference,
-            exchanged_energy: largest.max(STILL_FRACTION * now.pressure),
+            exchanged_energy: largest.max(STILL_FRACTION * current.pressure),
         }
     }
 

@@ -12,10 +12,10 @@ impl<const D: usize> Flow<D> {
     ///
     /// # Errors
     /// As [`Flow::new`].
-    pub fn open_end(&mut self, place: f64, outward: f64, spacing: f64) -> Result<(), FlowFailure> {
+    pub fn open_end(&mut self, coordinate: f64, outward: f64, spacing: f64) -> Result<(), FlowFailure> {
         self.open_sides(&[Opening {
             axis: 0,
-            coordinate: place,
+            coordinate,
             outward,
             spacing,
             span: (0.0, 0.0),

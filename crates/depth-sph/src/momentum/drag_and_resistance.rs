@@ -67,7 +67,7 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
     ) -> SplitPhase<'a, D> {
         let PhaseSet { nodes, bed, neighbour_data: data, .. } = set;
         let PhaseNodes { position, velocity, partial_thickness: height, depth, bearing, .. } = nodes;
-        let above = Self {
+        let columns = Self {
             settings,
             pore_columns,
             partial_thickness: height,
@@ -75,7 +75,7 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
             effective_gravity: bearing,
             bed,
         };
-        SplitPhase { columns: above, position, porosity: &data.porosity, velocity }
+        SplitPhase { columns, position, porosity: &data.porosity, velocity }
     }
 
     fn new(
@@ -143,13 +143,13 @@ pub(super) fn apply_resistance_single<const D: usize>(
     dt: f64,
 ) {
     let FlowNodes { sets, pore_columns, .. } = nodes;
-    let SplitPhase { columns: above, position, velocity, .. } =
+    let SplitPhase { columns, position, velocity, .. } =
         ColumnsOnBed::split_set(settings, pore_columns, &mut sets[0]);
     let porosity = settings.material.porosity;
     let along = settings.numerics.friction_along_x;
     velocity.par_iter_mut().enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(|(i, v)| {
         let Some(law) = &settings.zone(&position[i]).law else { return };
-        let basal = above.basal(i, v, porosity);
+        let basal = columns.basal(i, v, porosity);
         let per_stress = dt / (settings.material.density() * basal.depth);
         if along {
             v[0] -= per_stress * law.static_shear_strength(&basal);
@@ -366,18 +366,18 @@ fn apply_rate_resistance<const D: usize>(
     role: usize,
     dt: f64,
 ) {
-    let SplitPhase { columns: above, position, porosity, velocity } =
+    let SplitPhase { columns, position, porosity, velocity } =
         ColumnsOnBed::split_set(settings, pore_columns, set);
     velocity.par_iter_mut().enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(|(i, v)| {
-        let speed = above.bed[i].speed(v);
+        let speed = columns.bed[i].speed(v);
         if speed == 0.0 {
             return;
         }
         let zone = settings.zone(&position[i]);
         let after = if role == 0 {
-            above.resisted_solid_speed(zone, i, porosity[i], speed, dt)
+            columns.resisted_solid_speed(zone, i, porosity[i], speed, dt)
         } else {
-            above.resisted_fluid_speed(zone.fluid, i, speed, dt)
+            columns.resisted_fluid_speed(zone.fluid, i, speed, dt)
         };
         scale_speed(v, speed, after);
     });

@@ -113,10 +113,10 @@ impl<const D: usize> NearbyNodes<'_, D> {
     /// Keeps packs of the cells within `radius` (m) of which one node is nearer than the root of `within` (m²).
     #[inline(always)]
     fn collect_if(&mut self, radius: f64, within: impl Fn(usize) -> f64x4) {
-        let Self { sorted_nodes: packed, x, count, distances, volumes, entries, .. } = self;
+        let Self { sorted_nodes, x, count, distances, volumes, entries, .. } = self;
         *count = 0;
         // Without a branch for each pack: which are near cannot be predicted.
-        packed.for_each_neighbour(x, radius, |first, _, square| {
+        sorted_nodes.for_each_neighbour(x, radius, |first, _, square| {
             let slot = (*count).min(MAX_PACKS - 1);
             (entries[slot], distances[slot]) = (first as u32, square);
             *count += usize::from(square.simd_lt(within(first)).any());
@@ -124,7 +124,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         for k in 0..(*count).min(MAX_PACKS) {
             let (first, square) = (entries[k] as usize, distances[k]);
             entries[k] = simd_neighbour_list::pack_entry(first, square);
-            (distances[k], volumes[k]) = (square.sqrt(), four_values(&packed.volume, first));
+            (distances[k], volumes[k]) = (square.sqrt(), four_values(&sorted_nodes.volume, first));
         }
     }
 }

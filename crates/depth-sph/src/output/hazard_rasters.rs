@@ -326,15 +326,15 @@ impl NodeFootprint {
 fn patch(
     grid: &PlanCells,
     kernel: Kernel,
-    (place, length, volume): ([f64; 2], f64, f64),
+    (position, length, volume): ([f64; 2], f64, f64),
     density: f64,
     velocity: [f64; 2],
 ) -> Option<NodeFootprint> {
-    let cell = grid.cell(place)?;
+    let cell = grid.cell(position)?;
     let reach = kernel.support() * length;
-    let around = |c: usize| grid.window(c, place[c], reach).unwrap_or([cell[c]; 2]);
+    let around = |c: usize| grid.window(c, position[c], reach).unwrap_or([cell[c]; 2]);
     let mut footprint = NodeFootprint {
-        position: place,
+        position,
         columns: around(0),
         rows: around(1),
         length,

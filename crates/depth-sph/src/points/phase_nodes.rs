@@ -86,15 +86,9 @@ impl<const D: usize> PhaseNodes<D> {
         self.scale.push(node.scale);
         self.slope.push([f64::NAN; D]);
         let Self {
-            partial_thickness: height,
-            depth,
-            effective_gravity,
-            bearing,
-            path,
-            eroded_volume: eroded,
-            ..
+            partial_thickness: height, depth, effective_gravity, bearing, path, eroded_volume, ..
         } = self;
-        for column in [height, depth, effective_gravity, bearing, path, eroded] {
+        for column in [height, depth, effective_gravity, bearing, path, eroded_volume] {
             column.push(0.0);
         }
     }

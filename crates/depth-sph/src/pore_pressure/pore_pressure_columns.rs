@@ -127,16 +127,16 @@ struct NodeColumn<'a, const D: usize> {
 impl<'a, const D: usize> NodeColumn<'a, D> {
     fn for_node(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
         let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
-        let submerged = settings.material.densities.submerged_density(porosity);
-        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged_density: submerged }
+        let submerged_density = settings.material.densities.submerged_density(porosity);
+        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged_density }
     }
 
     /// Advances the heads by loading, drainage and bounds over `dt` (s) from the depth of the last loading (m); returns whether a bound
     /// was reached.
     fn advance(&self, head: &mut [f64], loaded_depth: &mut f64, dt: f64) -> bool {
-        let Self { settings, pore, set, i, depth, porosity, submerged_density: submerged } = *self;
+        let Self { settings, pore, set, i, depth, porosity, submerged_density } = *self;
         let densities = &settings.material.densities;
-        if submerged <= 0.0 || depth <= 0.0 {
+        if submerged_density <= 0.0 || depth <= 0.0 {
             head.fill(0.0);
             *loaded_depth = depth;
             return false;
@@ -151,7 +151,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
             Consolidation::Coefficient(value) => value,
             Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
         };
-        let air = -densities.fluid / submerged;
+        let air = -densities.fluid / submerged_density;
         self.apply_dilatancy(head, dt);
         self.drain(coefficient, air, head, dt);
         let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
@@ -160,7 +160,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
             (Drainage::Atmospheric, _) => air * depth,
             (_, LowerBound::NoSuction) => 0.0,
             (_, LowerBound::Total { cavitation }) if bearing > 0.0 => {
-                air * depth * rest - cavitation / (submerged * bearing)
+                air * depth * rest - cavitation / (submerged_density * bearing)
             }
             (_, LowerBound::Total { .. }) => air * depth * rest,
         })
@@ -194,12 +194,12 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
 
     /// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
     fn apply_dilatancy(&self, head: &mut [f64], dt: f64) {
-        let Self { settings, pore, set, i, depth, porosity, submerged_density: submerged } = *self;
+        let Self { settings, pore, set, i, depth, porosity, submerged_density } = *self;
         let Some((slope, critical)) = pore.dilatancy else { return };
         let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
         let strain = rate * slope * (critical - porosity) * dt;
-        let change =
-            -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
+        let change = -pore.stiffness * strain
+            / (submerged_density * set.nodes.bearing[i].max(1e-3 * settings.gravity));
         // Excess pressure stays zero at the surface.
         let last = head.len() - 1;
         head[..last].iter_mut().for_each(|value| *value += change);

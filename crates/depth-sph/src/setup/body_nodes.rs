@@ -403,9 +403,9 @@ fn body_column<const D: usize>(
         }
         top = top.max(to);
     }
-    let above = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
+    let thickness_above_bed = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
     Ok(BodyColumn {
-        thickness_above_bed: above,
+        thickness_above_bed,
         total_thickness: own.iter().map(|(from, to)| to - from).sum(),
         depth: top - bed,
     })

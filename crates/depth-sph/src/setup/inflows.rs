@@ -216,10 +216,10 @@ fn end_inlet<const D: usize>(
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;
     let inlet = Inlet { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
-    let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
+    let coordinate = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
     let outward = if side.is_max() { 1.0 } else { -1.0 };
-    let beyond =
-        [0.0, 4.0 * options.spacing].map(|far| flow.bed.bed_point(&[place + outward * far; D]).is_some());
+    let beyond = [0.0, 4.0 * options.spacing]
+        .map(|far| flow.bed.bed_point(&[coordinate + outward * far; D]).is_some());
     if beyond != [true; 2] {
         return Err(option_error(
             &key("side"),
@@ -229,7 +229,7 @@ fn end_inlet<const D: usize>(
     let (spacing, span) = (options.spacing, (0.0, 0.0));
     Ok(Opening {
         axis: 0,
-        coordinate: place,
+        coordinate,
         outward,
         spacing,
         span,

@@ -90,12 +90,12 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
         })
         .sum();
     let points = sets * area / options.spacing.powi(case.dimension() as i32 - 1);
-    let key = "methods.depth-sph.spacing";
+    let case_key = "methods.depth-sph.spacing";
     Ok(ProblemSize {
         points,
         nodes: 0.0,
         memory: points * bytes_per_node(case, &options),
-        case_key: key,
+        case_key,
         ..ProblemSize::default()
     })
 }

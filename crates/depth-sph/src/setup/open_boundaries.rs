@@ -112,7 +112,7 @@ fn slope_across<const D: usize>(
     flow: &Flow<D>,
     key: &str,
 ) -> Result<Option<f64>, CaseError> {
-    let Opening { axis, coordinate: place, outward, spacing, span, .. } = opening;
+    let Opening { axis, coordinate, outward, spacing, span, .. } = opening;
     let lengths = flow.nodes.sets.iter().flat_map(|set| &set.nodes.first_length);
     let reach = node_extent_beyond(&flow.settings, lengths.copied().fold(0.0, f64::max));
     let count = if D == 1 { 1 } else { ((span.1 - span.0) / spacing).ceil().max(1.0) as usize };
@@ -121,7 +121,7 @@ fn slope_across<const D: usize>(
         let along = if D == 1 { 0.0 } else { span.0 + (k as f64 + 0.5) / count as f64 * (span.1 - span.0) };
         let at = |beyond: f64| {
             let x: [f64; D] =
-                std::array::from_fn(|c| if c == *axis { place + outward * beyond } else { along });
+                std::array::from_fn(|c| if c == *axis { coordinate + outward * beyond } else { along });
             flow.bed.bed_point(&x)
         };
         let (Some(here), Some(_)) = (at(0.0), at(reach + spacing)) else {

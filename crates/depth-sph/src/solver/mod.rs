@@ -115,12 +115,12 @@ impl<const D: usize> DepthSolver<D> {
     }
 
     fn solver_error(&self, failure: FlowFailure) -> SolverError {
-        let FlowFailure { node_id: node, position, reason } = failure;
+        let FlowFailure { node_id, position, reason } = failure;
         let mut place: [f64; 3] = std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0));
         if let Ok(plan) = <PlanVector<D>>::try_from(&position[..]) {
             place[D] = self.flow.bed_below(&plan).level;
         }
-        SolverError::Point { step: self.steps, time: self.time, point: node, position: place, reason }
+        SolverError::Point { step: self.steps, time: self.time, point: node_id, position: place, reason }
     }
 
     /// Updates the detection of rest.

@@ -26,10 +26,11 @@ impl Default for StopDetection {
 impl StopDetection {
     /// Updates the detection with the flow at `time` (s) and its kinetic energy (J).
     pub(super) fn update(&mut self, stop: &StopOptions, motion: &FlowMotion, time: f64) {
-        let FlowMotion { kinetic, slow_volume: slow, total_volume: whole } = *motion;
+        let FlowMotion { kinetic, slow_volume, total_volume } = *motion;
         self.peak = self.peak.max(kinetic);
-        let holds =
-            self.peak > 0.0 && kinetic <= stop.kinetic_ratio * self.peak && slow >= stop.share * whole;
+        let holds = self.peak > 0.0
+            && kinetic <= stop.kinetic_ratio * self.peak
+            && slow_volume >= stop.share * total_volume;
         if !holds {
             (self.rest_since, self.stop_time) = (f64::NAN, f64::NAN);
         } else if self.rest_since.is_nan() {
@@ -55,18 +56,18 @@ pub(super) struct FlowMotion {
 impl FlowMotion {
     /// Motion of the nodes against a speed (m/s).
     pub(super) fn of_flow<const D: usize>(flow: &FlowView<'_, D>, slow_speed: f64) -> Self {
-        let (mut kinetic, mut slow, mut whole) = (0.0, 0.0, 0.0);
+        let (mut kinetic, mut slow_volume, mut total_volume) = (0.0, 0.0, 0.0);
         for (number, set) in flow.sets().iter().enumerate() {
             let density = flow.density(number);
             for (velocity, volume) in set.nodes.velocity.iter().zip(&set.nodes.volume) {
                 let speed = norm(velocity);
                 kinetic += 0.5 * density * volume * speed * speed;
                 if number == 0 {
-                    whole += volume;
-                    slow += if speed < slow_speed { *volume } else { 0.0 };
+                    total_volume += volume;
+                    slow_volume += if speed < slow_speed { *volume } else { 0.0 };
                 }
             }
         }
-        Self { kinetic, slow_volume: slow, total_volume: whole }
+        Self { kinetic, slow_volume, total_volume }
     }
 }

@@ -46,9 +46,9 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
     let mut settings = FlowSettings::single_phase(1000.0);
     settings.numerics.viscosity = (0.0, 0.0);
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[nodes]).unwrap();
-    let side = |place: f64, outward: f64| Opening {
+    let side = |coordinate: f64, outward: f64| Opening {
         axis: 0,
-        coordinate: place,
+        coordinate,
         outward,
         spacing: SPACING,
         span: (0.0, width),

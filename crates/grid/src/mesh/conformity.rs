@@ -90,39 +90,40 @@ impl<const D: usize> Mesh<D> {
     /// First position where the mesh does not conform.
     pub(crate) fn first_nonconformity(&self) -> Option<Nonconformity<D>> {
         let cells = ElementCells::new(self);
-        let within = |place: &[f64; D], but: &dyn Fn(u32) -> bool| {
-            let holds =
-                |e: &u32| !but(*e) && lowest_entry::<D>(&self.barycentric(*e, place)).1 >= -INSIDE_TOLERANCE;
-            cells.candidates(place).find(holds)
+        let within = |position: &[f64; D], but: &dyn Fn(u32) -> bool| {
+            let holds = |e: &u32| {
+                !but(*e) && lowest_entry::<D>(&self.barycentric(*e, position)).1 >= -INSIDE_TOLERANCE
+            };
+            cells.candidates(position).find(holds)
         };
-        let clash = |what: NonconformityKind, place: [f64; D], within: u32| {
-            let is_inside = lowest_entry::<D>(&self.barycentric(within, &place)).1 > INSIDE_TOLERANCE;
-            Nonconformity { kind: what, position: place, element: within, is_inside }
+        let clash = |what: NonconformityKind, position: [f64; D], within: u32| {
+            let is_inside = lowest_entry::<D>(&self.barycentric(within, &position)).1 > INSIDE_TOLERANCE;
+            Nonconformity { kind: what, position, element: within, is_inside }
         };
         let of_node = |node: u32| {
-            let place = self.nodes()[node as usize];
+            let position = self.nodes()[node as usize];
             let corners = |e: u32| &self.elements()[e as usize].nodes[..=D];
-            let found = within(&place, &|e| corners(e).contains(&node))?;
-            let shares = self.barycentric(found, &place);
+            let found = within(&position, &|e| corners(e).contains(&node))?;
+            let shares = self.barycentric(found, &position);
             let twin = corners(found).iter().zip(shares).find(|(_, share)| *share > 1.0 - INSIDE_TOLERANCE);
             let what = twin.map_or(NonconformityKind::Node(node), |(corner, _)| {
                 NonconformityKind::CoincidentNode(node, *corner)
             });
-            Some(clash(what, place, found))
+            Some(clash(what, position, found))
         };
         let of_centre = |element: u32| {
-            let place = self.element_point(element, &[1.0 / (D as f64 + 1.0); 4][..=D]);
-            Some(clash(NonconformityKind::Centre(element), place, within(&place, &|e| e == element)?))
+            let position = self.element_point(element, &[1.0 / (D as f64 + 1.0); 4][..=D]);
+            Some(clash(NonconformityKind::Centre(element), position, within(&position, &|e| e == element)?))
         };
         let of_facets = |element: u32| {
             (0..=D).filter(|k| self.elements()[element as usize].neighbours[*k] == NO_ELEMENT).find_map(|k| {
                 let mut shares = [1.0 / D as f64; 4];
                 shares[k] = 0.0;
-                let place = self.element_point(element, &shares[..=D]);
+                let position = self.element_point(element, &shares[..=D]);
                 Some(clash(
                     NonconformityKind::FacetCentre(element),
-                    place,
-                    within(&place, &|e| e == element)?,
+                    position,
+                    within(&position, &|e| e == element)?,
                 ))
             })
         };

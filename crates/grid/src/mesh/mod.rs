@@ -110,8 +110,8 @@ impl<const D: usize> Mesh<D> {
     /// Elements around a node.
     #[inline]
     pub fn elements_around(&self, node: u32) -> &[u32] {
-        let NodeElements { row_offsets: starts, elements } = &self.node_elements;
-        &elements[starts[node as usize] as usize..starts[node as usize + 1] as usize]
+        let NodeElements { row_offsets, elements } = &self.node_elements;
+        &elements[row_offsets[node as usize] as usize..row_offsets[node as usize + 1] as usize]
     }
 
     /// Elements across the facets of an element; none across a facet on the boundary of the mesh.

@@ -66,10 +66,10 @@ pub fn nodal_loads<const D: usize>(
         };
         let layout = &background.layout;
         let per_area = vector4(&case.loads[number].per_area::<D>(), 0.0);
-        let nodes = areas.into_iter().map(|(place, area)| {
+        let nodes = areas.into_iter().map(|(node, area)| {
             let row = layout.strides()[0];
-            let repeated = layout.is_periodic_image(&layout.axis_indices(place / row, place % row));
-            LoadedNode { node: place, force: per_area * area, is_periodic_image: repeated }
+            let repeated = layout.is_periodic_image(&layout.axis_indices(node / row, node % row));
+            LoadedNode { node, force: per_area * area, is_periodic_image: repeated }
         });
         let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
         found.push(NodalLoad {

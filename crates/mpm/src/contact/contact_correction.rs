@@ -169,16 +169,16 @@ pub fn correct_remapped<const D: usize>(
 ) {
     let ContactContext { clock, background, mass_cutoff, walls, contacts, .. } = *context;
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
-    let VelocityFields { nodal_states: solved, remapped_velocities: remapped, .. } = nodes;
+    let VelocityFields { nodal_states, remapped_velocities, .. } = nodes;
     for pair in &contacts.pairs {
         let contact = contact_node(clock, background, mass_cutoff, walls, contacts, pair, 1.0);
         let [first, second] = pair.fields;
-        let both = two_fields(remapped, len, pair.fields);
+        let both = two_fields(remapped_velocities, len, pair.fields);
         background.layout.for_each_row_pair(both, row_contacts, &|row, active, [a, b], _| {
             for number in active {
                 let place = row * row_length + number;
-                let solved = [&solved[first * len + place], &solved[second * len + place]];
-                contact.correct_remapped(place, solved, [&mut a[number], &mut b[number]]);
+                let nodal_states = [&nodal_states[first * len + place], &nodal_states[second * len + place]];
+                contact.correct_remapped(place, nodal_states, [&mut a[number], &mut b[number]]);
             }
         });
     }

@@ -291,19 +291,19 @@ fn collect_contact_points<const D: usize>(
     let (rows, row_length) = (layout.nodes()[0], layout.strides()[0]);
     for row in 0..rows {
         for number in layout.active_nodes(row) {
-            let place = row * row_length + number;
-            if !(solved[field * len + place].momentum_and_mass.as_array()[3] > 0.0) {
+            let node = row * row_length + number;
+            if !(solved[field * len + node].momentum_and_mass.as_array()[3] > 0.0) {
                 continue;
             }
-            for (pair, RigidPair { rigid_side: side, other_field: other }) in rigid_pairs(contacts, field) {
-                let deformable = &solved[other * len + place];
+            for (pair, RigidPair { rigid_side, other_field }) in rigid_pairs(contacts, field) {
+                let deformable = &solved[other_field * len + node];
                 let mut masses = [deformable.momentum_and_mass.as_array()[3]; 2];
-                masses[side] = solved[field * len + place].momentum_and_mass.as_array()[3];
-                if !contact_nodes[pair].are_both_present(place, masses) {
+                masses[rigid_side] = solved[field * len + node].momentum_and_mass.as_array()[3];
+                if !contact_nodes[pair].are_both_present(node, masses) {
                     continue;
                 }
                 let surface = match &contact_nodes[pair].law {
-                    Some(law) => match contact_nodes[pair].interface(place, law) {
+                    Some(law) => match contact_nodes[pair].interface(node, law) {
                         None => continue,
                         surface => surface,
                     },
@@ -312,9 +312,9 @@ fn collect_contact_points<const D: usize>(
                 let index = layout.axis_indices(row, number);
                 nodes.push(ContactPoint {
                     pair,
-                    side,
-                    node: place,
-                    lever_arm: free_body.mass.lever_arm(&background.node_at(place, &index)),
+                    side: rigid_side,
+                    node,
+                    lever_arm: free_body.mass.lever_arm(&background.node_at(node, &index)),
                     masses,
                     velocity: first_three(deformable.momentum_and_mass),
                     interface: surface,
@@ -338,8 +338,8 @@ struct RigidPair {
 /// Returns the pairs of a rigid field with deformable fields.
 fn rigid_pairs(contacts: &FieldContacts, field: usize) -> impl Iterator<Item = (usize, RigidPair)> {
     contacts.pairs.iter().enumerate().filter_map(move |(number, pair)| {
-        let side = pair.fields.iter().position(|own| *own == field)?;
-        let other = pair.fields[1 - side];
-        (!contacts.is_rigid(other)).then_some((number, RigidPair { rigid_side: side, other_field: other }))
+        let rigid_side = pair.fields.iter().position(|own| *own == field)?;
+        let other_field = pair.fields[1 - rigid_side];
+        (!contacts.is_rigid(other_field)).then_some((number, RigidPair { rigid_side, other_field }))
     })
 }

@@ -25,7 +25,7 @@ pub fn rescale_small_mass_forces<const D: usize>(
     bodies: &Bodies<D>,
     nodes: &mut VelocityFields,
 ) {
-    let VelocityFields { nodal_states: solved, mass_gradients: slopes, .. } = nodes;
+    let VelocityFields { nodal_states, mass_gradients: slopes, .. } = nodes;
     if slopes.is_empty() {
         return;
     }
@@ -33,7 +33,7 @@ pub fn rescale_small_mass_forces<const D: usize>(
     let view = background.grid_view();
     let min_reach = MpmOptions::min_reach(clock.courant, D);
     let row_length = layout.strides()[0];
-    let fields = slopes.chunks_exact_mut(layout.len()).zip(solved.chunks_exact_mut(layout.len()));
+    let fields = slopes.chunks_exact_mut(layout.len()).zip(nodal_states.chunks_exact_mut(layout.len()));
     for (field, (slopes, nodes)) in fields.enumerate() {
         layout.reset(slopes);
         mark_small_mass_nodes(background, min_reach, nodes, slopes);

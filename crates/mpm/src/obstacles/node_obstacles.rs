@@ -30,15 +30,15 @@ impl<const D: usize> NodeObstacles<D> {
         };
         let BackgroundGrid { grid, layout, basis_1d: axis, upper, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving = MovingObstacles::new(placed, (grid.origin, *upper), acts);
-        if moving.iter().count() == placed.len() {
-            return Self { static_faces: Arc::default(), moving_obstacles: moving };
+        let moving_obstacles = MovingObstacles::new(placed, (grid.origin, *upper), acts);
+        if moving_obstacles.iter().count() == placed.len() {
+            return Self { static_faces: Arc::default(), moving_obstacles };
         }
         let rest = NodeFaces::from_positions(grid, layout, axis, |place, found| {
             let constraining = constraining_obstacles(placed, place, grid.cell);
             found.extend(constraining.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
         });
-        Self { static_faces: Arc::new(rest), moving_obstacles: moving }
+        Self { static_faces: Arc::new(rest), moving_obstacles }
     }
 
     /// Whether there are no obstacles.

@@ -76,7 +76,7 @@ impl<const D: usize> PenetrationConstraints<D> {
 
     /// Lists the nodes; `of` returns the velocity (m/s) of a node and its inverse inertia (1/kg).
     pub fn list_nodes(&mut self, of: impl Fn(usize) -> ([f64; D], [f64; D])) {
-        let Self { weights, numbers, velocity, inverse_inertia: ease, velocity_change: change, .. } = self;
+        let Self { weights, numbers, velocity, inverse_inertia: ease, velocity_change, .. } = self;
         numbers.clear();
         numbers.extend(weights.iter().map(|(number, _)| *number));
         numbers.sort_unstable();
@@ -91,28 +91,21 @@ impl<const D: usize> PenetrationConstraints<D> {
             velocity.push(own);
             ease.push(inverse_inertia);
         }
-        change.clear();
-        change.resize(numbers.len(), [0.0; D]);
+        velocity_change.clear();
+        velocity_change.resize(numbers.len(), [0.0; D]);
     }
 
     /// Applies the smallest normal impulses by which every point reaches its least velocity, and the tangential impulses of Coulomb's law:
     /// one point after another, until all constraints hold.
     pub fn solve(&mut self) {
         let Self {
-            constraints: halts,
-            weights,
-            velocity,
-            inverse_inertia: ease,
-            velocity_change: change,
-            sums,
-            ..
+            constraints: halts, weights, velocity, inverse_inertia: ease, velocity_change, sums, ..
         } = self;
         for _ in 0..MAX_ITERATIONS {
             let mut settled = true;
             for halt in halts.iter_mut() {
                 let nodes = &weights[halt.nodes.clone()];
-                let mut point =
-                    ConstrainedPoint { nodes, velocity, inverse_inertia: ease, velocity_change: change };
+                let mut point = ConstrainedPoint { nodes, velocity, inverse_inertia: ease, velocity_change };
                 settled &= halt.apply_normal(&mut point, &mut sums[halt.obstacle]);
             }
             if settled {

@@ -73,10 +73,10 @@ pub fn limit_remapped<const D: usize>(
     nodes: &mut VelocityFields,
     (walls, obstacles): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
 ) {
-    let VelocityFields { nodal_states: solved, remapped_velocities: remapped, .. } = nodes;
+    let VelocityFields { nodal_states, remapped_velocities, .. } = nodes;
     let limit = PenetrationLimit { clock, background, bodies, walls, is_final: false };
-    let of = |number: usize, own: &Vector4| with_mass(*own, solved[number].momentum_and_mass);
-    limit.limit_penetration(obstacles, remapped, of, |node, change| *node += change);
+    let of = |number: usize, own: &Vector4| with_mass(*own, nodal_states[number].momentum_and_mass);
+    limit.limit_penetration(obstacles, remapped_velocities, of, |node, change| *node += change);
 }
 
 /// Returns a velocity with the mass in the fourth lane of another vector.
@@ -242,7 +242,7 @@ impl<const D: usize> PenetrationInput<'_, D> {
             let displacement: [f64; D] =
                 std::array::from_fn(|c| x[c] - self.origin[p][c] - point.last_search_displacement[c]);
             // A point bonded to an obstacle may be nearer than its reach.
-            let near = if point.bond == 0 {
+            let min_distance = if point.bond == 0 {
                 point.free_distance + point.half_width
                     - square(&displacement).sqrt()
                     - (self.max_obstacle_displacement - point.obstacle_displacement)
@@ -250,7 +250,7 @@ impl<const D: usize> PenetrationInput<'_, D> {
                 0.0
             };
             let max_travel = MAX_MOVE * self.points.domain.spacing(p, &view) + self.step_displacement;
-            if near > max_travel + MIN_DISTANCE_RATIO * point.penalty_distance {
+            if min_distance > max_travel + MIN_DISTANCE_RATIO * point.penalty_distance {
                 continue;
             }
             let (start, mut velocity) = (workspace.weights.len(), [0.0; D]);
@@ -264,7 +264,7 @@ impl<const D: usize> PenetrationInput<'_, D> {
                 x,
                 velocity,
                 nodes: start..workspace.weights.len(),
-                min_distance: near,
+                min_distance,
                 point,
             };
             if !candidate.find_constraints(obstacles, self.limit, self.horizon, workspace) {

@@ -214,9 +214,9 @@ impl<const D: usize> ContactCandidates<D> {
 impl<const D: usize> PenaltyObstacle<D> {
     /// Returns the obstacle at its current position as a support of rigid bodies.
     pub fn rigid_contact(&self) -> Ground<'_, D> {
-        let moving = self.motion.as_ref().map(|moving| &moving.obstacle);
-        let surface = moving.map_or(&*self.surface, |own| &own.surface);
-        Ground { surface, laws: &self.laws, motion: moving }
+        let motion = self.motion.as_ref().map(|motion| &motion.obstacle);
+        let surface = motion.map_or(&*self.surface, |own| &own.surface);
+        Ground { surface, laws: &self.laws, motion }
     }
 }
 
@@ -285,10 +285,11 @@ impl<const D: usize> PenaltyObstacles<D> {
 
     /// Initial state of a point at `x` (m) of this half width: where the point is nearer to a surface its reach is that distance, so that
     /// no initial force acts.
-    pub fn initial_penalty_state(&self, x: &[f64; D], half: f64) -> PenaltyState<D> {
-        let distances = self.obstacles.iter().filter_map(|obstacle| obstacle.current_surface().gap(x, half));
-        let nearest = distances.map(|gap| gap.distance).fold(half, f64::min);
-        PenaltyState { half_width: half, penalty_distance: nearest.max(0.0), ..PenaltyState::NEW }
+    pub fn initial_penalty_state(&self, x: &[f64; D], half_width: f64) -> PenaltyState<D> {
+        let distances =
+            self.obstacles.iter().filter_map(|obstacle| obstacle.current_surface().gap(x, half_width));
+        let nearest = distances.map(|gap| gap.distance).fold(half_width, f64::min);
+        PenaltyState { half_width, penalty_distance: nearest.max(0.0), ..PenaltyState::NEW }
     }
 }
 

@@ -28,12 +28,12 @@ impl<const D: usize> MpmSolver<D> {
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
-        if let Some(PenaltyEnergies { friction, spring_energy: stored, penetration_loss: stopped, work }) =
+        if let Some(PenaltyEnergies { friction, spring_energy, penetration_loss, work }) =
             penalty_energies(self.boundary.penalty_obstacles.as_deref())
         {
             push("obstacles.friction", "J", friction);
-            push("obstacles.stored", "J", stored);
-            push("obstacles.stopped", "J", stopped);
+            push("obstacles.stored", "J", spring_energy);
+            push("obstacles.stopped", "J", penetration_loss);
             work.into_iter().for_each(|work| push("obstacles.work", "J", work));
         }
         for driven in &self.boundary.driven {

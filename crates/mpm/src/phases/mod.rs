@@ -257,7 +257,7 @@ fn solve_phases<const D: usize>(
         row_sums,
         walls: liquid_walls,
         max_liquid_mass,
-        constrained_components: constrained,
+        constrained_components,
         ..
     } = phases;
     let dt = clock.dt;
@@ -268,7 +268,7 @@ fn solve_phases<const D: usize>(
         inertia: clock.options.mass_scaling,
         mass_cutoff: [bodies.mass_cutoff(clock), clock.options.mass_cutoff() * *max_liquid_mass],
         sum_equilibrium: clock.stage().equilibrium.is_some(),
-        constrained_components: constrained,
+        constrained_components,
         walls: [&*walls, &*liquid_walls],
         layout: &background.layout,
     };
@@ -283,9 +283,8 @@ fn solve_phases<const D: usize>(
     limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
     let factors = clock.stage().damping_of_axes();
     if factors != [0.0; 3] {
-        let PhaseSolve { mass_cutoff, constrained_components: constrained, walls, layout, .. } = solve;
-        let damping =
-            Damping { dt, factors, mass_cutoff, constrained_components: constrained, walls, layout };
+        let PhaseSolve { mass_cutoff, constrained_components, walls, layout, .. } = solve;
+        let damping = Damping { dt, factors, mass_cutoff, constrained_components, walls, layout };
         layout.for_each_active_node_range(solved, |row, active, line| damping.row(row, active, line));
         limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
     }
@@ -337,11 +336,11 @@ fn limit_remapped_penetration<const D: usize>(
     phases: &mut TwoPhase,
 ) {
     let BoundaryConditions { walls, penalty_obstacles, .. } = boundary;
-    let TwoPhase { nodes, remapped_velocities: remapped, .. } = phases;
+    let TwoPhase { nodes, remapped_velocities, .. } = phases;
     let limit = PenetrationLimit { clock, background, bodies, walls, is_final: false };
     let of =
         |number: usize, own: &[Vector4; 2]| with_mass(own[SOLID], nodes[number][SOLID].momentum_and_mass);
-    limit.limit_penetration(penalty_obstacles, remapped, of, |node, change| node[SOLID] += change);
+    limit.limit_penetration(penalty_obstacles, remapped_velocities, of, |node, change| node[SOLID] += change);
 }
 
 /// Work in the step (J) of prescribed pore pressures on the fluid beyond that on the mixture.

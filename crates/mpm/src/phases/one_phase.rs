@@ -324,8 +324,8 @@ fn equilibrium_terms<const D: usize>(
         layout: &background.layout,
     };
     let mut sums = EquilibriumTerms::default();
-    let VelocityFields { nodal_states: solved, row_sums, .. } = nodes;
-    for (field, nodes) in solved.chunks_exact_mut(background.layout.len()).enumerate() {
+    let VelocityFields { nodal_states, row_sums, .. } = nodes;
+    for (field, nodes) in nodal_states.chunks_exact_mut(background.layout.len()).enumerate() {
         if contacts.is_rigid(field) {
             continue;
         }

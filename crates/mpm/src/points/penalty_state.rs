@@ -54,11 +54,11 @@ impl<const D: usize> FixedBytes for PenaltyState<D> {
     fn from_bytes(bytes: &[u8]) -> Self {
         let (numbers, bytes) = bytes.split_at(<[f64; SCALARS]>::BYTE_COUNT);
         let (vectors, bond) = bytes.split_at(3 * <[f64; D]>::BYTE_COUNT);
-        let [half, reach, free, swept] = FixedBytes::from_bytes(numbers);
+        let [half_width, penalty_distance, free, swept] = FixedBytes::from_bytes(numbers);
         let [last_search_displacement, spring, force] = FixedBytes::from_bytes(vectors);
         Self {
-            half_width: half,
-            penalty_distance: reach,
+            half_width,
+            penalty_distance,
             free_distance: free,
             obstacle_displacement: swept,
             last_search_displacement,

@@ -135,20 +135,16 @@ struct CaseObstacles<'a, const D: usize> {
 
 impl<'a, const D: usize> CaseObstacles<'a, D> {
     fn new(case: &'a Case, options: &MpmOptions, background: &BackgroundGrid<D>) -> Result<Self, CaseError> {
-        let placed = case.placed_obstacles::<D>()?;
-        let at_points = options.obstacles == ObstacleCoupling::Points && !placed.is_empty();
+        let placed_obstacles = case.placed_obstacles::<D>()?;
+        let at_points = options.obstacles == ObstacleCoupling::Points && !placed_obstacles.is_empty();
         let recorder = ReactionRecorder::new(case)?;
-        let on_nodes = NodeObstacles::new(if at_points { &[] } else { &placed }, background, &recorder);
+        let on_nodes =
+            NodeObstacles::new(if at_points { &[] } else { &placed_obstacles }, background, &recorder);
         let is_recorded = !on_nodes.is_empty() && obstacles::why_not_recorded(options).is_none();
         let domain = (background.grid.origin, background.upper);
-        let penalty =
-            at_points.then(|| Box::new(PenaltyObstacles::new(&placed, domain, 2.0 * options.cell_size)));
-        Ok(Self {
-            placed_obstacles: placed,
-            on_nodes,
-            reaction_recorder: is_recorded.then_some(recorder),
-            penalty,
-        })
+        let penalty = at_points
+            .then(|| Box::new(PenaltyObstacles::new(&placed_obstacles, domain, 2.0 * options.cell_size)));
+        Ok(Self { placed_obstacles, on_nodes, reaction_recorder: is_recorded.then_some(recorder), penalty })
     }
 }
 

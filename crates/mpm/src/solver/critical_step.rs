@@ -119,31 +119,27 @@ impl<const D: usize> MpmSolver<D> {
             LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, set: number, point_index: first };
         let stiffening = self.obstacle_stiffening();
         for k in 0..stress.len() {
-            let index = first + k;
-            let h = set.domain.as_slice().spacing(index, &view);
-            let density = set.points.mass[index] / set.points.volume[index];
+            let point_index = first + k;
+            let h = set.domain.as_slice().spacing(point_index, &view);
+            let density = set.points.mass[point_index] / set.points.volume[point_index];
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);
             }
             let speed = (stiffening * moduli[k] / (self.clock.options.mass_scaling * density)).sqrt()
-                + square(&set.points.velocity[index]).sqrt();
+                + square(&set.points.velocity[point_index]).sqrt();
             let wave = LimitingPoint {
                 dt: bounds.courant * h / speed,
                 limit: StepLimit::ELASTIC_WAVE,
                 set: number,
-                point_index: index,
+                point_index,
             };
             least = least.min(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, sheet: mpm §2.10.
                 let inertia = self.clock.options.mass_scaling * density;
                 let dt = bounds.diffusion * inertia * h * h / viscosities[k];
-                least = least.min(LimitingPoint {
-                    dt,
-                    limit: StepLimit::VISCOSITY,
-                    set: number,
-                    point_index: index,
-                });
+                least =
+                    least.min(LimitingPoint { dt, limit: StepLimit::VISCOSITY, set: number, point_index });
             }
         }
         least

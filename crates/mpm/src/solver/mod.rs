@@ -56,12 +56,12 @@ impl<const D: usize> MpmSolver<D> {
             averages,
             consistent,
             two_phase,
-            manufactured_solution: manufactured,
+            manufactured_solution,
         } = self;
         nodes.reset(&background.layout); // 0: empty grid
         boundary.node_obstacles.update_faces((clock.time, clock.dt), background, &mut boundary.walls);
         update_driven_velocities(clock, bodies, &mut boundary.driven);
-        if let (Some(solution), None) = (manufactured, &two_phase) {
+        if let (Some(solution), None) = (manufactured_solution, &two_phase) {
             set_manufactured_forces(solution, bodies, clock.time);
         }
         let moved = match two_phase {

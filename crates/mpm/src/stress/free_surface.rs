@@ -89,13 +89,11 @@ impl<const D: usize> FreeSurface<D> {
 
     /// Computes the fill ratios of the nodes.
     fn compute_fill(&mut self, background: &BackgroundGrid<D>, sets: &[PointSet<D>]) {
-        let Self {
-            layout, sums, has_point: occupied, transfers, zero_width_domains: thin, densities, ..
-        } = self;
+        let Self { layout, sums, has_point, transfers, zero_width_domains: thin, densities, .. } = self;
         let (layout, thin) = (&*layout, thin.as_deref());
         let view = GridView::new(&background.grid, &background.mesh, layout);
         sums.fill(Vector4::ZERO);
-        occupied.fill(false);
+        has_point.fill(false);
         layout.for_each_slab(sums, |slab, window, offset| {
             let mut volumes = [Vector4::ZERO; BLOCK_SIZE];
             for set in sets {
@@ -113,7 +111,7 @@ impl<const D: usize> FreeSurface<D> {
                 }
             }
         });
-        background.elements.as_ref().unwrap_or(layout).for_each_slab(occupied, |slab, window, offset| {
+        background.elements.as_ref().unwrap_or(layout).for_each_slab(has_point, |slab, window, offset| {
             for set in sets {
                 let points = points(thin, &set.points.position, &set.domain, &set.extent);
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
@@ -131,7 +129,7 @@ impl<const D: usize> FreeSurface<D> {
 
     /// Computes fill ratios from the sums.
     fn fill_ratios_from_sums(&mut self, cells: &impl AveragingCells<D>) {
-        let Self { layout, sums, has_point: occupied, fill, .. } = self;
+        let Self { layout, sums, has_point, fill, .. } = self;
         let row = layout.strides()[0];
         fill.par_chunks_mut(row).enumerate().for_each(|(number, line)| {
             for (place, ratio) in line.iter_mut().enumerate() {
@@ -143,7 +141,7 @@ impl<const D: usize> FreeSurface<D> {
                 }
                 let mut around = 0.0;
                 cells.for_each_cell_around(node, |cell, _| {
-                    if occupied[cell] {
+                    if has_point[cell] {
                         around += cells.volume(cell);
                     }
                 });

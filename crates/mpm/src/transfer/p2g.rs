@@ -258,12 +258,13 @@ fn velocities_of_remapped<const D: usize>(
     boundary: &mut BoundaryConditions<D>,
     start: bool,
 ) {
-    let VelocityFields { nodal_states: solved, remapped_velocities: remapped, .. } = &mut *nodes;
+    let VelocityFields { nodal_states, remapped_velocities, .. } = &mut *nodes;
     let (walls, layout) = (&boundary.walls, &background.layout);
     let row_length = layout.strides()[0];
-    let fields = remapped.chunks_exact_mut(layout.len()).zip(solved.chunks_exact(layout.len()));
-    for (remapped, nodes) in fields {
-        layout.for_each_active_node_range(remapped, |row, active, line| {
+    let fields =
+        remapped_velocities.chunks_exact_mut(layout.len()).zip(nodal_states.chunks_exact(layout.len()));
+    for (remapped_velocities, nodes) in fields {
+        layout.for_each_active_node_range(remapped_velocities, |row, active, line| {
             for number in active {
                 let node = &nodes[row * row_length + number];
                 let mass = node.momentum_and_mass.as_array()[3];
@@ -272,11 +273,11 @@ fn velocities_of_remapped<const D: usize>(
                     continue;
                 }
                 line[number] *= 1.0 / mass;
-                let solved = if start { Vector4::splat(f64::NAN) } else { node.momentum_and_mass };
+                let nodal_states = if start { Vector4::splat(f64::NAN) } else { node.momentum_and_mass };
                 let mut velocity = first_three(line[number]);
                 walls.constrain_remapped(
                     &layout.axis_indices(row, number),
-                    &first_three(solved),
+                    &first_three(nodal_states),
                     &mut velocity,
                 );
                 line[number] = vector4(&velocity, 0.0);

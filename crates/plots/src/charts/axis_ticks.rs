@@ -131,17 +131,17 @@ impl Ticks {
 
     /// Ticks at multiples of a step, with the power of ten that the step is a multiple of.
     fn multiples_of(whole: &[f64], step: f64, power: i32, span: f64) -> Self {
-        let places: Vec<f64> = whole.iter().map(|k| k * step).collect();
-        let texts = texts(&places, power);
+        let coordinates: Vec<f64> = whole.iter().map(|k| k * step).collect();
+        let texts = texts(&coordinates, power);
         if texts.iter().all(|text| text.trim_start_matches('-').len() <= MAX_TEXT_LENGTH) {
-            return Self { coordinates: places, texts, constant: None };
+            return Self { coordinates, texts, constant: None };
         }
         let unit = span.log10().ceil() as i32;
-        let lowest = (places[0] / 10f64.powi(unit)).floor();
-        let constant: f64 = format!("{lowest}e{unit}").parse().unwrap_or(places[0]);
+        let lowest = (coordinates[0] / 10f64.powi(unit)).floor();
+        let constant: f64 = format!("{lowest}e{unit}").parse().unwrap_or(coordinates[0]);
         let rest = |place: &f64| ((place - constant) / step).round() * step;
-        let texts = self::texts(&places.iter().map(rest).collect::<Vec<_>>(), power);
-        Self { coordinates: places, texts, constant: Some(format!("{constant:+e}")) }
+        let texts = self::texts(&coordinates.iter().map(rest).collect::<Vec<_>>(), power);
+        Self { coordinates, texts, constant: Some(format!("{constant:+e}")) }
     }
 
     /// Multiples of powers of ten, at every `stride`-th power.

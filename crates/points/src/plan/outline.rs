@@ -67,7 +67,7 @@ impl Outline {
             polygon.iter().map(around).collect()
         };
         let split: Vec<Vec<Vec<Ring>>> = polygons.iter().map(&mut split).collect::<Result<_, _>>()?;
-        let (mut number, mut parts) = (0, Vec::with_capacity(split.len()));
+        let (mut number, mut polygon_rings) = (0, Vec::with_capacity(split.len()));
         for polygon in &split {
             let mut rings = polygon.iter().map(|ring| {
                 number += 1;
@@ -75,9 +75,9 @@ impl Outline {
                 facetted.map(RingLoops).map_err(|error| format!("ring {number}: {error}"))
             });
             let outer = rings.next().unwrap_or_else(|| Ok(RingLoops(Vec::new())))?;
-            parts.push(PolygonRings { outer, holes: rings.collect::<Result<_, _>>()? });
+            polygon_rings.push(PolygonRings { outer, holes: rings.collect::<Result<_, _>>()? });
         }
-        Ok(Self { polygon_rings: parts, merged_polygons: union_of_polygons(split), polygons })
+        Ok(Self { polygon_rings, merged_polygons: union_of_polygons(split), polygons })
     }
 
     /// Polygons as given (m).

@@ -226,8 +226,9 @@ struct SolidFractionGrid {
 
 impl SolidFractionGrid {
     fn new(sizes: [f64; 3], dimension: usize) -> Self {
-        let places = std::array::from_fn(|c| if c < dimension { COUNTING_POINTS[dimension - 1] } else { 1 });
-        Self { sizes, node_counts: places, solid: vec![false; places.iter().product()], count: 0 }
+        let node_counts =
+            std::array::from_fn(|c| if c < dimension { COUNTING_POINTS[dimension - 1] } else { 1 });
+        Self { sizes, node_counts, solid: vec![false; node_counts.iter().product()], count: 0 }
     }
 
     /// Position of a node of the grid (m).

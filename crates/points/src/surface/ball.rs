@@ -16,14 +16,14 @@ impl<const D: usize> BallSurface<D> {
     ///
     /// # Errors
     /// When the radius is not a length or the centre is not finite.
-    pub fn new(centre: [f64; D], radius: f64, hollow: bool) -> Result<Self, SurfaceError> {
+    pub fn new(centre: [f64; D], radius: f64, is_hollow: bool) -> Result<Self, SurfaceError> {
         if !centre.iter().all(|c| c.is_finite()) {
             return Err(SurfaceError::new("centre", "must be finite (m)"));
         }
         if !(radius.is_finite() && radius > 0.0) {
             return Err(SurfaceError::new("radius", format!("{radius} must be finite and positive (m)")));
         }
-        Ok(Self { centre, radius, is_hollow: hollow })
+        Ok(Self { centre, radius, is_hollow })
     }
 }
 

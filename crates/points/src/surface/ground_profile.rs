@@ -257,15 +257,15 @@ impl GroundProfile {
 
     fn nearest_from(&self, x: &[f64; 2], number: usize, share: f64, part: SegmentPart) -> NearestPoint<2> {
         let (key, normal) = self.feature(number, share, part);
-        let (place, _) = self.segments[number].point_and_normal(share);
-        let from = difference(x, &place);
+        let (position, _) = self.segments[number].point_and_normal(share);
+        let from = difference(x, &position);
         let sign = if dot(&from, &normal) < 0.0 { -1.0 } else { 1.0 };
         let away = if part == SegmentPart::Interior { None } else { unit(&from) };
         let distance = sign * dot(&from, &from).sqrt();
         NearestPoint {
             distance,
             normal: away.map_or(normal, |away| away.map(|c| sign * c)),
-            position: place,
+            position,
             feature_id: key,
         }
     }

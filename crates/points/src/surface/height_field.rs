@@ -44,9 +44,9 @@ impl HeightField {
     pub fn new(raster: Raster) -> Result<Self, RasterError> {
         raster.validate()?;
         let known = || raster.values.iter().copied().filter(|v| v.is_finite());
-        let (lowest, highest) =
+        let (lowest, max_height) =
             (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
-        let mut field = Self { raster, lowest, max_height: highest, max_gap_ratio: 1.0 };
+        let mut field = Self { raster, lowest, max_height, max_gap_ratio: 1.0 };
         field.max_gap_ratio = field.steepest_normal_length();
         Ok(field)
     }
@@ -189,8 +189,8 @@ impl Surface<3> for HeightField {
         let candidates = found.candidates();
         candidates.clear();
         self.visit_triangles(x, radius, |triangle, corners| {
-            let (place, feature) = nearest_on_facet(corners, x);
-            let from = difference(x, &place);
+            let (position, feature) = nearest_on_facet(corners, x);
+            let from = difference(x, &position);
             let away = dot(&from, &from);
             let own = facet_normal(corners).unwrap_or([0.0, 0.0, 1.0]);
             if away > radius * radius || dot(&from, &own) < 0.0 {
@@ -198,13 +198,13 @@ impl Surface<3> for HeightField {
             }
             let outward = if feature == FacetFeature::Face { None } else { unit(&from) };
             let key = self.feature_id(triangle, feature);
-            let place = NearestPoint {
+            let position = NearestPoint {
                 distance: away.sqrt(),
                 normal: outward.unwrap_or(own),
-                position: place,
+                position,
                 feature_id: key,
             };
-            candidates.push(FacetCandidate { corners: *corners, nearest: place });
+            candidates.push(FacetCandidate { corners: *corners, nearest: position });
         });
         found.select_distinct(radius);
     }

@@ -38,8 +38,8 @@ impl<const D: usize> NodeObstacles<D> {
         };
         let BackgroundGrid { grid, layout, basis_1d: axis, low, high, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving = MovingObstacles::new(standing, (*low, *high), acts);
-        let rest = if moving.iter().count() == standing.len() {
+        let moving_obstacles = MovingObstacles::new(standing, (*low, *high), acts);
+        let static_faces = if moving_obstacles.iter().count() == standing.len() {
             NodeFaces::default()
         } else {
             NodeFaces::from_positions(grid, layout, axis, |place, found| {
@@ -47,7 +47,7 @@ impl<const D: usize> NodeObstacles<D> {
                 found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
             })
         };
-        Ok(Self { static_faces: rest, moving_obstacles: moving, bearers })
+        Ok(Self { static_faces, moving_obstacles, bearers })
     }
 
     /// Faces of the obstacles at rest.

@@ -98,12 +98,13 @@ impl<const D: usize> BodyPoints<D> {
     /// Kinetic energies of the points (J): that of the point velocities, and that of the affine velocity fields around them. `moment` is
     /// the second moment of the shape functions (m²).
     pub fn kinetic_energies(&self, moment: f64) -> [f64; 2] {
-        let PointColumns { velocity, affine_velocity: affine, mass, .. } = &self.points;
+        let PointColumns { velocity, affine_velocity, mass, .. } = &self.points;
         let mut sums = [0.0; 2];
-        for ((velocity, affine), mass) in velocity.iter().zip(affine).zip(mass) {
+        for ((velocity, affine_velocity), mass) in velocity.iter().zip(affine_velocity).zip(mass) {
             sums[0] += 0.5 * mass * crate::points::vectors::square(velocity);
             // Sheet: snow-mpm §2.11.
-            sums[1] += 0.5 * mass * affine.as_flattened().iter().map(|b| b * b).sum::<f64>() / moment;
+            sums[1] +=
+                0.5 * mass * affine_velocity.as_flattened().iter().map(|b| b * b).sum::<f64>() / moment;
         }
         sums
     }
@@ -135,8 +136,8 @@ pub struct Bodies<const D: usize> {
 
 impl<const D: usize> Bodies<D> {
     /// Creates the set of bodies.
-    pub fn new(all: Vec<BodyPoints<D>>) -> Self {
-        Self { bodies: all, ..Self::default() }
+    pub fn new(bodies: Vec<BodyPoints<D>>) -> Self {
+        Self { bodies, ..Self::default() }
     }
 
     /// Number of points.

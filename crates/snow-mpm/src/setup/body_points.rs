@@ -40,7 +40,7 @@ pub(super) fn body_points<const D: usize>(
         std::array::from_fn(|c| velocity[c])
     };
     let velocity = position.iter().enumerate().map(velocity_of).collect();
-    let affine = match options.transfer {
+    let affine_velocity = match options.transfer {
         SnowTransfer::Apic => affine_moments(case, background, number, &position),
         SnowTransfer::Flip => vec![[[0.0; D]; D]; count],
     };
@@ -48,7 +48,7 @@ pub(super) fn body_points<const D: usize>(
         id: (first_id as u32..(first_id + count) as u32).collect(),
         origin: position.clone(),
         velocity,
-        affine_velocity: affine,
+        affine_velocity,
         mass,
         stress,
         work: Vec::new(),

@@ -75,7 +75,7 @@ impl<const D: usize> SnowSolver<D> {
             obstacles,
             energy_balance: ledger,
             clock,
-            manufactured_solution: manufactured,
+            manufactured_solution,
             ..
         } = self;
         if bodies.travel_since_sort >= background.grid.cell {
@@ -88,7 +88,7 @@ impl<const D: usize> SnowSolver<D> {
             obstacles.update_faces((clock.time, dt), background, boundaries.obstacles_mut());
         }
         // 1, 2
-        let push = manufactured.as_ref().map(|solution| (solution, clock.time));
+        let push = manufactured_solution.as_ref().map(|solution| (solution, clock.time));
         p2g(background, bodies, nodes, options.transfer, push);
         background.sum_periodic_images(&mut nodes.nodes);
         // 3

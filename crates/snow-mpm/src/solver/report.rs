@@ -61,7 +61,7 @@ impl<const D: usize> SnowSolver<D> {
         };
         let gravity = self.case.gravity3();
         for body in &self.bodies.bodies {
-            let PointColumns { position, velocity, affine_velocity: affine, mass, .. } = &body.points;
+            let PointColumns { position, velocity, affine_velocity, mass, .. } = &body.points;
             for i in 0..mass.len() {
                 let (x, v, m) = (spatial(&position[i]), spatial(&velocity[i]), mass[i]);
                 budget.mass += m;
@@ -72,7 +72,8 @@ impl<const D: usize> SnowSolver<D> {
                     budget.potential -= m * gravity[c] * x[c];
                     if a < D && b < D {
                         // Sheet: snow-mpm §3.6.
-                        budget.angular_momentum[c] += m * (affine[i][b][a] - affine[i][a][b]);
+                        budget.angular_momentum[c] +=
+                            m * (affine_velocity[i][b][a] - affine_velocity[i][a][b]);
                     }
                 }
             }

@@ -59,13 +59,11 @@ impl<const D: usize> SnowSolver<D> {
         let of_layer = |body: &BodyPoints<D>| self.case.bodies[body.number as usize].name == *name;
         let number = self.bodies.bodies.iter().position(of_layer);
         let yielded = number.and_then(|number| self.yielded_points(&self.bodies.bodies[number]));
-        if let (
-            Some(number),
-            Some(YieldedPoints { collapsed_points: collapsed, layer_count: of, index, .. }),
-        ) = (number, yielded.filter(|yielded| yielded.collapsed_points > 0))
+        if let (Some(number), Some(YieldedPoints { collapsed_points, layer_count: of, index, .. })) =
+            (number, yielded.filter(|yielded| yielded.collapsed_points > 0))
         {
             let reason = format!(
-                "{collapsed} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
+                "{collapsed_points} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
                  first cut, this one among them: make the layer stronger or the slab lighter, apply its \
                  weight more slowly (gravity_ramp and damping of the stage before), or, on ground that is not \
                  parallel to an axis, add old, elastic snow below the layer"
@@ -123,22 +121,20 @@ impl<const D: usize> SnowSolver<D> {
         let RestChecks { initial_speed: unrest, early_yield: early } = self.clock.rest_checks;
         if let Some((
             moment,
-            YieldedPoints {
-                body, count, collapsed_points: collapsed, layer_count: of, position: place, ..
-            },
+            YieldedPoints { body, count, collapsed_points, layer_count: of, position, .. },
         )) = early
         {
             let when = match moment {
                 CheckTime::EndOf(stage) => format!("at the end of stage {:?}", self.case.stages[stage].name),
                 CheckTime::FirstCut => "when the first cut began".to_owned(),
             };
-            let (name, place) = (&self.case.bodies[body as usize].name, self.case.map_position(&place));
+            let (name, position) = (&self.case.bodies[body as usize].name, self.case.map_position(&position));
             return Some(format!(
                 "{when} {count} of the {of} points of the weak layer {name:?} had yielded under their weight \
-                 alone, {collapsed} of them without strength, one at {:.4?} m. The layer is then weaker than \
+                 alone, {collapsed_points} of them without strength, one at {:.4?} m. The layer is then weaker than \
                  that of the case: make it stronger or the slope less, or, on ground that is not parallel to \
                  an axis, add old, elastic snow below it",
-                &place[..D]
+                &position[..D]
             ));
         }
         unrest.map(|fastest| {

@@ -88,15 +88,11 @@ impl<'a> SawColumn<'a> {
 impl SawAxes {
     fn of_removal(case: &Case, cut: &RemovalShape) -> Option<Self> {
         let dimension = case.dimension();
-        let along = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed())?;
+        let cut_axis = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed())?;
         let gravity = case.gravity3();
-        let others = (0..dimension).filter(|axis| *axis != along);
-        let across = others.reduce(|a, b| if gravity[b].abs() > gravity[a].abs() { b } else { a })?;
-        Some(Self {
-            cut_axis: along,
-            normal_axis: across,
-            upward_sign: if gravity[across] > 0.0 { -1.0 } else { 1.0 },
-        })
+        let others = (0..dimension).filter(|axis| *axis != cut_axis);
+        let normal_axis = others.reduce(|a, b| if gravity[b].abs() > gravity[a].abs() { b } else { a })?;
+        Some(Self { cut_axis, normal_axis, upward_sign: if gravity[normal_axis] > 0.0 { -1.0 } else { 1.0 } })
     }
 }
 
@@ -107,10 +103,10 @@ fn layer(shape: &Shape, below: &Shape, axes: Option<SawAxes>) -> Option<SawLayer
             (on == same).then_some(SawLayer { length_range: [*start, *end], height_range: [*from, *to] })
         }
         (Shape::Box { min, max }, Shape::Box { .. } | Shape::Polygon { .. }) => {
-            let SawAxes { cut_axis: along, normal_axis: across, upward_sign: up } = axes?;
+            let SawAxes { cut_axis, normal_axis, upward_sign } = axes?;
             Some(SawLayer {
-                length_range: [min[along], max[along]],
-                height_range: ordered(up * min[across], up * max[across]),
+                length_range: [min[cut_axis], max[cut_axis]],
+                height_range: ordered(upward_sign * min[normal_axis], upward_sign * max[normal_axis]),
             })
         }
         (Shape::Polygon { vertices }, Shape::Box { .. } | Shape::Polygon { .. }) => {
@@ -128,20 +124,23 @@ fn ordered(a: f64, b: f64) -> [f64; 2] {
 /// polygon.
 fn oblique_layer(
     vertices: &[[f64; 2]],
-    SawAxes { cut_axis: along, normal_axis: across, upward_sign: up }: SawAxes,
+    SawAxes { cut_axis, normal_axis, upward_sign }: SawAxes,
 ) -> Option<SawLayer> {
     let range = |places: &mut dyn Iterator<Item = f64>| {
         places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
     };
-    let [low, high] = range(&mut vertices.iter().map(|vertex| vertex[across]));
+    let [low, high] = range(&mut vertices.iter().map(|vertex| vertex[normal_axis]));
     let slack = ROUND_OFF * (high - low);
     let on = |side: f64| {
-        range(&mut vertices.iter().filter(|v| (v[across] - side).abs() <= slack).map(|v| v[along]))
+        range(&mut vertices.iter().filter(|v| (v[normal_axis] - side).abs() <= slack).map(|v| v[cut_axis]))
     };
-    let of_two = vertices.iter().all(|v| v[across] - low <= slack || high - v[across] <= slack);
+    let of_two = vertices.iter().all(|v| v[normal_axis] - low <= slack || high - v[normal_axis] <= slack);
     let (lower, upper) = (on(low), on(high));
     let ends = std::array::from_fn(|end| 0.5 * (lower[end] + upper[end]));
-    of_two.then_some(SawLayer { length_range: ends, height_range: ordered(up * low, up * high) })
+    of_two.then_some(SawLayer {
+        length_range: ends,
+        height_range: ordered(upward_sign * low, upward_sign * high),
+    })
 }
 
 /// Rejects invalid saw tests (sheet: snow-mpm §7): a column shorter than five times its slab, a saw faster than a twentieth of the shear
@@ -307,7 +306,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
 /// Extent of the removed bodies along the direction of a cut, and of the remaining bodies across it (m), by the bounds of their shapes.
 fn extents(case: &Case, cut: &RemovalShape) -> Option<[f64; 2]> {
     let dimension = case.dimension();
-    let SawAxes { cut_axis: along, normal_axis: across, .. } = SawAxes::of_removal(case, cut)?;
+    let SawAxes { cut_axis, normal_axis, .. } = SawAxes::of_removal(case, cut)?;
     let (sawn, left): (Vec<&Body>, Vec<&Body>) =
         case.bodies.iter().partition(|body| cut.applies_to(&body.name));
     if sawn.is_empty() || left.is_empty() {
@@ -320,5 +319,5 @@ fn extents(case: &Case, cut: &RemovalShape) -> Option<[f64; 2]> {
         });
         high - low
     };
-    Some([extent(&sawn, along), extent(&left, across)])
+    Some([extent(&sawn, cut_axis), extent(&left, normal_axis)])
 }

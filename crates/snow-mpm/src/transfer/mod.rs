@@ -116,13 +116,12 @@ impl<const D: usize> PointUpdater<'_, D> {
     /// step bound or a failure.
     pub fn body(&self, body: &mut BodyPoints<D>) {
         let BodyPoints { points, states, material, reports, width, remove_outside, .. } = body;
-        let PointColumns { position, velocity, affine_velocity: affine, volume, stress, work, mass, .. } =
-            points;
+        let PointColumns { position, velocity, affine_velocity, volume, stress, work, mass, .. } = points;
         let (material, extent, remove_outside) = (&**material, [*width; D], *remove_outside);
         let blocks = (
             position.par_chunks_mut(BLOCK_SIZE),
             velocity.par_chunks_mut(BLOCK_SIZE),
-            affine.par_chunks_mut(BLOCK_SIZE),
+            affine_velocity.par_chunks_mut(BLOCK_SIZE),
             volume.par_chunks_mut(BLOCK_SIZE),
             stress.par_chunks_mut(BLOCK_SIZE),
             work.par_chunks_mut(BLOCK_SIZE),
@@ -132,13 +131,13 @@ impl<const D: usize> PointUpdater<'_, D> {
         );
         blocks.into_par_iter().enumerate().with_min_len(BLOCKS_PER_TASK).for_each_init(
             || self.workspace(),
-            |bench, (number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
+            |bench, (number, (position, velocity, affine_velocity, volume, stress, work, mass, states, report))| {
                 let first = number * BLOCK_SIZE;
                 let mut block = PointBlock {
                     first,
                     position,
                     velocity,
-                    affine_velocity: affine,
+                    affine_velocity,
                     volume,
                     stress,
                     work,

@@ -21,8 +21,8 @@ pub fn apply_loads<const D: usize>(
     rates: &mut Rates<D>,
     dt: f64,
 ) {
-    let BodyLoads { loads: all, start_times: starts } = &bodies.loads;
-    if all.is_empty() {
+    let BodyLoads { loads, start_times } = &bodies.loads;
+    if loads.is_empty() {
         return;
     }
     let p = &bodies.particles;
@@ -30,9 +30,9 @@ pub fn apply_loads<const D: usize>(
         rates.external_accelerations.clear();
         rates.external_accelerations.resize(p.len(), [0.0; D]);
     }
-    for on in all {
+    for on in loads {
         let load = &setting.case.loads[on.number];
-        let factor = load.factor(clock.time + dt - starts[on.number]);
+        let factor = load.factor(clock.time + dt - start_times[on.number]);
         let group = bodies.groups.iter().find(|group| group.body == on.body);
         let Some(group) = group.filter(|_| factor != 0.0) else { continue };
         for i in group.range() {

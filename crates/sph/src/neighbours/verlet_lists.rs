@@ -47,13 +47,13 @@ pub struct VerletLists<const D: usize> {
 
 impl<const D: usize> VerletLists<D> {
     /// Returns empty lists for the positions `listed`, after a sort in step `sorted`.
-    pub fn new(listed: ListedPositions<D>, sorted: Option<u64>) -> Self {
+    pub fn new(listed_positions: ListedPositions<D>, last_sort: Option<u64>) -> Self {
         Self {
             neighbours: NeighbourList::new(),
             weights: Vec::new(),
             weights_current: false,
-            listed_positions: listed,
-            last_sort: sorted,
+            listed_positions,
+            last_sort,
             cells: CellList::new(),
             scratch: ScratchBuffers::default(),
         }
@@ -186,12 +186,12 @@ impl<const D: usize> VerletLists<D> {
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
     ) -> Result<(), SolverError> {
-        let ListedPositions { positions, time, list_radius: reach } = &self.listed_positions;
+        let ListedPositions { positions, time, list_radius } = &self.listed_positions;
         let pairwise = setting.options.wall_stress == WallStress::Pairwise;
         // Extrapolated walls extend beyond periodic boundaries, and use the soil further out.
         let asks = !pairwise && !walls.planes.periods.is_empty();
-        walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
-        walls.obstacles.list_candidates(positions, *reach);
+        walls.find_images(positions, *time, if asks { 2.0 * list_radius } else { *list_radius });
+        walls.obstacles.list_candidates(positions, *list_radius);
         let len = bodies.particles.len();
         walls.smooth.find_ranges(&bodies.groups, len, &walls.images);
         let total = walls.first(len) + walls.planes.particles.len();
@@ -208,7 +208,7 @@ impl<const D: usize> VerletLists<D> {
             j < first && walls.obstacles.separates((i, &x[i]), other, setting.options.spacing)
         };
         let keeps = |i: u32, j: u32| !parts(i as usize, j as usize);
-        let built = self.neighbours.build_first(x, count, *reach, keeps);
+        let built = self.neighbours.build_first(x, count, *list_radius, keeps);
         if let Some(current) = current {
             p.position[..current.len()].copy_from_slice(&current);
         }

@@ -77,9 +77,9 @@ impl<const D: usize> ObstacleFaces<D> {
                     hits(i, obstacle, x, slower.map(|v| mass * v));
                 }
             };
-            let from = std::array::from_fn(|c| hit.x[c] - dt * hit.v[c]);
+            let start = std::array::from_fn(|c| hit.x[c] - dt * hit.v[c]);
             let looks = (kept, kept + way);
-            let way = ParticlePath { start: from, end: hit.x, dt, spacing };
+            let way = ParticlePath { start, end: hit.x, dt, spacing };
             if !self.deflect(i, &mut hit, &mut found, (looks, way), &mut heard) {
                 continue;
             }

@@ -208,12 +208,12 @@ impl<const D: usize> PairContext<'_, D> {
         let size = crowding.iter().map(|c| c * c).sum::<f64>().sqrt() * scale.abs();
         let limit = MAX_SHIFT * self.options.spacing;
         let scale = if size > limit { scale * limit / size } else { scale };
-        let position = crowding.map(|c| c * scale);
+        let displacement = crowding.map(|c| c * scale);
         let change = |correction: &SquareMatrix<D>, slope: &[f64; D]| -> f64 {
-            product(correction, slope).iter().zip(&position).map(|(g, x)| g * x).sum()
+            product(correction, slope).iter().zip(&displacement).map(|(g, x)| g * x).sum()
         };
         Some(Shift {
-            displacement: position,
+            displacement,
             velocity: std::array::from_fn(|c| change(&all, &velocity[c])),
             density: change(&within, &fields[0]),
             stress: SymTensor(std::array::from_fn(|c| change(&within, &fields[1 + c]))),

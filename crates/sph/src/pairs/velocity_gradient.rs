@@ -150,21 +150,15 @@ impl<const D: usize> PairSums<'_, D> {
     fn gradient_form(&self) -> GradientForm {
         let operator = self.options.gradient_operator();
         let by_mass = operator == VelocityGradientOperator::DensityDifference;
-        let corrected = operator == VelocityGradientOperator::Corrected;
+        let is_corrected = operator == VelocityGradientOperator::Corrected;
         let continuity = self.options.continuity;
         let sums_divergence = match continuity {
             ContinuityEquation::Mass => !by_mass,
-            ContinuityEquation::Volume => by_mass || corrected,
+            ContinuityEquation::Volume => by_mass || is_corrected,
             ContinuityEquation::Trace | ContinuityEquation::Summation => false,
         };
-        let corotated = self.options.is_corotated();
-        GradientForm {
-            by_mass,
-            is_corrected: corrected,
-            is_corotated: corotated,
-            continuity,
-            sums_divergence,
-        }
+        let is_corotated = self.options.is_corotated();
+        GradientForm { by_mass, is_corrected, is_corotated, continuity, sums_divergence }
     }
 
     /// Sums of particle `i` over its neighbours without mirrored particles, the first `regular` of its row, from velocities less the
@@ -177,13 +171,7 @@ impl<const D: usize> PairSums<'_, D> {
         turn: &SquareMatrix<D>,
         form: &GradientForm,
     ) -> GradientSums<D> {
-        let &GradientForm {
-            by_mass,
-            is_corrected: corrected,
-            is_corotated: corotated,
-            continuity,
-            sums_divergence,
-        } = form;
+        let &GradientForm { by_mass, is_corrected, is_corotated, continuity, sums_divergence } = form;
         let records = &self.pair_data.records;
         let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
         let mut gradient = [[Lanes::splat(0.0); D]; D];
@@ -210,7 +198,7 @@ impl<const D: usize> PairSums<'_, D> {
                 let weight = if continuity == ContinuityEquation::Mass { mass } else { volume };
                 trace += packed_particles::dot(&relative, &apart) * weight;
             }
-            if corrected || corotated {
+            if is_corrected || is_corotated {
                 // Upper half only, since the moment is symmetric.
                 for a in 0..D {
                     for b in a..D {
@@ -218,11 +206,12 @@ impl<const D: usize> PairSums<'_, D> {
                     }
                 }
             }
-            if corrected {
+            if is_corrected {
                 neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
             }
         });
-        let neighbours = if corrected { packed_particles::sum(neighbours) as u32 } else { row.len() as u32 };
+        let neighbours =
+            if is_corrected { packed_particles::sum(neighbours) as u32 } else { row.len() as u32 };
         let mut sums = GradientSums {
             gradient: sum_lanes(&gradient),
             moment: GradientMoment { matrix: from_upper_half(&sum_lanes(&moment)), neighbours },

@@ -52,20 +52,20 @@ impl<const D: usize> BodyLoads<D> {
     /// # Errors
     /// When a load acts on a held body, or on nothing.
     pub fn new(case: &Case, bodies: &[LoadedBody<'_, D>], spacing: f64) -> Result<Self, CaseError> {
-        let mut all = Vec::new();
+        let mut loads = Vec::new();
         for (number, load) in case.loads.iter().enumerate() {
             let on = |loaded: &&LoadedBody<'_, D>| case.bodies[loaded.body as usize].name == load.body();
-            let Some(&LoadedBody { body, is_held: held, first, positions }) = bodies.iter().find(on) else {
+            let Some(&LoadedBody { body, is_held, first, positions }) = bodies.iter().find(on) else {
                 continue;
             };
-            if held {
+            if is_held {
                 let problem = format!("the body {:?} is held, and loads do not act on it", load.body());
                 return Err(CaseError::new(format!("loads[{number}].body"), problem));
             }
             let carried = case.load_vectors(number, positions, &[spacing; D])?;
-            all.push(BodyLoad { number, body, first, vectors: carried });
+            loads.push(BodyLoad { number, body, first, vectors: carried });
         }
-        Ok(Self { loads: all, start_times: case.load_starts() })
+        Ok(Self { loads, start_times: case.load_starts() })
     }
 
     /// Begins the loads of a stage that begins at `start` (s).

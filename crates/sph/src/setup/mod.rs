@@ -112,7 +112,7 @@ fn problem_size_in<const D: usize>(
 ) -> Result<ProblemSize, CaseError> {
     let walls = wall_particle_count::<D>(case, options, smoothing::<D>(options)?.radius());
     let memory = points * bytes_each::<D>(options)? + states + walls * source_bytes(D) as f64;
-    let (key, cure) = if walls > points {
+    let (case_key, cure) = if walls > points {
         ("domain", "most of them are wall particles: make the domain smaller, or the spacing larger")
     } else {
         ("methods.sph.spacing", "")
@@ -120,7 +120,7 @@ fn problem_size_in<const D: usize>(
     Ok(ProblemSize {
         points: points + walls,
         memory,
-        case_key: key,
+        case_key,
         placing_time: walls * PLACING_TIME,
         advice: cure,
         ..ProblemSize::default()

@@ -95,12 +95,12 @@ impl<const D: usize> Walls<D> {
 
     /// Updates the velocities of the images.
     pub fn move_images(&self, bodies: &mut Bodies<D>) {
-        let Bodies { particles, pair_data: shown, .. } = bodies;
+        let Bodies { particles, pair_data, .. } = bodies;
         for (image, slot) in self.images.iter().zip(particles.len()..) {
             let v = particles.velocity[image.source as usize];
             particles.velocity[slot] =
                 std::array::from_fn(|c| image.velocity_sign[c] * v[c] + image.velocity_shift[c]);
-            set_velocity(&mut shown.records[slot], &particles.velocity[slot]);
+            set_velocity(&mut pair_data.records[slot], &particles.velocity[slot]);
         }
     }
 

@@ -245,14 +245,14 @@ fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     let start = solver.time();
     solver.begin_stage(1, start).map_err(|error| error.to_string())?;
     let unit = height.sqrt();
-    let (mut energy, mut early) = (Vec::new(), f64::NAN);
+    let (mut energy, mut early_front) = (Vec::new(), f64::NAN);
     loop {
         advance(&mut solver, 0.02 * unit)?;
         let time = (solver.time() - start) / unit;
         let kinetic = solver.totals().kinetic / potential;
         energy.push((time, kinetic));
-        if early.is_nan() && time >= 3.0 {
-            early = measures(&solver.snapshot())[0];
+        if early_front.is_nan() && time >= 3.0 {
+            early_front = measures(&solver.snapshot())[0];
         }
         if time > 3.0 && kinetic < 2e-5 || time > 14.0 {
             break;
@@ -260,15 +260,7 @@ fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     }
     let last = solver.snapshot();
     let error = output_value(&solver, "energy_error");
-    Ok(ColumnDeposit {
-        size: [width, height],
-        end: measures(&last),
-        early_front: early,
-        energy,
-        error,
-        first,
-        last,
-    })
+    Ok(ColumnDeposit { size: [width, height], end: measures(&last), early_front, energy, error, first, last })
 }
 
 fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
@@ -400,11 +392,11 @@ fn judge(outcome: &mut BenchmarkOutcome, row: &ReferenceColumn, figures: &[Colum
         mean_and_deviation(&kinetic).1,
         "not judged: shows how well the mean is known",
     );
-    let PackingScatter { front_time: when, early_front: early, final_rest: rest } = row.scatter;
+    let PackingScatter { front_time, early_front, final_rest } = row.scatter;
     for (what, spread, value) in [
-        ("time of it over √(H₀/g)", when, mean(|own| own.time_of_max_kinetic)),
-        ("front at 3 √(H₀/g) over that at the end", early, mean(|own| own.early_front_share)),
-        ("time at rest over √(H₀/g)", rest, mean(|own| own.rest.0)),
+        ("time of it over √(H₀/g)", front_time, mean(|own| own.time_of_max_kinetic)),
+        ("front at 3 √(H₀/g) over that at the end", early_front, mean(|own| own.early_front_share)),
+        ("time at rest over √(H₀/g)", final_rest, mean(|own| own.rest.0)),
     ] {
         let (ends, claim, reason) = spread.bounds_of_mean(figures.len());
         outcome.assert_within(name(what), &claim, value, ends, reason);

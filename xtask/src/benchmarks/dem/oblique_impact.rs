@@ -49,8 +49,8 @@ const TABLE: [(Impact, f64, f64); 10] = [
     (row(true, 0.5, 0.5, 0.5, 2.0), 1.2988, -1.7529),
 ];
 
-const fn row(sphere: bool, friction: f64, across: f64, restitution: f64, angle: f64) -> Impact {
-    Impact { sphere, friction, stiffness_ratio: across, restitution, angle }
+const fn row(sphere: bool, friction: f64, stiffness_ratio: f64, restitution: f64, angle: f64) -> Impact {
+    Impact { sphere, friction, stiffness_ratio, restitution, angle }
 }
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {

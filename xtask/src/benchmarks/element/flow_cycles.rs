@@ -63,7 +63,7 @@ impl ShearCycles {
 /// Checks cyclic shear at constant rate and pressure: a parallelogram of `±μ(I) p` and the elastic slope, whose area `4 τ (γ_a - τ/G)` is
 /// dissipated in every cycle.
 pub fn cyclic_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let ShearCycles { work, third_cycle: third, reversal } = ShearCycles::run()?;
+    let ShearCycles { work, third_cycle, reversal } = ShearCycles::run()?;
     let friction = 0.439_590_075_2 * PRESSURE;
     let elastic = reversal.iter().map(|g| (g / SHEAR_MODULUS - 1.0).abs()).max_or_nan();
     let name = "§5.3 μ(I), cyclic shear: slope after a reversal over G, less 1";
@@ -75,12 +75,12 @@ pub fn cyclic_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let closed = (work[2] / work[1] - 1.0).abs();
     let name = "§5.3 μ(I), cyclic shear: change of work from cycle to cycle";
     outcome.assert_close(name, 0.0, 1e-9, closed, "periodic");
-    let flowing = third.iter().map(|(_, tau)| tau.abs()).max_or_nan();
+    let flowing = third_cycle.iter().map(|(_, tau)| tau.abs()).max_or_nan();
     let name = "§5.3 μ(I), cyclic shear: largest shear stress (Pa)";
     outcome.assert_close(name, friction, 1e-6, flowing, "steady flow between reversals");
     let chart = LineChart {
         series: vec![
-            Series::new("μ(I), third cycle", third, Style::Line),
+            Series::new("μ(I), third cycle", third_cycle, Style::Line),
             Series::new("±μ(I) p", vec![(-AMPLITUDE, friction), (AMPLITUDE, friction)], Style::Markers),
             Series::new("", vec![(-AMPLITUDE, -friction), (AMPLITUDE, -friction)], Style::Markers),
         ],

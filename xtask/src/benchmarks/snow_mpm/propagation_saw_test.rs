@@ -318,7 +318,7 @@ fn meshes(outcome: &mut BenchmarkOutcome, coarse: f64) -> Result<(), String> {
 
 fn speeds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let long = |weak| SawTestSetup { length: 12.0, weak_layer: weak, ..STANDARD_TEST };
+    let long = |weak_layer| SawTestSetup { length: 12.0, weak_layer, ..STANDARD_TEST };
     let mut case = long(&[]).case()?;
     case.output.frames = None;
     case.stages[1].duration = 0.6;

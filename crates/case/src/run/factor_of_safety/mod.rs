@@ -90,18 +90,18 @@ impl SafetyResult {
 
     /// Message about the outcome.
     pub fn message(&self) -> String {
-        let Self { stable_factor: stable, failing_factor: failed, block, .. } = self;
+        let Self { stable_factor, failing_factor, block, .. } = self;
         match (self.outcome(), self.factor()) {
             (SearchOutcome::Undecided, _) => {
                 let open: Vec<String> =
                     self.undecided_factors().map(|factor| format!("{factor:.3}")).collect();
-                let from = if *stable > 0.0 {
-                    format!("stable at {stable:.3}")
+                let from = if *stable_factor > 0.0 {
+                    format!("stable at {stable_factor:.3}")
                 } else {
                     "no stable factor".to_owned()
                 };
-                let to = if failed.is_finite() {
-                    format!("failed at {failed:.3}")
+                let to = if failing_factor.is_finite() {
+                    format!("failed at {failing_factor:.3}")
                 } else {
                     "no failed factor".to_owned()
                 };
@@ -114,14 +114,20 @@ impl SafetyResult {
                 )
             }
             (SearchOutcome::BelowRange, _) => {
-                format!("less than {failed:.3}: the bodies fail with the smallest factor of the range")
+                format!(
+                    "less than {failing_factor:.3}: the bodies fail with the smallest factor of the range"
+                )
             }
             (SearchOutcome::AboveRange, _) => {
-                format!("more than {stable:.3}: the bodies come to rest with the largest factor of the range")
+                format!(
+                    "more than {stable_factor:.3}: the bodies come to rest with the largest factor of the range"
+                )
             }
             (SearchOutcome::Found, factor) => {
                 let factor = factor.unwrap_or(f64::NAN);
-                format!("factor of safety {factor:.3} (stable at {stable:.3}, failed at {failed:.3})")
+                format!(
+                    "factor of safety {factor:.3} (stable at {stable_factor:.3}, failed at {failing_factor:.3})"
+                )
             }
         }
     }
@@ -234,10 +240,10 @@ impl SearchContext<'_> {
         let weak = case.with_weakening(stage).map_err(CaseErrors::from_error)?;
         let mut solver = self.method.build(&weak).map_err(CaseErrors::from_error)?;
         solver.restore(&mut &*self.rest_state)?;
-        let since = solver.time();
-        solver.begin_stage(stage, since)?;
+        let start_time = solver.time();
+        solver.begin_stage(stage, start_time)?;
         let start = solver.snapshot();
-        Ok(RunningTrial { solver, start, stage: &case.stages[stage], start_time: since })
+        Ok(RunningTrial { solver, start, stage: &case.stages[stage], start_time })
     }
 
     fn file(&self, name: fn(&str) -> String) -> Option<PathBuf> {

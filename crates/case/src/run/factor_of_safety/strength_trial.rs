@@ -142,14 +142,14 @@ impl FailureCriterion {
     /// Judges a trial by its blocks so far; `None` while it is undecided.
     fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
         let last = blocks.len().checked_sub(1)?;
-        let TrialBlock { unbalanced_ratio: unbalanced, displacement } = blocks[last];
+        let TrialBlock { unbalanced_ratio, displacement } = blocks[last];
         let before = |k: usize| if k > 0 { blocks[k - 1].displacement } else { 0.0 };
         let added: Vec<f64> = (0..=last).map(|k| blocks[k].displacement - before(k)).collect();
         let little = NO_DISPLACEMENT_RATIO * displacement.max(NO_DISPLACEMENT * self.elastic);
         let course = DisplacementSeries::from_increments(&added);
         // Failed bodies move farther than their elastic settlement.
         let comes_to_rest = course.is_some_and(|course| displacement + course.remaining() <= self.elastic);
-        if unbalanced < self.rest_tolerance && (added[last] <= little || comes_to_rest) {
+        if unbalanced_ratio < self.rest_tolerance && (added[last] <= little || comes_to_rest) {
             let slid = self.elastic > 0.0 && displacement > MAX_SETTLEMENTS * self.elastic;
             return Some(if slid { TrialVerdict::Failed } else { TrialVerdict::Stable });
         }
@@ -270,10 +270,9 @@ mod tests {
     const TEST_CRITERION: FailureCriterion =
         FailureCriterion { rest_tolerance: 1e-3, elastic: 0.05, max_displacement: 1.0 };
 
-    fn blocks(unbalanced: &[f64], displacement: &[f64]) -> Vec<TrialBlock> {
-        let both = unbalanced.iter().zip(displacement);
-        both.map(|(&unbalanced, &displacement)| TrialBlock { unbalanced_ratio: unbalanced, displacement })
-            .collect()
+    fn blocks(unbalanced_ratio: &[f64], displacement: &[f64]) -> Vec<TrialBlock> {
+        let both = unbalanced_ratio.iter().zip(displacement);
+        both.map(|(&unbalanced_ratio, &displacement)| TrialBlock { unbalanced_ratio, displacement }).collect()
     }
 
     #[test]

@@ -330,21 +330,21 @@ fn displacement_is_of_the_points_that_are_there_both_times() {
 }
 
 fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
-    let mut places: Vec<[f64; 3]> = Vec::new();
+    let mut positions: Vec<[f64; 3]> = Vec::new();
     let (spacing, mut extents) = (0.5, Vec::new());
     for i in 0..40 {
         // Level at 2 m up to x = 5 m, a face up to 8 m at x = 11 m, level beyond.
         let x = (f64::from(i) + 0.5) * spacing;
         let top = (x - 3.0).clamp(2.0, 8.0);
-        places
+        positions
             .extend((0..16).map(|j| [x, (f64::from(j) + 0.5) * spacing, 0.0]).filter(|place| place[1] < top));
     }
-    extents.resize(places.len(), [spacing, spacing, 1.0]);
+    extents.resize(positions.len(), [spacing, spacing, 1.0]);
     for (place, width) in extra {
-        places.push([place[0], place[1], 0.0]);
+        positions.push([place[0], place[1], 0.0]);
         extents.push([*width, *width, 1.0]);
     }
-    let count = places.len();
+    let count = positions.len();
     let scalar = |name: &str, unit, value: f64| Field {
         name: name.into(),
         unit,
@@ -355,7 +355,7 @@ fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
         step: 0,
         ids: (0..count as u64).collect(),
         bodies: vec![0; count],
-        positions: places,
+        positions,
         extents,
         fields: vec![scalar("mass", "kg", 500.0), scalar("volume", "m3", 0.25)],
     }

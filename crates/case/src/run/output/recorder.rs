@@ -264,18 +264,18 @@ impl<'a> RunRecorder<'a> {
         mut others: Frame,
         progress: &mut RunProgress,
     ) -> Result<(), RunError> {
-        let only = self.case.output.fields.as_deref();
+        let field_names = self.case.output.fields.as_deref();
         let compression = self.case.output.compression;
         for dataset in &mut others.datasets {
             if !matches!(dataset.geometry, DatasetGeometry::Mesh(_)) {
-                dataset.fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
+                dataset.fields.retain(|field| field_names.is_none_or(|names| names.contains(&field.name)));
             }
         }
         self.profiles(&measured_snapshot(points.as_ref(), &others))?;
         if let Some(points) = &points {
             let on_nodes = |dataset: &Dataset| dataset.name == Dataset::GRID;
             if let Some(cell) = self.case.output.grid.filter(|_| !others.datasets.iter().any(on_nodes)) {
-                others.datasets.insert(0, averages(self.case, cell, points, only));
+                others.datasets.insert(0, averages(self.case, cell, points, field_names));
             }
         }
         let number = progress.collection.frames.len();
@@ -292,7 +292,7 @@ impl<'a> RunRecorder<'a> {
                     &out.join(&name),
                     points,
                     self.case.origin(),
-                    WriteOptions { field_names: only, compression },
+                    WriteOptions { field_names, compression },
                 )?;
                 progress.seals.insert(name, seal);
             }

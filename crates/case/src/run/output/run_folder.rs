@@ -275,8 +275,8 @@ pub(crate) struct Tables {
 
 impl Tables {
     /// Creates an empty set of tables in a folder.
-    pub(crate) fn new(out: Option<PathBuf>) -> Self {
-        Self { folder: out, files: BTreeMap::new() }
+    pub(crate) fn new(folder: Option<PathBuf>) -> Self {
+        Self { folder, files: BTreeMap::new() }
     }
 
     /// Adds rows to a table, which is created at its first rows.

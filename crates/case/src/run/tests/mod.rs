@@ -413,11 +413,11 @@ fn a_probe_that_no_point_comes_near_is_remarked() {
 fn a_step_that_collapses_is_remarked_with_its_place() {
     let case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
     let falling = |share| {
-        let falls = Some((0.485, share));
+        let stiffening = Some((0.485, share));
         Box::new(Oscillators {
             state: vec![[0.0; 2]; 5],
             dt: 0.01,
-            stiffening: falls,
+            stiffening,
             ..Oscillators::new(0.0, None)
         })
     };

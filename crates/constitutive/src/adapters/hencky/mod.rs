@@ -172,7 +172,7 @@ impl<L: PrincipalReturn> Hencky<L> {
             return Ok(new);
         }
         let HenckyTrial { elastic, spectrum, stresses, jacobian, .. } = self.trial(motion, old)?;
-        let (stress, inner) = self.0.return_principal(stresses, &old.state.inner_state)?;
+        let (stress, inner_state) = self.0.return_principal(stresses, &old.state.inner_state)?;
         let elastic = if stress == stresses {
             elastic
         } else {
@@ -182,7 +182,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         if !stress.is_finite() {
             return Err(MaterialError::Motion { model: self.0.name(), reason: "the stress is not finite" });
         }
-        Ok(Point { stress, state: HenckyState { elastic, jacobian, inner_state: inner } })
+        Ok(Point { stress, state: HenckyState { elastic, jacobian, inner_state } })
     }
 
     fn single_step_dissipation(

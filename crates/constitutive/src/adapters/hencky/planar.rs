@@ -84,7 +84,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         pressure: f64,
         deviator: &SymTensor,
         jacobian: f64,
-        inner: L::State,
+        inner_state: L::State,
     ) -> Point<HenckyState<L::State>> {
         let elasticity = self.0.elasticity();
         let (k, two_mu) = (elasticity.bulk_modulus, 2.0 * elasticity.shear_modulus);
@@ -93,7 +93,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         let strains = spectrum.values.map(|s| s / two_mu - 0.5 * pressure / k);
         let mut elastic = spectrum.compose(strains.map(|e| (2.0 * e).exp_m1()));
         elastic[2] = 0.0;
-        Point { stress, state: HenckyState { elastic, jacobian, inner_state: inner } }
+        Point { stress, state: HenckyState { elastic, jacobian, inner_state } }
     }
 
     fn single_step(
@@ -127,17 +127,17 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         let mean = SymTensor([0.5 * volumetric, 0.5 * volumetric, 0.0, 0.0, 0.0, 0.0]);
         let deviator = (strain - mean) * (2.0 * elasticity.shear_modulus);
         let (pressure, q) = (-elasticity.bulk_modulus * volumetric, deviator.q());
-        let (end, inner) = self.0.return_invariants((pressure, q), &old.state.inner_state)?;
+        let (end, inner_state) = self.0.return_invariants((pressure, q), &old.state.inner_state)?;
         let jacobian = old.state.jacobian * stretch;
         Ok(match end {
             None => {
                 let stress = (deviator - SymTensor::isotropic(pressure)) * (1.0 / jacobian);
-                Point { stress, state: HenckyState { elastic: plane, jacobian, inner_state: inner } }
+                Point { stress, state: HenckyState { elastic: plane, jacobian, inner_state } }
             }
-            Some((0.0, 0.0)) => self.point(0.0, &SymTensor::ZERO, jacobian, inner),
+            Some((0.0, 0.0)) => self.point(0.0, &SymTensor::ZERO, jacobian, inner_state),
             Some((pressure, kept)) => {
                 let share = if q > 0.0 { kept / q } else { 0.0 };
-                self.point(pressure, &(deviator * share), jacobian, inner)
+                self.point(pressure, &(deviator * share), jacobian, inner_state)
             }
         })
     }

@@ -134,7 +134,7 @@ impl Simsand {
     ) -> Result<SubstepResult<SimsandState>, MaterialError> {
         let trial = self.trial(strain, old);
         let mut state = SimsandState { void_ratio: trial.void_ratio, liquefied: false, ..old.state };
-        let (stress, dissipated) = match self.return_map(&trial)? {
+        let (stress, dissipated_work) = match self.return_map(&trial)? {
             SimsandReturn::Elastic => (trial.radial.stress(trial.pressure, 1.0), 0.0),
             SimsandReturn::Liquefied => {
                 state.liquefied = true;
@@ -149,7 +149,7 @@ impl Simsand {
                 (trial.radial.stress(pressure, q / trial.q), shear * (q + pressure * dilatancy))
             }
         };
-        Ok(SubstepResult { point: Point { stress, state }, dissipated_work: dissipated })
+        Ok(SubstepResult { point: Point { stress, state }, dissipated_work })
     }
 
     /// Consistent tangent, by the implicit-function theorem on the pressure and yield

@@ -108,21 +108,23 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
         (valid, steps): (usize, StepLengths<Lanes>),
     ) -> SimdForce<D, R> {
-        let mut base = if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
+        let mut normal_response =
+            if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
         let in_contact = geometry.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
-        base.damping = self.dashpots::<HERTZ>(&base, geometry, laws, slots, (in_contact, &steps));
-        let viscous = base.force - base.damping * geometry.separation_velocity;
+        normal_response.damping =
+            self.dashpots::<HERTZ>(&normal_response, geometry, laws, slots, (in_contact, &steps));
+        let viscous = normal_response.force - normal_response.damping * geometry.separation_velocity;
         let normal = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
-        let dissipative = normal - base.force;
+        let dissipative = normal - normal_response.force;
         let sums = &mut self.account.sums;
         sums.normal_power += in_contact & ((damping_force + dissipative) * geometry.separation_velocity);
-        sums.elastic += in_contact & base.energy;
+        sums.elastic += in_contact & normal_response.energy;
         let cap = normal.fast_max(Lanes::ZERO);
         let (tangential, shear_displacement) = self.tangential_force::<HERTZ>(
             laws,
             geometry,
-            &base,
+            &normal_response,
             (cap, steps.last),
             (shear_displacement, in_contact),
         );
@@ -135,7 +137,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             force: on.map(|f| in_contact & f),
             tangential,
             normal,
-            normal_response: base,
+            normal_response,
             cap,
             in_contact,
             bits,
@@ -181,36 +183,37 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     ) -> u32 {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
-        let FourContacts { geometry, lever_arm: arm, apart, radii, shear_displacement, damping_force } =
+        let FourContacts { geometry, lever_arm, apart, radii, shear_displacement, damping_force } =
             &batch.groups[group];
         let dt = Lanes::splat(input.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
-        let SimdForce { force: on, tangential, normal, normal_response: base, cap, in_contact, bits } = self
+        let SimdForce { force, tangential, normal, normal_response, cap, in_contact, bits } = self
             .force::<HERTZ>(
-            geometry,
-            (*shear_displacement, *damping_force),
-            laws,
-            (firsts, &slots),
-            (valid, input.simd_steps()),
-        );
+                geometry,
+                (*shear_displacement, *damping_force),
+                laws,
+                (firsts, &slots),
+                (valid, input.simd_steps()),
+            );
         if input.growth != 0.0 {
             let sum = geometry.overlap + dot(apart, apart).sqrt();
             self.account.sums.boundary += in_contact & (normal * Lanes::splat(input.growth) * sum * dt);
         }
         if periodic {
             let [_, velocity] = input.images(pairs);
-            self.account.sums.boundary += in_contact & (dot(&on, &velocity) * dt);
-            self.add_stress(valid, &on, apart);
+            self.account.sums.boundary += in_contact & (dot(&force, &velocity) * dt);
+            self.add_stress(valid, &force, apart);
         }
         let lever: [Lanes; R] =
-            scaled(-*arm, &moment(&geometry.normal, &tangential)).map(|own: Lanes| in_contact & own);
+            scaled(-*lever_arm, &moment(&geometry.normal, &tangential)).map(|own: Lanes| in_contact & own);
         let resistance = TURNS.then(|| {
-            let turned = self.rolling_moments(laws, geometry, &base, (cap, dt), (&slots, in_contact));
+            let turned =
+                self.rolling_moments(laws, geometry, &normal_response, (cap, dt), (&slots, in_contact));
             let [a, b] = radii.map(|radius| Lanes::ONE / radius);
             [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
         });
         // Grains of lanes that do not count receive nothing.
-        let [one, two] = ForceTorque::gather_group(&on, &lever, resistance);
+        let [one, two] = ForceTorque::gather_group(&force, &lever, resistance);
         for (k, pair) in pairs.iter().enumerate() {
             self.forces[pair.first as usize].add(&one[k]);
             self.forces[pair.second as usize].add(&two[k]);

@@ -47,19 +47,14 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         let (first, pair) = (rows.start, pairs.row_offsets[rows.start] as usize);
         let (energies, virial) = accumulators.energies[slab - accumulators.slab];
         let (_, history) = accumulators.history.reborrow().split_at(pair - accumulators.pair);
-        let received = &mut accumulators.forces[first - accumulators.first..];
+        let forces = &mut accumulators.forces[first - accumulators.first..];
         let mut run = SimdPass {
             input: self,
             positions: &self.records.0[first..],
             motions: &self.records.1[first..],
             periodic: !pairs.image.is_empty(),
             batch: ContactBatch::EMPTY,
-            work: ContactOutput {
-                forces: received,
-                history,
-                account: ContactSums::new(energies, virial),
-                first,
-            },
+            work: ContactOutput { forces, history, account: ContactSums::new(energies, virial), first },
         };
         for (pairs, count) in active.groups_of_four() {
             run.collect_contacts::<HERTZ, TURNS>(pairs, count, common.as_ref());

@@ -28,15 +28,15 @@ pub(super) struct NamedTable<'a> {
 
 impl<'a> NamedTable<'a> {
     /// Checks that every row has a number for each column.
-    pub fn new(what: &'static str, table: &'a Table) -> Result<Self, String> {
+    pub fn new(table_name: &'static str, table: &'a Table) -> Result<Self, String> {
         let count = table.columns.len();
         match table.rows.iter().position(|row| row.len() != count) {
             Some(row) => Err(format!(
-                "row {} of {what} has {} numbers for {count} columns",
+                "row {} of {table_name} has {} numbers for {count} columns",
                 row + 1,
                 table.rows[row].len()
             )),
-            None => Ok(Self { table_name: what, table }),
+            None => Ok(Self { table_name, table }),
         }
     }
 

@@ -69,8 +69,8 @@ impl InteriorFit {
             met(self.extrapolated(beyond.min(self.extrapolation_distance))),
         );
         // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
-        let along = still.map_or(self.tangential_speed, |still| still.tangential_speed);
-        BoundaryState { depth: there.0, speed: at_side.1, tangential_speed: along, porosity: self.porosity }
+        let tangential_speed = still.map_or(self.tangential_speed, |still| still.tangential_speed);
+        BoundaryState { depth: there.0, speed: at_side.1, tangential_speed, porosity: self.porosity }
     }
 }
 
@@ -91,8 +91,8 @@ impl ArrivalHistory {
     /// Records the state `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is evaluated as far as
     /// `reach` (m) beyond the side.
     pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
-        let InteriorFit { depth, speed, tangential_speed: along, porosity, effective_gravity, .. } = *found;
-        let state = BoundaryState { depth: depth[0], speed: speed[0], tangential_speed: along, porosity };
+        let InteriorFit { depth, speed, tangential_speed, porosity, effective_gravity, .. } = *found;
+        let state = BoundaryState { depth: depth[0], speed: speed[0], tangential_speed, porosity };
         (self.effective_gravity, self.distance, self.step_middle) =
             (effective_gravity, distance, time + 0.5 * dt);
         let wave = self.wave(&state);
@@ -115,13 +115,8 @@ impl ArrivalHistory {
             riemann_state(still, depth, speed, self.effective_gravity)
         };
         // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
-        let along = still.map_or(last.tangential_speed, |still| still.tangential_speed);
-        BoundaryState {
-            depth: met(beyond).0,
-            speed: met(0.0).1,
-            tangential_speed: along,
-            porosity: last.porosity,
-        }
+        let tangential_speed = still.map_or(last.tangential_speed, |still| still.tangential_speed);
+        BoundaryState { depth: met(beyond).0, speed: met(0.0).1, tangential_speed, porosity: last.porosity }
     }
 
     /// State that has travelled from the position of the history to `beyond` the side (m) by now.

@@ -89,9 +89,8 @@ impl<const D: usize> OpenBoundary<D> {
                 && whole > 0.0
                 && within.depth[0] > 0.0
             {
-                let InteriorFit { depth, speed, tangential_speed: along, porosity, .. } = within;
-                *still =
-                    BoundaryState { depth: depth[0], speed: speed[0], tangential_speed: along, porosity };
+                let InteriorFit { depth, speed, tangential_speed, porosity, .. } = within;
+                *still = BoundaryState { depth: depth[0], speed: speed[0], tangential_speed, porosity };
                 strip.width = whole / depth[0];
             }
         }

@@ -74,25 +74,17 @@ pub(crate) enum SideRegion {
 impl<const D: usize> OpenBoundary<D> {
     pub(crate) fn new(
         opening: &Opening,
-        reach: f64,
+        node_extent: f64,
         others: &[Opening],
         flow_layer: Option<LayerOfSide>,
     ) -> Self {
-        let Opening {
-            axis,
-            coordinate: place,
-            outward,
-            spacing,
-            span,
-            periodic,
-            absorbing_length: layer,
-            ..
-        } = *opening;
+        let Opening { axis, coordinate, outward, spacing, span, periodic, absorbing_length: layer, .. } =
+            *opening;
         // Corners of two open sides belong to the first of them.
         let goes_on = |end: f64| {
             others.iter().any(|other| other.axis != axis && (other.coordinate - end).abs() < 0.5 * spacing)
         };
-        let more = (reach / spacing).ceil() as usize + 1;
+        let more = (node_extent / spacing).ceil() as usize + 1;
         let (beside, count) = if D == 1 {
             ([0; 2], 1)
         } else {
@@ -104,10 +96,10 @@ impl<const D: usize> OpenBoundary<D> {
         let count = count + beside[0] + beside[1];
         Self {
             axis,
-            coordinate: place,
+            coordinate,
             outward,
             spacing,
-            node_extent: reach,
+            node_extent,
             low: span.0 - beside[0] as f64 * spacing,
             strips: vec![strip; count],
             corner_strips: beside,
@@ -176,11 +168,12 @@ impl<const D: usize> OpenBoundary<D> {
                 let Some((_, i)) = last else { continue };
                 let node = template_node(nodes, i);
                 let depth = node.volume / self.spacing.powi(D as i32);
-                let [speed, along] = outward_and_tangential(&node.velocity, self.axis, self.outward);
+                let [speed, tangential_speed] =
+                    outward_and_tangential(&node.velocity, self.axis, self.outward);
                 let still = strip.far_state.get_or_insert(BoundaryState {
                     depth: 0.0,
                     speed,
-                    tangential_speed: along,
+                    tangential_speed,
                     porosity: 0.0,
                 });
                 still.depth += depth;

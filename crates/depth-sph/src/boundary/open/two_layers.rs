@@ -136,11 +136,11 @@ impl LayerOfSide {
                 seen.effective_gravity,
             )
         };
-        let along = own
+        let tangential_speed = own
             .map_or(both.interior[self.set].map_or(0.0, |within| within.tangential_speed), |still| {
                 still.tangential_speed
             });
-        BoundaryState { depth: at(beyond).0, speed: at(0.0).1, tangential_speed: along, porosity: 0.0 }
+        BoundaryState { depth: at(beyond).0, speed: at(0.0).1, tangential_speed, porosity: 0.0 }
     }
 }
 

@@ -28,8 +28,8 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseEr
         let shape = region.shape.clone().map(|shape| case.relative_to_origin(shape));
         let part = case.plan_region(shape, region.outline.as_deref(), region.raster.as_ref());
         let part = part.map_err(|(below, problem)| option_error(&key(&below), problem))?;
-        let zone = |parts: Vec<PlanRegion>, law| BedZone {
-            regions: parts,
+        let zone = |regions: Vec<PlanRegion>, law| BedZone {
+            regions,
             law,
             drainage: region.drainage.unwrap_or(options.drainage),
             fluid: region.fluid_resistance.map_or(rest.fluid, |own| fluid_resistance(Some(own))),

@@ -107,8 +107,9 @@ impl FrictionEdge<'_> {
                 let frictions = || {
                     acting().map(|wall| {
                         let slip = wall.tangential_velocity(&stopped);
-                        let across = length(&std::array::from_fn(|d| if d == c { 0.0 } else { slip[d] }));
-                        EdgeFriction { speed: wall.velocity[c], tangential_speed: across, bound: bound(wall) }
+                        let tangential_speed =
+                            length(&std::array::from_fn(|d| if d == c { 0.0 } else { slip[d] }));
+                        EdgeFriction { speed: wall.velocity[c], tangential_speed, bound: bound(wall) }
                     })
                 };
                 end[c] = friction_equilibrium(self.free_velocity[c], frictions);

@@ -24,8 +24,8 @@ pub(super) struct MshReader<'a> {
 
 impl<'a> MshReader<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        let at = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
-        Self { bytes, offset: at, line: 0, row_end: None, binary: None }
+        let offset = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
+        Self { bytes, offset, line: 0, row_end: None, binary: None }
     }
 
     pub(super) fn is_binary(&self) -> bool {

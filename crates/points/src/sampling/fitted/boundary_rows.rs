@@ -140,14 +140,17 @@ pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
     let spacing = region.spacing;
     let mut points = SpacedPoints::new(spacing);
     for round in [true, false] {
-        let own = region.sides.iter().filter(|side| matches!(side, BoundaryEdge::Arc { .. }) == round);
+        let own = region
+            .sides
+            .iter()
+            .filter(|boundary_edge| matches!(boundary_edge, BoundaryEdge::Arc { .. }) == round);
         let mut going: Vec<ActiveEdge<'_>> = own
-            .map(|side| {
+            .map(|boundary_edge| {
                 let ends = |other: &&BoundaryEdge| {
-                    *other != side && !is_perpendicular_corner(side, other, 1e-6 * spacing)
+                    *other != boundary_edge && !is_perpendicular_corner(boundary_edge, other, 1e-6 * spacing)
                 };
-                let pitch = row_spacing(side, &region.sides, spacing);
-                ActiveEdge { boundary_edge: side, pitch, ends_at: region.sides.iter().filter(ends).collect() }
+                let pitch = row_spacing(boundary_edge, &region.sides, spacing);
+                ActiveEdge { boundary_edge, pitch, ends_at: region.sides.iter().filter(ends).collect() }
             })
             .collect();
         let mut number = 0.0;

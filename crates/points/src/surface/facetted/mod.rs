@@ -329,19 +329,14 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
     }
 
     fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>> {
-        let (facet, place, feature) = self.nearest(x, reach)?;
+        let (facet, position, feature) = self.nearest(x, reach)?;
         let (key, normal) = self.feature(facet, feature);
-        let from = difference(x, &place);
+        let from = difference(x, &position);
         let sign = if dot(&from, normal) < 0.0 { -1.0 } else { 1.0 };
         // On a face its normal is exact; beside an edge the direction to the edge is.
         let away = if feature == FacetFeature::Face { None } else { unit(&from) };
         let normal = away.map_or(*normal, |away| away.map(|c| sign * c));
-        Some(NearestPoint {
-            distance: sign * dot(&from, &from).sqrt(),
-            normal,
-            position: place,
-            feature_id: key,
-        })
+        Some(NearestPoint { distance: sign * dot(&from, &from).sqrt(), normal, position, feature_id: key })
     }
 
     fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>) {
@@ -352,8 +347,8 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
         candidates.clear();
         self.tree.visit(x, radius * radius, |facet, square| {
             let corners = self.corners(facet);
-            let (place, feature) = nearest_on_facet(&corners, x);
-            let from = difference(x, &place);
+            let (position, feature) = nearest_on_facet(&corners, x);
+            let from = difference(x, &position);
             let away = dot(&from, &from);
             // A face that points away from the point lies behind the face in contact.
             if away > *square || dot(&from, &self.normals[facet]) < 0.0 {
@@ -362,8 +357,8 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
             let (key, normal) = self.feature(facet, feature);
             let outward = if feature == FacetFeature::Face { None } else { unit(&from) };
             let normal = outward.unwrap_or(*normal);
-            let place = NearestPoint { distance: away.sqrt(), normal, position: place, feature_id: key };
-            candidates.push(FacetCandidate { corners, nearest: place });
+            let position = NearestPoint { distance: away.sqrt(), normal, position, feature_id: key };
+            candidates.push(FacetCandidate { corners, nearest: position });
         });
         found.select_distinct(radius);
     }
