@@ -7,17 +7,17 @@ pub fn ritter(gravity: f64, h0: f64, x: f64, t: f64) -> (f64, f64) {
 
 /// Dam break of a frictional material on an incline: [`ritter`] with a net acceleration `pull` = `g'(tan θ - tan δ)`
 /// (m/s²) along a bed whose normal gravity is `gravity` (m/s²).
-pub fn frictional_dam_break(gravity: f64, h0: f64, pull: f64, x: f64, t: f64) -> (f64, f64) {
+pub fn frictional_dam_break(gravity: f64, h0: f64, acceleration: f64, x: f64, t: f64) -> (f64, f64) {
     let celerity = (gravity * h0).sqrt();
-    let fall = 0.5 * pull * t * t;
+    let fall = 0.5 * acceleration * t * t;
     if x < fall - celerity * t {
-        return (h0, pull * t);
+        return (h0, acceleration * t);
     }
     if x > fall + 2.0 * celerity * t {
         return (0.0, 0.0);
     }
-    let head = 2.0 * celerity - x / t + 0.5 * pull * t;
-    (head * head / (9.0 * gravity), 2.0 / 3.0 * (x / t + celerity + pull * t))
+    let head = 2.0 * celerity - x / t + 0.5 * acceleration * t;
+    (head * head / (9.0 * gravity), 2.0 / 3.0 * (x / t + celerity + acceleration * t))
 }
 
 /// Stoker's dam break on a wet bed, with the state between the waves.
@@ -270,8 +270,8 @@ mod tests {
             assert_near(found.1, speed, 1e-5);
         }
         let gravity = 9.81 * 22f64.to_radians().cos();
-        let pull = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
-        let (h, u) = frictional_dam_break(gravity, 10.0, pull, 10.0, 2.0);
+        let acceleration = gravity * (22f64.to_radians().tan() - 12f64.to_radians().tan());
+        let (h, u) = frictional_dam_break(gravity, 10.0, acceleration, 10.0, 2.0);
         assert_near(h, 3.055_66, 1e-5);
         assert_near(u, 12.013_48, 1e-5);
     }

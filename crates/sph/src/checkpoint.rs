@@ -242,13 +242,13 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let case = &self.setting.case;
-        let felt = |number: usize| self.rates.reactions.get(number).copied().unwrap_or_default();
+        let reaction = |number: usize| self.rates.reactions.get(number).copied().unwrap_or_default();
         if let Some(number) = case.bodies.iter().position(|body| body.rigid && body.name == name) {
-            let ReactionSum { force, impulse, .. } = felt(number);
+            let ReactionSum { force, impulse, .. } = reaction(number);
             return Some(Reaction { force, impulse, moment: None });
         }
         let number = self.walls.obstacles.recorded_obstacles().find(|(_, own)| *own == name)?.0;
-        let ReactionSum { force, impulse, moment } = felt(case.bodies.len() + number);
+        let ReactionSum { force, impulse, moment } = reaction(case.bodies.len() + number);
         Some(Reaction { force, impulse, moment: Some(moment) })
     }
 

@@ -62,11 +62,11 @@ pub fn critical_step<const D: usize>(
                     continue;
                 }
                 let speed = square(&velocities[first + k]).sqrt();
-                let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
+                let acceleration = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
                 let apart = close.filter(|_| group.is_free_fluid());
                 let limits = [
                     (courant * h / (wave + speed), StepLimit::ELASTIC_WAVE),
-                    (0.25 * (h / pull).sqrt(), StepLimit::ACCELERATION),
+                    (0.25 * (h / acceleration).sqrt(), StepLimit::ACCELERATION),
                     (0.125 * h * h * density / viscosities[k], StepLimit::VISCOSITY),
                     (0.2 * h / (options.damping * sounds[k]), StepLimit::DAMPING),
                     (apart.map_or(f64::INFINITY, |close| close.stable_step(wave)), REPULSION),

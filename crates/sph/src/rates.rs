@@ -75,9 +75,9 @@ pub struct Rates<const D: usize> {
 
 impl ReactionSum {
     /// Adds the contribution of one particle.
-    pub fn accumulate<const D: usize>(&mut self, told: &ReactionSample<D>) {
-        self.add(told.force, &told.position);
-        if let Some(impulse) = told.impulse {
+    pub fn accumulate<const D: usize>(&mut self, sample: &ReactionSample<D>) {
+        self.add(sample.force, &sample.position);
+        if let Some(impulse) = sample.impulse {
             let impulse = spatial(&impulse);
             (0..3).for_each(|c| self.impulse[c] += impulse[c]);
         }

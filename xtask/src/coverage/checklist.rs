@@ -149,8 +149,8 @@ impl ChecklistSheet {
     /// Errors of the records: unknown names, and states without the entries they need.
     pub fn record_errors(&self) -> Vec<String> {
         let of = |row: &ChecklistRow| {
-            let said = |what: String| format!("{}, row {}: {what}", self.file(), row.id);
-            row.record_errors().into_iter().map(said).collect::<Vec<_>>()
+            let message = |what: String| format!("{}, row {}: {what}", self.file(), row.id);
+            row.record_errors().into_iter().map(message).collect::<Vec<_>>()
         };
         self.unassigned_lines
             .iter()

@@ -60,7 +60,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
     let mut outcomes: BTreeMap<FuzzOutcome, u64> = BTreeMap::new();
     let mut failures = KindsOfFailure { folder, seed, kinds: BTreeSet::new() };
     let watched = start_watchdog();
-    let said = capture_panics();
+    let panic_text = capture_panics();
     let begun = Instant::now();
     for number in numbers {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -74,8 +74,10 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
             *watched = Some((Instant::now(), path.clone()));
         }
         let element = origin.value.get("material").is_some();
-        let outcome = panic::catch_unwind(AssertUnwindSafe(|| try_file(&path, element)))
-            .unwrap_or_else(|_| Err(said.lock().map_or_else(|_| "panic".to_owned(), |text| text.clone())));
+        let outcome =
+            panic::catch_unwind(AssertUnwindSafe(|| try_file(&path, element))).unwrap_or_else(|_| {
+                Err(panic_text.lock().map_or_else(|_| "panic".to_owned(), |text| text.clone()))
+            });
         if let Ok(mut watched) = watched.lock() {
             *watched = None;
         }
@@ -275,12 +277,12 @@ fn check_readable(line: &str) -> Result<(), String> {
 /// Starts a thread that ends the program where one file takes too long.
 fn start_watchdog() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
     let watched: Arc<Mutex<Option<(Instant, PathBuf)>>> = Arc::default();
-    let seen = watched.clone();
+    let current = watched.clone();
     std::thread::spawn(move || {
         loop {
             std::thread::sleep(Duration::from_secs(1));
-            let Ok(seen) = seen.lock() else { return };
-            if let Some((since, path)) = &*seen
+            let Ok(current) = current.lock() else { return };
+            if let Some((since, path)) = &*current
                 && since.elapsed() > FILE_TIME_LIMIT
             {
                 println!("{}: takes more than {} s", path.display(), FILE_TIME_LIMIT.as_secs());
@@ -293,14 +295,14 @@ fn start_watchdog() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
 
 /// Redirects the messages of panics from standard error to a buffer.
 fn capture_panics() -> Arc<Mutex<String>> {
-    let said: Arc<Mutex<String>> = Arc::default();
-    let heard = said.clone();
+    let panic_text: Arc<Mutex<String>> = Arc::default();
+    let heard = panic_text.clone();
     panic::set_hook(Box::new(move |about| {
         if let Ok(mut heard) = heard.lock() {
             *heard = format!("panic: {about}").replace('\n', " ");
         }
     }));
-    said
+    panic_text
 }
 
 #[cfg(test)]

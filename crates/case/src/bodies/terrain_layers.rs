@@ -334,15 +334,15 @@ mod tests {
         std::fs::write(folder.path().join("release.geojson"), text).unwrap();
         let over = read().unwrap();
         assert!((over.bodies[0].shape.measure(3).unwrap() / (100.0 * (1.0 + 2.0 * 3.0)) - 1.0).abs() < 0.02);
-        let told: Vec<String> = over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
+        let warnings: Vec<String> = over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
         assert!(
-            told.len() == 1
-                && told[0].starts_with("bodies[0].shape.outline: ")
-                && told[0].contains(
+            warnings.len() == 1
+                && warnings[0].starts_with("bodies[0].shape.outline: ")
+                && warnings[0].contains(
                     "release.geojson: features 1 and 2 overlap in 100 m². There the thickness of the later \
                      feature is used, here that of feature 2"
                 ),
-            "{told:?}"
+            "{warnings:?}"
         );
         write(json!("deep"));
         let refused = read().unwrap_err().to_string();

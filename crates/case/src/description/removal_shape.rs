@@ -75,9 +75,9 @@ impl RemovalShape {
     /// Region swept between two times (s), on the time scale of `start`; `bounds` are those of its shape.
     pub fn swept_region(&self, from: f64, to: f64, bounds: &AxisBounds) -> SweptRegion<'_> {
         let (begun, ended) = (self.moving_time(from), self.moving_time(to));
-        let way = self.speed() * (ended - begun);
+        let distance = self.speed() * (ended - begun);
         // A shape that moves by more than a fraction of its thickness is also sampled on the way.
-        let looks = (way / (SAMPLE_FRACTION * min_extent(bounds))).ceil().clamp(1.0, MAX_SAMPLES);
+        let looks = (distance / (SAMPLE_FRACTION * min_extent(bounds))).ceil().clamp(1.0, MAX_SAMPLES);
         let mut bounds = *bounds;
         for ([low, high], v) in bounds.iter_mut().zip(&self.velocity) {
             let (a, b) = (v * begun, v * ended);

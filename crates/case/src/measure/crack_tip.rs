@@ -25,10 +25,10 @@ impl CrackTip {
         };
         let reached = |count: usize| (count as f64 * self.bin).min(end);
         // Slanted ends of a layer leave bins without a point, also at the sawn end.
-        let ways: Vec<[f64; 2]> = self.swept_intervals(case, travels);
+        let swept: Vec<[f64; 2]> = self.swept_intervals(case, travels);
         let is_cut = |number: usize| {
             let [low, high] = [number, number + 1].map(|side| side as f64 * self.bin);
-            ways.iter().any(|way| low < way[1] && high > way[0])
+            swept.iter().any(|interval| low < interval[1] && high > interval[0])
         };
         let gone = |number: &usize| match bins[*number] {
             CrackBin::Empty => is_cut(*number),
@@ -43,7 +43,7 @@ impl CrackTip {
     /// Intervals swept by the removal shapes of the body (m from the start of the crack, along the direction).
     fn swept_intervals(&self, case: &Case, travels: &[Option<f64>]) -> Vec<[f64; 2]> {
         let along = self.unit_direction();
-        let way = |(cut, travel): (&RemovalShape, &Option<f64>)| {
+        let interval = |(cut, travel): (&RemovalShape, &Option<f64>)| {
             let moving = if cut.speed() > 0.0 { (*travel)? / cut.speed() } else { (*travel)? };
             let mut ends = [0.0; 2];
             for (axis, [low, high]) in
@@ -56,7 +56,7 @@ impl CrackTip {
             }
             cut.applies_to(&self.body).then_some(ends)
         };
-        case.removal_shapes.iter().zip(travels).filter_map(way).collect()
+        case.removal_shapes.iter().zip(travels).filter_map(interval).collect()
     }
 
     /// End of the body along the direction (m from the start of the crack).
@@ -89,8 +89,9 @@ impl CrackTip {
             // Points remain in the bin of their initial position.
             let at = |axis: usize| place[axis] - moved.map_or(0.0, |moved| moved[i][axis]);
             let from = |axis: usize| self.from.get(axis).copied().unwrap_or(0.0);
-            let way: f64 = (0..3).map(|axis| along[axis] * (at(axis) - from(axis))).sum();
-            let Some(bin) = bins.get_mut((way / self.bin).floor() as usize).filter(|_| way >= 0.0) else {
+            let distance: f64 = (0..3).map(|axis| along[axis] * (at(axis) - from(axis))).sum();
+            let Some(bin) = bins.get_mut((distance / self.bin).floor() as usize).filter(|_| distance >= 0.0)
+            else {
                 continue;
             };
             let failed = if self.below { values[i] <= self.threshold } else { values[i] >= self.threshold };

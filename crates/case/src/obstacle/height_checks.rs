@@ -142,8 +142,12 @@ mod tests {
         );
         for (mark, side) in [(-99.99, "above"), (1e20, "below"), (9999.0, "below")] {
             let found = warnings(folder.path(), corner(mark), false);
-            let told = format!("3 of its heights are {mark} m, and all adjacent heights are at least");
-            assert!(found.len() == 1 && found[0].contains(&told) && found[0].contains(side), "{found:?}");
+            let expected_text =
+                format!("3 of its heights are {mark} m, and all adjacent heights are at least");
+            assert!(
+                found.len() == 1 && found[0].contains(&expected_text) && found[0].contains(side),
+                "{found:?}"
+            );
         }
         // A lake, and a summit.
         let valley = |x: f64, y: f64| (x - 2.0).abs().max((y - 2.0).abs()).max(1.0);

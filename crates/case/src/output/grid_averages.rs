@@ -123,10 +123,10 @@ impl AveragingNodes {
     /// Adds the sums of the first and the last nodes of a periodic axis, and assigns the result to both.
     fn sum_periodic_images(&self, sums: &mut [f64], components: usize, axis: usize) {
         let stride: usize = self.count[..axis].iter().product();
-        let way = (self.count[axis] - 1) * stride;
+        let offset = (self.count[axis] - 1) * stride;
         for node in (0..sums.len() / components).filter(|node| self.axis_indices(*node)[axis] == 0) {
             for c in 0..components {
-                let (first, last) = (node * components + c, (node + way) * components + c);
+                let (first, last) = (node * components + c, (node + offset) * components + c);
                 let sum = sums[first] + sums[last];
                 (sums[first], sums[last]) = (sum, sum);
             }

@@ -86,8 +86,8 @@ mod tests {
         assert_eq!(growth_warning(|_| 3.0), None);
         assert_eq!(growth_warning(|time| 3.0 * (-time).exp()), None);
         assert_eq!(growth_warning(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
-        let told = growth_warning(|time| 3.0 + 0.1 * time).unwrap();
-        assert!(told.contains("grown by 1.99e-1 J until 1.9900 s"), "{told}");
+        let warning = growth_warning(|time| 3.0 + 0.1 * time).unwrap();
+        assert!(warning.contains("grown by 1.99e-1 J until 1.9900 s"), "{warning}");
         // Growth after a decrease of the energy.
         assert!(
             growth_warning(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some()

@@ -206,7 +206,7 @@ impl ErrorCollector<'_> {
     fn boundaries(&mut self) {
         let case = self.case;
         let mut names = HashSet::new();
-        let mut seen: Vec<(Side, f64)> = Vec::new();
+        let mut known_walls: Vec<(Side, f64)> = Vec::new();
         for (number, boundary) in case.boundaries.iter().enumerate() {
             let path = format!("boundaries[{number}]");
             self.check_side(&format!("{path}.side"), boundary.side);
@@ -236,10 +236,10 @@ impl ErrorCollector<'_> {
                                    leave it out";
                     self.report(format!("{path}.wall.kind"), problem);
                 }
-                if seen.contains(&(boundary.side, position)) {
+                if known_walls.contains(&(boundary.side, position)) {
                     self.report(format!("{path}.side"), "another wall has the same side and position");
                 }
-                seen.push((boundary.side, position));
+                known_walls.push((boundary.side, position));
             }
             if let Wall::Frictional { friction_coefficient: value, bilateral } = boundary.wall {
                 self.not_negative(format!("{path}.wall.friction_coefficient"), value, "");

@@ -111,11 +111,11 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     let text = point_table(&list, case.dimension(), &kept);
     files.write(POINTS_FILE, |file| write_atomically(file, text.as_bytes()))?;
     print_line!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
-    if let Some([handed, whole]) = mass_mismatch(&snapshot, &list) {
+    if let Some([point_mass, whole]) = mass_mismatch(&snapshot, &list) {
         print_line!(
-            "the mass of the points is {handed:.6e} kg, and that of the flow {whole:.6e} kg: the points represent the grains with the fluid around them, \
+            "the mass of the points is {point_mass:.6e} kg, and that of the flow {whole:.6e} kg: the points represent the grains with the fluid around them, \
              and {:.4e} kg of fluid have no grains nearby",
-            whole - handed
+            whole - point_mass
         );
     }
     Ok(())

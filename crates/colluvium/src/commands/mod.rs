@@ -174,7 +174,7 @@ fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> 
 }
 
 /// Method of a run: the requested one, or the only one that the case has options for.
-fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, CommandError> {
+fn select_method(case: &Case, requested: Option<&str>) -> Result<&'static dyn Method, CommandError> {
     let known: Vec<&str> = colluvium::methods().iter().map(|method| method.name()).collect();
     for name in case.methods.keys() {
         if !known.contains(&name.as_str()) {
@@ -182,7 +182,7 @@ fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method
             return Err(CaseError::new(format!("methods.{name}"), problem).into());
         }
     }
-    let name = match (asked, case.methods.len()) {
+    let name = match (requested, case.methods.len()) {
         (Some(name), _) => name,
         (None, 1) => case.methods.keys().next().map_or("", String::as_str),
         (None, 0) => {

@@ -77,10 +77,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         print_error_line!("warning: no map is drawn: {problem}");
     }
     if !files.quiet {
-        for remark in
-            report.warnings_at_end.iter().filter(|remark| !report.reported_warnings.contains(remark))
-        {
-            print_error_line!("warning: {remark}");
+        for warning in report.warnings_at_end.iter().filter(|text| !report.reported_warnings.contains(text)) {
+            print_error_line!("warning: {warning}");
         }
         for fact in &report.notes {
             print_error_line!("note: {fact}");

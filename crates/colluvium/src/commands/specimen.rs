@@ -114,8 +114,8 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     let summary = read_json(&from.join("summary.json"))?;
     let of_run = summary["method"].as_str().unwrap_or_default();
-    if let Some(asked) = arguments.method.as_deref().filter(|asked| *asked != of_run) {
-        let problem = format!("{}: is a run of {of_run}, not of {asked}", from.display());
+    if let Some(requested) = arguments.method.as_deref().filter(|requested| *requested != of_run) {
+        let problem = format!("{}: is a run of {of_run}, not of {requested}", from.display());
         return Err(CommandError::Usage(problem));
     }
     let method = select_method(&case, Some(of_run))?;

@@ -207,14 +207,14 @@ mod tests {
     fn figures_of_a_block_are_its_edges_and_centre_at_any_spacing() {
         for spacing in [0.1, 0.02] {
             let figures = KeyFigures::of_snapshot(&block(2.0, 1.0, spacing), AXES).unwrap();
-            for (found, asked) in [
+            for (found, expected) in [
                 (figures.front, 2.0),
                 (figures.top, 1.0),
                 (figures.centre[0], 1.0),
                 (figures.centre[1], 0.5),
                 (figures.speed, 5.0),
             ] {
-                assert!((found - asked).abs() < 1e-9, "{found} for {asked}");
+                assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
             }
         }
     }

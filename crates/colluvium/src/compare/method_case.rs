@@ -52,10 +52,10 @@ impl MethodCase {
         if options.is_empty() {
             return Self { case: own, chosen_options: String::new() };
         }
-        let told = |(key, value): (&String, &Value)| {
+        let option_text = |(key, value): (&String, &Value)| {
             format!("{key} {} m", value.as_f64().map_or(f64::NAN, rounded_to_six_digits))
         };
-        let took = options.iter().map(told).collect::<Vec<_>>().join(", ");
+        let took = options.iter().map(option_text).collect::<Vec<_>>().join(", ");
         own.methods.insert(name.to_owned(), Value::Object(options));
         Self {
             case: own,

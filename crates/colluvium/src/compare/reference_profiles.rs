@@ -179,11 +179,11 @@ mod tests {
         std::fs::write(&file, "viscosity,front (m)\n0.1,0.4\n").unwrap();
         assert_eq!(ReferenceProfiles::read_sidecar(&case).unwrap(), None);
         std::fs::write(&file, "position,height\n0,2\n1,1\n").unwrap();
-        let mut told = None;
+        let mut reported = None;
         let found =
-            ReferenceProfiles::read_for_case(&case, None, |file| told = Some(file.to_owned())).unwrap();
+            ReferenceProfiles::read_for_case(&case, None, |file| reported = Some(file.to_owned())).unwrap();
         assert_eq!(found.profiles, [(None, vec![(0.0, 2.0), (1.0, 1.0)])]);
-        assert_eq!(told, Some(file));
+        assert_eq!(reported, Some(file));
     }
 
     #[test]

@@ -62,11 +62,11 @@ mod tests {
                 { "name": "fill", "material": "sand" }
             ]
         });
-        let seen = view(&case, [0, 2], &[]);
-        assert_eq!((seen.axes, seen.up), (vec![0, 1, 2], 1));
-        assert_eq!(seen.classes[0].of_body, [0, 1, 2]);
+        let view_of_case = view(&case, [0, 2], &[]);
+        assert_eq!((view_of_case.axes, view_of_case.up), (vec![0, 1, 2], 1));
+        assert_eq!(view_of_case.classes[0].of_body, [0, 1, 2]);
         assert_eq!(
-            (seen.classes[1].names.join(" "), &seen.classes[1].of_body[..]),
+            (view_of_case.classes[1].names.join(" "), &view_of_case.classes[1].of_body[..]),
             ("sand clay".into(), &[0, 1, 0][..])
         );
         let flat = view(&json!({ "space": "plane-strain", "bodies": [{}] }), [0, 1], &["depth".into()]);

@@ -182,11 +182,11 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportErr
             .missing_files
             .push(format!("{}: the pictures do not show terrain and obstacles", ground.missing));
     }
-    let (asked, charts) = charts(&results)?;
+    let (requested, charts) = charts(&results)?;
     let pictures = ReportPictures {
         points: points(folder, &results, options, &ground)?,
         animation: animation_player(folder, &results, options, ground)?,
-        requested_charts: asked,
+        requested_charts: requested,
         charts,
         maps: maps(folder)?,
         safety: safety_factors::safety_figures(folder, &results, options.plane)?,
@@ -293,7 +293,7 @@ fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>)
     let mut measures = run_pictures::charts(&results.measures);
     measures.retain(|(_, chart)| run_pictures::is_changing(&chart.series[0].points));
     measures.sort_by_key(|(name, _)| of_run(name));
-    let (asked, others): (Vec<_>, Vec<_>) =
+    let (requested, others): (Vec<_>, Vec<_>) =
         measures.into_iter().partition(|(name, _)| results.is_requested(name));
     let profiles = results.profiles.iter().map(|(name, table)| (name.clone(), profile(table)));
     let figure = |(name, chart): (String, LineChart)| {
@@ -302,9 +302,9 @@ fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>)
         let chart = LineChart { title: String::new(), ..chart };
         Ok(ReportFigure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
     };
-    let asked: Result<_, ReportError> = asked.into_iter().chain(profiles).map(figure).collect();
+    let requested: Result<_, ReportError> = requested.into_iter().chain(profiles).map(figure).collect();
     let others: Result<_, ReportError> = others.into_iter().map(figure).collect();
-    Ok((asked?, others?))
+    Ok((requested?, others?))
 }
 
 /// Chart of a profile at some of its times.

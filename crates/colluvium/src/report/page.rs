@@ -199,7 +199,7 @@ mod tests {
         ];
         let places: Vec<usize> = order.iter().map(|text| page.find(text).unwrap()).collect();
         assert!(places.is_sorted(), "{places:?}");
-        let asked = &page[places[1]..places[2]];
-        assert!(asked.contains("front.speed") && !asked.contains("frontal"), "{asked}");
+        let requested = &page[places[1]..places[2]];
+        assert!(requested.contains("front.speed") && !requested.contains("frontal"), "{requested}");
     }
 }

@@ -278,10 +278,10 @@ fn the_study_of_convergence_finds_the_order_of_each_series() {
         }
     };
     let results = SweepResults { sweep: &sweep, rows: members.iter().map(row).collect() };
-    let said = results.write_convergence(folder.path()).unwrap();
-    assert_eq!(said.len(), 2);
-    assert!(said[0].starts_with("front (friction = 20): order 1.00, limit 2.000000e-1"), "{said:?}");
-    assert!(said[1].starts_with("front (friction = 40): order 2.00, limit 2.000000e-1"), "{said:?}");
+    let messages = results.write_convergence(folder.path()).unwrap();
+    assert_eq!(messages.len(), 2);
+    assert!(messages[0].starts_with("front (friction = 20): order 1.00, limit 2.000000e-1"), "{messages:?}");
+    assert!(messages[1].starts_with("front (friction = 40): order 2.00, limit 2.000000e-1"), "{messages:?}");
     let lines = fs::read_to_string(folder.path().join("convergence.csv")).unwrap();
     assert_eq!(lines.lines().count(), 1 + 6);
 }

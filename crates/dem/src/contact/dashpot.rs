@@ -81,9 +81,9 @@ pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     let time = -geometry.overlap / geometry.separation_velocity;
     // First contact a step ago: the time is bounded by the last step.
     let time = time.select_above(steps.last, steps.last, time);
-    let way = -geometry.separation_velocity * steps.last;
+    let approach = -geometry.separation_velocity * steps.last;
     let factor = steps.factor(time, T::broadcast(0.5) * steps.next, is_hertz);
-    (way + way).select_above(geometry.overlap, dashpot * factor, dashpot)
+    (approach + approach).select_above(geometry.overlap, dashpot * factor, dashpot)
 }
 
 /// Dashpot in the last step of a contact that may be in tension as it opens (N s/m): the impulse is that of the half step before and of

@@ -159,10 +159,10 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
             lock(&self.idle_solvers).push(solver);
             found
         };
-        let asked = self.spec.preparation;
-        let prepare = || match asked.porosity {
+        let preparation = self.spec.preparation;
+        let prepare = || match preparation.porosity {
             Some(porosity) => porosity_search::friction(porosity, with_friction, |(_, state)| state.porosity),
-            None => with_friction(asked.friction.unwrap_or(0.0)),
+            None => with_friction(preparation.friction.unwrap_or(0.0)),
         };
         self.prepared_cell.get_or_init(prepare).clone()
     }

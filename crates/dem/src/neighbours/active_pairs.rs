@@ -184,8 +184,8 @@ mod tests {
             grains.position.clone_from(&grains.listed_position);
             for x in &mut grains.position {
                 // Half of the approach of the two, along a diagonal.
-                let way = 0.5 * closer / 3f64.sqrt();
-                x.iter_mut().for_each(|c| *c += if random.random() { way } else { -way });
+                let step = 0.5 * closer / 3f64.sqrt();
+                x.iter_mut().for_each(|c| *c += if random.random() { step } else { -step });
             }
             for (i, k) in lists.slab_pairs.first_grains() {
                 let j = lists.slab_pairs.second[k] as usize;

@@ -126,7 +126,7 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
 /// Warnings about bodies whose porosity differs from the requested one.
 fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
     let is_far = |own: &&Specimen| {
-        own.requested_porosity.is_some_and(|asked| (own.porosity - asked).abs() > POROSITY_TOLERANCE)
+        own.requested_porosity.is_some_and(|requested| (own.porosity - requested).abs() > POROSITY_TOLERANCE)
     };
     let text = |own: &Specimen| {
         format!("{own}: grains that would extend beyond the shape or into obstacles are left out")

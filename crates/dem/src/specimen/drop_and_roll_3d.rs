@@ -301,13 +301,14 @@ impl GrainHeap<3> for RestingSpheres<'_> {
                     let on: Vec<RollSupport> = on.into_iter().map(|k| touching[k]).collect();
                     let circle = RollCircle::through_contact(&on, &x, &direction)?;
                     let others = near.iter().filter(|support| !on.contains(support));
-                    let met = others.filter_map(|support| circle.contact_angle(support)).fold(PI, f64::min);
+                    let first_contact =
+                        others.filter_map(|support| circle.contact_angle(support)).fold(PI, f64::min);
                     let turned: Vec<RollSupport> = on.iter().rev().copied().collect();
                     let ends = [
                         circle.detachment_angle(&on),
                         (on.len() > 1).then(|| circle.detachment_angle(&turned)).flatten(),
                     ];
-                    let angle = ends.into_iter().flatten().fold(met, f64::min);
+                    let angle = ends.into_iter().flatten().fold(first_contact, f64::min);
                     if angle <= NEGLIGIBLE {
                         return None;
                     }

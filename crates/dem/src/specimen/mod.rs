@@ -290,11 +290,11 @@ fn separate_overlaps<const D: usize>(
     let mut progress = OverlapProgress { min_overlap: f64::INFINITY, previous_overlap: f64::INFINITY };
     for push in 0..pushes {
         let moved = |listed: &[[f64; D]]| {
-            let way = |(x, y): (&[f64; D], &[f64; D])| {
-                let way = container.separation(x, y);
-                dot(&way, &way)
+            let displacement = |(x, y): (&[f64; D], &[f64; D])| {
+                let displacement = container.separation(x, y);
+                dot(&displacement, &displacement)
             };
-            positions.iter().zip(listed).map(way).fold(0.0, f64::max).sqrt()
+            positions.iter().zip(listed).map(displacement).fold(0.0, f64::max).sqrt()
         };
         if listed.is_empty() || 2.0 * moved(&listed) > skin {
             near.list(container, positions, &scaled, skin)?;

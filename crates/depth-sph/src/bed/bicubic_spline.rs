@@ -51,16 +51,16 @@ impl BicubicSpline {
         };
         let changed =
             [wide(&columns, INFLUENCE_NODES, raster.columns), wide(&rows, INFLUENCE_NODES, raster.rows)];
-        let seen = [
+        let window = [
             wide(&columns, 2 * INFLUENCE_NODES, raster.columns),
             wide(&rows, 2 * INFLUENCE_NODES, raster.rows),
         ];
-        let mut patch = LevelWindow::from_raster(raster, &seen);
+        let mut patch = LevelWindow::from_raster(raster, &window);
         patch.filter(SHARPEN);
         patch.fill();
         for j in changed[1].clone() {
             for i in changed[0].clone() {
-                let found = patch.levels[(j - seen[1].start) * patch.columns + i - seen[0].start];
+                let found = patch.levels[(j - window[1].start) * patch.columns + i - window[0].start];
                 // Never evaluated, but beside coefficients that are.
                 self.coefficients[j * self.columns + i] = if found.is_finite() { found } else { 0.0 };
             }

@@ -215,48 +215,50 @@ mod tests {
 
     #[test]
     fn a_bed_gives_what_is_asked_for_until_nothing_is_left() {
-        let mut worn = slope(2);
-        worn.set_erodible_depth(|x| if x[0] < 40.0 { 0.25 } else { 0.0 });
-        assert!((worn.erode(&[7.0, 9.5], 0.6) - 0.6).abs() < 1e-15);
-        assert_eq!(worn.erode(&[50.0, 9.5], 0.6), 0.0, "rock");
+        let mut eroded_bed = slope(2);
+        eroded_bed.set_erodible_depth(|x| if x[0] < 40.0 { 0.25 } else { 0.0 });
+        assert!((eroded_bed.erode(&[7.0, 9.5], 0.6) - 0.6).abs() < 1e-15);
+        assert_eq!(eroded_bed.erode(&[50.0, 9.5], 0.6), 0.0, "rock");
         // A node 2 m from its neighbours contains 1 m³: four of them have no more than that.
-        let more: f64 = (0..20).map(|_| worn.erode(&[7.0, 9.0], 0.5)).sum();
-        let (whole, all) = (0.6 + more, worn.volume::<2>());
+        let more: f64 = (0..20).map(|_| eroded_bed.erode(&[7.0, 9.0], 0.5)).sum();
+        let (whole, all) = (0.6 + more, eroded_bed.volume::<2>());
         assert!((whole - all).abs() < 1e-12 && whole < 4.0 + 1e-12, "{whole} {all}");
-        assert_eq!(worn.erode(&[7.0, 9.0], 0.5), 0.0);
-        assert!(worn.eroded_depths().all(|depth| (0.0..=0.25).contains(&depth)));
+        assert_eq!(eroded_bed.erode(&[7.0, 9.0], 0.5), 0.0);
+        assert!(eroded_bed.eroded_depths().all(|depth| (0.0..=0.25).contains(&depth)));
     }
 
     #[test]
     fn the_surface_follows_and_a_restored_one_is_the_same() {
-        let mut worn = slope(2);
-        let before = worn.bed_point(&[7.0, 9.0]).unwrap();
-        worn.erode(&[7.0, 9.0], 2.0);
-        worn.update_surface::<2>(9);
-        assert_eq!(worn.bed_point(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
-        worn.update_surface::<2>(10);
-        let after = worn.bed_point(&[7.0, 9.0]).unwrap();
+        let mut eroded_bed = slope(2);
+        let before = eroded_bed.bed_point(&[7.0, 9.0]).unwrap();
+        eroded_bed.erode(&[7.0, 9.0], 2.0);
+        eroded_bed.update_surface::<2>(9);
+        assert_eq!(eroded_bed.bed_point(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
+        eroded_bed.update_surface::<2>(10);
+        let after = eroded_bed.bed_point(&[7.0, 9.0]).unwrap();
         // In the middle of four nodes that are lowered alike the spline is lowered by 10/9 along each axis.
-        assert!((before.level - after.level - worn.eroded_depth_at(7.0, 9.0) * 100.0 / 81.0).abs() < 1e-12);
+        assert!(
+            (before.level - after.level - eroded_bed.eroded_depth_at(7.0, 9.0) * 100.0 / 81.0).abs() < 1e-12
+        );
         assert!(after.curvature[0][0] > before.curvature[0][0], "a hollow");
-        worn.erode(&[62.0, 63.0], 1.0);
+        eroded_bed.erode(&[62.0, 63.0], 1.0);
         let mut other = slope(2);
-        other.restore::<2>(worn.state().clone()).unwrap();
-        worn.update_surface::<2>(20);
+        other.restore::<2>(eroded_bed.state().clone()).unwrap();
+        eroded_bed.update_surface::<2>(20);
         other.update_surface::<2>(20);
         for x in [[7.0, 9.0], [62.0, 63.0], [63.9, 64.1], [20.0, 9.0]] {
-            assert_eq!(worn.bed_point(&x), other.bed_point(&x));
+            assert_eq!(eroded_bed.bed_point(&x), other.bed_point(&x));
         }
     }
 
     #[test]
     fn a_profile_is_lowered_in_all_its_rows() {
         let raster = Raster::from_function([40, 4], [0.0; 2], [0.5; 2], |x, _| 20.0 - x);
-        let mut worn = ErodibleBed::new(TerrainBed::new(raster).unwrap(), true);
-        assert!((worn.erode(&[5.25], 0.1) - 0.1).abs() < 1e-15);
-        assert!((worn.volume::<1>() - 0.1).abs() < 1e-15);
-        worn.update_surface::<1>(10);
-        let bed: BedPoint<1> = worn.bed_point(&[5.25]).unwrap();
+        let mut eroded_bed = ErodibleBed::new(TerrainBed::new(raster).unwrap(), true);
+        assert!((eroded_bed.erode(&[5.25], 0.1) - 0.1).abs() < 1e-15);
+        assert!((eroded_bed.volume::<1>() - 0.1).abs() < 1e-15);
+        eroded_bed.update_surface::<1>(10);
+        let bed: BedPoint<1> = eroded_bed.bed_point(&[5.25]).unwrap();
         // The spline is lowered by 10/9 between two lowered nodes.
         assert!(
             (bed.level - (14.75 - 0.1 / 0.9)).abs() < 1e-12,

@@ -90,8 +90,8 @@ impl DepthOptions {
 
     fn check_drainage(&self) -> Result<(), OptionError> {
         drainage("drainage", self.drainage)?;
-        let without = |key: &str, asked: bool| {
-            check(self.column.is_some() || !asked, key, || {
+        let without = |key: &str, requested: bool| {
+            check(self.column.is_some() || !requested, key, || {
                 "applies only with pore-pressure columns: give `column`, or leave this out".to_owned()
             })
         };
@@ -132,10 +132,10 @@ impl DepthOptions {
         }
         let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
         erodible("erodible_depth", self.erodible_depth, erodes)?;
-        let asked =
+        let requested =
             [("erodible_depth_raster", self.erodible_depth_raster.is_some()), ("lower_bed", self.lower_bed)];
-        asked.into_iter().try_for_each(|(key, asked)| {
-            check(erodes || !asked, key, || {
+        requested.into_iter().try_for_each(|(key, requested)| {
+            check(erodes || !requested, key, || {
                 "applies only with erosion of the bed: give `erosion`, or leave this out".to_owned()
             })
         })

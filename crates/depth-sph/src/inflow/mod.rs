@@ -205,12 +205,12 @@ impl<const D: usize> Inflow<D> {
 
     /// State at the line at a discharge (m³/s) against the arriving flow, by the Froude number where it is dry.
     pub fn section(&self, discharge: f64, arriving: Option<ArrivingFlow>) -> InflowSection {
-        let met = |width: f64| inflow_section(discharge / width, arriving, self.froude, self.gravity);
+        let section = |width: f64| inflow_section(discharge / width, arriving, self.froude, self.gravity);
         let Some(channel) = &self.channel else {
-            let (depth, speed) = met(self.width());
+            let (depth, speed) = section(self.width());
             return InflowSection { depth, speed, max_depth: depth };
         };
-        let deepest = channel.level(|width| met(width).0);
+        let deepest = channel.level(|width| section(width).0);
         let (area, _) = channel.wetted_area_and_width(deepest);
         let speed = if area > 0.0 { discharge / area } else { 0.0 };
         InflowSection { depth: area / self.width(), speed, max_depth: deepest }

@@ -221,7 +221,7 @@ mod tests {
         let mut settings = FlowSettings::<1>::single_phase(1000.0);
         settings.phases = Phases::Two;
         settings.material = Mixture { densities: DENSITIES, porosity: 0.4, is_saturated: true };
-        let (rho_s, rho_w, pull) = (DENSITIES.grain, DENSITIES.fluid, GRAVITY);
+        let (rho_s, rho_w, gravity) = (DENSITIES.grain, DENSITIES.fluid, GRAVITY);
         let states = [
             ([0.6, 0.4, 900.0], [0.3, -0.2, 150.0]),
             ([1.7, 0.2, -40.0], [-0.8, 0.5, 700.0]),
@@ -237,12 +237,12 @@ mod tests {
             };
             let near = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-10 * size, "{a} {b}");
             let [of_solid, of_fluid] = [PhaseRole::Solid, PhaseRole::Fluid].map(|role| force(role, true));
-            near(of_solid, force(PhaseRole::Solid, false), pull);
-            near(of_fluid, force(PhaseRole::Fluid, false), pull);
+            near(of_solid, force(PhaseRole::Solid, false), gravity);
+            near(of_fluid, force(PhaseRole::Fluid, false), gravity);
             let sum = rho_s * solid * of_solid + rho_w * fluid * of_fluid;
             let mass = rho_s * solid + rho_w * fluid;
             let mass_slope = rho_s * solid_slope + rho_w * fluid_slope;
-            near(sum, -0.5 * pull * (mass_slope * depth + mass * depth_slope), mass * pull);
+            near(sum, -0.5 * gravity * (mass_slope * depth + mass * depth_slope), mass * gravity);
         }
     }
 }

@@ -275,28 +275,28 @@ mod tests {
 
     /// Nodes at uneven positions, in no order.
     fn random_nodes<const D: usize>() -> NeighbourData<D> {
-        let mut seen = NeighbourData::default();
+        let mut nodes = NeighbourData::default();
         for k in 0..97u32 {
             let along = |c: u32| f64::from(k * (37 + 11 * c) % 97) * 0.05 + 0.002 * f64::from(k);
-            seen.position.push(std::array::from_fn(|c| along(c as u32)));
-            seen.volume.push(0.3 + 0.01 * f64::from(k));
-            seen.length.push(0.12 + 0.01 * f64::from(k % 9));
+            nodes.position.push(std::array::from_fn(|c| along(c as u32)));
+            nodes.volume.push(0.3 + 0.01 * f64::from(k));
+            nodes.length.push(0.12 + 0.01 * f64::from(k % 9));
         }
-        seen
+        nodes
     }
 
     fn sums_count_each_node_once<const D: usize>(search: SearchOrientation) {
-        let seen = random_nodes::<D>();
+        let nodes = random_nodes::<D>();
         let mut packed = CellSorted::default();
-        packed.sort_into_cells(&seen, 0.4, search).unwrap();
+        packed.sort_into_cells(&nodes, 0.4, search).unwrap();
         for kernel in [Kernel::CubicSpline, Kernel::WendlandC2, Kernel::QuinticSpline, Kernel::Gaussian] {
             for length in [0.1, 0.33, 1.7] {
-                for x in &seen.position {
+                for x in &nodes.position {
                     let of = |j: usize| {
-                        let square: f64 = (0..D).map(|c| (x[c] - seen.position[j][c]).powi(2)).sum();
-                        seen.volume[j] * kernel.value::<D>(square.sqrt(), length)
+                        let square: f64 = (0..D).map(|c| (x[c] - nodes.position[j][c]).powi(2)).sum();
+                        nodes.volume[j] * kernel.value::<D>(square.sqrt(), length)
                     };
-                    let plain: f64 = (0..seen.volume.len()).map(of).sum();
+                    let plain: f64 = (0..nodes.volume.len()).map(of).sum();
                     let found = packed.sum(kernel, x, length);
                     let mut near = packed.nearby_nodes();
                     near.move_to(*x);
@@ -325,30 +325,30 @@ mod tests {
     /// Lengths may grow by the margin after lists are made.
     #[test]
     fn lists_hold_all_that_forces_can_reach() {
-        let seen = random_nodes::<2>();
+        let nodes = random_nodes::<2>();
         let mut packed = CellSorted::default();
-        packed.sort_into_cells(&seen, 0.3, SearchOrientation::Axes).unwrap();
+        packed.sort_into_cells(&nodes, 0.3, SearchOrientation::Axes).unwrap();
         let longest = 0.2;
         let mut near = packed.nearby_nodes();
-        for (x, length) in seen.position.iter().zip(&seen.length) {
+        for (x, length) in nodes.position.iter().zip(&nodes.length) {
             let entries = near
                 .list_neighbours(Kernel::CubicSpline, *x, *length, longest)
                 .expect("room for all")
                 .to_vec();
-            let mut listed = vec![0; seen.volume.len()];
+            let mut listed = vec![0; nodes.volume.len()];
             packed.for_each_listed(x, &entries, |first, _, square| {
                 for (lane, square) in
                     square.to_array().into_iter().enumerate().filter(|(_, square)| !square.is_nan())
                 {
                     let j = packed.cells.order()[first + lane] as usize;
-                    let apart = crate::neighbours::kernel_average::square(x, &seen.position[j]);
+                    let apart = crate::neighbours::kernel_average::square(x, &nodes.position[j]);
                     assert!((square - apart).abs() < 1e-15, "{square} for {apart}");
                     listed[j] += 1;
                 }
             });
             for (j, count) in listed.into_iter().enumerate() {
-                let reach = (1.0 + MARGIN) * (length + seen.length[j]);
-                let is_near = crate::neighbours::kernel_average::square(x, &seen.position[j])
+                let reach = (1.0 + MARGIN) * (length + nodes.length[j]);
+                let is_near = crate::neighbours::kernel_average::square(x, &nodes.position[j])
                     < reach * reach * (1.0 - 1e-12);
                 assert!(count <= 1 && (count == 1 || !is_near), "{x:?} {j}: {count}");
             }

@@ -37,7 +37,7 @@ pub fn body_nodes<const D: usize>(
     material: &Mixture,
     bed: &Bed<D>,
 ) -> Result<BodyNodes<D>, CaseError> {
-    let (mut warnings, mut handed) = (Vec::new(), Vec::new());
+    let (mut warnings, mut transferred) = (Vec::new(), Vec::new());
     let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
     let upper =
         |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
@@ -47,7 +47,7 @@ pub fn body_nodes<const D: usize>(
         if let Some((own, pressures)) = nodes_of_points(case, options, (number, density), bed, &mut warnings)?
         {
             let first = sets[0].len();
-            handed.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
+            transferred.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
             assign_to_phases(options, &mut sets, own, body, upper(body));
             continue;
         }
@@ -66,7 +66,7 @@ pub fn body_nodes<const D: usize>(
             if let (Some(field), Some(below)) = (&field, bed.bed_point(&x)) {
                 let pressure =
                     pore_pressure_profile(case, options, (number, field), (column.depth, &x, &below))?;
-                handed.extend(pressure.map(|pressure| (sets[0].len() + own.len(), pressure)));
+                transferred.extend(pressure.map(|pressure| (sets[0].len() + own.len(), pressure)));
             }
             own.push(new_node(body, number, x, cell, options));
         }
@@ -88,7 +88,7 @@ pub fn body_nodes<const D: usize>(
         let problem = "no body covers a point of the lattice: make methods.depth-sph.spacing smaller";
         return Err(CaseError::new("bodies", problem));
     }
-    Ok(BodyNodes { sets, transferred_pressures: handed, warnings })
+    Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
 }
 
 /// Nodes from points, with the pore pressure over the depth of each where there are columns.
@@ -170,7 +170,7 @@ fn transferred_nodes<const D: usize>(
         }
     }
     let cells = options.column.as_ref().map(|column| column.cells);
-    let (mut nodes, mut handed) = (Vec::with_capacity(squares.len()), Vec::new());
+    let (mut nodes, mut transferred) = (Vec::with_capacity(squares.len()), Vec::new());
     for ([volume, moment, momentum], points) in squares.into_values() {
         let position = std::array::from_fn(|c| moment[c] / volume[c]);
         if bed.bed_point(&position).is_none() {
@@ -191,10 +191,10 @@ fn transferred_nodes<const D: usize>(
             };
             // Beside the end of the bed the bed may exist below their middle only.
             let above: Vec<PointAboveSquare> = points.iter().filter_map(above).collect();
-            handed.push(TransferredPressure::from_points(&above, cells));
+            transferred.push(TransferredPressure::from_points(&above, cells));
         }
     }
-    Ok((nodes, handed))
+    Ok((nodes, transferred))
 }
 
 /// Node of a body at a position, with its volume (m³).

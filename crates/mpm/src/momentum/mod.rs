@@ -74,7 +74,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let [gx, gy, gz] = self.gravity;
         let gravity = Vector4::new([gx, gy, gz, 0.0]);
         let row_free = self.walls.is_row_free(0, row);
-        let ease = 1.0 / self.inertia;
+        let inverse_scaling = 1.0 / self.inertia;
         let plain = self.rayleigh == 0.0;
         for number in active {
             let node = &mut line[number];
@@ -89,7 +89,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
             let index = self.layout.axis_indices(row, number);
             if plain && row_free && (1..D).all(|axis| self.walls.is_row_free(axis, index[axis])) {
                 let inverse = 1.0 / mass;
-                let acceleration = (node.force * inverse + gravity) * ease;
+                let acceleration = (node.force * inverse + gravity) * inverse_scaling;
                 // The fourth lane keeps the mass.
                 node.momentum_and_mass = node.momentum_and_mass
                     * Vector4::new([inverse, inverse, inverse, 1.0])

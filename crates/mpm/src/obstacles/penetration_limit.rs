@@ -158,8 +158,8 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     fn velocity_and_inverse_inertia(&self, number: usize, motion: Vector4) -> ([f64; D], [f64; D]) {
         let (velocity, [.., mass]) = (first_three(motion), motion.to_array());
         let constrained = self.walls.constrained_components(&self.node_index(number), &velocity);
-        let ease = if mass > 0.0 { 1.0 / (mass * self.clock.options.mass_scaling) } else { 0.0 };
-        let free = std::array::from_fn(|c| if constrained[c] { 0.0 } else { ease });
+        let inverse_inertia = if mass > 0.0 { 1.0 / (mass * self.clock.options.mass_scaling) } else { 0.0 };
+        let free = std::array::from_fn(|c| if constrained[c] { 0.0 } else { inverse_inertia });
         (std::array::from_fn(|c| velocity[c]), free)
     }
 

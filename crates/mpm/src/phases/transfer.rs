@@ -77,11 +77,11 @@ pub(super) fn remap_phases<const D: usize>(
     phases: &mut TwoPhase,
     start: bool,
 ) {
-    let TwoPhase { nodes, remapped_velocities, walls, .. } = phases;
-    background.layout.reset(remapped_velocities);
+    let TwoPhase { nodes, remapped_velocities: velocities, walls, .. } = phases;
+    background.layout.reset(velocities);
     let BackgroundGrid { layout, transfers, .. } = background;
     let (view, sets) = (background.grid_view(), &bodies.sets);
-    layout.for_each_slab(remapped_velocities, |slab, window, offset| {
+    layout.for_each_slab(velocities, |slab, window, offset| {
         let mut momenta = [[Vector4::ZERO; 2]; BLOCK_SIZE];
         for set in sets {
             let Some(pore) = &set.pore else { continue };
@@ -98,12 +98,12 @@ pub(super) fn remap_phases<const D: usize>(
             }
         }
     });
-    background.layout.sum_periodic_images(remapped_velocities, |sum, node| {
+    background.layout.sum_periodic_images(velocities, |sum, node| {
         [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]);
     });
     let walls = [&boundary.walls, &*walls];
     let row_length = layout.strides()[0];
-    background.layout.for_each_active_node_range(remapped_velocities, |row, active, line| {
+    background.layout.for_each_active_node_range(velocities, |row, active, line| {
         for number in active {
             let index = layout.axis_indices(row, number);
             for phase in [SOLID, LIQUID] {
@@ -124,13 +124,7 @@ pub(super) fn remap_phases<const D: usize>(
             }
         }
     });
-    impose_phase_patch_velocity_remapped(
-        clock,
-        background,
-        &boundary.driven,
-        &boundary.contacts,
-        remapped_velocities,
-    );
+    impose_phase_patch_velocity_remapped(clock, background, &boundary.driven, &boundary.contacts, velocities);
 }
 
 /// Grid to point (steps 5, 7–9); returns the largest displacement along an axis (m).

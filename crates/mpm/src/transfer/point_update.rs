@@ -102,17 +102,13 @@ impl<const D: usize> PointUpdater<'_, D> {
         let BackgroundGrid { grid, layout, transfers, .. } = self.background;
         let (view, extent, n) = (self.background.grid_view(), &set.extent, block.position.len());
         let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip }, self.clock.dt);
-        let first_node = set.field * layout.len();
+        let (first, remapped) = (set.field * layout.len(), &nodes.remapped_velocities);
         let reads = &mut reads[..n];
         let points = block.point_slice(extent);
         match (read, selection.stress) {
-            (EndOfStep, true) => transfers.g2p(&view, &points, &nodes.nodal_states[first_node..], reads),
-            (EndOfStep, false) => {
-                transfers.g2p_motion(&view, &points, &nodes.nodal_states[first_node..], reads)
-            }
-            (Remapped, _) => {
-                transfers.g2p_velocity(&view, &points, &nodes.remapped_velocities[first_node..], reads)
-            }
+            (EndOfStep, true) => transfers.g2p(&view, &points, &nodes.nodal_states[first..], reads),
+            (EndOfStep, false) => transfers.g2p_motion(&view, &points, &nodes.nodal_states[first..], reads),
+            (Remapped, _) => transfers.g2p_velocity(&view, &points, &remapped[first..], reads),
         }
         if selection.velocity {
             for (own, read) in block.velocity.iter_mut().zip(&*reads) {
@@ -133,7 +129,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         let moved = if selection.position {
             block.apply_pending_domains();
             let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
-            let of_node = |number: usize| nodes.motion(read, first_node + number);
+            let of_node = |number: usize| nodes.motion(read, first + number);
             block.domain.advect_corners(&view, block.position, extent, velocity, dt, of_node);
             let mut moves = [Displacement::default(); BLOCK_SIZE];
             for (p, read) in reads.iter().enumerate() {

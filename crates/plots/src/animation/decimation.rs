@@ -37,16 +37,16 @@ pub(super) fn decimate<'a>(
         let share = excess * frames.len() as f64 / count.max(1) as f64;
         let panel = Panel { frames, ..panel.clone() };
         let blocks = (share > 1.0).then(|| DecimationBlocks::from_panel(&panel, view, share));
-        let mut said = Vec::new();
+        let mut notes = Vec::new();
         if panel.frames.len() < panel.frame_count {
-            said.push(format!("{} of {} frames", panel.frames.len(), panel.frame_count));
+            notes.push(format!("{} of {} frames", panel.frames.len(), panel.frame_count));
         }
         if let Some(blocks) = &blocks {
-            said.push(format!("one of {} points, with the width of its block", blocks.points_per_block()));
+            notes.push(format!("one of {} points, with the width of its block", blocks.points_per_block()));
         }
-        if !said.is_empty() {
+        if !notes.is_empty() {
             let name = if panels.len() > 1 { format!("{}: ", panel.name) } else { String::new() };
-            words.push(format!("{name}{}", said.join(", ")));
+            words.push(format!("{name}{}", notes.join(", ")));
         }
         DecimatedRun { panel, blocks }
     };

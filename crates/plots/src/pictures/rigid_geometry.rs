@@ -100,23 +100,23 @@ pub fn clip_line(line: &[[f64; 2]], window: &[Range<f64>; 2]) -> Vec<Vec<[f64; 2
 
 /// Part of a straight segment inside a window (Liang & Barsky 1984).
 fn clip_segment(from: [f64; 2], to: [f64; 2], window: &[Range<f64>; 2]) -> Option<[[f64; 2]; 2]> {
-    let way = [to[0] - from[0], to[1] - from[1]];
+    let direction = [to[0] - from[0], to[1] - from[1]];
     let (mut enters, mut leaves) = (0f64, 1f64);
     for c in 0..2 {
-        if way[c] == 0.0 {
+        if direction[c] == 0.0 {
             if from[c] < window[c].start || from[c] > window[c].end {
                 return None;
             }
             continue;
         }
-        let (a, b) = ((window[c].start - from[c]) / way[c], (window[c].end - from[c]) / way[c]);
+        let (a, b) = ((window[c].start - from[c]) / direction[c], (window[c].end - from[c]) / direction[c]);
         enters = enters.max(a.min(b));
         leaves = leaves.min(a.max(b));
     }
     let at = |share: f64| match share {
         0.0 => from,
         1.0 => to,
-        _ => [from[0] + share * way[0], from[1] + share * way[1]],
+        _ => [from[0] + share * direction[0], from[1] + share * direction[1]],
     };
     (enters < leaves).then(|| [at(enters), at(leaves)])
 }

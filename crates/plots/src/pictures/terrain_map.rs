@@ -120,8 +120,8 @@ impl TerrainMap {
         let wide = |r: Range<f64>, axis: usize| {
             let extra = 0.5 * (least - (r.end - r.start)).max(0.0);
             let end = self.heights.as_ref().unwrap_or(cells).extent(axis);
-            let seen = (r.start - extra).max(end.start)..(r.end + extra).min(end.end);
-            if seen.start < seen.end { seen } else { r }
+            let visible = (r.start - extra).max(end.start)..(r.end + extra).min(end.end);
+            if visible.start < visible.end { visible } else { r }
         };
         [wide(x, 0), wide(y, 1)]
     }

@@ -41,8 +41,11 @@ impl ProfileSegment {
     fn point_and_normal(&self, share: f64) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Line { from, to } => {
-                let way = difference(to, from);
-                (add_scaled(from, share, &way), unit(&[-way[1], way[0]]).unwrap_or([0.0, 1.0]))
+                let direction = difference(to, from);
+                (
+                    add_scaled(from, share, &direction),
+                    unit(&[-direction[1], direction[0]]).unwrap_or([0.0, 1.0]),
+                )
             }
             Self::Arc { centre, radius, start, sweep } => {
                 let (sine, cosine) = (start + share * sweep).sin_cos();
@@ -56,8 +59,8 @@ impl ProfileSegment {
     fn nearest(&self, x: &[f64; 2]) -> (f64, SegmentPart) {
         let share = match self {
             Self::Line { from, to } => {
-                let way = difference(to, from);
-                dot(&difference(x, from), &way) / dot(&way, &way)
+                let direction = difference(to, from);
+                dot(&difference(x, from), &direction) / dot(&direction, &direction)
             }
             Self::Arc { centre, start, sweep, .. } => {
                 let out = difference(x, centre);
@@ -97,14 +100,14 @@ impl ProfileSegment {
             }
             (Self::Line { from, to }, Self::Arc { centre, radius, .. })
             | (Self::Arc { centre, radius, .. }, Self::Line { from, to }) => {
-                let Some(way) = unit(&difference(to, from)) else { return Vec::new() };
-                let foot = add_scaled(from, dot(&difference(centre, from), &way), &way);
-                chord_ends(&foot, &difference(&foot, centre), *radius, &way)
+                let Some(direction) = unit(&difference(to, from)) else { return Vec::new() };
+                let foot = add_scaled(from, dot(&difference(centre, from), &direction), &direction);
+                chord_ends(&foot, &difference(&foot, centre), *radius, &direction)
             }
             (Self::Arc { centre: a, radius: r, .. }, Self::Arc { centre: b, radius: s, .. }) => {
                 let apart = difference(b, a);
                 let distance = dot(&apart, &apart).sqrt();
-                let Some(way) = unit(&apart).filter(|_| distance > ARC_RADIUS_TOLERANCE * r) else {
+                let Some(direction) = unit(&apart).filter(|_| distance > ARC_RADIUS_TOLERANCE * r) else {
                     return vec![
                         self.point_and_normal(0.0).0,
                         self.point_and_normal(1.0).0,
@@ -112,8 +115,8 @@ impl ProfileSegment {
                         other.point_and_normal(1.0).0,
                     ];
                 };
-                let foot = add_scaled(a, 0.5 * (distance + (r * r - s * s) / distance), &way);
-                chord_ends(&foot, &difference(&foot, a), *r, &[-way[1], way[0]])
+                let foot = add_scaled(a, 0.5 * (distance + (r * r - s * s) / distance), &direction);
+                chord_ends(&foot, &difference(&foot, a), *r, &[-direction[1], direction[0]])
             }
         }
     }
@@ -134,13 +137,13 @@ impl ProfileSegment {
 
 /// Intersections of a circle with a line of this direction; `foot` is the position of the line nearest to its centre, and `out` the vector
 /// from the centre to it.
-fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> Vec<[f64; 2]> {
+fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, direction: &[f64; 2]) -> Vec<[f64; 2]> {
     let square = radius * radius - dot(out, out);
     if square < -2.0 * ARC_RADIUS_TOLERANCE * radius * radius {
         return Vec::new();
     }
     let half = square.max(0.0).sqrt();
-    vec![add_scaled(foot, half, way), add_scaled(foot, -half, way)]
+    vec![add_scaled(foot, half, direction), add_scaled(foot, -half, direction)]
 }
 
 /// Ground below a line of straight segments and arcs, built segment by segment from its start. There is no ground beyond its ends.

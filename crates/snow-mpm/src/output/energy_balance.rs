@@ -122,10 +122,10 @@ impl EnergyBalance {
     /// Adds the terms of a step of `dt` (s).
     pub fn add(&mut self, sums: &MomentumTerms, dt: f64) {
         let bears = sums.impulses.iter().zip(&sums.moments);
-        for (borne, (impulse, moment)) in self.reactions.iter_mut().zip(bears) {
-            borne.moment = Some(moment.map(|c| c / dt));
-            borne.force = impulse.map(|c| c / dt);
-            (0..3).for_each(|c| borne.impulse[c] += impulse[c]);
+        for (reaction, (impulse, moment)) in self.reactions.iter_mut().zip(bears) {
+            reaction.moment = Some(moment.map(|c| c / dt));
+            reaction.force = impulse.map(|c| c / dt);
+            (0..3).for_each(|c| reaction.impulse[c] += impulse[c]);
         }
         self.gravity += sums.gravity;
         self.nodes += sums.kinetic_gain;

@@ -181,14 +181,13 @@ fn solver<const D: usize>(
         all.push(body);
     }
     let obstacles = NodeObstacles::new(case, &standing, &background)?;
-    let nothing =
-        TimeStep { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, point: None, position: [0.0; 3] };
+    let limit = TimeStep { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, point: None, position: [0.0; 3] };
     let clock = Clock {
         stage: 0,
         stage_start: 0.0,
         time: 0.0,
         step: 0,
-        limit: nothing,
+        limit,
         sums: MomentumTerms::default(),
         external_work: 0.0,
         rest_checks: RestChecks::default(),

@@ -70,9 +70,9 @@ impl<const D: usize> SnowSolver<D> {
             );
             return Err(self.point_error(number, &PointFailure { index, reason }));
         }
-        let seen = &mut self.clock.rest_checks;
-        seen.early_yield = seen.early_yield.or(yielded.map(|yielded| (CheckTime::FirstCut, yielded)));
-        seen.initial_speed = Some(fastest).filter(|fastest| *fastest > REST_SPEED);
+        let checks = &mut self.clock.rest_checks;
+        checks.early_yield = checks.early_yield.or(yielded.map(|yielded| (CheckTime::FirstCut, yielded)));
+        checks.initial_speed = Some(fastest).filter(|fastest| *fastest > REST_SPEED);
         Ok(())
     }
 

@@ -64,9 +64,9 @@ pub fn record_reactions<const D: usize>(
     }
     let first = setting.case.bodies.len();
     let Rates {
-        obstacle_accelerations: by_obstacles, reactions: felt, power, reaction_samples: told, ..
+        obstacle_accelerations: by_obstacles, reactions: felt, power, reaction_samples: samples, ..
     } = rates;
-    told.clear();
+    samples.clear();
     if obstacles.recorded_obstacles().next().is_some() {
         felt.resize(first + setting.case.obstacles.len(), ReactionSum::default());
         felt[first..].iter_mut().for_each(ReactionSum::begin_step);
@@ -86,7 +86,7 @@ pub fn record_reactions<const D: usize>(
             power[i] += dot(&own, &obstacles.velocity_at(number, &p.position[i]));
             if is_told {
                 let (bearer, force) = ((first + number) as u32, own.map(|a| -p.mass[i] * a));
-                told.push(ReactionSample {
+                samples.push(ReactionSample {
                     particle: i as u32,
                     reaction_index: bearer,
                     position: p.position[i],
@@ -96,7 +96,7 @@ pub fn record_reactions<const D: usize>(
             }
         }
     }
-    told.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
+    samples.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
 }
 
 /// Stops particles at obstacles at the end of a step of `dt` (s), and computes the energies taken by obstacles. Returns whether any was

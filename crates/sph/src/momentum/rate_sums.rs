@@ -28,7 +28,7 @@ pub fn accelerate<const D: usize>(
     let gravity = setting.gravity_at(clock, dt);
     let sums = PairSums::new(setting, bodies, walls);
     rates.derivatives.acceleration.resize(bodies.particles.len(), [0.0; D]);
-    let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
+    let whole = |acceleration: [f64; D]| std::array::from_fn(|c| acceleration[c] + gravity[c]);
     if bodies.any_rigid() {
         // Internal pair forces of a rigid body do not move it, but stresses may give it a moment.
         // Supports carry a freely moving body as a whole.

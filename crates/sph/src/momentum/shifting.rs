@@ -136,8 +136,8 @@ mod tests {
         for i in 0..solver.bodies.particles.len() {
             // Bands move towards each other.
             let x = &mut solver.bodies.particles.position[i][0];
-            let way = if (10.0 * *x).floor() % 2.0 == 0.0 { 1.0 } else { -1.0 };
-            *x += 0.049 * way * support;
+            let sign = if (10.0 * *x).floor() % 2.0 == 0.0 { 1.0 } else { -1.0 };
+            *x += 0.049 * sign * support;
         }
         solver.update_lists(true).unwrap();
         (solver.clock.step, solver.clock.last_shift_time) = (4, solver.clock.time - 1e-3);

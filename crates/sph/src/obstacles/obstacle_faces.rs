@@ -205,7 +205,8 @@ impl<const D: usize> ObstacleFaces<D> {
         for (body, places) in bodies {
             case.reject_overlapping_points(&standing, body, places, slack)?;
         }
-        let told = |name: &str| case.measures.values().any(|measure| measure.reaction_target() == Some(name));
+        let is_measured =
+            |name: &str| case.measures.values().any(|measure| measure.reaction_target() == Some(name));
         let (low, high) =
             (leading_components::<D>(&case.domain.min), leading_components::<D>(&case.domain.max));
         let domain = (low.map(|c| c - support), high.map(|c| c + support));
@@ -215,7 +216,7 @@ impl<const D: usize> ObstacleFaces<D> {
                 laws,
                 motion: obstacle.motion.as_ref().map(|motion| MovingObstacle::new(motion, &surface, domain)),
                 surface,
-                is_recorded: told(&obstacle.name),
+                is_recorded: is_measured(&obstacle.name),
             });
         Ok(Self { solids: solids.collect(), ..Self::default() })
     }

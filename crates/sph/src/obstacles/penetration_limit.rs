@@ -47,7 +47,7 @@ impl<const D: usize> ObstacleFaces<D> {
     pub fn limit_penetration(
         &mut self,
         bodies: &mut Bodies<D>,
-        borne: &mut [ObstacleEnergies],
+        obstacle_energies: &mut [ObstacleEnergies],
         (end, dt, spacing): (f64, f64, f64),
         mut hits: impl FnMut(usize, u32, &[f64; D], [f64; D]),
     ) -> bool {
@@ -88,7 +88,7 @@ impl<const D: usize> ObstacleFaces<D> {
                 (0..D).for_each(|c| previous[c] += hit.v[c] - p.velocity[i][c]);
             }
             (p.position[i], p.velocity[i]) = (hit.x, hit.v);
-            borne[i].add(&ObstacleEnergies {
+            obstacle_energies[i].add(&ObstacleEnergies {
                 friction: p.mass[i] * hit.energy_losses.friction,
                 normal_loss: p.mass[i] * hit.energy_losses.normal_loss,
                 work: p.mass[i] * hit.energy_losses.work,

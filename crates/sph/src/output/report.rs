@@ -66,8 +66,8 @@ impl<const D: usize> SphSolver<D> {
         let [x, v, a] =
             [&p.position[i], velocity, &self.rates.derivatives.acceleration[i]].map(|vector| spatial(vector));
         let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
-        let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damping_factor(i, half));
-        std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
+        let (own, moment_rate, factor) = (cross(&x, &v), cross(&before, &a), self.damping_factor(i, half));
+        std::array::from_fn(|c| (own[c] + half * moment_rate[c]) * factor)
     }
 
     /// State of a rigid body at the time of the positions.

@@ -72,14 +72,15 @@ impl<const D: usize> PairContext<'_, D> {
             };
             let (apart, square) = separation(&p.position[i], &p.position[j]);
             let unseen = |c: usize| {
-                let seen: f64 = (0..D).map(|b| (gradients[i][c][b] + gradient[c][b]) * apart[b]).sum();
-                p.velocity[j][c] - p.velocity[i][c] - 0.5 * seen
+                let expected: f64 = (0..D).map(|b| (gradients[i][c][b] + gradient[c][b]) * apart[b]).sum();
+                p.velocity[j][c] - p.velocity[i][c] - 0.5 * expected
             };
             let along: f64 = (0..D).map(|c| unseen(c) * apart[c]).sum();
             let h = 0.5 * (p.length[i] + p.length[j]);
             let viscosity = h * (p.sound[i] + p.sound[j]) / (p.density[i] + p.density[j]);
-            let pull = p.mass[j] * weight * viscosity * along / (square + crate::pairs::SOFTENING * h * h);
-            (0..D).for_each(|c| sum[c] += pull * apart[c]);
+            let weight_factor =
+                p.mass[j] * weight * viscosity * along / (square + crate::pairs::SOFTENING * h * h);
+            (0..D).for_each(|c| sum[c] += weight_factor * apart[c]);
         }
         sum
     }
@@ -178,12 +179,10 @@ impl<const D: usize> PairContext<'_, D> {
             if square >= self.support_square() {
                 continue;
             }
-            let k = self.effective_index(i, j);
-            let r = square.sqrt();
+            let (k, r) = (self.effective_index(i, j), square.sqrt());
             let weight = p.mass[k] / p.density[k] * self.pair_gradient_factor(i, k, r);
-            let close = 1.0
-                + CLOSE_PAIR_TERM.0
-                    * (self.kernel_ratio_argument(i, k, r) / reference).powi(CLOSE_PAIR_TERM.1);
+            let ratio = self.kernel_ratio_argument(i, k, r) / reference;
+            let close = 1.0 + CLOSE_PAIR_TERM.0 * ratio.powi(CLOSE_PAIR_TERM.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
             if j >= self.first_wall_particle || self.walls.smooth.contain(j) {
                 continue;

@@ -85,8 +85,8 @@ impl<const D: usize> PairSums<'_, D> {
                 continue;
             }
             let sound = 0.5 * (p.sound[i] * p.sound[i] + p.sound[j] * p.sound[j]);
-            let pull = close.acceleration_factor(square, sound, (p.mass[i], p.mass[j]));
-            (0..D).for_each(|c| sum[c] += pull * apart[c].to_array()[lane]);
+            let acceleration = close.acceleration_factor(square, sound, (p.mass[i], p.mass[j]));
+            (0..D).for_each(|c| sum[c] += acceleration * apart[c].to_array()[lane]);
         }
     }
 
@@ -96,12 +96,12 @@ impl<const D: usize> PairSums<'_, D> {
         for plane in self.walls.planes.faces.iter().filter(|plane| plane.contact == WallContact::FreeSlip) {
             let between = 2.0 * plane.distance(&p.position[i]);
             if between * between < close.square && self.is_free_fluid(i) {
-                let pull = close.acceleration_factor(
+                let acceleration = close.acceleration_factor(
                     between * between,
                     p.sound[i] * p.sound[i],
                     (p.mass[i], p.mass[i]),
                 );
-                sum[plane.axis] += if plane.upper { pull * between } else { -pull * between };
+                sum[plane.axis] += if plane.upper { acceleration * between } else { -acceleration * between };
             }
         }
     }

@@ -30,9 +30,9 @@ fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMom
     let mut change = 0.0;
     for (a, row) in gradient.iter_mut().enumerate() {
         let turn: [f64; D] = std::array::from_fn(|b| spin[a][b] + short * square[a][b]);
-        let seen = product(&moment.matrix, &turn);
-        (0..D).for_each(|b| row[b] += turn[b] - seen[b]);
-        change += turn[a] - seen[a];
+        let applied = product(&moment.matrix, &turn);
+        (0..D).for_each(|b| row[b] += turn[b] - applied[b]);
+        change += turn[a] - applied[a];
     }
     change
 }

@@ -157,8 +157,8 @@ impl<const D: usize> PairSums<'_, D> {
             // With a corrected gradient, the adjoint is corrected too.
             let turned = shown.correction.get(i).map_or(apart, |l| product(l, &apart));
             for a in 0..D {
-                let pull: f64 = (0..D).map(|b| pair.component(a, b) * turned[b]).sum();
-                sum[a] += mass * weight * (pull + viscosity * apart[a]);
+                let stress_term: f64 = (0..D).map(|b| pair.component(a, b) * turned[b]).sum();
+                sum[a] += mass * weight * (stress_term + viscosity * apart[a]);
             }
             if let Some(SlipFriction { normal, direction: against }) = &answer.slip_friction {
                 let across: f64 = (0..D).map(|c| apart[c] * normal[c]).sum();

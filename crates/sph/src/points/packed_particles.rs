@@ -253,13 +253,13 @@ mod tests {
     fn rows_of_any_length_are_visited_once() {
         for length in 0..11u32 {
             let row: Vec<u32> = (10..10 + length).collect();
-            let mut seen = Vec::new();
+            let mut visited = Vec::new();
             for_each_four(&row, 7, |start, four, count| {
-                assert_eq!(start, seen.len());
+                assert_eq!(start, visited.len());
                 assert!(four[count..].iter().all(|&j| j == 7));
-                seen.extend(four[..count].iter().map(|&j| j as u32));
+                visited.extend(four[..count].iter().map(|&j| j as u32));
             });
-            assert_eq!(seen, row);
+            assert_eq!(visited, row);
         }
         assert_eq!(load_four(&[1.0, 2.0, 3.0, 4.0, 5.0], 4, 1).to_array(), [5.0, 0.0, 0.0, 0.0]);
     }

@@ -200,7 +200,7 @@ impl<const D: usize> RankedSolver<D> {
             self.exchange();
         }
         let support = self.refresh()?;
-        let felt = self.first().rates.reactions.clone();
+        let reactions = self.first().rates.reactions.clone();
         on_all(&mut self.ranks, |rank| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
             walls.obstacles.set_mean_velocity(clock.time + dt, dt);
@@ -212,7 +212,7 @@ impl<const D: usize> RankedSolver<D> {
             self.sum_equilibrium(dt);
         }
         self.sum_obstacle_energies();
-        self.sum_reactions(felt, dt);
+        self.sum_reactions(reactions, dt);
         self.ranks.iter_mut().for_each(|rank| rank.domain.clock.end_step(dt));
         Ok(())
     }
@@ -284,26 +284,26 @@ impl<const D: usize> RankedSolver<D> {
 
     /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their sequence, starting from the earlier `felt`, for
     /// the first rank: the sums of each rank itself are of its own particles and of ghosts.
-    fn sum_reactions(&mut self, mut felt: Vec<ReactionSum>, dt: f64) {
+    fn sum_reactions(&mut self, mut reactions: Vec<ReactionSum>, dt: f64) {
         let SphSolver { setting, walls, .. } = self.first();
         if walls.obstacles.recorded_obstacles().next().is_none() {
             return;
         }
         let bodies = setting.case.bodies.len();
-        felt.resize(bodies + setting.case.obstacles.len(), ReactionSum::default());
-        let mut told: Vec<(u32, ReactionSample<D>)> = Vec::new();
+        reactions.resize(bodies + setting.case.obstacles.len(), ReactionSum::default());
+        let mut samples: Vec<(u32, ReactionSample<D>)> = Vec::new();
         for Rank { domain, sequence, .. } in &self.ranks {
             let is_guest = |i: u32| domain.bodies.ghost_particles.get(i as usize).is_some_and(|guest| *guest);
             let own = domain.rates.reaction_samples.iter().filter(|one| !is_guest(one.particle));
-            told.extend(own.map(|one| (sequence[one.particle as usize], *one)));
+            samples.extend(own.map(|one| (sequence[one.particle as usize], *one)));
         }
-        told.sort_by_key(|(place, one)| (one.impulse.is_some(), *place));
-        let (sums, stops) = told.split_at(told.partition_point(|(_, one)| one.impulse.is_none()));
-        felt[bodies..].iter_mut().for_each(ReactionSum::begin_step);
-        sums.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
-        felt[bodies..].iter_mut().for_each(|felt| felt.add_impulse(dt));
-        stops.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
-        self.ranks[0].domain.rates.reactions = felt;
+        samples.sort_by_key(|(place, one)| (one.impulse.is_some(), *place));
+        let (sums, stops) = samples.split_at(samples.partition_point(|(_, one)| one.impulse.is_none()));
+        reactions[bodies..].iter_mut().for_each(ReactionSum::begin_step);
+        sums.iter().for_each(|(_, one)| reactions[one.reaction_index as usize].accumulate(one));
+        reactions[bodies..].iter_mut().for_each(|reactions| reactions.add_impulse(dt));
+        stops.iter().for_each(|(_, one)| reactions[one.reaction_index as usize].accumulate(one));
+        self.ranks[0].domain.rates.reactions = reactions;
     }
 
     /// Updates the copies in the halos.

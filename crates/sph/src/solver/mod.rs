@@ -127,13 +127,13 @@ impl<const D: usize> SphSolver<D> {
         }
         self.advance_listed(dt)?;
         let Self {
-            setting, clock, bodies, rates, equilibrium_terms: audit, obstacle_energies: borne, ..
+            setting, clock, bodies, rates, equilibrium_terms: audit, obstacle_energies: energies, ..
         } = self;
         if setting.needs_equilibrium(clock) {
             *audit =
                 audit.next_terms(equilibrium_terms(setting, clock, bodies, rates, dt).map(|(_, own)| own));
         }
-        rates.obstacle_energies.iter().for_each(|own| borne.add(own));
+        rates.obstacle_energies.iter().for_each(|own| energies.add(own));
         clock.end_step(dt);
         Ok(())
     }
@@ -158,7 +158,7 @@ impl<const D: usize> SphSolver<D> {
         shifting.shift(setting, clock, bodies, walls, lists, rates);
         self.integrate(dt)?;
         let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
-        rates.reactions.iter_mut().for_each(|felt| felt.add_impulse(dt));
+        rates.reactions.iter_mut().for_each(|reaction| reaction.add_impulse(dt));
         update_follower_loads(setting, bodies, lists, rates, reference.is_some(), dt);
         let turned = walls.reflect_escaped(bodies, &mut rates.derivatives, clock.time + dt);
         if stop_at_obstacles(setting, bodies, walls, rates, (clock.time + dt, dt)) || turned {

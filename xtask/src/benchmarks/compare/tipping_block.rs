@@ -115,11 +115,11 @@ fn judge(
         1e-3,
         "a thousandth",
     );
-    let borne = pairs(report, "bearing.y")?;
+    let reactions = pairs(report, "bearing.y")?;
     outcome.assert_below(
         format!("{method}: force on the ground at the end over the weight across it, less one"),
         "its weight",
-        (borne[borne.len() - 1].1 / (MASS * GRAVITY[1]) - 1.0).abs(),
+        (reactions[reactions.len() - 1].1 / (MASS * GRAVITY[1]) - 1.0).abs(),
         1e-3,
         "a thousandth",
     );

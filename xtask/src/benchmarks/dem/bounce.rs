@@ -36,10 +36,9 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         json!({ "law": "linear", "stiffness": stiffness, "restitution": RESTITUTION });
     options["time_step"] = json!(aloft);
     let mut solver = disk_solver(&value)?;
-    let fall = (2.0 / GRAVITY).sqrt();
     // Steps are long in flight, where they are exact, and short near the floor.
     let (mut path, mut impacts, mut apexes, mut top) = (Vec::new(), Vec::new(), Vec::new(), 0.0f64);
-    let (mut touching, mut height) = (false, 1.0);
+    let (fall, mut touching, mut height) = ((2.0 / GRAVITY).sqrt(), false, 1.0);
     while solver.time() < 2.75 * fall {
         step(&mut solver, if height > 2e-3 { aloft } else { dt })?;
         height = solver.snapshot().positions[0][1] - 0.5;

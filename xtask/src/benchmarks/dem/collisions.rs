@@ -250,20 +250,20 @@ fn check_undamped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 fn check_restitutions(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for clamp in [false, true] {
         let mut worst = 0.0f64;
-        for asked in [0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.1] {
+        for requested in [0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.1] {
             let mut value = load("pair")?;
             let dt = PI / 2e6f64.sqrt() / 1000.0;
             value["bodies"][0]["shape"]["centre"] = json!([-0.5 - 2.3 * dt, 0]);
             let options = method_options(&mut value);
             options["pairs"][0]["normal"] =
-                json!({ "law": "linear", "stiffness": 1e6, "restitution": asked, "clamp": clamp });
+                json!({ "law": "linear", "stiffness": 1e6, "restitution": requested, "clamp": clamp });
             options["time_step"] = json!(dt);
             let mut solver = disk_solver(&value)?;
             for _ in 0..1400 {
                 step(&mut solver, dt)?;
             }
             let v = vectors(&solver.snapshot(), "velocity");
-            worst = max_or_nan(worst, (v[1][0] - v[0][0] - asked).abs());
+            worst = max_or_nan(worst, (v[1][0] - v[0][0] - requested).abs());
         }
         let law = if clamp { "clamped" } else { "unclamped" };
         let name = format!("§2.3, {law}: restitution asked for, 0.1 to 0.95: largest error");
@@ -333,7 +333,7 @@ fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (true, [(0.3, 0.3971), (0.5, 0.5503), (0.7, 0.7182), (0.9, 0.9020)]),
     ] {
         let mut worst = 0.0f64;
-        for (asked, reference) in pairs {
+        for (requested, reference) in pairs {
             for speed in [0.1, 1.0, 10.0] {
                 let mut value = load("spheres")?;
                 // The duration of an elastic impact is proportional to the speed to the power -1/5.
@@ -342,7 +342,7 @@ fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 value["bodies"][0]["velocity"]["value"] = json!([speed, 0, 0]);
                 let options = method_options(&mut value);
                 options["time_step"] = json!(dt);
-                options["pairs"][0]["normal"]["restitution"] = json!(asked);
+                options["pairs"][0]["normal"]["restitution"] = json!(requested);
                 options["pairs"][0]["normal"]["clamp"] = json!(clamp);
                 let mut solver = sphere_solver(&value)?;
                 for _ in 0..2500 {

@@ -56,12 +56,12 @@ fn move_sphere(value: &Value, steps: usize) -> Result<Vec<([f64; 2], f64, f64)>,
     for _ in 0..steps {
         step(&mut solver, dt)?;
         let x = &solver.snapshot().positions;
-        let (gap, way) = (x[1][0] - x[0][0] - 2.0 * RADIUS, x[1][1]);
+        let (gap, displacement) = (x[1][0] - x[0][0] - 2.0 * RADIUS, x[1][1]);
         let contact = solver.contacts().first().map_or((0.0, 0.0), |contact| {
             let all: f64 = contact.force.iter().map(|f| f * f).sum();
             (contact.normal, (all - contact.normal * contact.normal).max(0.0).sqrt())
         });
-        curve.push(([gap, way], contact.0, contact.1));
+        curve.push(([gap, displacement], contact.0, contact.1));
     }
     Ok(curve)
 }
@@ -84,7 +84,7 @@ fn check_tangential_force(outcome: &mut BenchmarkOutcome) -> Result<(), String> 
     let curve = move_sphere(&value, 1500)?;
     let normal = 4.0 / 3.0 * MODULUS * EFFECTIVE.sqrt() * overlap.powf(1.5);
     let stiffness = 8.0 * SHEAR * (EFFECTIVE * overlap).sqrt();
-    let exact = |way: f64| (stiffness * way).min(0.5 * normal);
+    let exact = |displacement: f64| (stiffness * displacement).min(0.5 * normal);
     let worst = curve.iter().map(|(x, _, t)| (t - exact(x[1])).abs() / (0.5 * normal)).max_or_nan();
     outcome.assert_close(
         "§2.8, Hertz: force at an overlap of 1e-5 m (N)",
@@ -106,7 +106,10 @@ fn check_tangential_force(outcome: &mut BenchmarkOutcome) -> Result<(), String> 
         "way across (µm)",
         "force across (N)",
     );
-    let closed = (0..=150).map(|k| 1e-7 * f64::from(k)).map(|way| (way * 1e6, exact(way))).collect();
+    let closed = (0..=150)
+        .map(|k| 1e-7 * f64::from(k))
+        .map(|displacement| (displacement * 1e6, exact(displacement)))
+        .collect();
     picture.series.push(Series::new("8 G* √(Rδ) ξ, at most μ F_n", closed, Style::Dashed));
     let found = curve.iter().step_by(60).map(|(x, _, t)| (x[1] * 1e6, *t)).collect();
     picture.series.push(Series::new("DEM", found, Style::Markers));

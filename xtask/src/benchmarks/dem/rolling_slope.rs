@@ -64,32 +64,32 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut found = Vec::new();
     for (angle, friction, acceleration, turned, along) in TABLE {
-        let way = slide(f64::tan(angle * PI / 180.0), false)?;
+        let motion = slide(f64::tan(angle * PI / 180.0), false)?;
         let reason = "B6: 1 %";
         let name = |what: &str| format!("B6, disk, friction of {angle}°: {what}");
         if turned == 0.0 {
             outcome.assert_below(
                 name("rotation after 0.2 s (rad)"),
                 "0",
-                way.rotation.abs(),
+                motion.rotation.abs(),
                 1e-12,
                 "no friction, no moment",
             );
         } else {
-            outcome.assert_close(name("rotation after 0.2 s (rad)"), turned, 0.01, way.rotation, reason);
+            outcome.assert_close(name("rotation after 0.2 s (rad)"), turned, 0.01, motion.rotation, reason);
         }
-        outcome.assert_close(name("way in 0.2 s (m)"), along, 0.01, way.displacement, reason);
+        outcome.assert_close(name("way in 0.2 s (m)"), along, 0.01, motion.displacement, reason);
         outcome.assert_close(
             name("velocity over time and gravity"),
             acceleration,
             0.01,
-            way.speed / TIME / GRAVITY,
+            motion.speed / TIME / GRAVITY,
             reason,
         );
         if friction > 0.0 {
-            outcome.assert_close(name("mean friction over weight"), friction, 0.01, way.friction, reason);
+            outcome.assert_close(name("mean friction over weight"), friction, 0.01, motion.friction, reason);
         }
-        found.push((angle, way.rotation));
+        found.push((angle, motion.rotation));
     }
     let exact = (0..=90)
         .map(|k| 0.5 * f64::from(k))
@@ -104,7 +104,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     outcome.svg("B6: below 18.4° the disk slides and rolls, above it rolls.", &picture)?;
     for angle in [5.0, 10.0, 15.0, 20.0, 30.0] {
         let friction = f64::tan(angle * PI / 180.0);
-        let way = slide(friction, true)?;
+        let motion = slide(friction, true)?;
         let (acceleration, rotation) = exact_accelerations(friction, 0.4);
         let name = |what: &str| format!("B6, sphere, friction of {angle}°: {what}");
         let reason = "B6: the 1 % of the disk";
@@ -112,10 +112,10 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
             name("way in 0.2 s (m)"),
             0.5 * acceleration * TIME * TIME,
             0.01,
-            way.displacement,
+            motion.displacement,
             reason,
         );
-        outcome.assert_close(name("speed of the rim (m/s)"), rotation * TIME, 0.01, way.rim_speed, reason);
+        outcome.assert_close(name("speed of the rim (m/s)"), rotation * TIME, 0.01, motion.rim_speed, reason);
     }
     Ok(outcome)
 }

@@ -99,7 +99,7 @@ fn judge(
     outcome: &mut BenchmarkOutcome,
     name: &str,
     case: &Case,
-    (gravity, pull): (f64, f64),
+    (gravity, acceleration): (f64, f64),
     depth: f64,
     table: &[(f64, f64, f64)],
 ) -> Result<(), String> {
@@ -107,8 +107,8 @@ fn judge(
     step_until(&mut *solver, TIME)?;
     let profile = NodeProfile::from_snapshot(&solver.snapshot(), 0, &[]);
     let celerity = (gravity * depth).sqrt();
-    let fall = 0.5 * pull * TIME * TIME;
-    let exact = |x: f64| frictional_dam_break(gravity, depth, pull, x, TIME);
+    let fall = 0.5 * acceleration * TIME * TIME;
+    let exact = |x: f64| frictional_dam_break(gravity, depth, acceleration, x, TIME);
     // From the slab that the wave has not reached to the front; velocities up to half of the distance, as in V5.
     let (rear, front) = (fall - celerity * TIME, fall + 2.0 * celerity * TIME);
     let label = |what: &str| format!("V7, {name}: {what}");

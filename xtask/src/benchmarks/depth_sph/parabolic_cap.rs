@@ -52,7 +52,7 @@ fn cap() -> Result<Case, String> {
 fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let slope = 35f64.to_radians();
     let gravity = 9.81 * slope.cos();
-    let pull = gravity * (slope.tan() - 25f64.to_radians().tan());
+    let acceleration = gravity * (slope.tan() - 25f64.to_radians().tan());
     let exact = ParabolicCap { half_length: 10.0, area: 80.0 / 3.0, gravity, coefficient: 1.0 };
     let mut solver = start(&cap()?)?;
     let mut shown = chart("Cap on an incline of 35° over 25° of friction", "depth (m)");
@@ -68,7 +68,7 @@ fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let middle = moment(1, 0.0);
         let half = (5.0 * moment(2, middle)).sqrt();
         let (length, _) = exact.half_length(time);
-        let place = SPEED * time + 0.5 * pull * time * time;
+        let place = SPEED * time + 0.5 * acceleration * time * time;
         let name = |what: &str| format!("V8, {time} s: {what}");
         outcome.assert_close(
             name("half of the length (m)"),

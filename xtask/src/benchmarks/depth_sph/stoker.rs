@@ -139,12 +139,12 @@ fn reflect(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
         let (depth, speed) = exact.reflected();
         let level = 0.5 * (depth + exact.depth);
         let mut solver = start(&case(1.0, right)?)?;
-        let met = HALF_LENGTH_AND_END / exact.bore_speed;
+        let arrival = HALF_LENGTH_AND_END / exact.bore_speed;
         // Two evaluations, before the water that follows changes it.
         let mut places = Vec::new();
         let mut found = (f64::NAN, f64::NAN);
         for distance in [0.1, 0.2] {
-            step_until(&mut *solver, met + distance * HALF_LENGTH_AND_END / -speed)?;
+            step_until(&mut *solver, arrival + distance * HALF_LENGTH_AND_END / -speed)?;
             let profile = NodeProfile::from_snapshot(
                 &solver.snapshot(),
                 0,

@@ -217,7 +217,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
         let [x, y] = of.node_position(k % of.columns, k / of.columns);
         channel_bed(x, y)
     });
-    let seen = |value: &f64| if value.abs() > 1e-3 { sign * value } else { f64::NAN };
+    let signed_change = |value: &f64| if value.abs() > 1e-3 { sign * value } else { f64::NAN };
     let ring = (0..=72).map(|k| std::f64::consts::TAU * f64::from(k) / 72.0);
     TerrainMap {
         title: title.to_owned(),
@@ -227,7 +227,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
             counts,
             origin: of.origin,
             spacing: of.spacing,
-            values: of.values.iter().map(seen).collect(),
+            values: of.values.iter().map(signed_change).collect(),
         },
         outlines: vec![ring.map(|a| [35.0 + 35.0 * a.cos(), 17.0 * a.sin()]).collect()],
         ..TerrainMap::default()

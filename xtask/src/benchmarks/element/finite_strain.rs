@@ -231,8 +231,8 @@ fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         outcome.assert_close(name("plastic volumetric strain"), volumetric, 2e-9, found.volumetric, DIGITS);
         // Returns of distant trial states would compress the chart: only short paths are drawn.
         if trial.q() < 10e3 && trial.pressure() < 15e3 {
-            let way = vec![(trial.pressure(), trial.q()), (found.pressure, found.q)];
-            chart.series.push(Series::new("", way, Style::Dashed));
+            let return_path = vec![(trial.pressure(), trial.q()), (found.pressure, found.q)];
+            chart.series.push(Series::new("", return_path, Style::Dashed));
         }
         chart.series.push(Series::new("", vec![(found.pressure, found.q)], Style::Markers));
     }

@@ -184,8 +184,8 @@ fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }
         Ok(worst)
     })?;
-    for (name, ways, found) in worst {
-        let name = format!("V-02 {name} ({ways} sets): a turned observer, {PATHS} random steps");
+    for (name, set_count, found) in worst {
+        let name = format!("V-02 {name} ({set_count} sets): a turned observer, {PATHS} random steps");
         let reason = "the sheet's 10⁻¹² per step, of the stress a step handles";
         outcome.assert_below(name, "0", found, 1e-12, reason);
     }
@@ -245,9 +245,10 @@ fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }
         Ok(worst)
     })?;
-    for (name, ways, found) in worst {
-        let name =
-            format!("V-25 {name} ({ways} sets): worst relative error of the tangent, {PATHS} random steps");
+    for (name, set_count, found) in worst {
+        let name = format!(
+            "V-25 {name} ({set_count} sets): worst relative error of the tangent, {PATHS} random steps"
+        );
         let reason = "the sheet's 10⁻⁶ away from switches of region, against central differences";
         outcome.assert_below(name, "0", found, 1e-6, reason);
     }

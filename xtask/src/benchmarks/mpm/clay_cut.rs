@@ -90,8 +90,8 @@ fn sinking(case: &Case, number: f64, strong: bool) -> Result<f64, String> {
 /// Whether a slope comes to rest under its weight, with its crest at most 5 % of the height below that of elastic clay: the deep layer
 /// settles by 3 % of it.
 fn is_slope_stable(case: &Case, number: f64) -> Result<bool, String> {
-    let way = sinking(case, number, false)?;
-    Ok(way.is_finite() && way - sinking(case, number, true)? <= CREST)
+    let settlement = sinking(case, number, false)?;
+    Ok(settlement.is_finite() && settlement - sinking(case, number, true)? <= CREST)
 }
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -249,9 +249,11 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let above: Vec<usize> =
             (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();
         let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).max_or_nan();
-        let way: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
-        let end = way.last().map_or(f64::NAN, |row| row.1);
-        let at = |time: f64| way.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);
+        let front_positions: Vec<(f64, f64)> =
+            report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
+        let end = front_positions.last().map_or(f64::NAN, |row| row.1);
+        let at =
+            |time: f64| front_positions.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);
         let name = |what: &str| format!("A-30 run-out, {} mm: {what}", 1e3 * cell);
         let title =
             name(&format!("advance of the front from 2 s to {FALL_AND_REST_DURATIONS} s, undamped (m)"));
@@ -267,7 +269,7 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             "the sheet's bound; near-vertical: 75° or steeper, on bins of a cell",
         );
         ends.push(end - FACE);
-        chart.series.push(Series::new(format!("{} mm", 1e3 * cell), way, Style::Line));
+        chart.series.push(Series::new(format!("{} mm", 1e3 * cell), front_positions, Style::Line));
         if cell == 0.05 {
             let cloud = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1])
                 .ok_or("no displacement")?;

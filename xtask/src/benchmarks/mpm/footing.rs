@@ -78,7 +78,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
         series: vec![Series::new("Prandtl", vec![(0.0, PRANDTL), (SETTLEMENT, PRANDTL)], Style::Dashed)],
         ..LineChart::new("Strip footing on Tresca clay", "settlement (m)", "pressure over c_u")
     };
-    let of_eight = check_smoothed_pressure(&mut outcome, &mut chart, quick)?;
+    let of_eight = check_smoothed(&mut outcome, &mut chart, quick)?;
 
     let mut plain = footing(FIXED_POINTS, 8)?;
     set_mpm_option(&mut plain, "volumetric_strain", "point");
@@ -110,11 +110,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Checks of the sheet; returns the pressure at the end with 8 cells.
-fn check_smoothed_pressure(
-    outcome: &mut BenchmarkOutcome,
-    chart: &mut LineChart,
-    quick: bool,
-) -> Result<f64, String> {
+fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
     let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
     for &cells in levels(quick) {
         let report = run_mpm(&footing(FIXED_POINTS, cells)?)?;

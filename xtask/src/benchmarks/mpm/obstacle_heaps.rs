@@ -46,22 +46,22 @@ fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
         ("raster", ObstacleShape::Raster { file: file("plane.asc"), spacing: None }),
         ("closed wedge", ObstacleShape::Mesh { file: file("wedge.stl") }),
     ];
-    let mut ways: Vec<f64> = Vec::new();
+    let mut displacements: Vec<f64> = Vec::new();
     for (name, shape) in
         forms.into_iter().filter(|(name, _)| !quick || ["half-space", "raster"].contains(name))
     {
         let mut case = base.clone();
         case.obstacles[0].shape = shape;
         let report = run_mpm(&case)?;
-        let way = downslope_displacement(&report);
-        match ways.first() {
+        let displacement = downslope_displacement(&report);
+        match displacements.first() {
             None => {
                 let sliding = 0.5 * 9.81 * (ANGLE.to_radians().sin() - 0.3 * ANGLE.to_radians().cos());
                 let reason = "not judged: how far a rigid block slides in a second after a sudden start";
                 outcome.info(
                     format!("{name}: way of the centre of mass along the plane (m)"),
                     &format!("{sliding:.2}"),
-                    way,
+                    displacement,
                     reason,
                 );
             }
@@ -69,7 +69,7 @@ fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
                 format!("{name}: way of the centre of mass along the plane, against the half-space's (m)"),
                 *first,
                 0.02,
-                way,
+                displacement,
                 "2 %: one plane in other words",
             ),
         }
@@ -77,7 +77,7 @@ fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
         if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 2]) {
             outcome.png(&format!("The heap on the plane as {name}, from the side."), &cloud)?;
         }
-        ways.push(way);
+        displacements.push(displacement);
     }
     Ok(outcome)
 }

@@ -101,11 +101,11 @@ fn judge(
     let name = format!("{form}, {angle}°, μ = {share} tan θ");
     let found = speeds(&report, if case.gravity.len() == 3 { "momentum.z" } else { "momentum.y" });
     if share > 1.0 {
-        let way: f64 = found.windows(2).map(|p| 0.5 * (p[0].1 + p[1].1) * (p[1].0 - p[0].0)).sum();
+        let displacement: f64 = found.windows(2).map(|p| 0.5 * (p[0].1 + p[1].1) * (p[1].0 - p[0].0)).sum();
         outcome.assert_below(
             format!("{name}: drift in 1 s over the length of the block"),
             "at rest",
-            way.abs(),
+            displacement.abs(),
             1e-3,
             "a thousandth of its length",
         );

@@ -260,7 +260,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         "time (s)",
         "mean velocity along the incline (m/s)",
     );
-    let pull = 9.81 * 0.5;
+    let weight = 9.81 * 0.5;
     for (friction, exact) in [(0.2, 3.2059), (0.7, 0.0)] {
         let mut case = load_case("mpm/contact-incline")?;
         set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
@@ -274,7 +274,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 format!("A-14 incline of triangles, μ = {friction}: acceleration (m/s²)"),
                 &format!("{exact}"),
                 regression_slope(&speeds),
-                (exact - 0.03 * pull, exact + 0.03 * pull),
+                (exact - 0.03 * weight, exact + 0.03 * weight),
                 "the sheet's 3 % of g sin θ",
             );
         } else {

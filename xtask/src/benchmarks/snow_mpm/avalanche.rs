@@ -99,9 +99,9 @@ fn block_law(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &
         return;
     }
     for time in times {
-        let way = front(report, *time) - front(report, 0.0);
+        let travel = front(report, *time) - front(report, 0.0);
         let name = format!("A6 {}: way of the front after {time} s (m)", regime.name);
-        outcome.assert_close(name, coulomb(*time), 0.01, way, "the sheet's criterion");
+        outcome.assert_close(name, coulomb(*time), 0.01, travel, "the sheet's criterion");
     }
 }
 

@@ -130,9 +130,9 @@ fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
         "the sheet's criterion (iv): a tensile crack through the thickness",
     );
     let mean = |on: &dyn Fn(f64) -> bool| {
-        let ways: Vec<f64> =
+        let displacements: Vec<f64> =
             slab.iter().filter(|&&i| on(start[i][0])).map(|&i| moved[i][0].hypot(moved[i][1])).collect();
-        ways.iter().sum::<f64>() / ways.len() as f64
+        displacements.iter().sum::<f64>() / displacements.len() as f64
     };
     outcome.assert_within(
         "A3: mean way of the slab on the slope (m)",

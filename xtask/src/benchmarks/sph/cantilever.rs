@@ -71,14 +71,14 @@ fn variants() -> Vec<CantileverVariant> {
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
-    for way in variants() {
+    for variant in variants() {
         let mut case = load_case("sph/cantilever")?;
-        for (option, value) in &way.options {
+        for (option, value) in &variant.options {
             set_method_option(&mut case, "sph", option, value.clone());
         }
         let report = run_in_memory("sph", &case)?;
-        judge(&mut outcome, &way, &report);
-        chart.series.push(Series::new(way.name, tip(&report), Style::Line));
+        judge(&mut outcome, &variant, &report);
+        chart.series.push(Series::new(variant.name, tip(&report), Style::Line));
     }
     check_refinement(&mut outcome)?;
     let exact = (0..=100).map(|k| 0.0016 * f64::from(k));
@@ -124,16 +124,16 @@ fn closest(snapshot: &Snapshot) -> f64 {
     least / spacing
 }
 
-fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunReport) {
+fn judge(outcome: &mut BenchmarkOutcome, variant: &CantileverVariant, report: &RunReport) {
     let tip = tip(report);
     let ratio = period(&tip) / PERIOD;
-    let name = |what: &str| format!("{}: {what}", way.name);
+    let name = |what: &str| format!("{}: {what}", variant.name);
     let reason = "V-37: up to 18 % above the thin beam at a tenth of the height, with correction";
-    match way.bounds {
+    match variant.bounds {
         Some(bounds) => {
             outcome.assert_within(
                 name("period over that of the thin beam"),
-                way.claim,
+                variant.claim,
                 ratio,
                 bounds,
                 reason,
@@ -141,7 +141,7 @@ fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunRe
         }
         None => outcome.info(
             name("period over that of the thin beam"),
-            way.claim,
+            variant.claim,
             ratio,
             "V-37 judges the corrected gradient",
         ),
@@ -150,7 +150,7 @@ fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunRe
     outcome.info(name("amplitude over that of the thin beam"), "1", amplitude, "the sheet gives no bound");
     let least = report.frames.last().map_or(f64::NAN, closest);
     let range = (0.5, 1.5);
-    if way.name == "corrected, no artificial stress" {
+    if variant.name == "corrected, no artificial stress" {
         outcome.info(
             name("least distance over spacing"),
             "",

@@ -39,7 +39,7 @@ const SIDES: [f64; 2] = [0.1, 0.2];
 fn run_oscillations(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
-    for &(across, way) in runs {
+    for &(across, form) in runs {
         let (side, spacing) = (SIDES[across - 1], SPACINGS[across - 1]);
         // Euler–Bernoulli: T c = 327.402 m across 0.1 m, half of it across 0.2 m.
         let exact = 327.402 / 50.0 * 0.1 / side;
@@ -50,7 +50,7 @@ fn run_oscillations(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> 
             serde_json::from_value::<Velocity>(mode).map_err(|error| error.to_string())?;
         set_method_option(&mut case, "sph", "spacing", spacing);
         case.stages[0].duration = 0.65 * exact;
-        match way {
+        match form {
             "total Lagrangian" => {
                 set_method_option(&mut case, "sph", "formulation", "total-lagrangian");
                 set_method_option(&mut case, "sph", "tensile", json!({ "kind": "none" }));
@@ -60,11 +60,11 @@ fn run_oscillations(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> 
         }
         let report = run_in_memory("sph", &case)?;
         let tip = deflection(&report, across);
-        let name = |what: &str| format!("V-38, {way}, across {side} m: {what}");
+        let name = |what: &str| format!("V-38, {form}, across {side} m: {what}");
         let claim = "1; the source: reasonable, off by dissipation";
         let ratio = period(&tip) / exact;
         let what = name("period over that of the thin beam");
-        if way == "updated" && across == 2 {
+        if form == "updated" && across == 2 {
             let reason = "half the resolution that the sheet proposes; in the plane 1.15 on a tenth of the height (V-37)";
             outcome.info(what, claim, ratio, reason);
         } else {
@@ -81,7 +81,7 @@ fn run_oscillations(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> 
             0.01,
             reason,
         );
-        chart.series.push(Series::new(format!("{way}, across {side} m"), tip, Style::Line));
+        chart.series.push(Series::new(format!("{form}, across {side} m"), tip, Style::Line));
     }
     outcome.svg("Deflection of the tip.", &chart)?;
     Ok(outcome)

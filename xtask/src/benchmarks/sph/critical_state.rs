@@ -350,7 +350,7 @@ fn pair(outcome: &mut BenchmarkOutcome, spacing: f64) -> Result<(), String> {
     let label = |what: &str| format!("B-10, {} mm, {what}", 1e3 * spacing);
     let loose = ColumnRun::run(outcome, DENSITIES[0], spacing)?;
     let dense = ColumnRun::run(outcome, DENSITIES[2], spacing)?;
-    let ways = repeated_run_outs(outcome, &loose, &dense, spacing)?;
+    let run_outs = repeated_run_outs(outcome, &loose, &dense, spacing)?;
     for (number, when) in ["half-way", "at the end"].into_iter().enumerate() {
         let title = label(&format!("width of what shears, loose over dense, {when}"));
         let reason = "B-10: loose it shears diffusely, dense in bands; the mean over rows of (Σ ε)²/Σ ε²";
@@ -362,7 +362,7 @@ fn pair(outcome: &mut BenchmarkOutcome, spacing: f64) -> Result<(), String> {
     let title = label("share sheared, loose over dense");
     let reason = "B-10: loose it fails deeper and more diffusely, dense in bands";
     outcome.assert_above(title, "above 1", loose.sheared_share / dense.sheared_share, 1.0, reason);
-    let [all_loose, all_dense] = ways.map(|ways| ways.iter().sum::<f64>());
+    let [all_loose, all_dense] = run_outs.map(|run_outs| run_outs.iter().sum::<f64>());
     let (name, ratio) = (label("run-out of 99 % of the mass, loose over dense"), all_loose / all_dense);
     if spacing > FINE_SPACING {
         let reason =
@@ -382,25 +382,25 @@ fn repeated_run_outs(
     dense: &ColumnRun,
     spacing: f64,
 ) -> Result<[Vec<f64>; 2], String> {
-    let mut ways = [vec![loose.run_out], vec![dense.run_out]];
+    let mut run_outs = [vec![loose.run_out], vec![dense.run_out]];
     if spacing > FINE_SPACING {
-        return Ok(ways);
+        return Ok(run_outs);
     }
     for courant in REPEATED_COURANT_NUMBERS {
-        for (ways, (_, void_ratio)) in ways.iter_mut().zip([DENSITIES[0], DENSITIES[2]]) {
+        for (run_outs, (_, void_ratio)) in run_outs.iter_mut().zip([DENSITIES[0], DENSITIES[2]]) {
             let mut case = column(void_ratio, spacing)?;
             set_method_option(&mut case, "sph", "courant", courant);
-            ways.push(run_out(&run_in_memory("sph", &case)?).1);
+            run_outs.push(run_out(&run_in_memory("sph", &case)?).1);
         }
     }
-    for (ways, name) in ways.iter().zip(["loose", "dense"]) {
-        for (way, courant) in ways[1..].iter().zip(REPEATED_COURANT_NUMBERS) {
+    for (run_outs, name) in run_outs.iter().zip(["loose", "dense"]) {
+        for (run_out, courant) in run_outs[1..].iter().zip(REPEATED_COURANT_NUMBERS) {
             let name = format!(
                 "B-10, {} mm, {name}, Courant number {courant}: run-out of 99 % of the mass (m)",
                 1e3 * spacing
             );
-            outcome.info(name, "", *way, "judged in the mean");
+            outcome.info(name, "", *run_out, "judged in the mean");
         }
     }
-    Ok(ways)
+    Ok(run_outs)
 }

@@ -140,8 +140,8 @@ fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
 /// the footing and beside it moves down half as fast, with associated friction too. The side is the regression line through the positions
 /// in the columns under the footing where the mean velocity between two frames passes three quarters of the footing's.
 fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
-    let way = SPEED * (last.time - first.time);
-    let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / way;
+    let settlement = SPEED * (last.time - first.time);
+    let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / settlement;
     let under = initial_positions(first)
         .into_iter()
         .enumerate()

@@ -263,7 +263,7 @@ fn plastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks the frame against the law alone, for every law in rate form.
 fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut seen: Vec<&str> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
     for mut spec in MaterialSpec::examples() {
         // A band has the same length in the frame and in the law alone: that of a particle, below which the example does not snap back.
         if let MaterialSpec::DoubleScale(law) = &mut spec {
@@ -273,8 +273,8 @@ fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         if facts.kind != ModelFamily::Solid || !facts.strain.contains("rate") {
             continue;
         }
-        let number = seen.iter().filter(|name| **name == spec.name()).count() + 1;
-        seen.push(spec.name());
+        let number = names.iter().filter(|name| **name == spec.name()).count() + 1;
+        names.push(spec.name());
         let name = format!(
             "frame against the law: {} {number}, largest difference of stress over its size",
             spec.name()

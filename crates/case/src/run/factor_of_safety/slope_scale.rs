@@ -100,18 +100,18 @@ fn perpendicular_axes(up: &[f64; 3]) -> [[f64; 3]; 2] {
 /// shortest distance counts on periodic axes.
 pub(super) fn displacements(now: &Snapshot, before: &Snapshot, domain: &Domain) -> Vec<Option<[f64; 3]>> {
     let mut known = before.ids.iter().zip(&before.positions).peekable();
-    let way = |place: &[f64; 3], was: &[f64; 3]| -> [f64; 3] {
+    let displacement = |place: &[f64; 3], was: &[f64; 3]| -> [f64; 3] {
         std::array::from_fn(|c| {
-            let way = place[c] - was[c];
+            let displacement = place[c] - was[c];
             let periodic = c < domain.min.len() && domain.is_periodic(c);
             let period = if periodic { domain.max[c] - domain.min[c] } else { f64::INFINITY };
-            if periodic { way - period * (way / period).round() } else { way }
+            if periodic { displacement - period * (displacement / period).round() } else { displacement }
         })
     };
     let mut all = Vec::with_capacity(now.ids.len());
     for (id, place) in now.ids.iter().zip(&now.positions) {
         while known.next_if(|(known, _)| *known < id).is_some() {}
-        all.push(known.next_if(|(known, _)| *known == id).map(|(_, was)| way(place, was)));
+        all.push(known.next_if(|(known, _)| *known == id).map(|(_, was)| displacement(place, was)));
     }
     all
 }

@@ -437,8 +437,11 @@ fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
         (safety.next_factor([1.0, 2.0]), safety.factor(), safety.outcome()),
         (None, None, SearchOutcome::Undecided)
     );
-    let told = safety.message();
-    assert!(told.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"), "{told}");
+    let message = safety.message();
+    assert!(
+        message.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"),
+        "{message}"
+    );
     assert!(safety.to_json()["factor"].is_null());
 }
 

@@ -13,8 +13,8 @@ impl RunLoop<'_> {
             collapse, warning, energy_warning: grown, energy, missed_equilibria: missed, ..
         } = &self.progress;
         let missed = missed.iter().map(|(_, remark)| remark);
-        let said = collapse.iter().chain(warning).chain(grown).chain(missed).cloned();
-        said.chain(energy.warning()).chain(self.solver.warnings_at_end()).collect()
+        let warnings = collapse.iter().chain(warning).chain(grown).chain(missed).cloned();
+        warnings.chain(energy.warning()).chain(self.solver.warnings_at_end()).collect()
     }
 
     /// Warns once that the step has become a small part of the first one.

@@ -424,7 +424,7 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
     static LOG: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
     let warn: fn(&str) = |remark| LOG.lock().unwrap().push(remark.to_owned());
     let with = RunOptions { warn: Some(warn), ..RunOptions::default() };
-    let [(little, _), (much, said)] = [2e-3, 5e-4].map(|share| {
+    let [(little, _), (much, reported)] = [2e-3, 5e-4].map(|share| {
         let report = run(&case, falling(share), &with).unwrap();
         (report.warnings_at_end, report.reported_warnings)
     });
@@ -434,7 +434,7 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
         assert!(remark.contains(part), "{remark}");
     }
     assert_eq!(*LOG.lock().unwrap(), much, "once, while it ran");
-    assert_eq!(said, much, "and nobody need say it again");
+    assert_eq!(reported, much, "and nobody need say it again");
 }
 
 #[test]

@@ -111,7 +111,7 @@ impl CohesiveCamClay {
         match self.return_map((pressure, 0.0), &debris)? {
             // Too small to differ from zero.
             (ReturnEnd::Elastic, _) => Ok(self.stress_free_state((pressure, 0.0), &debris, left)),
-            landed => Ok(landed),
+            returned => Ok(returned),
         }
     }
 

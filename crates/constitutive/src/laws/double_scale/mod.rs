@@ -138,9 +138,9 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         stiffness: &Tangent,
     ) -> Result<Mat3, MaterialError> {
         let mut jacobian = Mat3(self.band.stiffness(jump, &step.band)?);
-        let (pulls, _) = Self::jump_couplings(&step.frame, stiffness);
-        for (column, pull) in pulls.iter().enumerate() {
-            for (row, value) in band_traction(&step.frame, pull).into_iter().enumerate() {
+        let (traction_couplings, _) = Self::jump_couplings(&step.frame, stiffness);
+        for (column, traction) in traction_couplings.iter().enumerate() {
+            for (row, value) in band_traction(&step.frame, traction).into_iter().enumerate() {
                 jacobian.0[row][column] += value / step.size;
             }
         }
@@ -163,8 +163,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         let at = |jump: [f64; 3]| -> Result<_, MaterialError> {
             let outside = self.outside.update(&step.outside_strain(jump), step.motion, &step.previous)?;
             let band = self.band.update(jump, &step.band)?;
-            let pull = band_traction(&step.frame, &outside.stress);
-            let residual: [f64; 3] = std::array::from_fn(|k| pull[k] - band.traction[k]);
+            let traction = band_traction(&step.frame, &outside.stress);
+            let residual: [f64; 3] = std::array::from_fn(|k| traction[k] - band.traction[k]);
             Ok((residual, band, outside))
         };
         let size = |r: [f64; 3]| r.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -362,8 +362,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
         }
         let mut tangent = self.stiffness_outside(&step, jump);
         let compliance = self.compliance(&step, jump, &tangent).ok()?;
-        let (pulls, gains) = Self::jump_couplings(&frame, &tangent);
-        for (row, a) in compliance.0.iter().zip(&pulls) {
+        let (traction_couplings, gains) = Self::jump_couplings(&frame, &tangent);
+        for (row, a) in compliance.0.iter().zip(&traction_couplings) {
             for (value, b) in row.iter().zip(&gains) {
                 tangent.add_dyad(-value / size, a, b);
             }

@@ -223,7 +223,7 @@ impl StoredSpecimen {
                 .copied()
                 .ok_or_else(|| format!("row {} of the contacts: there is no grain {id}", number + 1))
         };
-        let (mut pairs, mut seen, mut lost) = (Vec::new(), HashSet::new(), vec![0; walls.len()]);
+        let (mut pairs, mut known_pairs, mut lost) = (Vec::new(), HashSet::new(), vec![0; walls.len()]);
         let mut of_walls = Vec::new();
         for (number, row) in rows.table.rows.iter().enumerate() {
             let i = find(number, grain)?;
@@ -236,7 +236,7 @@ impl StoredSpecimen {
                 continue;
             }
             let j = find(number, other)?;
-            if i == j || !seen.insert((i.min(j), i.max(j))) {
+            if i == j || !known_pairs.insert((i.min(j), i.max(j))) {
                 return Err(format!(
                     "row {} of the contacts: the contact is of a grain with itself, or repeats an earlier \
                      row",
@@ -331,7 +331,7 @@ impl FacetColumnIndices {
         ];
         let key = u64::from(high) << 32 | u64::from(low);
         let row = &rows.table.rows[number];
-        let seen = FacetContact { distance: row[self.distance], normal: columns_of_row(row, &self.normal) };
-        Ok((key, if key == NO_FACET { FacetContact::OUT_OF_REACH } else { seen }))
+        let facet = FacetContact { distance: row[self.distance], normal: columns_of_row(row, &self.normal) };
+        Ok((key, if key == NO_FACET { FacetContact::OUT_OF_REACH } else { facet }))
     }
 }

@@ -63,10 +63,10 @@ impl InteriorFit {
     /// State `beyond` the side (m) against the far state `still`: depths follow the extrapolation of the arriving flow,
     /// speeds are those at the side, so that the nodes beyond it move as one and keep their distances.
     pub fn state_beyond(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
-        let met = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
+        let riemann = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
         let (at_side, there) = (
-            met([self.depth[0], self.speed[0]]),
-            met(self.extrapolated(beyond.min(self.extrapolation_distance))),
+            riemann([self.depth[0], self.speed[0]]),
+            riemann(self.extrapolated(beyond.min(self.extrapolation_distance))),
         );
         // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
         let tangential_speed = still.map_or(self.tangential_speed, |still| still.tangential_speed);
@@ -110,13 +110,18 @@ impl ArrivalHistory {
     /// the nodes beyond it move as one and keep their distances.
     pub fn state_beyond(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
         let Some((_, last)) = self.records.last() else { return still.copied().unwrap_or_default() };
-        let met = |beyond: f64| {
+        let riemann = |beyond: f64| {
             let BoundaryState { depth, speed, .. } = self.travelled_state(beyond, last);
             riemann_state(still, depth, speed, self.effective_gravity)
         };
         // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
         let tangential_speed = still.map_or(last.tangential_speed, |still| still.tangential_speed);
-        BoundaryState { depth: met(beyond).0, speed: met(0.0).1, tangential_speed, porosity: last.porosity }
+        BoundaryState {
+            depth: riemann(beyond).0,
+            speed: riemann(0.0).1,
+            tangential_speed,
+            porosity: last.porosity,
+        }
     }
 
     /// State that has travelled from the position of the history to `beyond` the side (m) by now.

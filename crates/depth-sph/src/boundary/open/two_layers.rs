@@ -126,14 +126,14 @@ impl LayerOfSide {
     /// their distances.
     pub(super) fn state_beyond(&self, both: &LayerPair, beyond: f64) -> BoundaryState {
         let own = both.far_states[self.set];
-        let Some(seen) = both.interior[self.set].or(both.interior[1 - self.set]) else {
+        let Some(arriving) = both.interior[self.set].or(both.interior[1 - self.set]) else {
             return own.unwrap_or_default();
         };
         let at = |far: f64| {
             self.riemann_state(
                 both.far_states,
                 |wave| both.arriving_layers(far, wave),
-                seen.effective_gravity,
+                arriving.effective_gravity,
             )
         };
         let tangential_speed = own
@@ -203,26 +203,27 @@ mod tests {
     /// An outgoing wave of either kind is unchanged at the side, and an incoming one is absent.
     #[test]
     fn waves_of_both_kinds_leave_and_none_comes_in() {
-        let (depths, pull, ratio) = ([0.6, 0.4], 9.81, 0.5);
+        let (depths, gravity, ratio) = ([0.6, 0.4], 9.81, 0.5);
         let still = depths.map(|depth| Some(BoundaryState { depth, ..BoundaryState::default() }));
         let spread =
             ((depths[0] - depths[1]) * (depths[0] - depths[1]) + 4.0 * ratio * depths[0] * depths[1]).sqrt();
         for sign in [1.0, -1.0] {
-            let square = 0.5 * pull * (1.0 + sign * spread);
+            let square = 0.5 * gravity * (1.0 + sign * spread);
             // Right vector of the wave: `g h₁ (a + γ b) = c² a`.
-            let shape = [ratio * pull * depths[0], square - pull * depths[0]];
-            for (way, size) in [(1.0, 1e-3), (-1.0, 1e-3), (1.0, -1e-3)] {
+            let shape = [ratio * gravity * depths[0], square - gravity * depths[0]];
+            for (direction, size) in [(1.0, 1e-3), (-1.0, 1e-3), (1.0, -1e-3)] {
                 let celerity = square.sqrt();
                 let arriving = [0, 1].map(|k| {
                     let height = size * shape[k];
-                    [depths[k] + height, way * celerity * height / depths[k]]
+                    [depths[k] + height, direction * celerity * height / depths[k]]
                 });
                 for set in 0..2 {
-                    let (depth, speed) = LayerOfSide { set, ratio }.riemann_state(still, |_| arriving, pull);
-                    let exact = if way > 0.0 { arriving[set] } else { [depths[set], 0.0] };
+                    let (depth, speed) =
+                        LayerOfSide { set, ratio }.riemann_state(still, |_| arriving, gravity);
+                    let exact = if direction > 0.0 { arriving[set] } else { [depths[set], 0.0] };
                     assert!(
                         (depth - exact[0]).abs() < 1e-12 && (speed - exact[1]).abs() < 1e-12,
-                        "{sign} {way}"
+                        "{sign} {direction}"
                     );
                 }
             }

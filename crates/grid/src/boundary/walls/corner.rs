@@ -367,12 +367,12 @@ mod tests {
 
     /// Velocity after the faces and the velocity change by each face.
     fn constrained_velocity(faces: &[NodeFace], free: [f64; 3]) -> ([f64; 3], Vec<[f64; 3]>) {
-        let (mut start, mut end, mut told) = ([0.0; 3], free, vec![[0.0; 3]; faces.len()]);
+        let (mut start, mut end, mut changes) = ([0.0; 3], free, vec![[0.0; 3]; faces.len()]);
         constrain(faces, (&mut start, &mut end), true, &[0.0; 3], &mut |face, change, _| {
             let number = faces.iter().position(|own| std::ptr::eq(own, face));
-            told[number.unwrap_or_else(|| faces.iter().position(|own| own == face).unwrap())] = change;
+            changes[number.unwrap_or_else(|| faces.iter().position(|own| own == face).unwrap())] = change;
         });
-        (end, told)
+        (end, changes)
     }
 
     #[test]
@@ -380,15 +380,15 @@ mod tests {
         let corner =
             |friction| [face([0.0, 1.0, 0.0], friction, true), face([0.8, 0.6, 0.0], friction, true)];
         for friction in [0.0, 0.4, f64::INFINITY] {
-            let (end, told) = constrained_velocity(&corner(friction), [-0.3, -0.7, 0.0]);
+            let (end, changes) = constrained_velocity(&corner(friction), [-0.3, -0.7, 0.0]);
             assert_eq!(end, [0.0; 3], "{friction}: nothing is left by round-off");
-            let sum: [f64; 3] = std::array::from_fn(|c| told[0][c] + told[1][c]);
+            let sum: [f64; 3] = std::array::from_fn(|c| changes[0][c] + changes[1][c]);
             assert!((sum[0] - 0.3).abs() < 1e-15 && (sum[1] - 0.7).abs() < 1e-15, "{friction}: {sum:?}");
         }
         // Along the wall, off the floor.
-        let (end, told) = constrained_velocity(&corner(0.0), [-0.7, 0.6, 0.0]);
+        let (end, changes) = constrained_velocity(&corner(0.0), [-0.7, 0.6, 0.0]);
         assert!((end[0] + 0.6 * 0.9).abs() < 1e-15 && (end[1] - 0.8 * 0.9).abs() < 1e-15, "{end:?}");
-        assert_eq!(told[0], [0.0; 3]);
+        assert_eq!(changes[0], [0.0; 3]);
     }
 
     #[test]
@@ -396,8 +396,8 @@ mod tests {
         for friction in [0.0, 0.3, f64::INFINITY] {
             let floor = face([0.0, 1.0, 0.0], friction, true);
             let other = NodeFace { reaction_index: Some(1), ..floor };
-            let (end, told) = constrained_velocity(&[floor, other], [1.0, -1.0, 0.0]);
-            assert_eq!(told[0], told[1]);
+            let (end, changes) = constrained_velocity(&[floor, other], [1.0, -1.0, 0.0]);
+            assert_eq!(changes[0], changes[1]);
             let exact = if friction.is_finite() { 1.0 - friction } else { 0.0 };
             assert!((end[0] - exact).abs() < 1e-15 && end[1] == 0.0, "{friction}: {end:?}");
         }
@@ -430,10 +430,10 @@ mod tests {
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             turn in 1usize..6,
         ) {
-            let (end, told) = constrained_velocity(&faces, free);
+            let (end, changes) = constrained_velocity(&faces, free);
             prop_assert!(faces.iter().all(|face| face.separation_velocity(&end) >= -1e-11), "{end:?}");
             for c in 0..3 {
-                let sum: f64 = told.iter().map(|change| change[c]).sum();
+                let sum: f64 = changes.iter().map(|change| change[c]).sum();
                 prop_assert!((free[c] + sum - end[c]).abs() < 1e-12);
             }
             prop_assert!(length(&end) <= length(&free) + 1e-12, "friction makes no energy");
@@ -443,7 +443,7 @@ mod tests {
             let (other, of_turned) = constrained_velocity(&turned, free);
             prop_assert!((0..3).all(|c| (other[c] - end[c]).abs() < 1e-10), "{end:?} {other:?}");
             for (face, change) in turned.iter().zip(of_turned) {
-                let own = told[usize::from(face.reaction_index.unwrap())];
+                let own = changes[usize::from(face.reaction_index.unwrap())];
                 prop_assert!((0..3).all(|c| (own[c] - change[c]).abs() < 1e-9), "{own:?} {change:?}");
             }
         }

@@ -348,7 +348,7 @@ mod tests {
         };
         let act = |friction, free: [f64; 3]| {
             let walls = walls(&[(5, moving(friction))], Vec::new());
-            let (mut start, mut end, mut told) = ([0.0; 3], free, Vec::new());
+            let (mut start, mut end, mut changes) = ([0.0; 3], free, Vec::new());
             walls.constrain_and_record(
                 &[1, 0, 1],
                 &mut start,
@@ -356,21 +356,21 @@ mod tests {
                 true,
                 &[0.0; 3],
                 |face, change, _| {
-                    told.push((face.reaction_index, change));
+                    changes.push((face.reaction_index, change));
                 },
             );
-            (end, told)
+            (end, changes)
         };
         // The face moves along its normal by 2, and tangentially.
-        let (end, told) = act(0.0, [0.0; 3]);
+        let (end, changes) = act(0.0, [0.0; 3]);
         assert!(is_near(end, INCLINED_NORMAL.map(|n| 2.0 * n)), "{end:?}");
-        assert!(told[0].0 == Some(3) && is_near(told[0].1, end), "{told:?}");
+        assert!(changes[0].0 == Some(3) && is_near(changes[0].1, end), "{changes:?}");
         let (end, _) = act(f64::INFINITY, [0.0; 3]);
         assert!(is_near(end, velocity), "{end:?}");
         let faster = INCLINED_NORMAL.map(|n| 2.5 * n);
-        let (end, told) = act(0.3, faster);
+        let (end, changes) = act(0.3, faster);
         assert!(
-            is_near(end, faster) && told.iter().all(|(_, change)| is_near(*change, [0.0; 3])),
+            is_near(end, faster) && changes.iter().all(|(_, change)| is_near(*change, [0.0; 3])),
             "it leaves"
         );
         // With a normal impulse it slips by 0.5, less than the friction limit.
