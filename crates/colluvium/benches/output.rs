@@ -82,7 +82,7 @@ fn checkpoint(criterion: &mut Criterion, case: &Case) {
     let mut group = criterion.benchmark_group("checkpoint");
     group.sample_size(10).throughput(Throughput::Elements(solver.points() as u64));
     group.bench_function("write", |bencher| {
-        bencher.iter(|| black_box(solver.checkpoint_bytes().expect("bytes")))
+        bencher.iter(|| black_box(solver.checkpoint_bytes().expect("bytes")));
     });
     let bytes = solver.checkpoint_bytes().expect("bytes");
     group.bench_function("read", |bencher| {

@@ -147,7 +147,7 @@ impl Case {
             match measure {
                 Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
                 Measure::Probe { position, .. } | Measure::Gauge { position } => {
-                    visit_position(position, visit)
+                    visit_position(position, visit);
                 }
                 Measure::CrackTip(tip) => visit_position(&mut tip.from, visit),
                 Measure::Reaction { about, .. } => visit_position(about, visit),

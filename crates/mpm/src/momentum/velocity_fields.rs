@@ -46,7 +46,7 @@ impl VelocityFields {
         match of {
             VelocitySource::EndOfStep => transfers.g2p(&view, points, &self.nodal_states[first..], reads),
             VelocitySource::Remapped => {
-                transfers.g2p_velocity(&view, points, &self.remapped_velocities[first..], reads)
+                transfers.g2p_velocity(&view, points, &self.remapped_velocities[first..], reads);
             }
         }
     }

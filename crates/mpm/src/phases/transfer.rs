@@ -171,7 +171,7 @@ impl<const D: usize> PointUpdater<'_, D> {
             (EndOfStep, true) => transfers.g2p_phases(&view, &points, &phases.nodes, reads),
             (EndOfStep, false) => transfers.g2p_phase_motions(&view, &points, &phases.nodes, reads),
             (Remapped, _) => {
-                transfers.g2p_phase_velocities(&view, &points, &phases.remapped_velocities, reads)
+                transfers.g2p_phase_velocities(&view, &points, &phases.remapped_velocities, reads);
             }
         }
         let reads = &*reads;

@@ -55,7 +55,7 @@ fn resized_vector<const E: usize>(values: &[f64]) -> [f64; E] {
 }
 
 impl<const D: usize> PrescribedParticle<D> {
-    fn to_dimension<const E: usize>(&self) -> PrescribedParticle<E> {
+    fn with_dimension<const E: usize>(&self) -> PrescribedParticle<E> {
         PrescribedParticle {
             displacement: resized_vector(&self.displacement),
             velocity: resized_vector(&self.velocity),
@@ -66,7 +66,7 @@ impl<const D: usize> PrescribedParticle<D> {
 }
 
 impl<const D: usize> ParticleRates<D> {
-    fn to_dimension<const E: usize>(&self) -> ParticleRates<E> {
+    fn with_dimension<const E: usize>(&self) -> ParticleRates<E> {
         let mut gradient = [[0.0; E]; E];
         for (row, of) in gradient.iter_mut().zip(&self.gradient) {
             *row = resized_vector(of);
@@ -97,7 +97,7 @@ pub fn prepared_solver<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> Result<Box<dyn Solver>, CaseError> {
-    prepared_in_space(case, &|id, position| given(id, &resized_vector(position)).to_dimension())
+    prepared_in_space(case, &|id, position| given(id, &resized_vector(position)).with_dimension())
 }
 
 /// Kinetic energy (J, per metre or square metre in plane or line) of `case` at its start and after each of `count` steps of exactly
@@ -137,7 +137,7 @@ pub(crate) fn solver<const D: usize>(
     given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> SphSolver<D> {
     let given: &ParticlePrescription<'_> =
-        &|id, position| given(id, &resized_vector(position)).to_dimension();
+        &|id, position| given(id, &resized_vector(position)).with_dimension();
     build_prescribed(case, &setup::options(case).unwrap(), given).unwrap()
 }
 
@@ -149,7 +149,7 @@ fn build_prescribed<const D: usize>(
     let mut solver: SphSolver<D> = setup::solver(case, options)?;
     let p = &mut solver.bodies.particles;
     for i in 0..p.len() {
-        let given = given(p.id[i], &resized_vector(&p.position[i])).to_dimension::<D>();
+        let given = given(p.id[i], &resized_vector(&p.position[i])).with_dimension::<D>();
         (0..D).for_each(|c| p.position[i][c] += given.displacement[c]);
         p.origin[i] = p.position[i];
         p.velocity[i] = given.velocity;
@@ -173,8 +173,8 @@ pub fn rates<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> Result<Vec<ParticleRates<D>>, CaseError> {
-    let found = rates_in_space(case, &|id, position| given(id, &resized_vector(position)).to_dimension())?;
-    Ok(found.iter().map(ParticleRates::to_dimension).collect())
+    let found = rates_in_space(case, &|id, position| given(id, &resized_vector(position)).with_dimension())?;
+    Ok(found.iter().map(ParticleRates::with_dimension).collect())
 }
 
 fn rates_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Vec<ParticleRates<3>>, CaseError> {
@@ -209,5 +209,5 @@ fn prescribed_rates<const D: usize>(
         divergence: rates.derivatives.divergence[i],
         drift: pairs.xsph_velocity(i, lists.neighbours.neighbours(i)),
     };
-    Ok((0..p.len()).map(|i| particle(i).to_dimension()).collect())
+    Ok((0..p.len()).map(|i| particle(i).with_dimension()).collect())
 }
