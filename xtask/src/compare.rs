@@ -34,7 +34,7 @@ pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     let stem = arguments.case.file_stem().unwrap_or_default();
     let out = crate::root().join("target/compare").join(stem);
     let options = CompareOptions {
-        out: out.clone(),
+        output_folder: out.clone(),
         overwrite: true,
         show_progress: true,
         jobs: arguments.jobs.into(),

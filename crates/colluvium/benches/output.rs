@@ -23,7 +23,8 @@ fn column(cell: f64, out: Option<&Path>) -> (Case, Snapshot) {
     value["output"] = serde_json::json!({ "frames": 0.5 * cell });
     let case = Case::from_json(&value.to_string()).expect("a valid case");
     let solver = colluvium::method("mpm").expect("a method").build(&case).expect("a solver");
-    let options = RunOptions { method: "mpm".into(), out: out.map(Path::to_owned), ..RunOptions::default() };
+    let options =
+        RunOptions { method: "mpm".into(), output_folder: out.map(Path::to_owned), ..RunOptions::default() };
     let report = run(&case, solver, &options).expect("a run");
     (case, report.snapshot)
 }

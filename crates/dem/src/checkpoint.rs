@@ -32,7 +32,7 @@ struct CheckpointState {
     time: f64,
     step: u64,
     last_step: f64,
-    fastest: f64,
+    max_speed: f64,
     deep_share: f64,
     energy_balance: EnergyBalance,
     virial: Vec<f64>,
@@ -104,7 +104,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             time: self.clock.time,
             step: self.clock.step,
             last_step: self.clock.last_step,
-            fastest: self.extremes.max_speed,
+            max_speed: self.extremes.max_speed,
             deep_share: self.clock.deep_contact_factor,
             energy_balance: self.records.energy_balance,
             virial: self.cell.virial.iter().flat_map(flattened_matrix).collect(),
@@ -204,7 +204,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];
         }
         (self.clock.time, self.clock.step, self.clock.last_step, self.extremes.max_speed) =
-            (head.time, head.step, head.last_step, head.fastest);
+            (head.time, head.step, head.last_step, head.max_speed);
         (self.clock.deep_contact_factor, self.records.energy_balance) =
             (head.deep_share, head.energy_balance);
         (self.records.broken_bonds, self.specimen.next_id) = (head.broken, head.next_id);
@@ -253,7 +253,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
             match reset {
                 Reset::Velocity => {
                     let g = &mut self.grains;
-                    for (velocity, _) in g.velocity.iter_mut().zip(&g.held).filter(|(_, held)| !**held) {
+                    for (velocity, _) in g.velocity.iter_mut().zip(&g.is_held).filter(|(_, held)| !**held) {
                         *velocity = [0.0; D];
                     }
                     g.spin.fill([0.0; R]);

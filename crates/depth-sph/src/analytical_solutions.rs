@@ -101,7 +101,7 @@ pub struct LockedDam {
     /// Velocity between the waves (m/s).
     pub velocity: f64,
     /// Depths left and right of the contact (m).
-    pub star: [f64; 2],
+    pub contact_depths: [f64; 2],
 }
 
 impl LockedDam {
@@ -119,7 +119,14 @@ impl LockedDam {
         let own = |side: usize| 0.5 * gravity * densities[side] * depths[side].powi(2);
         let pressure = root(0.01 * own(0).min(own(1)), own(0).max(own(1)), |p| jump(0, p) + jump(1, p));
         let velocity = 0.5 * (jump(1, pressure) - jump(0, pressure));
-        Self { gravity, densities, depths, pressure, velocity, star: [star(0, pressure), star(1, pressure)] }
+        Self {
+            gravity,
+            densities,
+            depths,
+            pressure,
+            velocity,
+            contact_depths: [star(0, pressure), star(1, pressure)],
+        }
     }
 
     /// Speeds of the waves (m/s): tail and head of each, as one where it is a bore: left head, left tail, contact, right tail,
@@ -127,7 +134,7 @@ impl LockedDam {
     pub fn waves(&self) -> [f64; 5] {
         let celerity = |h: f64| (self.gravity * h).sqrt();
         let side = |side: usize, sign: f64| {
-            let (h, star) = (self.depths[side], self.star[side]);
+            let (h, star) = (self.depths[side], self.contact_depths[side]);
             if star > h {
                 let speed = self.velocity * star / (star - h);
                 [speed, speed]
@@ -152,9 +159,9 @@ impl LockedDam {
         } else if place < left_tail {
             fan(0, -1.0)
         } else if place < contact {
-            (self.star[0], self.velocity)
+            (self.contact_depths[0], self.velocity)
         } else if place < right_tail {
-            (self.star[1], self.velocity)
+            (self.contact_depths[1], self.velocity)
         } else if place < right {
             fan(1, 1.0)
         } else {
@@ -252,8 +259,8 @@ mod tests {
         let dam = LockedDam::new(9.81, [1360.0 / 1.04, 2220.0 / 1.38], [1.04, 1.38]);
         assert_near(dam.pressure, 10_291.853, 1e-3);
         assert_near(dam.velocity, -0.664_381, 1e-6);
-        assert_near(dam.star[0], 1.266_702, 1e-6);
-        assert_near(dam.star[1], 1.142_064, 1e-6);
+        assert_near(dam.contact_depths[0], 1.266_702, 1e-6);
+        assert_near(dam.contact_depths[1], 1.142_064, 1e-6);
         let [bore, tail, contact, right_tail, head] = dam.waves();
         assert_near(bore, -3.712_238, 1e-6);
         assert_eq!((tail, contact), (bore, dam.velocity));

@@ -86,7 +86,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         let fresh = start == self.clock.time;
         self.clock.stage = stage;
         self.clock.stage_start = start;
-        self.clock.flip = self.clock.options.flip_share(&self.clock.case.stages[stage]);
+        self.clock.flip_fraction = self.clock.options.flip_share(&self.clock.case.stages[stage]);
         let case = self.clock.case.clone();
         let points = self.points();
         self.bodies.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));

@@ -29,7 +29,7 @@ struct CheckpointState {
     format: u32,
     dimension: usize,
     clock: Clock,
-    audit: EquilibriumTerms,
+    equilibrium_terms: EquilibriumTerms,
     obstacle_energies: ObstacleEnergies,
     /// Body, number of particles and states of the law.
     groups: Vec<(u32, usize, Vec<u8>)>,
@@ -42,7 +42,7 @@ struct CheckpointState {
     listed_positions: Vec<f64>,
     listed_at: [f64; 2],
     last_sort: Option<u64>,
-    current: bool,
+    is_current: bool,
     /// Start times of loads (s), and the load vectors of particles.
     loads: (Vec<f64>, Vec<Vec<f64>>),
     /// Reactions of rigid bodies and obstacles.
@@ -70,7 +70,7 @@ impl<const D: usize> SphSolver<D> {
             format: FORMAT,
             dimension: D,
             clock: self.clock,
-            audit: self.equilibrium_terms,
+            equilibrium_terms: self.equilibrium_terms,
             obstacle_energies: self.obstacle_energies,
             groups: bodies.groups.iter().map(of_group).collect(),
             rigid: bodies.groups.iter().map(|group| group.rigid).collect(),
@@ -79,7 +79,7 @@ impl<const D: usize> SphSolver<D> {
             listed_positions: lists.listed_positions.positions.as_flattened().to_vec(),
             listed_at: [lists.listed_positions.time, lists.listed_positions.list_radius],
             last_sort: lists.last_sort,
-            current: rates.current,
+            is_current: rates.is_current,
             loads: bodies.loads.checkpoint_state(),
             reactions: rates.reactions.clone(),
         }
@@ -123,10 +123,10 @@ impl<const D: usize> SphSolver<D> {
         let [time, list_radius] = saved.listed_at;
         lists.listed_positions =
             ListedPositions { positions: saved.listed_positions.as_chunks().0.to_vec(), time, list_radius };
-        (lists.last_sort, rates.current) = (saved.last_sort, saved.current);
+        (lists.last_sort, rates.is_current) = (saved.last_sort, saved.is_current);
         rates.reactions.clone_from(&saved.reactions);
         (self.clock, self.equilibrium_terms, self.obstacle_energies) =
-            (saved.clock, saved.audit, saved.obstacle_energies);
+            (saved.clock, saved.equilibrium_terms, saved.obstacle_energies);
         Some(())
     }
 
@@ -174,16 +174,16 @@ impl<const D: usize> Solver for SphSolver<D> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, equilibrium_terms: audit, .. } = self;
+        let Self { setting, clock, bodies, walls, lists, rates, equilibrium_terms, .. } = self;
         let fresh = start == clock.time;
         (clock.stage, clock.stage_start) = (stage, start);
         walls.planes = flat_walls(&setting.case, stage, &setting.options, setting.smoothing.radius());
         bodies.remove_inactive(&setting.case, stage, &mut rates.derivatives);
         if fresh {
             bodies.loads.begin_stage(&setting.case, stage, start);
-            rates.current = false;
+            rates.is_current = false;
             lists.listed_positions.positions.clear();
-            *audit = EquilibriumTerms::default();
+            *equilibrium_terms = EquilibriumTerms::default();
             clock.limit = None;
         } else if !lists.listed_positions.positions.is_empty() {
             self.make_lists()?;

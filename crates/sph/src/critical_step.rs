@@ -37,7 +37,7 @@ pub fn critical_step<const D: usize>(
     let close = ShortRangeRepulsion::of_groups(setting, &bodies.groups);
     let p = &mut bodies.particles;
     let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
-    for group in bodies.groups.iter().filter(|group| !group.smooth) {
+    for group in bodies.groups.iter().filter(|group| !group.is_smooth) {
         let range = group.range();
         let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK_SIZE);
         let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();

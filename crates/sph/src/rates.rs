@@ -41,7 +41,7 @@ pub struct Rates<const D: usize> {
     /// Rates stored with the particles.
     pub derivatives: Derivatives<D>,
     /// Whether the accelerations are those of the present state.
-    pub current: bool,
+    pub is_current: bool,
     /// XSPH velocity of each particle beyond its own (m/s); empty without.
     pub xsph_velocity: Vec<[f64; D]>,
     /// Accelerations by loads and a confining pressure (m/s²); empty without.
@@ -107,6 +107,6 @@ impl ReactionSum {
 impl<const D: usize> Rates<D> {
     /// Returns rates without particles, at the same point of a step.
     pub fn empty_like(&self) -> Self {
-        Self { current: self.current, ..Self::default() }
+        Self { is_current: self.is_current, ..Self::default() }
     }
 }

@@ -46,7 +46,7 @@ const METHODS: &[&[Benchmark]] = &[
 ];
 
 /// All benchmarks.
-pub fn all() -> impl Iterator<Item = &'static Benchmark> {
+pub fn all_benchmarks() -> impl Iterator<Item = &'static Benchmark> {
     METHODS.iter().copied().flatten()
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium::case::output::OutputError;
 
-use crate::benchmarks::all;
+use crate::benchmarks::all_benchmarks;
 
 /// Sheets whose checklists are numbered tables, in the order of the page.
 const SHEETS: [&str; 6] = ["depth-sph", "dem", "snow-mpm", "mpm", "sph", "constitutive"];
@@ -174,7 +174,7 @@ impl ChecklistRow {
                 wrong.push(format!("there is no test {test}"));
             }
         }
-        let known = |id: &String| all().any(|benchmark| benchmark.id == id);
+        let known = |id: &String| all_benchmarks().any(|benchmark| benchmark.id == id);
         wrong.extend(
             self.benchmarks.iter().filter(|id| !known(id)).map(|id| format!("there is no benchmark {id}")),
         );

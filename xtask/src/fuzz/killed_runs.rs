@@ -63,8 +63,12 @@ pub fn run_one(case: &Case, out: &Path) -> Fallible<bool> {
     let name = case.methods.keys().next().ok_or("no method")?;
     let method = colluvium::method(name).ok_or("unknown method")?;
     let resume = out.join("summary.json").exists() || out.join("checkpoint.bin").exists();
-    let options =
-        RunOptions { method: name.clone(), out: Some(out.to_owned()), resume, ..RunOptions::default() };
+    let options = RunOptions {
+        method: name.clone(),
+        output_folder: Some(out.to_owned()),
+        resume,
+        ..RunOptions::default()
+    };
     colluvium::case::run::run_method(method, case, &options)?;
     Ok(true)
 }

@@ -1,7 +1,7 @@
 //! Tests of the texts on the pages of the report.
 
 use super::*;
-use crate::benchmarks::{Criterion, OpenDefect, all};
+use crate::benchmarks::{Criterion, OpenDefect, all_benchmarks};
 
 fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
     let mut outcome = BenchmarkOutcome::default();
@@ -16,7 +16,7 @@ fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
         let defect = OpenDefect { criterion: Criterion::Missed, observation: "it is \"too far\"".into() };
         outcome.checks[number].defect = known.then_some(defect);
     }
-    let benchmark = all().find(|benchmark| benchmark.id == "mpm/column-collapse").unwrap();
+    let benchmark = all_benchmarks().find(|benchmark| benchmark.id == "mpm/column-collapse").unwrap();
     BenchmarkEntry {
         benchmark,
         is_short: true,
@@ -111,7 +111,7 @@ fn a_report_is_an_index_with_pages_and_pictures_beside_them() {
 #[test]
 fn the_index_of_all_benchmarks_is_below_a_megabyte_and_its_links_lead_to_documents() {
     let with = |benchmark| BenchmarkEntry { benchmark, ..entry(&[(1.0, false)]) };
-    let entries: Vec<BenchmarkEntry> = all().map(with).collect();
+    let entries: Vec<BenchmarkEntry> = all_benchmarks().map(with).collect();
     let page = index_page::page(&entries, &provenance(), &scope(&entries)).into_string();
     assert!(page.len() < 1_000_000, "{} bytes", page.len());
     for entry in &entries {

@@ -98,13 +98,13 @@ impl OutcomeCache {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmarks::all;
+    use crate::benchmarks::all_benchmarks;
 
     fn entry(measured: f64) -> BenchmarkEntry {
         let mut outcome = BenchmarkOutcome::default();
         outcome.assert_below("a bound without a lower end", "1", measured, 1.0, "closed form");
         outcome.info("nothing", "–", f64::NAN, "shown");
-        let benchmark = all().next().unwrap();
+        let benchmark = all_benchmarks().next().unwrap();
         let files = vec!["case.json".to_owned()];
         BenchmarkEntry { benchmark, is_short: true, outcome, error: None, seconds: 2.5, files, cached: false }
     }
@@ -119,7 +119,7 @@ mod tests {
             folder: folder.path().join("kept"),
             program_hash: program,
         };
-        let benchmark = all().next().unwrap();
+        let benchmark = all_benchmarks().next().unwrap();
         assert!(store(1).entry(benchmark, true).is_none());
         store(1).store(entry(0.5)).unwrap();
         let found = store(1).entry(benchmark, true).unwrap();

@@ -16,7 +16,7 @@ use std::time::Instant;
 use clap::Args;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict, InputRecorder, all};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict, InputRecorder, all_benchmarks};
 use crate::report;
 use crate::report::{BenchmarkEntry, ReportScope};
 use crate::validate::cache::OutcomeCache;
@@ -49,7 +49,7 @@ const LONG_SECONDS: u32 = 50;
 impl ValidateArguments {
     /// Whether a benchmark is requested: by its own name, by a part of it that is not the name of another one, or with all.
     fn is_requested(&self, benchmark: &Benchmark) -> bool {
-        let asks = |name: &String| match all().find(|other| other.id == name.as_str()) {
+        let asks = |name: &String| match all_benchmarks().find(|other| other.id == name.as_str()) {
             Some(one) => one.id == benchmark.id,
             None => benchmark.id.contains(name.as_str()),
         };
@@ -66,7 +66,7 @@ impl ValidateArguments {
 /// Runs the benchmarks; returns whether all checks pass.
 pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
     let chosen: Vec<&'static Benchmark> =
-        all().filter(|benchmark| arguments.is_requested(benchmark)).collect();
+        all_benchmarks().filter(|benchmark| arguments.is_requested(benchmark)).collect();
     if arguments.list {
         list(&chosen);
         return Ok(true);
@@ -265,7 +265,7 @@ mod tests {
         let chosen = |names: &[&str]| -> Vec<&str> {
             let names = names.iter().copied().map(str::to_owned).collect();
             let arguments = ValidateArguments { names, quick: false, long: true, all: false, list: false };
-            all()
+            all_benchmarks()
                 .filter(|benchmark| arguments.is_requested(benchmark))
                 .map(|benchmark| benchmark.id)
                 .collect()
@@ -273,6 +273,6 @@ mod tests {
         assert_eq!(chosen(&["dem/column"]), ["dem/column"]);
         assert_eq!(chosen(&["dem/colum"]), ["dem/column", "dem/column-sweep"]);
         assert_eq!(chosen(&["dem/column", "mpm/bar"]).len(), 2);
-        assert_eq!(chosen(&[]).len(), all().count());
+        assert_eq!(chosen(&[]).len(), all_benchmarks().count());
     }
 }

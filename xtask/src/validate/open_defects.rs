@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::benchmarks::{Criterion, OpenDefect, all};
+use crate::benchmarks::{Criterion, OpenDefect, all_benchmarks};
 
 /// Record of checks that are known to fail, for one cause.
 #[derive(Deserialize)]
@@ -24,7 +24,7 @@ pub fn read_all() -> Result<Vec<DefectRecord>, String> {
     let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let text = std::fs::read_to_string(&path).map_err(|error| wrong(&error))?;
     let defects: Vec<DefectRecord> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
-    match defects.iter().find(|defect| all().all(|benchmark| benchmark.id != defect.benchmark)) {
+    match defects.iter().find(|defect| all_benchmarks().all(|benchmark| benchmark.id != defect.benchmark)) {
         Some(stray) => Err(wrong(&format!("there is no benchmark {:?}", stray.benchmark))),
         None => Ok(defects),
     }

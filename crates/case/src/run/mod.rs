@@ -47,7 +47,7 @@ pub struct RunOptions {
     /// Name of the method, for the summary.
     pub method: String,
     /// Folder for all files; without one no file is written.
-    pub out: Option<PathBuf>,
+    pub output_folder: Option<PathBuf>,
     /// Whether to continue the run whose checkpoint is in the folder.
     pub resume: bool,
     /// Whether to remove the files of an earlier run from the folder.
@@ -60,11 +60,11 @@ pub struct RunOptions {
     /// Whether to keep the [`Solver::specimen`] at the end, in [`RunReport::specimen`].
     pub keep_specimen: bool,
     /// Flag that another thread sets to stop the run at the next step, with a checkpoint.
-    pub stop: Option<Arc<AtomicBool>>,
+    pub stop_flag: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the summary.
     pub commit: Option<String>,
     /// Receives warnings during the run; they are in [`RunReport::warnings_at_end`] too.
-    pub warn: Option<fn(&str)>,
+    pub on_warning: Option<fn(&str)>,
     /// Warnings about the case from before the run, for the summary.
     pub warnings: Vec<String>,
 }
@@ -99,7 +99,7 @@ pub struct RunReport {
     pub warnings_at_end: Vec<String>,
     /// Notes of the method about the run, which are no warnings ([`Solver::notes`]).
     pub notes: Vec<String>,
-    /// Warnings that [`RunOptions::warn`] has received during the run.
+    /// Warnings that [`RunOptions::on_warning`] has received during the run.
     pub reported_warnings: Vec<String>,
     /// Wall-clock time of this run (s).
     pub wall: f64,

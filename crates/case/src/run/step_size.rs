@@ -8,7 +8,7 @@ use crate::{Solver, TimeStep};
 
 /// Whether the run is to end at the next step.
 pub(super) fn stop_requested(options: &RunOptions) -> bool {
-    options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+    options.stop_flag.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
 }
 
 /// Stable time step of the solver in the stage, which ends at `end` (s).

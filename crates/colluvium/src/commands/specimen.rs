@@ -88,8 +88,8 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
         method: method.name().to_owned(),
         progress: !quiet,
         keep_specimen: true,
-        stop: Some(stop_on_interrupt()),
-        warn: (!quiet).then_some(|remark| print_error_line!("warning: {remark}")),
+        stop_flag: Some(stop_on_interrupt()),
+        on_warning: (!quiet).then_some(|remark| print_error_line!("warning: {remark}")),
         warnings: plan.all_warnings(&case),
         ..RunOptions::default()
     };

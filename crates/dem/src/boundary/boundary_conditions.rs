@@ -74,7 +74,7 @@ impl<const D: usize> BoundaryConditions<D> {
         }
         let position = |upper: bool| {
             let of_axis =
-                |wall: &&RigidWall<D>| wall.surface.is_none() && wall.axis == axis && wall.upper == upper;
+                |wall: &&RigidWall<D>| wall.surface.is_none() && wall.axis == axis && wall.is_upper == upper;
             self.walls.iter().find(of_axis).map(|wall| wall.position)
         };
         position(true).unwrap_or(domain.max[axis]) - position(false).unwrap_or(domain.min[axis])

@@ -88,7 +88,7 @@ impl Membranes {
             let axis = (0..D).fold(0, |largest, c| if areas[c] > areas[largest] { c } else { largest });
             let position = |upper: bool| {
                 let mut across = walls.iter().filter(|wall| wall.surface.is_none() && wall.axis == axis);
-                across.find(|wall| wall.upper == upper).map_or(f64::NAN, |wall| wall.position)
+                across.find(|wall| wall.is_upper == upper).map_or(f64::NAN, |wall| wall.position)
             };
             let volume = areas[axis] * (position(true) - position(false));
             outputs.push((format!("membrane.{name}.area"), "m2".to_owned(), areas[axis]));

@@ -21,7 +21,7 @@ pub struct RigidWall<const D: usize> {
     /// Axis normal to the plane.
     pub axis: usize,
     /// Whether the wall bounds the grains from above.
-    pub upper: bool,
+    pub is_upper: bool,
     /// Coordinate of the plane along its axis (m).
     pub position: f64,
     /// Velocity (m/s).
@@ -57,7 +57,7 @@ impl<const D: usize> RigidWall<D> {
     #[inline]
     pub fn distance(&self, x: &[f64; D]) -> (f64, [f64; D]) {
         let mut normal = [0.0; D];
-        let sign = if self.upper { -1.0 } else { 1.0 };
+        let sign = if self.is_upper { -1.0 } else { 1.0 };
         normal[self.axis] = sign;
         (sign * (x[self.axis] - self.position), normal)
     }
@@ -82,7 +82,7 @@ impl<const D: usize> RigidWall<D> {
 
     /// Axis normal to a plane, and the sign of the inward direction along it.
     pub fn inward_normal(&self) -> (usize, f64) {
-        (self.axis, if self.upper { -1.0 } else { 1.0 })
+        (self.axis, if self.is_upper { -1.0 } else { 1.0 })
     }
 
     /// Outward force of the grains on a plane (N).

@@ -37,7 +37,7 @@ impl HistoryColumns {
     /// Returns the columns that these laws need.
     pub fn for_laws(laws: &[PairLaw]) -> Self {
         Self {
-            has_rolling: laws.iter().any(|law| law.rolling.is_some() || law.twisting.is_some()),
+            has_rolling: laws.iter().any(|law| law.rolling.is_some() || law.torsion.is_some()),
             bonds: laws.iter().any(|law| law.bond.is_some()),
         }
     }

@@ -9,7 +9,7 @@ pub struct StepLengths<T = f64> {
     /// Last step (s); zero at the start.
     pub last: T,
     /// Following step (s).
-    pub next: T,
+    pub next_step: T,
     /// Step by half of which lagged velocities are behind: the last one, also for a probe without a following step.
     pub lag_step: T,
 }
@@ -17,19 +17,19 @@ pub struct StepLengths<T = f64> {
 impl<T: SimdNumber> StepLengths<T> {
     /// Creates the lengths of the steps `last` and `next` (s).
     #[inline(always)]
-    pub fn from_steps(last: T, next: T) -> Self {
-        Self { last, next, lag_step: last }
+    pub fn from_steps(last: T, next_step: T) -> Self {
+        Self { last, next_step, lag_step: last }
     }
 
     /// Creates the lengths for a probe of contacts after a step of this length (s), without a following step.
     pub fn for_probe(behind: T) -> Self {
-        Self { last: T::broadcast(0.0), next: T::broadcast(0.0), lag_step: behind }
+        Self { last: T::broadcast(0.0), next_step: T::broadcast(0.0), lag_step: behind }
     }
 
     /// Time over which a force acts (s).
     #[inline(always)]
     fn force_time(&self) -> T {
-        T::broadcast(0.5) * (self.last + self.next)
+        T::broadcast(0.5) * (self.last + self.next_step)
     }
 
     /// Factor on the dashpot of a contact that lasts for `time` (s) before or after the time of the forces and for `half` (s), half a step,
@@ -82,7 +82,7 @@ pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     // First contact a step ago: the time is bounded by the last step.
     let time = time.select_above(steps.last, steps.last, time);
     let approach = -geometry.separation_velocity * steps.last;
-    let factor = steps.factor(time, T::broadcast(0.5) * steps.next, is_hertz);
+    let factor = steps.factor(time, T::broadcast(0.5) * steps.next_step, is_hertz);
     (approach + approach).select_above(geometry.overlap, dashpot * factor, dashpot)
 }
 
@@ -95,7 +95,7 @@ pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     steps: &StepLengths<T>,
     is_hertz: bool,
 ) -> T {
-    let (dt, kick) = (steps.next, steps.force_time() / geometry.mass);
+    let (dt, kick) = (steps.next_step, steps.force_time() / geometry.mass);
     let whole = dt
         * (geometry.separation_velocity + kick * (base.force - base.damping * geometry.separation_velocity));
     // Dashpots with which the overlap just ends, and just persists.

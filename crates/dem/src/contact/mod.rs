@@ -117,7 +117,7 @@ pub struct PairLaw {
     /// Rolling resistance.
     pub rolling: Option<RollingResistance>,
     /// Torsion resistance.
-    pub twisting: Option<RollingResistance>,
+    pub torsion: Option<RollingResistance>,
     /// Attraction.
     pub attraction: Option<AttractionLaw>,
     /// Parallel bond.
@@ -337,7 +337,7 @@ pub fn contact_force<const D: usize, const R: usize>(
         cohesion::break_by_shear(law, &tangential, (cap, shear), history);
     }
     let mut moment = [0.0; R];
-    if law.rolling.is_some() || law.twisting.is_some() {
+    if law.rolling.is_some() || law.torsion.is_some() {
         rolling_resistance::add_rolling_moments(
             law,
             geometry,

@@ -42,7 +42,7 @@ pub fn add_rolling_moments<const D: usize, const R: usize>(
             moment[c] += force[c];
         }
     }
-    if let (3, Some(resistance)) = (D, &law.twisting) {
+    if let (3, Some(resistance)) = (D, &law.torsion) {
         let (force, angle) =
             resistance.moment(geometry, base, normal, &[history.torsion_angle], &[twist], dt, energies);
         history.torsion_angle = angle[0];

@@ -111,7 +111,7 @@ impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// Creates the input of these grains in a cell that is not periodic, without a step.
     pub fn new(grains: GrainView<'a, D, R>, laws: &'a [PairLaw], kinds: usize) -> Self {
-        let GrainView { kind, held: is_held, radius, mass, position, velocity, spin } = grains;
+        let GrainView { kind, is_held, radius, mass, position, velocity, spin } = grains;
         Self {
             position,
             velocity,

@@ -33,7 +33,7 @@ pub struct GrainMotion {
 #[repr(align(64))]
 pub struct ForceTorque {
     force: Lanes,
-    lever: Lanes,
+    torque_over_radius: Lanes,
 }
 
 impl ForceTorque {
@@ -44,8 +44,11 @@ impl ForceTorque {
             self.force.as_mut_array()[c] += force[c];
         }
         for c in 0..R {
-            let own =
-                if D == 3 { &mut self.lever.as_mut_array()[c] } else { &mut self.force.as_mut_array()[D] };
+            let own = if D == 3 {
+                &mut self.torque_over_radius.as_mut_array()[c]
+            } else {
+                &mut self.force.as_mut_array()[D]
+            };
             *own += lever[c];
         }
     }
@@ -54,7 +57,7 @@ impl ForceTorque {
     #[inline]
     pub fn add(&mut self, other: &Self) {
         self.force += other.force;
-        self.lever += other.lever;
+        self.torque_over_radius += other.torque_over_radius;
     }
 
     /// Force (N).
@@ -67,7 +70,7 @@ impl ForceTorque {
     /// Moment (N m) on a grain of this radius (m).
     #[inline]
     pub fn moment<const R: usize>(&self, radius: f64) -> [f64; R] {
-        let all = if R == 3 { self.lever.as_array() } else { self.force.as_array() };
+        let all = if R == 3 { self.torque_over_radius.as_array() } else { self.force.as_array() };
         std::array::from_fn(|c| radius * if R == 3 { all[c] } else { all[2] })
     }
 
@@ -83,7 +86,7 @@ impl ForceTorque {
         let [one, two] =
             resistance.map_or([*lever; 2], |of| of.map(|of| std::array::from_fn(|c| lever[c] + of[c])));
         let side = |force: [Lanes; WIDTH], lever: [Lanes; WIDTH]| -> [Self; WIDTH] {
-            std::array::from_fn(|k| Self { force: force[k], lever: lever[k] })
+            std::array::from_fn(|k| Self { force: force[k], torque_over_radius: lever[k] })
         };
         if D == 3 {
             let on = Lanes::transpose([force[0], force[1], force[2], zero]);
@@ -131,7 +134,7 @@ impl ForceKernel {
     /// Selects the kernel for contacts with any of these laws.
     pub fn for_laws<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
         let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
-        let turns = laws.clone().any(|law| law.rolling.is_some() || law.twisting.is_some());
+        let turns = laws.clone().any(|law| law.rolling.is_some() || law.torsion.is_some());
         if !laws.clone().all(plain) {
             Self::Scalar
         } else if laws.clone().all(|law| matches!(law.normal, NormalForceLaw::Linear(_))) {
@@ -151,7 +154,7 @@ pub fn grain_records<const D: usize, const R: usize>(
     (out, received): (&mut GrainRecords, &mut Vec<ForceTorque>),
 ) {
     use rayon::prelude::*;
-    let GrainView { position, mass, radius, held, .. } = grains;
+    let GrainView { position, mass, radius, is_held, .. } = grains;
     out.position_and_radius.resize(mass.len(), Lanes::ZERO);
     out.motion.resize(mass.len(), GrainMotion::default());
     received.resize(mass.len(), ForceTorque::default());
@@ -163,7 +166,7 @@ pub fn grain_records<const D: usize, const R: usize>(
         |(block, ((places, motions), received))| {
             received.fill(ForceTorque::default());
             for (i, (place, motion)) in (block * MIN_GRAINS_PER_TASK..).zip(places.iter_mut().zip(motions)) {
-                let inverse = if held[i] { 0.0 } else { 1.0 / mass[i] };
+                let inverse = if is_held[i] { 0.0 } else { 1.0 / mass[i] };
                 let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
                 if D == 3 {
                     *place = Lanes::new([x[0], x[1], x[2], radius[i]]);
@@ -251,7 +254,7 @@ impl SimdLaws {
             coefficient: lane(&|law| law.friction.coefficient),
             at_rest: lane(&|law| law.friction.at_rest),
             spring: mask(&|law| law.friction.reset == SpringReset::Spring),
-            resistance: [resistance(|law| &law.rolling), resistance(|law| &law.twisting)],
+            resistance: [resistance(|law| &law.rolling), resistance(|law| &law.torsion)],
         }
     }
 }

@@ -163,7 +163,7 @@ mod tests {
             grains.spin[k] = std::array::from_fn(|c| wave(7 * k + c));
             grains.force[k] = std::array::from_fn(|c| wave(11 * k + c));
             grains.torque[k] = std::array::from_fn(|c| 0.01 * wave(13 * k + c));
-            grains.held[k] = k > 1400;
+            grains.is_held[k] = k > 1400;
         }
         grains
     }
@@ -220,7 +220,7 @@ mod tests {
     fn a_grain_that_is_lost_is_told_by_its_number() {
         let mut grains = grains::<3, 3>();
         grains.force[1030] = [f64::NAN; 3];
-        grains.held.fill(false);
+        grains.is_held.fill(false);
         assert_eq!(integrate_grains(&mut grains, &drive(&[]), &mut Vec::new()).not_finite, Some(1030));
     }
 }

@@ -111,7 +111,7 @@ pub fn integrate_grains<const D: usize, const R: usize>(
     buffer.clear();
     buffer.resize(grains.len().div_ceil(MIN_GRAINS_PER_TASK), GrainSums::default());
     let Grains {
-        id: _, held, radius, mass, position, listed_position, velocity, spin, force, torque, ..
+        id: _, is_held, radius, mass, position, listed_position, velocity, spin, force, torque, ..
     } = grains;
     let kick = LeapfrogKick::from_actions(actions);
     let moving = position
@@ -124,7 +124,7 @@ pub fn integrate_grains<const D: usize, const R: usize>(
     moving.for_each(|(block, (((position, velocity), spin), sums))| {
         let own = block * MIN_GRAINS_PER_TASK..block * MIN_GRAINS_PER_TASK + position.len();
         let mut done = 0;
-        if glides && !held[own.clone()].iter().any(|held| *held) {
+        if glides && !is_held[own.clone()].iter().any(|is_held| *is_held) {
             let still = GrainBlock {
                 first: own.start,
                 radius: &radius[own.clone()],
@@ -139,7 +139,7 @@ pub fn integrate_grains<const D: usize, const R: usize>(
             let i = block * MIN_GRAINS_PER_TASK + k;
             let (force, torque, applied_force) = (&force[i], &torque[i], actions.applied_force.get(i));
             let grain =
-                Grain { is_held: held[i], radius: radius[i], mass: mass[i], force, torque, applied_force };
+                Grain { is_held: is_held[i], radius: radius[i], mass: mass[i], force, torque, applied_force };
             grain.advance((actions, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
             let reference = match &actions.cell_map {
                 None => listed_position[i],

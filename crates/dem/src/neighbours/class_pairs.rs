@@ -129,7 +129,7 @@ mod tests {
             let x = apply(&cell.h, &s);
             grains.push(0, 0, std::array::from_fn(|c| cell.origin[c] + x[c]), radius, 1.0);
             let last = grains.len() - 1;
-            grains.held[last] = random.random::<f64>() < 0.1;
+            grains.is_held[last] = random.random::<f64>() < 0.1;
         }
         grains
     }
@@ -159,7 +159,7 @@ mod tests {
         cell.shifts(&mut shifts);
         let mut all = BTreeSet::new();
         for i in 0..grains.len() {
-            for j in (0..i).filter(|&j| !(grains.held[i] && grains.held[j])) {
+            for j in (0..i).filter(|&j| !(grains.is_held[i] && grains.is_held[j])) {
                 let limit = grains.radius[i] + grains.radius[j] + gap;
                 let apart = difference(&grains.position[i], &grains.position[j]);
                 let near = (0..PeriodicCell::<D>::images()).filter(|&code| {

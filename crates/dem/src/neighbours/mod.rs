@@ -141,7 +141,7 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
     #[inline]
     fn near_image(&self, i: usize, j: usize, steps: [i32; D]) -> Option<u8> {
         let grains = self.grains;
-        if grains.held[i] && grains.held[j] {
+        if grains.is_held[i] && grains.is_held[j] {
             return None;
         }
         let mut apart = difference(&grains.position[i], &grains.position[j]);

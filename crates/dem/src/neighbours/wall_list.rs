@@ -76,7 +76,7 @@ impl<const R: usize> WallList<R> {
             self.slabs.push(self.grain.len() as u32);
             for i in ends[0] as usize..ends[1] as usize {
                 for (number, wall) in walls.iter().enumerate() {
-                    if grains.held[i] || !wall.is_near(&grains.position[i], grains.radius[i] + gap) {
+                    if grains.is_held[i] || !wall.is_near(&grains.position[i], grains.radius[i] + gap) {
                         continue;
                     }
                     for _ in 0..if wall.surface.is_some() { MAX_FACETS } else { 1 } {

@@ -73,7 +73,7 @@ fn alignment<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> f64 {
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Fabric of the present contacts; `None` without contacts between grains. Held grains are never rattlers and are not counted.
     pub fn fabric(&self) -> Option<Fabric<D>> {
-        let held = &self.grains.held;
+        let held = &self.grains.is_held;
         let FabricSample { pairs, forces, dyads, stress_volume: pressed } = self.fabric_sample();
         if forces.is_empty() {
             return None;
@@ -111,7 +111,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
 
     /// Contact data for the fabric.
     pub(crate) fn fabric_sample(&self) -> FabricSample<D> {
-        let held = &self.grains.held;
+        let held = &self.grains.is_held;
         // The capacity follows the last step. A list of whole contacts would need as much memory as all else for many grains.
         let all = self.records.energy_balance.contacts[0] as usize + self.neighbours.walls.grain.len();
         let (mut pairs, mut forces) = (Vec::with_capacity(all), Vec::with_capacity(all));

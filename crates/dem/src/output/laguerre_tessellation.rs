@@ -258,7 +258,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             }
         }
         for wall in self.boundary.walls.iter().filter(|wall| wall.surface.is_none()) {
-            let (sign, mut normal) = (if wall.upper { 1.0 } else { -1.0 }, [0.0; 2]);
+            let (sign, mut normal) = (if wall.is_upper { 1.0 } else { -1.0 }, [0.0; 2]);
             normal[wall.axis] = sign;
             ends.push((normal, sign * wall.position));
         }

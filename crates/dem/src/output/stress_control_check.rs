@@ -126,7 +126,7 @@ fn record_walls<const D: usize, const R: usize>(
     let mut rates = [0.0f64; D];
     for wall in boundary.walls.iter().filter(|wall| wall.surface.is_none()) {
         if !stage.walls.contains_key(&wall.name) {
-            let towards = if wall.upper { -1.0 } else { 1.0 } * wall.velocity[wall.axis];
+            let towards = if wall.is_upper { -1.0 } else { 1.0 } * wall.velocity[wall.axis];
             rates[wall.axis] += towards / boundary.extent(clock, &cell.geometry, wall.axis);
         }
     }

@@ -197,7 +197,7 @@ fn initialise_motion<const D: usize, const R: usize>(
             None => body.velocity.velocity_at(spatial(&grains.position[i])),
         };
         grains.velocity[i] = std::array::from_fn(|c| velocity[c]);
-        grains.held[i] = own.held || body.rigid || held.is_some_and(|held| held[i - start]);
+        grains.is_held[i] = own.held || body.rigid || held.is_some_and(|held| held[i - start]);
         for (c, spin) in own.spin.iter().enumerate().take(R) {
             grains.spin[i][c] = *spin;
         }

@@ -213,7 +213,7 @@ fn check_covered<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
 ) -> Result<(), CaseError> {
     for body in 0..case.bodies.len() {
-        let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
+        let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.is_held[i]);
         let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();
         case.reject_overlapping_points(obstacles, body, &places, 0.0)?;
     }

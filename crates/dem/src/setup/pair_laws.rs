@@ -81,13 +81,13 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool
 /// Attraction law of a pair with this normal law, for grains of radius up to `largest` (m).
 fn attraction(adhesion: &Adhesion, normal: &NormalForceLaw, largest: f64, dimension: usize) -> AttractionLaw {
     match *adhesion {
-        Adhesion::Cohesive { tension, shear, fragile, new_contacts } => {
+        Adhesion::Cohesive { tension, shear, fragile: is_fragile, new_contacts } => {
             let stiffness = match normal {
                 NormalForceLaw::Linear(linear) => linear.stiffness(0.5 * largest),
                 NormalForceLaw::Hertz(_) => f64::INFINITY,
             };
             let rupture_distance = 2.0 * tension * largest.powi(dimension as i32 - 1) / stiffness;
-            AttractionLaw::Cohesion(Cohesion { tension, shear, fragile, new_contacts, rupture_distance })
+            AttractionLaw::Cohesion(Cohesion { tension, shear, is_fragile, new_contacts, rupture_distance })
         }
         Adhesion::Jkr { work_of_adhesion } => {
             let modulus = match normal {
@@ -136,7 +136,7 @@ fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usiz
         velocity_lag: if velocity == ContactVelocity::Lagged { 1.0 } else { 0.0 },
         friction,
         rolling: pair.rolling.as_ref().map(resistance),
-        twisting: pair.twisting.as_ref().map(resistance),
+        torsion: pair.twisting.as_ref().map(resistance),
         attraction,
         bond,
     }
@@ -191,7 +191,7 @@ fn mixed_law(a: &PairLaw, b: &PairLaw) -> Option<PairLaw> {
         _ => return None,
     };
     let smaller = if a.friction.coefficient < b.friction.coefficient { a } else { b };
-    Some(PairLaw { normal, attraction: None, bond: None, rolling: None, twisting: None, ..*smaller })
+    Some(PairLaw { normal, attraction: None, bond: None, rolling: None, torsion: None, ..*smaller })
 }
 
 /// Contact laws of stage number `stage`.
@@ -241,7 +241,7 @@ pub(super) fn laws<const D: usize, const R: usize>(
         walls.push(of_kinds);
     }
     let least = smallest_grains(grains, &coming, kinds.len());
-    let held = grains.held.iter().any(|held| *held);
+    let held = grains.is_held.iter().any(|held| *held);
     let step = stable_steps::<D>(&pairs, &walls, &least, held, options.step_fraction);
     let bridge = pairs
         .iter()

@@ -115,7 +115,7 @@ fn add_random_velocity<const D: usize, const R: usize>(
     for i in order {
         for c in 0..D {
             let draw = speed * (2.0 * random.random::<f64>() - 1.0);
-            if !g.held[i] {
+            if !g.is_held[i] {
                 g.velocity[i][c] += draw;
             }
         }

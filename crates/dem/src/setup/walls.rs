@@ -32,7 +32,7 @@ pub(super) fn stage_walls<const D: usize>(
         boundary: number,
         name: boundary.name().to_owned(),
         axis: boundary.side.axis(),
-        upper: boundary.side.is_max(),
+        is_upper: boundary.side.is_max(),
         position: boundary.wall_coordinate(&case.domain),
         velocity: boundary.velocity.as_ref().map_or([0.0; D], |v| {
             let v = spatial(v);
@@ -55,7 +55,7 @@ pub(super) fn stage_walls<const D: usize>(
             boundary: case.boundaries.len() + number,
             name: described.name.clone(),
             axis: 0,
-            upper: false,
+            is_upper: false,
             position: 0.0,
             velocity: [0.0; D],
             laws: laws.walls[case.boundaries.len() + number].clone(),

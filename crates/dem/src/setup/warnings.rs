@@ -92,7 +92,7 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
     }
     let down = (0..D).fold(0, |most, c| if gravity[c].abs() >= gravity[most].abs() { c } else { most });
     let of_body = |body: usize| {
-        let own: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] as usize == body && !g.held[i]).collect();
+        let own: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] as usize == body && !g.is_held[i]).collect();
         let first = *own.first()?;
         let mean = 2.0 * own.iter().map(|&i| g.radius[i]).sum::<f64>() / own.len() as f64;
         let weight = size * own.iter().map(|&i| g.mass[i]).sum::<f64>();

@@ -31,7 +31,7 @@ pub struct ErosionState {
     /// Depth that the heights contain (m).
     pub in_surface: Vec<f64>,
     /// Depth that the heights do not contain yet (m).
-    pub pending: Vec<f64>,
+    pub pending_depth: Vec<f64>,
 }
 
 impl ErodibleBed {
@@ -41,7 +41,7 @@ impl ErodibleBed {
         let count = given.len();
         let raster = ground.raster();
         let tiles = raster.columns.div_ceil(TILE_NODES) * raster.rows.div_ceil(TILE_NODES);
-        let state = ErosionState { in_surface: vec![0.0; count], pending: vec![0.0; count] };
+        let state = ErosionState { in_surface: vec![0.0; count], pending_depth: vec![0.0; count] };
         Self {
             ground,
             lowers_surface: lowers,
@@ -104,10 +104,10 @@ impl ErodibleBed {
         let mut taken = 0.0;
         for (node, weight) in weights {
             let area = self.area::<D>(node);
-            let left = self.erodible[node] - self.state.in_surface[node] - self.state.pending[node];
+            let left = self.erodible[node] - self.state.in_surface[node] - self.state.pending_depth[node];
             let depth = (weight * wanted / area).min(left);
             if depth > 0.0 {
-                self.state.pending[node] += depth;
+                self.state.pending_depth[node] += depth;
                 taken += depth * area;
                 let tiles = columns.div_ceil(TILE_NODES);
                 self.changed_tiles[node / columns / TILE_NODES * tiles + node % columns / TILE_NODES] = true;
@@ -141,8 +141,8 @@ impl ErodibleBed {
                 up.end = up.end.min(1);
             }
             for node in up.flat_map(|row| across.clone().map(move |column| row * columns + column)) {
-                let ErosionState { in_surface: shown, pending } = &mut self.state;
-                shown[node] += std::mem::take(&mut pending[node]);
+                let ErosionState { in_surface: shown, pending_depth } = &mut self.state;
+                shown[node] += std::mem::take(&mut pending_depth[node]);
                 for row in if D == 1 { 0..rows } else { 0..1 } {
                     let copy = node + row * columns;
                     self.ground.levels_mut()[copy] = self.initial_heights[copy] - shown[node];
@@ -158,13 +158,14 @@ impl ErodibleBed {
 
     /// Eroded depth at each node of the terrain (m), row by row; in a profile in the first row.
     pub fn eroded_depths(&self) -> impl Iterator<Item = f64> + '_ {
-        self.state.in_surface.iter().zip(&self.state.pending).map(|(shown, pending)| shown + pending)
+        self.state.in_surface.iter().zip(&self.state.pending_depth).map(|(shown, pending)| shown + pending)
     }
 
     /// Eroded depth at a position in plan (m), bilinear; zero beyond the terrain.
     pub fn eroded_depth_at(&self, x: f64, y: f64) -> f64 {
-        let of =
-            |(node, weight): (usize, f64)| weight * (self.state.in_surface[node] + self.state.pending[node]);
+        let of = |(node, weight): (usize, f64)| {
+            weight * (self.state.in_surface[node] + self.state.pending_depth[node])
+        };
         self.ground.weights(x, y).map_or(0.0, |weights| weights.into_iter().map(of).sum())
     }
 
@@ -181,7 +182,7 @@ impl ErodibleBed {
     /// Restores eroded depths; `None` where they are those of another terrain.
     pub fn restore<const D: usize>(&mut self, state: ErosionState) -> Option<()> {
         let count = self.initial_heights.len();
-        if state.in_surface.len() != count || state.pending.len() != count {
+        if state.in_surface.len() != count || state.pending_depth.len() != count {
             return None;
         }
         let columns = self.ground.raster().columns;
@@ -191,7 +192,7 @@ impl ErodibleBed {
             if state.in_surface[source] > 0.0 {
                 self.ground.levels_mut()[node] = self.initial_heights[node] - state.in_surface[source];
             }
-            if state.pending[node] > 0.0 {
+            if state.pending_depth[node] > 0.0 {
                 self.changed_tiles[node / columns / TILE_NODES * tiles + node % columns / TILE_NODES] = true;
             }
         }

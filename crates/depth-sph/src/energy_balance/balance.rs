@@ -59,7 +59,7 @@ pub struct EnergyBalance {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyBalanceSummary {
     /// Current energy.
-    pub current: FlowEnergies,
+    pub current_energy: FlowEnergies,
     /// Excess of energy.
     pub error: f64,
     /// Work of pressure beyond the loss of pressure energy.
@@ -154,26 +154,27 @@ impl EnergyBalance {
     pub fn summary<const D: usize>(
         &self,
         settings: &FlowSettings<D>,
-        mut current: FlowEnergies,
+        mut current_energy: FlowEnergies,
     ) -> EnergyBalanceSummary {
         // Heights are those of the middle of the last step.
-        current.pressure -= 0.5 * self.last_pressure_work;
-        let start = self.start.unwrap_or(current);
-        let difference = self.pressure_work + current.pressure - start.pressure;
+        current_energy.pressure -= 0.5 * self.last_pressure_work;
+        let start = self.start.unwrap_or(current_energy);
+        let difference = self.pressure_work + current_energy.pressure - start.pressure;
         let pressure = if pressure_has_energy(settings) {
-            current.pressure
+            current_energy.pressure
         } else {
             start.pressure - self.pressure_work
         };
         let lost = self.friction + self.viscosity;
-        let error = current.kinetic + current.bed + pressure + lost - start.total() - self.inflow;
-        let drop = start.bed + start.pressure - current.bed - current.pressure + self.inflow;
-        let largest = drop.max(lost).max(self.peak).max(current.kinetic);
+        let error =
+            current_energy.kinetic + current_energy.bed + pressure + lost - start.total() - self.inflow;
+        let drop = start.bed + start.pressure - current_energy.bed - current_energy.pressure + self.inflow;
+        let largest = drop.max(lost).max(self.peak).max(current_energy.kinetic);
         EnergyBalanceSummary {
-            current,
+            current_energy,
             error,
             difference,
-            exchanged_energy: largest.max(STILL_FRACTION * current.pressure),
+            exchanged_energy: largest.max(STILL_FRACTION * current_energy.pressure),
         }
     }
 

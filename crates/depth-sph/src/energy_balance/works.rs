@@ -90,7 +90,7 @@ fn sum_works<const D: usize>(
     let (count, mut sums) = (sets.len(), [0.0; 3]);
     for (number, set) in sets.iter_mut().enumerate() {
         let density = settings.set_density(count, number);
-        let mut works = std::mem::take(&mut set.works);
+        let mut works = std::mem::take(&mut set.works_per_step);
         let of_set = &*set;
         let of_node = |i: usize| {
             if boundary.is_outside(of_set.nodes.id[i]) {
@@ -110,7 +110,7 @@ fn sum_works<const D: usize>(
         for own in &works {
             (0..3).for_each(|k| sums[k] += own[k]);
         }
-        set.works = works;
+        set.works_per_step = works;
     }
     sums
 }

@@ -66,13 +66,13 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         set: &'a mut PhaseSet<D>,
     ) -> SplitPhase<'a, D> {
         let PhaseSet { nodes, bed, neighbour_data: data, .. } = set;
-        let PhaseNodes { position, velocity, partial_thickness: height, depth, bearing, .. } = nodes;
+        let PhaseNodes { position, velocity, partial_thickness: height, depth, bed_gravity, .. } = nodes;
         let columns = Self {
             settings,
             pore_columns,
             partial_thickness: height,
             depth,
-            effective_gravity: bearing,
+            effective_gravity: bed_gravity,
             bed,
         };
         SplitPhase { columns, position, porosity: &data.porosity, velocity }
@@ -83,13 +83,13 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         pore_columns: &'a PorePressureColumns,
         set: &'a PhaseSet<D>,
     ) -> Self {
-        let PhaseNodes { partial_thickness: height, depth, bearing, .. } = &set.nodes;
+        let PhaseNodes { partial_thickness: height, depth, bed_gravity, .. } = &set.nodes;
         Self {
             settings,
             pore_columns,
             partial_thickness: height,
             depth,
-            effective_gravity: bearing,
+            effective_gravity: bed_gravity,
             bed: &set.bed,
         }
     }
@@ -196,7 +196,7 @@ fn drag_couplings<const D: usize>(
     let set = &sets[role];
     let (kernel, densities) = (settings.numerics.kernel, &settings.material.densities);
     let coupling = |i: usize| {
-        let (own, partner) = (set.nodes.partial_thickness[i], set.neighbour_data.partner[i]);
+        let (own, partner) = (set.nodes.partial_thickness[i], set.neighbour_data.partner_height[i]);
         if own < limits.min_partner_depth || partner < limits.min_partner_depth {
             return None;
         }

@@ -93,7 +93,7 @@ fn sample_bed_below<const D: usize>(
     curvature_acceleration.resize(nodes.len(), 0.0);
     let (position, velocity) = (&nodes.position, &nodes.velocity);
     let columns =
-        points.par_iter_mut().zip(&mut nodes.effective_gravity).zip(&mut nodes.bearing).zip(reaction);
+        points.par_iter_mut().zip(&mut nodes.effective_gravity).zip(&mut nodes.bed_gravity).zip(reaction);
     columns.zip(&*curvature_acceleration).enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(
         |(i, ((((point, gravity), bearing), reaction), turning))| {
             // Nodes beyond the bed keep the last bed below them until they are removed at the end of the step.

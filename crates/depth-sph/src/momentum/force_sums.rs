@@ -104,5 +104,5 @@ impl<const D: usize> SimdForceSums<D> {
 #[inline]
 pub(super) fn gradient_fields<const D: usize>(data: &NeighbourData<D>, i: usize) -> [f64; FIELDS] {
     let of = |column: &[f64]| column.get(i).copied().unwrap_or(0.0);
-    [data.height[i], of(&data.partner), of(&data.porosity), of(&data.excess), of(&data.level)]
+    [data.height[i], of(&data.partner_height), of(&data.porosity), of(&data.excess), of(&data.level)]
 }

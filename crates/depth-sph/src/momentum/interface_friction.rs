@@ -36,7 +36,7 @@ pub(super) fn apply_interface_friction<const D: usize>(
                     return [0.0; D];
                 };
                 let slip: PlanVector<D> = std::array::from_fn(|c| there[c] - own.nodes.velocity[i][c]);
-                let heights = [own.nodes.partial_thickness[i], own.neighbour_data.partner[i]];
+                let heights = [own.nodes.partial_thickness[i], own.neighbour_data.partner_height[i]];
                 if heights[1] < limits.min_partner_depth {
                     return [0.0; D];
                 }

@@ -191,7 +191,7 @@ mod tests {
         );
         set.nodes.effective_gravity[0] = GRAVITY;
         set.neighbour_data.height = vec![own];
-        set.neighbour_data.partner = vec![partner];
+        set.neighbour_data.partner_height = vec![partner];
         set.neighbour_data.porosity = vec![porosity];
         set.neighbour_data.excess = vec![excess];
         set.neighbour_data.depth = vec![depth];

@@ -185,7 +185,7 @@ impl<const D: usize> CellSorted<D> {
         gather_column(order, &mut self.depth, |j| data.depth[j]);
         gather_column(order, &mut self.pressure, |j| data.pressure[j]);
         if with_fields {
-            let sources = [&data.partner, &data.porosity, &data.excess, &data.level];
+            let sources = [&data.partner_height, &data.porosity, &data.excess, &data.level];
             for (column, source) in self.fields[1..].iter_mut().zip(sources) {
                 gather_column(order, column, |j| source.get(j).copied().unwrap_or(0.0));
             }

@@ -25,8 +25,8 @@ fn output(name: &str, unit: &str, value: f64) -> ScalarOutput {
 fn energy_outputs<const D: usize>(flow: &FlowView<'_, D>) -> [(&'static str, f64); 7] {
     let (account, ledger) = (flow.energy_balance(), &flow.records.energy_balance);
     [
-        ("energy_bed", account.current.bed),
-        ("energy_pressure", account.current.pressure),
+        ("energy_bed", account.current_energy.bed),
+        ("energy_pressure", account.current_energy.pressure),
         ("energy_friction", ledger.friction),
         ("energy_viscosity", ledger.viscosity),
         ("energy_entered", ledger.inflow),

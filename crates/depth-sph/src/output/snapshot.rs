@@ -126,13 +126,14 @@ fn fields_of_columns<const D: usize>(flow: &FlowView<'_, D>, order: &[(usize, us
     let each = |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
     let head = |set: usize, i: usize| if set == 0 { flow.nodes.pore_columns.base_head(i) } else { f64::NAN };
     let submerged = |set: usize, i: usize| flow.sets()[set].submerged_density(flow.settings, set, i);
-    let excess = |set: usize, i: usize| submerged(set, i) * nodes(set).bearing[i] * head(set, i);
+    let excess = |set: usize, i: usize| submerged(set, i) * nodes(set).bed_gravity[i] * head(set, i);
     let mean = |set: usize, i: usize| {
         let head = if set == 0 { flow.nodes.pore_columns.mean(i) } else { f64::NAN };
-        submerged(set, i) * nodes(set).bearing[i] * head
+        submerged(set, i) * nodes(set).bed_gravity[i] * head
     };
     let fluid = flow.settings.material.densities.fluid;
-    let whole = |set: usize, i: usize| excess(set, i) + fluid * nodes(set).bearing[i] * nodes(set).depth[i];
+    let whole =
+        |set: usize, i: usize| excess(set, i) + fluid * nodes(set).bed_gravity[i] * nodes(set).depth[i];
     vec![
         scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])),
         scalar("excess_pore_pressure", "Pa", each(&excess)),

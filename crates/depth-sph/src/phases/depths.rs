@@ -99,7 +99,7 @@ pub fn find_depths<const D: usize>(
         set.scratch_scalars.clear();
         for i in 0..set.nodes.len() {
             let own = set.nodes.partial_thickness[i];
-            let mut partner = set.neighbour_data.partner[i];
+            let mut partner = set.neighbour_data.partner_height[i];
             if own < min_depth || partner < min_depth {
                 partner = 0.0;
             }

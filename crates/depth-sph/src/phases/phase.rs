@@ -53,7 +53,7 @@ pub struct PhaseSet<const D: usize> {
     /// Velocity before the kick, or before resistance (m/s), for the energy balance.
     pub stored_velocity: Vec<PlanVector<D>>,
     /// Works per step of friction, viscosity and pressure (J).
-    pub works: Vec<[f64; 3]>,
+    pub works_per_step: Vec<[f64; 3]>,
     /// Scratch vectors within one sub-step.
     pub scratch_vectors: Vec<PlanVector<D>>,
     /// Scratch scalars within one sub-step.

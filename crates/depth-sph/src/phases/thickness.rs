@@ -142,7 +142,7 @@ impl<const D: usize> PhaseSet<D> {
             .with_min_len(MIN_NODES_PER_TASK)
             .map(partner)
             .collect_into_vec(&mut self.scratch_scalars);
-        copy_with_images(&self.images, &self.scratch_scalars, &mut self.neighbour_data.partner);
+        copy_with_images(&self.images, &self.scratch_scalars, &mut self.neighbour_data.partner_height);
     }
 }
 

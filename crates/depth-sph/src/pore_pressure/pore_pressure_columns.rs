@@ -97,7 +97,7 @@ pub fn set_pore_pressures<const D: usize>(
     for (id, TransferredPressure { depth, pressure }) in transferred {
         // Nodes beyond an open side may have been removed.
         let Ok(i) = set.nodes.id.binary_search(&(*id as u64)) else { continue };
-        let gravity = set.nodes.bearing[i];
+        let gravity = set.nodes.bed_gravity[i];
         let (submerged, fluid) = (set.submerged_density(settings, 0, i), settings.material.densities.fluid);
         let column = &mut columns.heads[i * width..][..width];
         for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
@@ -154,7 +154,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
         let air = -densities.fluid / submerged_density;
         self.apply_dilatancy(head, dt);
         self.drain(coefficient, air, head, dt);
-        let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
+        let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bed_gravity[i]);
         pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
             // Over a drained base the whole column may fall to the pressure of the air.
             (Drainage::Atmospheric, _) => air * depth,
@@ -199,7 +199,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
         let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
         let strain = rate * slope * (critical - porosity) * dt;
         let change = -pore.stiffness * strain
-            / (submerged_density * set.nodes.bearing[i].max(1e-3 * settings.gravity));
+            / (submerged_density * set.nodes.bed_gravity[i].max(1e-3 * settings.gravity));
         // Excess pressure stays zero at the surface.
         let last = head.len() - 1;
         head[..last].iter_mut().for_each(|value| *value += change);

@@ -73,9 +73,9 @@ impl<const D: usize> DepthSolver<D> {
             inflows: boundary.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
             far_fields: boundary.open_sides.iter().map(|end| end.state.clone()).collect(),
             waiting_nodes: boundary.waiting_nodes.nodes.iter().map(|node| node.0).collect(),
-            erosion: bed
-                .erodible()
-                .map(|erodible| [erodible.state().in_surface.clone(), erodible.state().pending.clone()]),
+            erosion: bed.erodible().map(|erodible| {
+                [erodible.state().in_surface.clone(), erodible.state().pending_depth.clone()]
+            }),
         }
     }
 
@@ -120,8 +120,8 @@ fn restore_boundary<const D: usize>(
 
 fn restore_bed<const D: usize>(bed: &mut Bed<D>, erosion: Option<[Vec<f64>; 2]>) -> Option<()> {
     match (bed, erosion) {
-        (Bed::Erodible(erodible), Some([in_surface, pending])) => {
-            erodible.restore::<D>(ErosionState { in_surface, pending })
+        (Bed::Erodible(erodible), Some([in_surface, pending_depth])) => {
+            erodible.restore::<D>(ErosionState { in_surface, pending_depth })
         }
         (Bed::Erodible(_), None) | (_, Some(_)) => None,
         _ => Some(()),

@@ -121,7 +121,7 @@ impl Impedance {
 #[derive(Clone, Copy)]
 struct DashpotLaw {
     axis: usize,
-    upper: bool,
+    is_upper: bool,
     /// Grid line of the face, counted in cells.
     face: usize,
     normal: f64,
@@ -139,8 +139,8 @@ fn dashpot_law<const D: usize>(
     let axis = boundary.side.axis();
     let line =
         (boundary.wall_coordinate(&clock.case.domain) - background.grid.origin[axis]) / background.grid.cell;
-    let (face, upper) = (line.round() as usize, boundary.side.is_max());
-    Some(DashpotLaw { axis, upper, face, normal, tangential, spring_length })
+    let (face, is_upper) = (line.round() as usize, boundary.side.is_max());
+    Some(DashpotLaw { axis, is_upper, face, normal, tangential, spring_length })
 }
 
 impl AbsorbingBoundaries {
@@ -332,7 +332,7 @@ fn dashpot_velocity(
 /// Whether a position lies in the layer of cells behind a face.
 fn is_behind_face<const D: usize>(grid: &Grid<D>, law: &DashpotLaw, position: &[f64; D]) -> bool {
     let place = (position[law.axis] - grid.origin[law.axis]) / grid.cell - law.face as f64;
-    if law.upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
+    if law.is_upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
 }
 
 /// Calls `visit` for the nodes at `position` (m) across an axis, with their weights in the other directions.

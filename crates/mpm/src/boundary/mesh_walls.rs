@@ -21,7 +21,8 @@ pub fn mesh_walls<const D: usize>(
     if case.space == Space::Axisymmetric {
         let on_axis = nodes_where(mesh, |x| x[0] <= 1e-9 * mesh.height());
         let kind = WallKind::Smooth;
-        let axis = NodeWall { axis: 0, upper: false, node: 0, kind, separation: false, velocity: [0.0; 3] };
+        let axis =
+            NodeWall { axis: 0, is_upper: false, node: 0, kind, separation: false, velocity: [0.0; 3] };
         walls.push((axis, on_axis));
     }
     for (number, boundary) in case.active_boundaries(stage) {

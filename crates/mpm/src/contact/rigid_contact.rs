@@ -27,7 +27,7 @@ use crate::points::vectors::first_three;
 pub struct ContactPoint {
     /// Number of the pair of fields, and the side of the rigid one.
     pair: usize,
-    side: usize,
+    rigid_side: usize,
     node: usize,
     /// Position relative to the centre of mass (m).
     lever_arm: [f64; 3],
@@ -57,7 +57,7 @@ struct RigidContactSystem<'a> {
 impl ContactPoint {
     /// Velocities (m/s) of the two sides for the velocity `w` of the rigid body.
     fn side_velocities<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
-        if self.side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
+        if self.rigid_side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
     }
 }
 
@@ -71,7 +71,7 @@ impl ContactLawAtPoint for ContactPointLaw<'_> {
 
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
         let Self(point, contact) = self;
-        let deformable = 1 - point.side;
+        let deformable = 1 - point.rigid_side;
         let (inertias, mut accumulated) = (contact.inertias(point.masses), point.impulse);
         let corrected = contact.velocities_at_interface(
             point.interface,
@@ -86,7 +86,7 @@ impl ContactLawAtPoint for ContactPointLaw<'_> {
 
     fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3] {
         let Self(point, contact) = self;
-        let inertia = contact.inertias(point.masses)[1 - point.side];
+        let inertia = contact.inertias(point.masses)[1 - point.rigid_side];
         contact.stiffness(point.interface, inertia, point.side_velocities(w), &point.impulse)
     }
 }
@@ -268,12 +268,13 @@ fn apply_contact<const D: usize>(
     let [first, second] = contacts.pairs[point.pair].fields;
     let (low, high) = solved.split_at_mut(second * len);
     let pair = [&mut low[first * len + point.node], &mut high[point.node]];
-    pair[point.side].momentum_and_mass = Vector4::new([w[0], w[1], w[2], point.masses[point.side]]);
+    pair[point.rigid_side].momentum_and_mass =
+        Vector4::new([w[0], w[1], w[2], point.masses[point.rigid_side]]);
     let mut alone = ContactImpulse::default();
     let rows = background.layout.nodes()[0];
     let accumulated = row_contacts[point.pair * rows + row].impulses.get_mut(number).unwrap_or(&mut alone);
     let (changed, impulse) = contact.correct_velocities(point.node, &index, pair, accumulated)?;
-    let sign = if point.side == 0 { 1.0 } else { -1.0 };
+    let sign = if point.rigid_side == 0 { 1.0 } else { -1.0 };
     Some((changed, impulse.map(|i| sign * i)))
 }
 
@@ -312,7 +313,7 @@ fn collect_contact_points<const D: usize>(
                 let index = layout.axis_indices(row, number);
                 nodes.push(ContactPoint {
                     pair,
-                    side: rigid_side,
+                    rigid_side: rigid_side,
                     node,
                     lever_arm: free_body.mass.lever_arm(&background.node_at(node, &index)),
                     masses,

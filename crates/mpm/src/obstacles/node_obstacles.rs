@@ -28,9 +28,9 @@ impl<const D: usize> NodeObstacles<D> {
             reaction_index: recorder.number(&obstacle.name),
             ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
         };
-        let BackgroundGrid { grid, layout, basis_1d: axis, upper, .. } = background;
+        let BackgroundGrid { grid, layout, basis_1d: axis, upper_corner, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving_obstacles = MovingObstacles::new(placed, (grid.origin, *upper), acts);
+        let moving_obstacles = MovingObstacles::new(placed, (grid.origin, *upper_corner), acts);
         if moving_obstacles.iter().count() == placed.len() {
             return Self { static_faces: Arc::default(), moving_obstacles };
         }

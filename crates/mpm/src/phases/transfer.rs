@@ -225,7 +225,7 @@ impl<const D: usize> PointUpdater<'_, D> {
     /// Velocity update with FLIP and PIC (sheet: mpm §2.6), identical for both phases.
     #[inline(always)]
     fn update_velocity(&self, velocity: &mut [f64; D], read: &InterpolatedMotion<D>) {
-        let (flip, dt) = (self.clock.flip, self.clock.dt);
+        let (flip, dt) = (self.clock.flip_fraction, self.clock.dt);
         let (new, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
         for c in 0..D {
             velocity[c] = flip * (velocity[c] + dt * acceleration[c]) + (1.0 - flip) * new[c];

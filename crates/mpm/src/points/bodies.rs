@@ -82,7 +82,7 @@ impl<const D: usize> Bodies<D> {
         if background.periodic == [false; D] {
             return;
         }
-        let (low, high, periodic) = (background.grid.origin, background.upper, background.periodic);
+        let (low, high, periodic) = (background.grid.origin, background.upper_corner, background.periodic);
         let mut wrapped = false;
         for set in &mut self.sets {
             wrapped |=

@@ -46,7 +46,7 @@ pub struct PointBlock<'a, const D: usize> {
     /// Initial volumes.
     pub initial_volume: &'a [f64],
     /// Displacement gradients for a later update of the domains; empty where domains are updated at once.
-    pub pending: &'a mut [[[f64; D]; D]],
+    pub pending_gradient: &'a mut [[[f64; D]; D]],
     /// Work of the stresses (J); empty where it is not recorded.
     pub stress_work: &'a mut [f64],
     /// Velocities of the liquid (m/s); empty without liquid.
@@ -110,7 +110,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
             domain: self.domain.split_off_front(points),
             mass: self.mass.split_off(..points).unwrap_or_default(),
             initial_volume: self.initial_volume.split_off(..points).unwrap_or_default(),
-            pending: front(&mut self.pending, points),
+            pending_gradient: front(&mut self.pending_gradient, points),
             stress_work: front(&mut self.stress_work, points),
             liquid_velocity: front(&mut self.liquid_velocity, points),
             pressure: front(&mut self.pressure, points),
@@ -156,12 +156,12 @@ impl<const D: usize> PointBlock<'_, D> {
 
     /// Updates the domains of the points with their motions in the step, now or at the end of the step.
     pub fn update_domains(&mut self, motions: &MotionBlock) {
-        let (later, count) = (!self.pending.is_empty(), self.position.len());
+        let (later, count) = (!self.pending_gradient.is_empty(), self.position.len());
         if !later && !self.domain.are_deformable() {
             return;
         }
         let mut own = [[[0.0; D]; D]; BLOCK_SIZE];
-        let gradients = if later { &mut self.pending[..count] } else { &mut own[..count] };
+        let gradients = if later { &mut self.pending_gradient[..count] } else { &mut own[..count] };
         for (p, gradient) in gradients.iter_mut().enumerate() {
             for i in 0..D {
                 for j in 0..D {
@@ -192,7 +192,7 @@ impl<const D: usize> PointBlock<'_, D> {
 
     /// Updates the domains with the motion that [`PointBlock::update_domains`] stored, if any.
     pub fn apply_pending_domains(&mut self) {
-        self.domain.update_deformation(self.pending, right_stretch);
+        self.domain.update_deformation(self.pending_gradient, right_stretch);
     }
 }
 
@@ -218,7 +218,7 @@ impl<const D: usize> PointSet<D> {
             domain: self.domain.as_mut(),
             mass: &self.points.mass,
             initial_volume: &self.points.initial_volume,
-            pending: &mut self.points.pending,
+            pending_gradient: &mut self.points.pending_gradient,
             stress_work: &mut self.points.work,
             liquid_velocity,
             pressure,

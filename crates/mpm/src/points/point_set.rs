@@ -62,7 +62,7 @@ struct_of_arrays! {
         pub scratch: [f64; D],
         /// Where stress comes before forces and domains stretch: displacement gradient for the update of the domains at the end of the
         /// step, so that all weights are those of its beginning (sheet: mpm P-04); empty otherwise.
-        pub pending: SquareMatrix<D>,
+        pub pending_gradient: SquareMatrix<D>,
         /// Energy stored at the start and work of the stress since (J); empty where it is not recorded.
         pub work: f64,
         /// States of contact with obstacles that act on points; empty without any.

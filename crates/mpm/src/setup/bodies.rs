@@ -59,7 +59,7 @@ pub(super) fn point_set<const D: usize>(
             origin: position.clone(),
             affine_velocity: vec![[[0.0; D]; D]; used(is_affine)],
             scratch: vec![[0.0; D]; used(options.filters_velocities())],
-            pending: vec![[[0.0; D]; D]; used(follows_later)],
+            pending_gradient: vec![[[0.0; D]; D]; used(follows_later)],
             position,
             ..PointColumns::default()
         },

@@ -141,7 +141,7 @@ impl<'a, const D: usize> CaseObstacles<'a, D> {
         let on_nodes =
             NodeObstacles::new(if at_points { &[] } else { &placed_obstacles }, background, &recorder);
         let is_recorded = !on_nodes.is_empty() && obstacles::why_not_recorded(options).is_none();
-        let domain = (background.grid.origin, background.upper);
+        let domain = (background.grid.origin, background.upper_corner);
         let penalty = at_points
             .then(|| Box::new(PenaltyObstacles::new(&placed_obstacles, domain, 2.0 * options.cell_size)));
         Ok(Self { placed_obstacles, on_nodes, reaction_recorder: is_recorded.then_some(recorder), penalty })

@@ -101,7 +101,7 @@ impl<const D: usize> PointUpdater<'_, D> {
     ) -> BlockReport {
         let BackgroundGrid { grid, layout, transfers, .. } = self.background;
         let (view, extent, n) = (self.background.grid_view(), &set.extent, block.position.len());
-        let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip }, self.clock.dt);
+        let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip_fraction }, self.clock.dt);
         let (first, remapped) = (set.field * layout.len(), &nodes.remapped_velocities);
         let reads = &mut reads[..n];
         let points = block.point_slice(extent);
@@ -302,7 +302,7 @@ impl<const D: usize> PointUpdater<'_, D> {
     /// Moves a point beyond walls on sides of the domain back onto them.
     fn project_onto_walls(&self, position: &mut [f64; D]) -> Result<(), String> {
         for axis in (0..D).filter(|axis| !self.background.periodic[*axis]) {
-            let (low, high) = (self.background.grid.origin[axis], self.background.upper[axis]);
+            let (low, high) = (self.background.grid.origin[axis], self.background.upper_corner[axis]);
             if (position[axis] < low && !self.has_wall[axis][0])
                 || (position[axis] > high && !self.has_wall[axis][1])
             {

@@ -84,8 +84,12 @@ impl DecimationBlocks {
     fn from_panel(panel: &Panel<'_>, view: &View, share: f64) -> Self {
         let shape = shape(panel);
         // A flow column has its depth as height.
-        let axes: Vec<usize> =
-            view.axes.iter().copied().filter(|axis| shape != "depth" || *axis != view.up).collect();
+        let axes: Vec<usize> = view
+            .axes
+            .iter()
+            .copied()
+            .filter(|axis| shape != "depth" || *axis != view.vertical_axis)
+            .collect();
         let mut blocks = Self { blocks: HashMap::new(), point_count: 0 };
         let mut known: std::collections::HashSet<u64> = std::collections::HashSet::new();
         for frame in &panel.frames {
@@ -240,7 +244,7 @@ mod tests {
     fn a_slab_that_falls_as_a_whole_has_no_gaps_when_it_is_thinned() {
         let frames = [slab(0.0), slab(0.7)];
         let panel = Panel { name: "a".into(), frames: frames.iter().collect(), frame_count: 2 };
-        let view = View { axes: vec![0, 1], up: 1, ..View::default() };
+        let view = View { axes: vec![0, 1], vertical_axis: 1, ..View::default() };
         for share in [1.5, 4.0, 9.0, 17.0] {
             let blocks = DecimationBlocks::from_panel(&panel, &view, share);
             assert!(blocks.blocks.len() as f64 <= 400.0 / share, "{share}: {}", blocks.blocks.len());
@@ -268,8 +272,11 @@ mod tests {
         let (early, mut late) = (slab(0.0), slab(1.0));
         late.ids = (200..600).collect();
         let panel = Panel { name: "a".into(), frames: vec![&early, &late], frame_count: 2 };
-        let blocks =
-            DecimationBlocks::from_panel(&panel, &View { axes: vec![0, 1], up: 1, ..View::default() }, 4.0);
+        let blocks = DecimationBlocks::from_panel(
+            &panel,
+            &View { axes: vec![0, 1], vertical_axis: 1, ..View::default() },
+            4.0,
+        );
         let shown = |frame: &Snapshot| frame.ids.iter().filter(|id| blocks.get(**id).is_some()).count();
         assert!(blocks.point_count == 600 && shown(&early) == 100 && (50..=100).contains(&shown(&late)));
     }

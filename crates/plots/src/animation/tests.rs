@@ -41,7 +41,7 @@ fn panel<'a>(name: &str, frames: &'a [Snapshot]) -> Panel<'a> {
 fn view() -> View {
     let names = vec!["sand".to_owned(), "</script><b>".to_owned()];
     let classes = vec![PointClasses { name: "body".into(), names, of_body: vec![0, 1] }];
-    View { axes: vec![0, 1], up: 1, classes, bytes: DEFAULT_BYTES, ..View::default() }
+    View { axes: vec![0, 1], vertical_axis: 1, classes, bytes: DEFAULT_BYTES, ..View::default() }
 }
 
 fn bytes(value: &Value) -> Vec<u8> {
@@ -224,7 +224,7 @@ fn a_browser_plays_it_in_two_and_three_dimensions_without_an_error() {
         shells: vec![MovingSurface { corners, faces, reference_point: [0.0; 3], motion }],
         ..RigidGeometry::default()
     };
-    let solid = View { axes: vec![0, 1, 2], up: 2, ground, ..view() };
+    let solid = View { axes: vec![0, 1, 2], vertical_axis: 2, ground, ..view() };
     let elements = [
         Animation::from_panels(&[panel("a", &states), panel("b", &other)], &view()),
         Animation::from_panels(&[panel("a", &states)], &solid),

@@ -61,7 +61,7 @@ impl BoundaryConditions {
             let axis = face.wall.axis;
             let place = face.start + face.wall.velocity[axis] * (time - face.motion_start);
             let below = background.node_below(axis, place);
-            let node = match face.wall.upper {
+            let node = match face.wall.is_upper {
                 false => below,
                 // The first node at or above the face.
                 true if is_node_at(background, axis, below, place) => below,
@@ -92,7 +92,7 @@ impl BoundaryConditions {
 
     /// Whether a wall bounds the upper or lower side of the domain along an axis, so that it returns a point beyond the side.
     pub fn has_wall(&self, axis: usize, upper: bool) -> bool {
-        self.faces.iter().any(|face| face.wall.axis == axis && face.wall.upper == upper)
+        self.faces.iter().any(|face| face.wall.axis == axis && face.wall.is_upper == upper)
     }
 }
 
@@ -113,7 +113,7 @@ fn node_wall(boundary: &Boundary) -> NodeWall {
     };
     NodeWall {
         axis: boundary.side.axis(),
-        upper: boundary.side.is_max(),
+        is_upper: boundary.side.is_max(),
         node: 0,
         kind,
         separation: boundary.separation || boundary.wall.allows_separation(),

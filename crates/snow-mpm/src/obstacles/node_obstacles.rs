@@ -18,7 +18,7 @@ pub struct NodeObstacles<const D: usize> {
     static_faces: NodeFaces,
     moving_obstacles: MovingObstacles<NodeFace, D>,
     /// Names of the obstacles whose reactions are recorded.
-    bearers: Vec<String>,
+    recorded_obstacles: Vec<String>,
 }
 
 impl<const D: usize> NodeObstacles<D> {
@@ -36,9 +36,9 @@ impl<const D: usize> NodeObstacles<D> {
             reaction_index: bearers.iter().position(|name| *name == obstacle.name).map(|number| number as u8),
             ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
         };
-        let BackgroundGrid { grid, layout, basis_1d: axis, low, high, .. } = background;
+        let BackgroundGrid { grid, layout, basis_1d: axis, low, upper_corner, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving_obstacles = MovingObstacles::new(standing, (*low, *high), acts);
+        let moving_obstacles = MovingObstacles::new(standing, (*low, *upper_corner), acts);
         let static_faces = if moving_obstacles.iter().count() == standing.len() {
             NodeFaces::default()
         } else {
@@ -47,7 +47,7 @@ impl<const D: usize> NodeObstacles<D> {
                 found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
             })
         };
-        Ok(Self { static_faces, moving_obstacles, bearers })
+        Ok(Self { static_faces, moving_obstacles, recorded_obstacles: bearers })
     }
 
     /// Faces of the obstacles at rest.
@@ -57,7 +57,7 @@ impl<const D: usize> NodeObstacles<D> {
 
     /// Names of the obstacles whose reactions are recorded.
     pub fn recorded_names(&self) -> &[String] {
-        &self.bearers
+        &self.recorded_obstacles
     }
 
     /// Whether any obstacle moves.

@@ -172,13 +172,13 @@ impl<const D: usize> Bodies<D> {
 
     /// Moves points that left through a periodic side to the opposite side.
     pub fn wrap_into_period(&mut self, background: &BackgroundGrid<D>) {
-        let BackgroundGrid { low, high, periodic, .. } = background;
+        let BackgroundGrid { low, upper_corner, periodic, .. } = background;
         if *periodic == [false; D] {
             return;
         }
         for body in &mut self.bodies {
             let PointColumns { position, origin, .. } = &mut body.points;
-            if wrap_into_period([low, high], periodic, position, origin) {
+            if wrap_into_period([low, upper_corner], periodic, position, origin) {
                 // The points are in other slabs now.
                 self.travel_since_sort = f64::INFINITY;
             }

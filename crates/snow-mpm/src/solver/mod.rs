@@ -105,7 +105,7 @@ impl<const D: usize> SnowSolver<D> {
         let update = PointUpdater {
             dt,
             transfer: options.transfer,
-            flip: options.flip_share(dt),
+            flip_fraction: options.flip_share(dt),
             deformation: options.deformation,
             bounds: StepCoefficients::of_options(options, D),
             background,
@@ -147,8 +147,8 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Removes the points outside the domain, of bodies with `remove_outside`.
     fn remove_outside_points(&mut self) {
-        let BackgroundGrid { low, high, .. } = self.background;
-        let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= high[axis]);
+        let BackgroundGrid { low, upper_corner, .. } = self.background;
+        let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= upper_corner[axis]);
         self.retain(|body, i| !body.remove_outside || inside(&body.points.position[i]));
     }
 

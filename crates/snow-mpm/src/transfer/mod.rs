@@ -74,7 +74,7 @@ pub struct PointUpdater<'a, const D: usize> {
     /// Transfer of velocities.
     pub transfer: SnowTransfer,
     /// FLIP fraction.
-    pub flip: f64,
+    pub flip_fraction: f64,
     /// Deformation of the step as a function of the velocity gradient.
     pub deformation: DeformationUpdate,
     /// Coefficients of the next step's bounds.
@@ -187,7 +187,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         for (own, read) in velocities.iter_mut().zip(reads) {
             let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
             for c in 0..D {
-                own[c] = self.flip * (own[c] + self.dt * acceleration[c]) + (1.0 - self.flip) * velocity[c];
+                own[c] = self.flip_fraction * (own[c] + self.dt * acceleration[c])
+                    + (1.0 - self.flip_fraction) * velocity[c];
             }
         }
     }
@@ -200,7 +201,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         reads: &[InterpolatedMotion<D>],
         remove_outside: bool,
     ) -> Result<(f64, bool), PointFailure> {
-        let BackgroundGrid { low, high, .. } = self.background;
+        let BackgroundGrid { low, upper_corner, .. } = self.background;
         let (mut moved, mut inside) = ([0f64; D], true);
         for (position, read) in block.position.iter_mut().zip(reads) {
             let velocity = read.velocity.as_array();
@@ -209,7 +210,7 @@ impl<const D: usize> PointUpdater<'_, D> {
                 position[c] += step;
                 moved[c] = moved[c].max(step.abs());
                 // NaN is not inside either.
-                inside &= (position[c] >= low[c]) & (position[c] <= high[c]);
+                inside &= (position[c] >= low[c]) & (position[c] <= upper_corner[c]);
             }
         }
         let moved = moved.iter().fold(0f64, |most, step| most.max(*step));
@@ -257,11 +258,11 @@ impl<const D: usize> PointUpdater<'_, D> {
 
     /// Whether a point at most a cell beyond the domain is returned by walls there.
     fn is_held_by_wall(&self, position: &[f64; D], outside: f64) -> bool {
-        let BackgroundGrid { low, high, .. } = self.background;
+        let BackgroundGrid { low, upper_corner, .. } = self.background;
         outside < 1.0
             && (0..D).filter(|axis| !self.background.periodic[*axis]).all(|axis| {
                 (position[axis] >= low[axis] || self.boundaries.has_wall(axis, false))
-                    && (position[axis] <= high[axis] || self.boundaries.has_wall(axis, true))
+                    && (position[axis] <= upper_corner[axis] || self.boundaries.has_wall(axis, true))
             })
     }
 }

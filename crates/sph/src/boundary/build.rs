@@ -68,7 +68,7 @@ pub fn flat_walls<const D: usize>(
             boundary: number,
             axis: boundary.side.axis(),
             position: boundary.wall_coordinate(&case.domain),
-            upper: boundary.side.is_max(),
+            is_upper: boundary.side.is_max(),
             velocity: boundary.velocity.as_ref().map_or([0.0; D], |velocity| leading_components(velocity)),
             factor: history.as_ref().map_or(1.0, |history| history.factor_at(0.0)),
             history,

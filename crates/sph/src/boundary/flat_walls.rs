@@ -48,7 +48,7 @@ impl<const D: usize> FlatWalls<D> {
             let layers = counts[plane.axis];
             let line = |axis: usize| -> Vec<f64> {
                 if axis == plane.axis {
-                    let sign = if plane.upper { 1.0 } else { -1.0 };
+                    let sign = if plane.is_upper { 1.0 } else { -1.0 };
                     return (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect();
                 }
                 let all = -layers..counts[axis] - layers;
@@ -87,7 +87,7 @@ impl<const D: usize> FlatWalls<D> {
             (-f64::INFINITY, f64::INFINITY),
             |(low, high), plane| {
                 let face = plane.face_at(time);
-                if plane.upper { (low, high.min(face)) } else { (low.max(face), high) }
+                if plane.is_upper { (low, high.min(face)) } else { (low.max(face), high) }
             },
         )
     }
@@ -96,7 +96,7 @@ impl<const D: usize> FlatWalls<D> {
     pub fn first_passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&FlatWall<D>> {
         self.planes().find(|plane| {
             let (x, face) = (x[plane.axis], plane.face_at(time));
-            if plane.upper { x > face + margin } else { x < face - margin }
+            if plane.is_upper { x > face + margin } else { x < face - margin }
         })
     }
 
@@ -174,7 +174,7 @@ impl<const D: usize> FlatWalls<D> {
                 let end = images.len();
                 for k in first..end {
                     let image = images[k];
-                    if image.flip[axis] > 0.0 && image.shift[axis] == 0.0 {
+                    if image.axis_sign[axis] > 0.0 && image.shift[axis] == 0.0 {
                         images.push(change(image));
                     }
                 }

@@ -52,12 +52,12 @@ pub fn accelerate<const D: usize>(
         });
     }
     record_reactions(&sums, setting, walls, rates);
-    (lists.weights_current, rates.current) = (true, true);
+    (lists.weights_current, rates.is_current) = (true, true);
     apply_confining_pressure(setting, clock, bodies, walls, lists, rates, dt);
     apply_loads(setting, clock, bodies, rates, dt);
     add_hourglass_viscosity(setting, clock, bodies, walls, lists, rates);
     // No forces act on smooth bodies.
-    walls.smooth.ranges().for_each(|body| rates.derivatives.acceleration[body].fill([0.0; D]));
+    walls.smooth_bodies.ranges().for_each(|body| rates.derivatives.acceleration[body].fill([0.0; D]));
     bodies.rigidify_accelerations(setting, clock, rates, &gravity, dt);
 }
 
@@ -218,7 +218,7 @@ fn update_smoothing_lengths<const D: usize>(
 /// and those of smooth bodies, on which no forces act.
 fn zero_ghost_rates<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates: &mut Derivatives<D>) {
     let guests = bodies.ghost_particles.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i));
-    for i in guests.chain(walls.smooth.ranges().flatten()) {
+    for i in guests.chain(walls.smooth_bodies.ranges().flatten()) {
         rates.gradient[i] = [[0.0; D]; D];
         rates.divergence[i] = 0.0;
     }

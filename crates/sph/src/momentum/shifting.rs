@@ -33,7 +33,7 @@ fn steps_per_shift(strength: f64) -> u64 {
 pub struct Shifting<const D: usize> {
     surface: Vec<bool>,
     /// Squares of the largest particle speeds of the bodies (m²/s²), where these are used.
-    fastest: Vec<f64>,
+    max_speeds_squared: Vec<f64>,
     shifts: Vec<Option<Shift<D>>>,
 }
 
@@ -69,7 +69,7 @@ impl<const D: usize> Shifting<D> {
         }
         walls.place_at_time(clock.time, p);
         lists.weights_current = false;
-        rates.current = false;
+        rates.is_current = false;
     }
 
     /// Computes surfaces and shifts of particles that moved for `dt` (s).
@@ -87,11 +87,11 @@ impl<const D: usize> Shifting<D> {
         (0..p.len()).into_par_iter().map(at_surface).collect_into_vec(&mut self.surface);
         let surface = &self.surface;
         let fastest = |body: &ParticleGroup| p.velocity[body.range()].iter().map(square).fold(0.0, f64::max);
-        self.fastest.clear();
+        self.max_speeds_squared.clear();
         if setting.options.shifting_speed == ShiftingSpeed::Largest {
-            self.fastest.extend(bodies.groups.iter().map(fastest));
+            self.max_speeds_squared.extend(bodies.groups.iter().map(fastest));
         }
-        let fastest = &self.fastest;
+        let fastest = &self.max_speeds_squared;
         let moves = |i: usize| {
             let number = bodies.groups.iter().position(|body| body.range().contains(&i))?;
             let body = Some(&bodies.groups[number])

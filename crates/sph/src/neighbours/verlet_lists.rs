@@ -88,7 +88,7 @@ impl<const D: usize> VerletLists<D> {
                 }
             }
             self.set_list_positions(setting, clock, &bodies.particles, support);
-            rates.current = false;
+            rates.is_current = false;
             self.build(setting, clock, bodies, walls)?;
         }
         self.place_images_and_walls(setting, clock, bodies, walls, support)
@@ -193,7 +193,7 @@ impl<const D: usize> VerletLists<D> {
         walls.find_images(positions, *time, if asks { 2.0 * list_radius } else { *list_radius });
         walls.obstacles.list_candidates(positions, *list_radius);
         let len = bodies.particles.len();
-        walls.smooth.find_ranges(&bodies.groups, len, &walls.images);
+        walls.smooth_bodies.find_ranges(&bodies.groups, len, &walls.images);
         let total = walls.first(len) + walls.planes.particles.len();
         bodies.resize(total);
         let p = &mut bodies.particles;

@@ -31,7 +31,7 @@ impl SmoothBodies {
     ) {
         let before = |end: usize| len + images.partition_point(|image| (image.source as usize) < end);
         self.ranges_of_bodies.clear();
-        self.ranges_of_bodies.extend(groups.iter().filter(|group| group.smooth).map(|group| {
+        self.ranges_of_bodies.extend(groups.iter().filter(|group| group.is_smooth).map(|group| {
             SmoothBodyRanges { body_particles: group.range(), images: before(group.start)..before(group.end) }
         }));
     }

@@ -177,7 +177,7 @@ impl<const D: usize> PairSums<'_, D> {
         if self.options.momentum == MomentumEquation::Corrected {
             self.add_corrected(i, &row[..regular], weights, sum);
         }
-        if !self.walls.smooth.is_empty() {
+        if !self.walls.smooth_bodies.is_empty() {
             self.smooth_acceleration(i, row, form, sum);
         }
         if regular < row.len() {

@@ -29,7 +29,7 @@ impl<const D: usize> PairSums<'_, D> {
         let p = self.particles;
         for (&j, &weight) in row.iter().zip(weights) {
             let j = j as usize;
-            if weight == 0.0 || self.walls.smooth.contain(j) {
+            if weight == 0.0 || self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let (apart, _) = separation(&p.position[i], &p.position[j]);

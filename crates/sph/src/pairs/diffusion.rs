@@ -36,7 +36,7 @@ impl<const D: usize> PairContext<'_, D> {
         let mut sum = [0.0; D];
         for &j in &row[..self.neighbours_before(row, self.first_wall_particle)] {
             let j = j as usize;
-            if self.walls.smooth.contain(j) {
+            if self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let (_, square) = separation(&p.position[i], &p.position[j]);
@@ -61,7 +61,7 @@ impl<const D: usize> PairContext<'_, D> {
         let mut sum = [0.0; D];
         for (&j, weight) in row[..self.neighbours_before(row, self.first_wall_particle)].iter().zip(weights) {
             let j = j as usize;
-            if self.walls.smooth.contain(j) {
+            if self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let gradient = if j < p.len() {
@@ -184,7 +184,7 @@ impl<const D: usize> PairContext<'_, D> {
             let ratio = self.kernel_ratio_argument(i, k, r) / reference;
             let close = 1.0 + CLOSE_PAIR_TERM.0 * ratio.powi(CLOSE_PAIR_TERM.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
-            if j >= self.first_wall_particle || self.walls.smooth.contain(j) {
+            if j >= self.first_wall_particle || self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             all.add(weight, &apart);
@@ -283,7 +283,7 @@ impl<const D: usize> PairContext<'_, D> {
         let (mut rate, mut slope) = (0.0, p.mass[i] * kernel.length_derivative(0.0));
         for (&j, &weight) in row[..self.first_mirrored(row)].iter().zip(weights) {
             let j = j as usize;
-            if self.walls.smooth.contain(j) {
+            if self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let (apart, square) = separation(&p.position[i], &p.position[j]);

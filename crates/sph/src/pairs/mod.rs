@@ -149,7 +149,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
     /// Index of the fields of neighbour `j` for `i`: `i` itself for dummy particles and smooth bodies, else `j`.
     #[inline]
     pub(crate) fn effective_index(&self, i: usize, j: usize) -> usize {
-        if j >= self.first_dummy_particle || self.walls.smooth.contain(j) { i } else { j }
+        if j >= self.first_dummy_particle || self.walls.smooth_bodies.contain(j) { i } else { j }
     }
 
     pub(crate) fn grad_h(&self) -> bool {

@@ -63,7 +63,7 @@ fn fill_records<const D: usize>(momentum: MomentumEquation, bodies: &mut Bodies<
             *record = p.record(i, scale(i));
         }
     });
-    walls.smooth.particles().for_each(|i| clear_volume::<D>(&mut records[i]));
+    walls.smooth_bodies.particles().for_each(|i| clear_volume::<D>(&mut records[i]));
 }
 
 /// Computes the density `Σ m W` of every particle (BN 2).
@@ -102,7 +102,7 @@ fn find_corrections<const D: usize>(
     );
     for (image, slot) in images.iter().zip(len..) {
         let l = correction[image.source as usize];
-        let flip = image.flip;
+        let flip = image.axis_sign;
         correction[slot] = std::array::from_fn(|a| std::array::from_fn(|b| flip[a] * l[a][b] * flip[b]));
     }
 }

@@ -101,7 +101,8 @@ impl<const D: usize> PairSums<'_, D> {
                     p.sound[i] * p.sound[i],
                     (p.mass[i], p.mass[i]),
                 );
-                sum[plane.axis] += if plane.upper { acceleration * between } else { -acceleration * between };
+                sum[plane.axis] +=
+                    if plane.is_upper { acceleration * between } else { -acceleration * between };
             }
         }
     }
@@ -125,7 +126,7 @@ pub(crate) fn repulsion_energy<const D: usize>(
     planes.images(&positions, reach, &mut images);
     for image in &images {
         let x = positions[image.source as usize];
-        positions.push(std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]));
+        positions.push(std::array::from_fn(|c| image.axis_sign[c] * x[c] + image.shift[c]));
     }
     let mut near = NeighbourList::new();
     let keeps = |k: u32, other: u32| {

@@ -47,8 +47,12 @@ pub(crate) fn reflected_stress<const D: usize>(stress: &SymTensor, n: &[f64; D])
 impl<const D: usize> PairContext<'_, D> {
     /// Smooth bodies near particle `i`, except its own.
     fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = SmoothBodyFace<'r, D>> {
-        let outside =
-            self.walls.smooth.ranges_of_bodies.iter().filter(move |place| !place.body_particles.contains(&i));
+        let outside = self
+            .walls
+            .smooth_bodies
+            .ranges_of_bodies
+            .iter()
+            .filter(move |place| !place.body_particles.contains(&i));
         outside.filter_map(move |place| {
             let part = |range: &Range<usize>| {
                 &row[self.neighbours_before(row, range.start)..self.neighbours_before(row, range.end)]

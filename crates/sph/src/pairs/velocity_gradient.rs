@@ -118,7 +118,7 @@ impl<const D: usize> PairSums<'_, D> {
         let form = self.gradient_form();
         let GradientSums { mut gradient, mut moment, mut trace } =
             self.gradient_sums::<TURNS>(i, (row, weights, regular), turn, &form);
-        if !self.walls.smooth.is_empty() {
+        if !self.walls.smooth_bodies.is_empty() {
             self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
         }
         if regular < row.len() {

@@ -85,7 +85,7 @@ impl<const D: usize> PairSums<'_, D> {
                 let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
                 if speed > STICK_RATIO * most / (p.density[i] * p.sound[i]) {
                     let rubs = coefficient * p.friction_pressure(i, -normal);
-                    let factor = rubs / speed * if plane.upper { -1.0 } else { 1.0 };
+                    let factor = rubs / speed * if plane.is_upper { -1.0 } else { 1.0 };
                     let normal = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
                     let against =
                         std::array::from_fn(|c| if c == axis { 0.0 } else { -coefficient * own[c] / speed });

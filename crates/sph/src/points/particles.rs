@@ -47,7 +47,7 @@ pub struct ParticleGroup {
     /// Rigid motion, where the body is rigid.
     pub rigid: Option<RigidBody>,
     /// Whether others slip freely along it; only held bodies may be smooth.
-    pub smooth: bool,
+    pub is_smooth: bool,
     /// Whether a confining pressure acts on it.
     pub is_confined: bool,
     /// Whether its law is a fluid law.

@@ -101,7 +101,8 @@ impl<const D: usize> Rank<D> {
             self.own_particles().filter(|&i| bounds.contains_within(&x[i as usize], width)).collect();
         let image_near = |image: &&crate::walls::ImageParticle<D>| {
             let x = &x[image.source as usize];
-            bounds.contains_within(&std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]), width)
+            bounds
+                .contains_within(&std::array::from_fn(|c| image.axis_sign[c] * x[c] + image.shift[c]), width)
         };
         near.extend(images.iter().filter(image_near).map(|image| image.source));
         near.sort_unstable();
@@ -247,7 +248,7 @@ impl<const D: usize> RankedSolver<D> {
         self.ranks.par_iter_mut().for_each(|rank| {
             let SphSolver { setting, clock, bodies, lists, rates, .. } = &mut rank.domain;
             lists.set_list_positions(setting, clock, &bodies.particles, support);
-            rates.current = false;
+            rates.is_current = false;
         });
         self.distribute()?;
         Ok(support)

@@ -67,7 +67,7 @@ pub(super) fn add_body<const D: usize>(
         history,
         factor,
         rigid: body.rigid.then(|| rigid(particles, start..end, options.spacing)),
-        smooth: options.smooth_bodies.contains(&body.name),
+        is_smooth: options.smooth_bodies.contains(&body.name),
         is_confined: is_confined(options, body),
         fluid: spec.model_info().kind == ModelFamily::Fluid,
     })

@@ -153,7 +153,7 @@ impl<const D: usize> SphSolver<D> {
         walls.update_time_histories(clock.time, clock.time + dt);
         bodies.update_time_histories(clock.time, clock.time + dt);
         if averages.regularise(setting, clock, bodies, walls, lists, dt)? {
-            rates.current = false;
+            rates.is_current = false;
         }
         shifting.shift(setting, clock, bodies, walls, lists, rates);
         self.integrate(dt)?;
@@ -162,7 +162,7 @@ impl<const D: usize> SphSolver<D> {
         update_follower_loads(setting, bodies, lists, rates, reference.is_some(), dt);
         let turned = walls.reflect_escaped(bodies, &mut rates.derivatives, clock.time + dt);
         if stop_at_obstacles(setting, bodies, walls, rates, (clock.time + dt, dt)) || turned {
-            (lists.weights_current, rates.current) = (false, false);
+            (lists.weights_current, rates.is_current) = (false, false);
         }
         walls.update_delayed_pressures(setting, bodies, dt);
         Ok(())

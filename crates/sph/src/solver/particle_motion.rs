@@ -139,7 +139,7 @@ pub fn drift<const D: usize>(
         })
         .reduce(|| None, Option::or);
     lists.weights_current = false;
-    rates.current = false;
+    rates.is_current = false;
     first.map_or(Ok(()), |(i, reason)| {
         let astray = || out_of_range_reason(setting, walls, &particles.position[i], end);
         Err(particles.particle_error(clock, i, reason.map_or_else(astray, ToOwned::to_owned)))

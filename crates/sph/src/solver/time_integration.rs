@@ -255,7 +255,7 @@ impl<const D: usize> SphSolver<D> {
 
     fn velocity_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
-        if rates.current {
+        if rates.is_current {
             update_pair_data(setting, clock, bodies, walls, lists);
         } else {
             update_accelerations(setting, clock, bodies, walls, lists, rates, 0.0);
@@ -314,7 +314,7 @@ impl<const D: usize> SphSolver<D> {
                 update_stress(setting, clock, bodies, &rates.derivatives, step, StageTime::Start)?;
                 bodies.particles.position[..len].copy_from_slice(&kept.position);
                 add(&mut bodies.particles.position[..len], step, &kept.stage_velocity);
-                rates.current = false;
+                rates.is_current = false;
             }
             let now = Clock { time: clock.time + fraction * dt, ..*clock };
             lists.refresh(setting, &now, bodies, walls, rates, false)?;

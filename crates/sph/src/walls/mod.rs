@@ -35,7 +35,7 @@ pub struct Walls<const D: usize> {
     /// Images of the particles near mirrors and periodic boundaries.
     pub images: Vec<ImageParticle<D>>,
     /// Index ranges of the smooth bodies.
-    pub smooth: SmoothBodies,
+    pub smooth_bodies: SmoothBodies,
     /// Rigid geometry, common to all stages, at rest or moving.
     pub obstacles: ObstacleFaces<D>,
 }
@@ -81,7 +81,7 @@ impl<const D: usize> Walls<D> {
         let len = particles.len();
         for (image, slot) in self.images.iter().zip(len..) {
             let x = particles.position[image.source as usize];
-            particles.position[slot] = std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]);
+            particles.position[slot] = std::array::from_fn(|c| image.axis_sign[c] * x[c] + image.shift[c]);
         }
         self.planes.place_particles(&mut particles.position[self.first(len)..]);
     }
@@ -125,7 +125,7 @@ impl<const D: usize> Walls<D> {
                 .flat_map(ParticleGroup::range)
             {
                 let x = p.position[i][axis];
-                if !(if plane.upper { x > face } else { x < face }) {
+                if !(if plane.is_upper { x > face } else { x < face }) {
                     continue;
                 }
                 any = true;
@@ -171,7 +171,7 @@ impl<const D: usize> Walls<D> {
     pub fn particle_of(&self, len: usize, j: usize) -> Option<usize> {
         let Some(number) = j.checked_sub(len) else { return Some(j) };
         let image = self.images.get(number)?;
-        (image.flip == [1.0; D]).then_some(image.source as usize)
+        (image.axis_sign == [1.0; D]).then_some(image.source as usize)
     }
 
     /// Index of the first neighbour that is a dummy particle with a mirrored state.

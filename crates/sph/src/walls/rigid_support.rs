@@ -12,7 +12,7 @@ impl<const D: usize> FlatWall<D> {
     /// Plane of the wall as a support of rigid bodies, in a case.
     fn wall_plane(&self, case: &Case) -> WallPlane {
         let friction = case.boundaries[self.boundary].wall.friction();
-        let normal_sign = if self.upper { -1.0 } else { 1.0 };
+        let normal_sign = if self.is_upper { -1.0 } else { 1.0 };
         WallPlane {
             axis: self.axis,
             normal_sign,

@@ -14,10 +14,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "sheet: dem §5, B15; Kumar 2015, §3.4",
     short_seconds: Some(60),
     full_seconds: 60,
-    run: |_| all(),
+    run: |_| run_applications(),
 };
 
-fn all() -> Result<BenchmarkOutcome, String> {
+fn run_applications() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     slide(&mut outcome)?;
     cliff(&mut outcome)?;

@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Five columns.
-pub const SWEEP: Benchmark = Benchmark {
+pub const ASPECT_SWEEP: Benchmark = Benchmark {
     id: "dem/column-sweep",
     title: "Collapse of columns of 1500 disks, a = 0.5 to 8, DEM",
     source: "sheet: dem §5, B13; Staron and Hinch 2005; Lube et al. 2005",

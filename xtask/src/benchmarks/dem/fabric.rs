@@ -118,7 +118,7 @@ fn run() -> Result<BenchmarkOutcome, String> {
     };
     let rose = ContactRose {
         title: "Directions of contacts at the peak; line: by the fabric tensor".to_owned(),
-        shares: solver.contact_rose(SECTORS),
+        sector_shares: solver.contact_rose(SECTORS),
         line: (0..72).map(|k| first_order(angle(k))).collect(),
     };
     outcome.png("Rose of contacts at the peak.", &rose)?;

@@ -44,7 +44,7 @@ pub const ALL: &[Benchmark] = &[
     plane_shear::TABLE,
     incline::BENCHMARK,
     column::BENCHMARK,
-    column::SWEEP,
+    column::ASPECT_SWEEP,
     drum::BENCHMARK,
     drum::FINE_DRUM,
     biaxial::BENCHMARK,

@@ -127,7 +127,7 @@ struct SlidingBlock {
     share: f64,
     gain: f64,
     loss: f64,
-    fade: f64,
+    decay_time: f64,
 }
 
 impl SlidingBlock {
@@ -138,16 +138,17 @@ impl SlidingBlock {
     fn new(slope: f64, share: f64) -> Self {
         let (sin, cos) = slope.to_radians().sin_cos();
         let held = 1050.0 / 2050.0 * cos * 35f64.to_radians().tan();
-        let fade = 4.0 * Self::DEPTH.powi(2) / (std::f64::consts::PI.powi(2) * Self::CONSOLIDATION);
-        Self { slope, share, gain: GRAVITY * (sin - held), loss: share * GRAVITY * held, fade }
+        let decay_time = 4.0 * Self::DEPTH.powi(2) / (std::f64::consts::PI.powi(2) * Self::CONSOLIDATION);
+        Self { slope, share, gain: GRAVITY * (sin - held), loss: share * GRAVITY * held, decay_time }
     }
 
     fn speed(&self, t: f64) -> f64 {
-        self.gain * t + self.loss * self.fade * (1.0 - (-t / self.fade).exp())
+        self.gain * t + self.loss * self.decay_time * (1.0 - (-t / self.decay_time).exp())
     }
 
     fn path(&self, t: f64) -> f64 {
-        0.5 * self.gain * t * t + self.loss * self.fade * (t - self.fade * (1.0 - (-t / self.fade).exp()))
+        0.5 * self.gain * t * t
+            + self.loss * self.decay_time * (t - self.decay_time * (1.0 - (-t / self.decay_time).exp()))
     }
 
     fn flow(&self, profile: PressureProfile) -> Result<Flow<1>, String> {

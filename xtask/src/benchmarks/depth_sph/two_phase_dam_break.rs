@@ -148,7 +148,9 @@ fn wave_positions(
     };
     let [bore, _, contact, tail, head] = exact.waves().map(|wave| wave * time);
     let found =
-        PhaseProfiles::first_crossing(-HALF_LENGTH, contact, 0.5 * (1.04 + exact.star[0]), |x| both.depth(x));
+        PhaseProfiles::first_crossing(-HALF_LENGTH, contact, 0.5 * (1.04 + exact.contact_depths[0]), |x| {
+            both.depth(x)
+        });
     near("bore (m)", bore, found, 0.15, "B1: ±0.15 m");
     let found = PhaseProfiles::first_crossing(bore, tail, 0.541_8, |x| both.porosity(x));
     near("contact (m)", contact, found, 0.1, "B1: ±0.1 m");

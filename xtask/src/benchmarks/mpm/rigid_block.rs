@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Mass of the block (kg), applied force (N), coefficient of friction, gravity (m/s²).
 const MASS: f64 = 750.0;
-const PUSH: f64 = 6000.0;
+const APPLIED_FORCE: f64 = 6000.0;
 const FRICTION: f64 = 0.4;
 const GRAVITY: f64 = 10.0;
 /// Time at which the applied force begins (s).
@@ -44,7 +44,7 @@ fn column_since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)>
 }
 
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let exact = PUSH / MASS - FRICTION * GRAVITY;
+    let exact = APPLIED_FORCE / MASS - FRICTION * GRAVITY;
     let mut chart = LineChart::new(
         "Rigid block pushed over a frictional base",
         "time since the push begins (s)",
@@ -76,11 +76,11 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let late = column_since(&report, "block.velocity.x", SETTLING_TIME + 0.1);
         let impulse = column_since(&report, "reaction.impulse.x", SETTLING_TIME + 0.1);
         if let ([first, .., last], [begun, .., taken]) = (&late[..], &impulse[..]) {
-            let open = MASS * (last.1 - first.1) - PUSH * (last.0 - first.0) - (taken.1 - begun.1);
+            let open = MASS * (last.1 - first.1) - APPLIED_FORCE * (last.0 - first.0) - (taken.1 - begun.1);
             outcome.assert_below(
                 format!("{shape}: momentum less impulses over the impulse of the push"),
                 "0",
-                open.abs() / (PUSH * (last.0 - first.0)),
+                open.abs() / (APPLIED_FORCE * (last.0 - first.0)),
                 1e-9,
                 "round-off",
             );

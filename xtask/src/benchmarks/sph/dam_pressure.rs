@@ -39,7 +39,7 @@ struct FloorRecord {
     /// Position of the front from the gate over the depth, over time.
     front: PressureCurve,
     /// Pressures at the sensors over the unit, over time.
-    sensors: [PressureCurve; 4],
+    sensor_pressures: [PressureCurve; 4],
 }
 
 impl FloorRecord {
@@ -53,12 +53,12 @@ impl FloorRecord {
             let dry = |(t, p): (f64, f64)| (t, if p.is_nan() { 0.0 } else { p });
             scaled(&format!("sensor{k}.pressure"), 0.0, UNIT).into_iter().map(dry).collect()
         };
-        Self { front: scaled("front", GATE_POSITION, DEPTH), sensors: [1, 2, 3, 4].map(sensor) }
+        Self { front: scaled("front", GATE_POSITION, DEPTH), sensor_pressures: [1, 2, 3, 4].map(sensor) }
     }
 
     /// Arrival time of the water at sensor 2.
     fn arrival_time(&self) -> f64 {
-        self.sensors[1].iter().find(|(_, p)| *p > ARRIVAL_PRESSURE).map_or(f64::NAN, |(t, _)| *t)
+        self.sensor_pressures[1].iter().find(|(_, p)| *p > ARRIVAL_PRESSURE).map_or(f64::NAN, |(t, _)| *t)
     }
 
     /// Speed of the front between one and three depths from the gate, over `√(gH)`.
@@ -68,7 +68,7 @@ impl FloorRecord {
 
     /// Largest mean over the window at a sensor.
     fn peak(&self, sensor: usize) -> f64 {
-        let curve = &self.sensors[sensor];
+        let curve = &self.sensor_pressures[sensor];
         let last = curve.last().map_or(0.0, |row| row.0) - WINDOW;
         let begins = curve.iter().map(|(t, _)| *t).filter(|t| *t < last);
         begins.map(|t| mean(curve, t, t + WINDOW)).max_or_nan()
@@ -163,7 +163,7 @@ fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, expe
         outcome.assert_within(
             format!("{floor} floor: sensor 2, {part}: mean from {from} to {to} after the arrival, over ρgH"),
             &format!("{median:.3}, the median"),
-            mean(&course.sensors[1], begun + from, begun + to),
+            mean(&course.sensor_pressures[1], begun + from, begun + to),
             (low, high),
             "between the quantiles of 2.5 and 97.5 % over the tests",
         );
@@ -187,7 +187,7 @@ fn judge_blow(
     let mut found = vec![(
         format!("{floor} floor: sensor 2, blow: mean from 0 to 0.2 after the arrival, over ρgH"),
         experiment.mean_quantiles(0.0, 0.2),
-        mean(&course.sensors[1], begun, begun + 0.2),
+        mean(&course.sensor_pressures[1], begun, begun + 0.2),
     )];
     for (sensor, quantiles) in PEAKS.into_iter().enumerate() {
         let name = format!("{floor} floor: peak at sensor {}, over ρgH", sensor + 1);
@@ -225,8 +225,9 @@ fn draw(
     let mut second = LineChart::new("Pressure at sensor 2, 15 mm above the floor", time, "p / ρgH");
     for (floor, course) in courses {
         fronts.series.push(Series::new(format!("{floor} floor"), course.front.clone(), Style::Line));
-        let smoothed =
-            course.sensors[1].iter().map(|(t, _)| (*t, mean(&course.sensors[1], t - 0.05, t + 0.05)));
+        let smoothed = course.sensor_pressures[1]
+            .iter()
+            .map(|(t, _)| (*t, mean(&course.sensor_pressures[1], t - 0.05, t + 0.05)));
         second.series.push(Series::new(format!("{floor} floor"), smoothed.collect(), Style::Line));
     }
     fronts.series.push(Series::new("experiment", experiment.front.clone(), Style::Markers));

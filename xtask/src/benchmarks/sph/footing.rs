@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "Prandtl 1921; Bui & Nguyen 2021, Fig. 24; sheet: sph V-39",
     short_seconds: Some(30),
     full_seconds: 220,
-    run: |quick| push(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
+    run: |quick| run_footing(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
 };
 
 /// Clay under a smooth footing.
@@ -29,7 +29,7 @@ pub const SMOOTH: Benchmark = Benchmark {
     title: "Smooth strip footing: Prandtl's bearing capacity, SPH",
     short_seconds: Some(30),
     full_seconds: 220,
-    run: |quick| push(&[SLIPPERY], if quick { &[0.1] } else { &[0.1, 0.05] }),
+    run: |quick| run_footing(&[SLIPPERY], if quick { &[0.1] } else { &[0.1, 0.05] }),
     ..BENCHMARK
 };
 
@@ -39,7 +39,7 @@ pub const SOILS: Benchmark = Benchmark {
     title: "Strip footing on other soils, SPH",
     short_seconds: None,
     full_seconds: 34,
-    run: |_| push(&[CONE, FRICTION], &[0.1]),
+    run: |_| run_footing(&[CONE, FRICTION], &[0.1]),
     ..BENCHMARK
 };
 
@@ -49,7 +49,7 @@ pub const SOILS_FINE: Benchmark = Benchmark {
     title: "Strip footing on other soils, a twentieth of its width, SPH",
     short_seconds: None,
     full_seconds: 320,
-    run: |_| push(&[CONE, FRICTION], &[0.05]),
+    run: |_| run_footing(&[CONE, FRICTION], &[0.05]),
     ..BENCHMARK
 };
 
@@ -152,7 +152,7 @@ fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     regression_slope(&side).atan().to_degrees()
 }
 
-fn push(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
+fn run_footing(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for soil in soils {
         let mut chart = LineChart::new(

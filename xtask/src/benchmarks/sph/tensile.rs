@@ -36,23 +36,28 @@ struct TensileCure {
     name: &'static str,
     /// Kind of the option `tensile`, and its strength.
     option: Option<(&'static str, f64)>,
-    share: f64,
+    clumped_share: f64,
     front: f64,
 }
 
 const TENSILE_CURES: [TensileCure; 4] = [
-    TensileCure { name: "none", option: None, share: 0.123, front: 4.96 },
-    TensileCure { name: "stress 0.5", option: Some(("artificial-stress", 0.5)), share: 0.0025, front: 4.85 },
+    TensileCure { name: "none", option: None, clumped_share: 0.123, front: 4.96 },
+    TensileCure {
+        name: "stress 0.5",
+        option: Some(("artificial-stress", 0.5)),
+        clumped_share: 0.0025,
+        front: 4.85,
+    },
     TensileCure {
         name: "pressure 0.5",
         option: Some(("artificial-pressure", 0.5)),
-        share: 0.029,
+        clumped_share: 0.029,
         front: 4.75,
     },
     TensileCure {
         name: "pressure 0.9",
         option: Some(("artificial-pressure", 0.9)),
-        share: 0.020,
+        clumped_share: 0.020,
         front: 4.87,
     },
 ];
@@ -71,7 +76,7 @@ impl TensileCure {
         let (share, least) = clumped_share(&snapshot, 0.7 * SPACING);
         let front = connected_front(&snapshot, SPACING);
         let reason = "the sheet's reference run; judged below";
-        let claim = self.share.to_string();
+        let claim = self.clumped_share.to_string();
         outcome.info(format!("{name}: share closer than 0.7 spacings"), &claim, share, reason);
         outcome.info(format!("{name}: least distance over spacing"), "", least / SPACING, reason);
         outcome.info(format!("{name}: front (m)"), &self.front.to_string(), front, reason);

@@ -247,7 +247,7 @@ impl SearchContext<'_> {
     }
 
     fn file(&self, name: fn(&str) -> String) -> Option<PathBuf> {
-        Some(self.options.out.as_ref()?.join(name(self.name)))
+        Some(self.options.output_folder.as_ref()?.join(name(self.name)))
     }
 
     /// Reads the trials of an interrupted search from its table.

@@ -166,7 +166,7 @@ fn searching(range: &str) -> Case {
 fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let options = RunOptions { out: Some(out.clone()), ..RunOptions::default() };
+    let options = RunOptions { output_folder: Some(out.clone()), ..RunOptions::default() };
     let report = run_method(&Sliding::default(), &searching("[1, 2]"), &options).unwrap();
     let safety = &report.safety["safety"];
     assert!(safety.stable_factor <= STRENGTH && STRENGTH <= safety.failing_factor, "{safety:?}");
@@ -200,14 +200,15 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let options = |name: &str| RunOptions {
         method: "sliding".into(),
-        out: Some(folder.path().join(name)),
+        output_folder: Some(folder.path().join(name)),
         ..RunOptions::default()
     };
     let case = searching("[1, 2]");
     let whole = run_method(&Sliding::default(), &case, &options("whole")).unwrap();
     let cut = Sliding { stops_at: Some(5), ..Sliding::default() };
     let report =
-        run_method(&cut, &case, &RunOptions { stop: Some(cut.stop_flag.clone()), ..options("cut") }).unwrap();
+        run_method(&cut, &case, &RunOptions { stop_flag: Some(cut.stop_flag.clone()), ..options("cut") })
+            .unwrap();
     assert_eq!((report.ending, report.safety.len()), (RunEnd::Interrupted, 0));
     let out = folder.path().join("cut");
     let summary = status(&out);
@@ -230,8 +231,11 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
 #[test]
 fn a_trial_that_fails_fails_the_run_which_can_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let options =
-        RunOptions { method: "sliding".into(), out: Some(folder.path().to_owned()), ..RunOptions::default() };
+    let options = RunOptions {
+        method: "sliding".into(),
+        output_folder: Some(folder.path().to_owned()),
+        ..RunOptions::default()
+    };
     let case = searching("[1, 2]");
     let error =
         run_method(&Sliding { refuses_at: Some(3), ..Sliding::default() }, &case, &options).unwrap_err();

@@ -80,7 +80,7 @@ impl RunLoop<'_> {
     }
 
     fn report_warning(&mut self, remark: Option<String>) {
-        if let (Some(remark), Some(warn)) = (remark, self.options.warn) {
+        if let (Some(remark), Some(warn)) = (remark, self.options.on_warning) {
             self.progress_bar.suspend(|| warn(&remark));
             self.reported_warnings.push(remark);
         }

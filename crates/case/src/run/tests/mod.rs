@@ -28,7 +28,7 @@ struct Oscillators {
     stiffening: Option<(f64, f64)>,
     fail_at: Option<f64>,
     /// Whether the solver ends the whole program at its failure, and pauses before.
-    dies: bool,
+    exits_on_failure: bool,
     /// Whether frames have their masses at the nodes of a line instead of points.
     on_nodes: bool,
 }
@@ -47,7 +47,7 @@ impl Oscillators {
             dt: 0.0137,
             stiffening: None,
             fail_at,
-            dies: false,
+            exits_on_failure: false,
             on_nodes: false,
         }
     }
@@ -87,7 +87,7 @@ impl Solver for Oscillators {
         let limit = self.limit();
         let dt = limit.limited_to(at_most);
         if self.fail_at.is_some_and(|at| self.time >= at) {
-            assert!(!self.dies, "killed");
+            assert!(!self.exits_on_failure, "killed");
             let reason = "it was told to".to_owned();
             return Err(SolverError::Point {
                 step: self.steps,
@@ -97,7 +97,7 @@ impl Solver for Oscillators {
                 reason,
             });
         }
-        if self.dies && self.time < Self::NAP && self.time + dt >= Self::NAP {
+        if self.exits_on_failure && self.time < Self::NAP && self.time + dt >= Self::NAP {
             std::thread::sleep(SUMMARY_INTERVAL);
         }
         for [x, v] in &mut self.state {
@@ -179,7 +179,7 @@ fn case(stages: &str) -> Case {
 }
 
 fn options(out: &std::path::Path) -> RunOptions {
-    RunOptions { method: "test".into(), out: Some(out.to_owned()), ..RunOptions::default() }
+    RunOptions { method: "test".into(), output_folder: Some(out.to_owned()), ..RunOptions::default() }
 }
 
 /// Files of a run, without the wall-clock times, which may differ.
@@ -423,7 +423,7 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
     };
     static LOG: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
     let warn: fn(&str) = |remark| LOG.lock().unwrap().push(remark.to_owned());
-    let with = RunOptions { warn: Some(warn), ..RunOptions::default() };
+    let with = RunOptions { on_warning: Some(warn), ..RunOptions::default() };
     let [(little, _), (much, reported)] = [2e-3, 5e-4].map(|share| {
         let report = run(&case, falling(share), &with).unwrap();
         (report.warnings_at_end, report.reported_warnings)

@@ -39,7 +39,7 @@ fn a_killed_run_leaves_a_summary_of_how_far_it_got() {
         let folder = tempfile::tempdir().unwrap();
         let warnings = vec!["mind the step".to_owned()];
         let killed = std::panic::catch_unwind(|| {
-            let solver = Oscillators { dies: true, ..Oscillators::new(0.0, Some(1.2)) };
+            let solver = Oscillators { exits_on_failure: true, ..Oscillators::new(0.0, Some(1.2)) };
             run(&case, Box::new(solver), &RunOptions { warnings, ..options(folder.path()) })
         });
         assert!(killed.is_err());

@@ -15,7 +15,7 @@ use crate::points::vector::{WIDTH, add, dot, from_tangential, moment, scaled};
 pub(super) struct SimdContactSums {
     elastic: Lanes,
     /// Twice the energy of tangential springs (J).
-    pub(super) springs: Lanes,
+    pub(super) spring_energy: Lanes,
     /// Minus twice the power of the normal dashpots; the next field is the power of the tangential ones (W).
     normal_power: Lanes,
     pub(super) tangential_power: Lanes,
@@ -49,7 +49,7 @@ impl<const D: usize> ContactSums<D> {
             (a + b) + (c + d)
         };
         energies.elastic += sum(sums.elastic);
-        energies.elastic_tangential += 0.5 * sum(sums.springs);
+        energies.elastic_tangential += 0.5 * sum(sums.spring_energy);
         energies.friction += sum(sums.friction);
         energies.dashpots +=
             sum(sums.dashpots) + dt * (sum(sums.tangential_power) - 0.5 * sum(sums.normal_power));

@@ -109,7 +109,8 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         }
         let viscous = dashpot * dot(&geometry.sliding_velocity, &geometry.sliding_velocity);
         self.account.sums.tangential_power += in_contact & slips.bitselect(Lanes::ZERO, viscous);
-        self.account.sums.springs += in_contact & (stiffness * dot(&shear_displacement, &shear_displacement));
+        self.account.sums.spring_energy +=
+            in_contact & (stiffness * dot(&shear_displacement, &shear_displacement));
         (force, shear_displacement)
     }
 }

@@ -182,7 +182,7 @@ impl StoredSpecimen {
             let found = walls.iter().position(|wall| wall.name == side.name);
             numbers.push(found.map(|number| number as u32));
             let Some(wall) = found.map(|number| &mut walls[number]) else { continue };
-            let own = wall.surface.is_none().then_some((wall.axis, wall.upper));
+            let own = wall.surface.is_none().then_some((wall.axis, wall.is_upper));
             if own != side.plane.map(|(axis, upper, _)| (axis, upper)) || side.velocity.len() != D {
                 return Err(format!(
                     "its wall {:?} is on another side in the case, or is a wall in one and an obstacle in \

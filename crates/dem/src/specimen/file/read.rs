@@ -305,7 +305,7 @@ fn set_prescribed_motion<const D: usize, const R: usize>(
 ) {
     let Some(own) = options.bodies.get(&body.name).filter(|own| own.held) else { return };
     let velocity = body.velocity.velocity_at(spatial(&grains.position[i]));
-    grains.held[i] = true;
+    grains.is_held[i] = true;
     grains.velocity[i] = std::array::from_fn(|c| velocity[c]);
     grains.spin[i] = std::array::from_fn(|c| own.spin.get(c).copied().unwrap_or(0.0));
 }

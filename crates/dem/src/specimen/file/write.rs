@@ -54,7 +54,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         let column = |k: usize| cell.h.iter().map(|row| row[k]).collect();
         let side = |wall: &RigidWall<D>| StoredWall {
             name: wall.name.clone(),
-            plane: wall.surface.is_none().then_some((wall.axis, wall.upper, wall.position)),
+            plane: wall.surface.is_none().then_some((wall.axis, wall.is_upper, wall.position)),
             velocity: wall.velocity.to_vec(),
         };
         let moving = self.boundary.walls.iter().filter(|wall| wall.motion.is_some());

@@ -136,7 +136,7 @@ impl FrictionEdge<'_> {
         for wall in acting() {
             let others = acting().filter(|other| other.axis != wall.axis);
             let sum: f64 = others.map(|other| friction(other, wall.axis)).sum();
-            rubbed[wall.axis] = if wall.upper { sum } else { -sum };
+            rubbed[wall.axis] = if wall.is_upper { sum } else { -sum };
         }
         rubbed
     }
@@ -190,7 +190,7 @@ mod tests {
     fn walls(separation: bool, [side, floor]: [[f64; 3]; 2]) -> [NodeWall; 2] {
         let [a, b] = COEFFICIENTS.map(|coefficient| WallKind::Frictional { coefficient });
         let wall =
-            |axis, upper, kind, velocity| NodeWall { axis, upper, node: 0, kind, separation, velocity };
+            |axis, is_upper, kind, velocity| NodeWall { axis, is_upper, node: 0, kind, separation, velocity };
         [wall(0, true, a, side), wall(1, false, b, floor)]
     }
 

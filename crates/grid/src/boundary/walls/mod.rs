@@ -37,7 +37,7 @@ pub struct NodeWall {
     /// Axis normal to the wall.
     pub axis: usize,
     /// True for a wall above its plane (material below), false for one below.
-    pub upper: bool,
+    pub is_upper: bool,
     /// Node index, along the axis, of the wall's face.
     pub node: usize,
     /// Contact condition.
@@ -72,7 +72,7 @@ impl NodeWalls {
         }
         for (number, wall) in walls.iter().enumerate() {
             let nodes = &mut lookup[wall.axis];
-            let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
+            let range = if wall.is_upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
             nodes[range].fill(number as u32 + 1);
         }
         Self { walls, lookup, starts_moving: false, strides: None, faces: Arc::default() }
@@ -304,7 +304,7 @@ fn length(vector: &[f64; 3]) -> f64 {
 impl NodeWall {
     fn approach_velocity(&self, velocity: &[f64; 3]) -> f64 {
         let normal = velocity[self.axis] - self.velocity[self.axis];
-        if self.upper { normal } else { -normal }
+        if self.is_upper { normal } else { -normal }
     }
 
     /// Whether the wall prescribes components whatever the material does (no separation, no friction).

@@ -328,7 +328,7 @@ mod tests {
         let face = NodeFace::at_rest(INCLINED_NORMAL, 0.0, true);
         let floor = NodeWall {
             axis: 1,
-            upper: false,
+            is_upper: false,
             node: 0,
             kind: WallKind::Smooth,
             separation: false,

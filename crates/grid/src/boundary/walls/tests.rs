@@ -1,7 +1,7 @@
 use crate::boundary::walls::*;
 
 fn floor(kind: WallKind, separation: bool) -> NodeWall {
-    NodeWall { axis: 1, upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
+    NodeWall { axis: 1, is_upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
 }
 
 /// Walls with this one only.
@@ -57,7 +57,7 @@ fn what_a_smooth_side_holds_does_not_slip_on_the_floor() {
     for [side, floor, along] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let wall = |axis, kind, separation| NodeWall {
             axis,
-            upper: false,
+            is_upper: false,
             node: 0,
             kind,
             separation,
@@ -131,7 +131,7 @@ fn what_pore_pressure_bears_does_not_rub() {
         constrain_velocity(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
         assert_eq!(end, [3.0, 0.0, 0.0], "{kind:?}");
         let mut end = [3.0, 2.0, 0.0];
-        let ceiling = NodeWall { upper: true, ..floor(kind, true) };
+        let ceiling = NodeWall { is_upper: true, ..floor(kind, true) };
         constrain_velocity(ceiling, &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, -1.5, 0.0]);
         assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
     }
@@ -237,7 +237,7 @@ fn a_bilateral_wall_without_friction_is_a_smooth_one() {
 
 #[test]
 fn lookup_covers_everything_beyond_the_face() {
-    let upper = NodeWall { upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
+    let upper = NodeWall { is_upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
     let walls = NodeWalls::new(&[6, 5], vec![floor(WallKind::Smooth, false), upper]);
     assert!(walls.wall_at(1, &[2, 0, 0]).is_some() && walls.is_row_free(1, 1));
     assert!(

@@ -58,7 +58,7 @@ fn an_impermeable_wall_takes_the_liquid_out_of_the_mixture_equation() {
     let free = NodeWalls::new(&[1, 1, 1], Vec::new());
     let wall = NodeWall {
         axis: 1,
-        upper: false,
+        is_upper: false,
         node: 0,
         kind: WallKind::Smooth,
         separation: false,
