@@ -73,13 +73,13 @@ pub fn shortened(message: &str) -> String {
     shorten_middle(&words, MAX_MESSAGE)
 }
 
-/// Text of at most `most` characters: unchanged, or two thirds of them from its beginning and a third from its end.
-fn shorten_middle(text: &str, most: usize) -> String {
+/// Text of at most `limit` characters: unchanged, or two thirds of them from its beginning and a third from its end.
+fn shorten_middle(text: &str, limit: usize) -> String {
     let count = text.chars().count();
-    if count <= most {
+    if count <= limit {
         return text.to_owned();
     }
-    let (from, to) = (2 * most / 3, count - most / 3);
+    let (from, to) = (2 * limit / 3, count - limit / 3);
     let begin: String = text.chars().take(from).collect();
     let end: String = text.chars().skip(to).collect();
     format!("{begin}… ({} characters) …{end}", to - from)

@@ -5,7 +5,7 @@ pub fn ritter(gravity: f64, h0: f64, x: f64, t: f64) -> (f64, f64) {
     frictional_dam_break(gravity, h0, 0.0, x, t)
 }
 
-/// Dam break of a frictional material on an incline: [`ritter`] with a net acceleration `pull` = `g'(tan θ - tan δ)`
+/// Dam break of a frictional material on an incline: [`ritter`] with a net acceleration `acceleration` = `g'(tan θ - tan δ)`
 /// (m/s²) along a bed whose normal gravity is `gravity` (m/s²).
 pub fn frictional_dam_break(gravity: f64, h0: f64, acceleration: f64, x: f64, t: f64) -> (f64, f64) {
     let celerity = (gravity * h0).sqrt();
@@ -50,7 +50,7 @@ fn bore_velocity(gravity: f64, a: f64, b: f64) -> f64 {
 }
 
 impl Stoker {
-    /// Creates the solution of depths `left` > `right` > 0 (m).
+    /// Creates the solution of depths `left_depth` > `right_depth` > 0 (m).
     pub fn new(gravity: f64, left_depth: f64, right_depth: f64) -> Self {
         let celerity = |h: f64| (gravity * h).sqrt();
         let balance =
@@ -193,8 +193,8 @@ impl ParabolicCap {
             let log = ((l.sqrt() + (l - first).sqrt()) / first.sqrt()).ln();
             (first / (2.0 * strength)).sqrt() * (root + first * log)
         };
-        let most = first + t * (2.0 * strength / first).sqrt() + 1e-9;
-        let half = root(first, most, |l| time(l) - t);
+        let largest = first + t * (2.0 * strength / first).sqrt() + 1e-9;
+        let half = root(first, largest, |l| time(l) - t);
         (half, (2.0 * strength * (1.0 / first - 1.0 / half).max(0.0)).sqrt())
     }
 
@@ -214,9 +214,9 @@ pub fn wave_speeds(gravity: f64, heights: [f64; 2], velocities: [f64; 2], ratio:
     let c = gravity * gravity * 0.5 * (1.0 + ratio) * hs * hw;
     let equation = |l: f64| ((l - velocities[0]).powi(2) - a) * ((l - velocities[1]).powi(2) - b) - c;
     // All real roots lie within these speeds; between them signs change at most four times.
-    let most = velocities[0].abs().max(velocities[1].abs()) + 2.0 * (a + b + c.sqrt()).sqrt();
+    let largest = velocities[0].abs().max(velocities[1].abs()) + 2.0 * (a + b + c.sqrt()).sqrt();
     let count = 4000;
-    let place = |k: i32| most * (2.0 * f64::from(k) / f64::from(count) - 1.0);
+    let place = |k: i32| largest * (2.0 * f64::from(k) / f64::from(count) - 1.0);
     let mut roots = Vec::new();
     for k in 0..count {
         let (low, high) = (place(k), place(k + 1));

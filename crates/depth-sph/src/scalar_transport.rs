@@ -17,7 +17,7 @@ pub struct ScalarNodes {
 }
 
 impl ScalarNodes {
-    /// Creates nodes at `places` (m), ascending, with the values of a formula.
+    /// Creates nodes at `positions` (m), ascending, with the values of a formula.
     pub fn new(positions: impl Iterator<Item = f64>, value: impl Fn(f64) -> f64) -> Self {
         let positions: Vec<f64> = positions.collect();
         let values = positions.iter().map(|x| value(*x)).collect();

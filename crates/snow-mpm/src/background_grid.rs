@@ -43,7 +43,7 @@ pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
 }
 
 impl<const D: usize> BackgroundGrid<D> {
-    /// Returns the background of a domain with corners `low` and `high` (m) and cells of edge length `cell` (m).
+    /// Returns the background of a domain with corners `low` and `upper_corner` (m) and cells of edge length `cell` (m).
     ///
     /// # Errors
     /// When the domain is not a whole number of cells wide, or the grid too large.
@@ -79,9 +79,9 @@ impl<const D: usize> BackgroundGrid<D> {
         let period =
             |axis: usize| ((self.upper_corner[axis] - self.low[axis]) / self.grid.cell).round() as usize;
         // The grid is wider than the domain by the same length along all axes.
-        let least = self.layout.nodes()[0] - period(0);
+        let smallest = self.layout.nodes()[0] - period(0);
         let periods = std::array::from_fn(|axis| if periodic[axis] { period(axis) } else { 0 });
-        self.layout = self.layout.with_period(periods).ok_or(least)?;
+        self.layout = self.layout.with_period(periods).ok_or(smallest)?;
         self.periodic = periodic;
         Ok(self)
     }

@@ -69,8 +69,8 @@ impl StepCoefficients {
             .as_chunks::<8>()
             .0
             .iter()
-            .fold([0f64; 8], |most, rates| std::array::from_fn(|i| most[i].max(rates[i])));
-        let highest = highest.iter().fold(0f64, |most, rate| most.max(*rate));
+            .fold([0f64; 8], |largest, rates| std::array::from_fn(|i| largest[i].max(rates[i])));
+        let highest = highest.iter().fold(0f64, |largest, rate| largest.max(*rate));
         // First point of those with the highest rate.
         if let Some(p) = (0..count).find(|&p| rates.iter().any(|of| of[p] == highest)) {
             pace.restrict(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);

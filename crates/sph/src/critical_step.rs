@@ -36,7 +36,7 @@ pub fn critical_step<const D: usize>(
     let courant = if options.time_step.is_some() { STABLE } else { options.courant };
     let close = ShortRangeRepulsion::of_groups(setting, &bodies.groups);
     let p = &mut bodies.particles;
-    let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
+    let mut smallest: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
     for group in bodies.groups.iter().filter(|group| !group.is_smooth) {
         let range = group.range();
         let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK_SIZE);
@@ -50,7 +50,7 @@ pub fn critical_step<const D: usize>(
             let (mut moduli, mut viscosities) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
             group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
             group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-            let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
+            let mut smallest: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
             for k in 0..states.len() {
                 let (density, h) = (densities[first + k], lengths[first + k]);
                 let wave = (moduli[k] / density).sqrt();
@@ -72,17 +72,17 @@ pub fn critical_step<const D: usize>(
                     (apart.map_or(f64::INFINITY, |close| close.stable_step(wave)), REPULSION),
                 ];
                 for (dt, name) in limits {
-                    if dt < least.0 {
-                        least = (dt, name, Some(range.start + first + k));
+                    if dt < smallest.0 {
+                        smallest = (dt, name, Some(range.start + first + k));
                     }
                 }
             }
-            least
+            smallest
         };
         // Of equal steps, that of the first particle.
-        least = blocks.map(of_block).reduce(|| least, |a, b| if b.0 < a.0 { b } else { a });
+        smallest = blocks.map(of_block).reduce(|| smallest, |a, b| if b.0 < a.0 { b } else { a });
     }
-    least
+    smallest
 }
 
 /// Critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).

@@ -149,7 +149,7 @@ fn max_penetration(case: &Case, report: &RunReport) -> Result<f64, String> {
     let surface = &standing[0].surface;
     let places = report.frames.iter().flat_map(|frame| &frame.positions);
     let depth = |x: &[f64; 3]| {
-        let largest = x.iter().fold(0f64, |most, c| most.max(c.abs()));
+        let largest = x.iter().fold(0f64, |maximum, c| maximum.max(c.abs()));
         let depth = -surface.gap(x, f64::INFINITY)?.distance;
         (depth > 4.0 * f64::EPSILON * largest).then_some(depth)
     };
@@ -201,10 +201,10 @@ fn obstacle_energy_shares(report: &RunReport) -> ObstacleEnergyShares {
     let all = parts.into_iter().chain(["obstacles.stored"]).map(|name| measure_series(report, name));
     let mut sums = vec![0.0; potential.len()];
     all.for_each(|part| part.iter().zip(&mut sums).for_each(|((_, e), sum)| *sum += e));
-    let (mut least, mut rise) = (f64::INFINITY, 0f64);
+    let (mut smallest, mut rise) = (f64::INFINITY, 0f64);
     for energy in sums {
-        least = least.min(energy);
-        rise = rise.max(energy - least);
+        smallest = smallest.min(energy);
+        rise = rise.max(energy - smallest);
     }
     let last = |part: &[(f64, f64)]| part.last().map_or(f64::NAN, |last| last.1) / fallen;
     ObstacleEnergyShares {

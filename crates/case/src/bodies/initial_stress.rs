@@ -144,9 +144,9 @@ impl Case {
                 body.shape.contains(&x[..dimension]).then(|| self.weight_above(x, axis, surface, body))
             });
             let none = (f64::INFINITY, f64::NEG_INFINITY);
-            let (least, most) = weights.fold(none, |(a, b), weight| (a.min(weight), b.max(weight)));
-            differ = differ.max(most - least);
-            largest = largest.max(most);
+            let (smallest, maximum) = weights.fold(none, |(a, b), weight| (a.min(weight), b.max(weight)));
+            differ = differ.max(maximum - smallest);
+            largest = largest.max(maximum);
         }
         differ <= WEIGHT_TOLERANCE * largest
     }

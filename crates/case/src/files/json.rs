@@ -341,10 +341,11 @@ impl<'a> Checker<'a> {
             self.report(path, format!("{} is not of type {}", type_name(value), wanted.join(" or ")));
             return false;
         }
-        if let (Some(number), Some(least)) = (value.as_f64(), schema.get("minimum").and_then(Value::as_f64))
-            && number < least
+        if let (Some(number), Some(smallest)) =
+            (value.as_f64(), schema.get("minimum").and_then(Value::as_f64))
+            && number < smallest
         {
-            self.report(path, format!("{number} is below {least}"));
+            self.report(path, format!("{number} is below {smallest}"));
             return false;
         }
         true
@@ -352,9 +353,10 @@ impl<'a> Checker<'a> {
 
     fn check_array(&mut self, schema: &'a Value, items: &[Value], path: &str) {
         let bound = |key: &str| schema.get(key).and_then(Value::as_u64).map(|n| n as usize);
-        let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
-        if items.len() < least || items.len() > most {
-            let wanted = if least == most { format!("{least}") } else { format!("{least} or more") };
+        let (smallest, largest) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
+        if items.len() < smallest || items.len() > largest {
+            let wanted =
+                if smallest == largest { format!("{smallest}") } else { format!("{smallest} or more") };
             self.report(path, format!("has {} entries, {wanted} are needed", items.len()));
             return;
         }

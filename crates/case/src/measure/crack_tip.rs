@@ -64,9 +64,9 @@ impl CrackTip {
         let body = case.bodies.iter().find(|body| body.name == self.body)?;
         let (low, high) = body.shape.bounds(case.dimension());
         let along = self.unit_direction();
-        let most = |axis: usize| (along[axis] * low[axis]).max(along[axis] * high[axis]);
+        let largest = |axis: usize| (along[axis] * low[axis]).max(along[axis] * high[axis]);
         let start: f64 = (0..case.dimension()).map(|axis| along[axis] * self.from[axis]).sum();
-        Some((0..case.dimension()).map(most).sum::<f64>() - start)
+        Some((0..case.dimension()).map(largest).sum::<f64>() - start)
     }
 
     /// Unit vector of the direction.

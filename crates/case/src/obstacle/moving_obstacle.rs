@@ -139,19 +139,19 @@ impl<const D: usize> MovingObstacle<D> {
     }
 }
 
-/// Time step from `time` (s) in which obstacles in the domain are displaced by at most `most` (m), where it is shorter than the `critical`
+/// Time step from `time` (s) in which obstacles in the domain are displaced by at most `upper_limit` (m), where it is shorter than the `critical`
 /// one; it must be computed again after `steps` steps.
 pub fn limit_step_by_obstacles<'a, const D: usize>(
     critical: TimeStep,
     moving: impl Iterator<Item = &'a MovingObstacle<D>>,
-    (time, most, steps): (f64, f64, u64),
+    (time, upper_limit, steps): (f64, f64, u64),
 ) -> TimeStep {
     let until = time + steps as f64 * critical.dt;
     let fastest = moving.map(|own| own.motion.ramp_factor(until) * own.max_speed()).fold(0.0, f64::max);
-    if fastest == 0.0 || fastest * critical.dt <= most {
+    if fastest == 0.0 || fastest * critical.dt <= upper_limit {
         return critical;
     }
-    TimeStep { dt: most / fastest, limit: MOTION, point: None, position: [0.0; 3] }
+    TimeStep { dt: upper_limit / fastest, limit: MOTION, point: None, position: [0.0; 3] }
 }
 
 #[cfg(test)]

@@ -120,10 +120,10 @@ impl RigidStep {
 
     /// Applies local damping to the free components by their total change; rotations have the largest factor of the axes.
     pub fn damp(&mut self, damping: &[f64; 3]) {
-        let most = damping.iter().copied().fold(0.0, f64::max);
+        let largest = damping.iter().copied().fold(0.0, f64::max);
         for k in (0..6).filter(|k| self.free_components[*k]) {
             let change = self.motion[k] - self.start[k];
-            let factor = damping.get(k).copied().unwrap_or(most);
+            let factor = damping.get(k).copied().unwrap_or(largest);
             self.motion[k] -= factor * change.abs() * sign_or_zero(self.start[k]);
         }
     }

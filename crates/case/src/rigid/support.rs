@@ -251,18 +251,18 @@ impl SupportPoints {
         })
     }
 
-    /// Finds the corners of a rigid body with points at `places` (m), squares or cubes of half width `half` (m), that can reach walls or
+    /// Finds the corners of a rigid body with points at `positions` (m), squares or cubes of half width `half_width` (m), that can reach walls or
     /// obstacles in a step of `dt` (s).
     pub fn list<'a, const D: usize>(
         &mut self,
         (step, dt): (&RigidStep, f64),
-        (places, half): (&[[f64; D]], f64),
+        (positions, half_width): (&[[f64; D]], f64),
         sides: impl Iterator<Item = WallPlane>,
         rocks: impl Iterator<Item = ObstacleContact<'a, D>>,
     ) {
         self.points.clear();
         self.inertia = SUPPORT_INERTIA_RATIO * step.mass.mass;
-        let corners = BodyCorners::new(step, dt, places, half);
+        let corners = BodyCorners::new(step, dt, positions, half_width);
         sides.for_each(|side| corners.find_wall_support(&side, &mut self.points));
         for (number, rock) in rocks.enumerate() {
             corners.find_obstacle_support(number, &rock, &mut self.points);

@@ -98,8 +98,8 @@ impl ErrorCollector<'_> {
         else {
             return;
         };
-        let ((low, high), (least, most)) = (region.bounds(dimension), shape.bounds(dimension));
-        let apart = (0..dimension).any(|c| low[c] > most[c] || high[c] < least[c]);
+        let ((low, high), (smallest, largest)) = (region.bounds(dimension), shape.bounds(dimension));
+        let apart = (0..dimension).any(|c| low[c] > largest[c] || high[c] < smallest[c]);
         self.require(!apart, format!("{path}.within"), format!("does not overlap the body {body:?}"));
     }
 

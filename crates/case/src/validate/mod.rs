@@ -148,10 +148,10 @@ impl ErrorCollector<'_> {
             self.require(!radial, path, "the distance from the axis of symmetry cannot be periodic");
         }
         if case.space == Space::Axisymmetric {
-            let least = case.domain.min.first().copied().unwrap_or(0.0);
+            let smallest = case.domain.min.first().copied().unwrap_or(0.0);
             let problem =
-                format!("{least} must not be negative: in axisymmetry x is the distance from the axis");
-            self.require(least >= 0.0, "domain.min[0]", problem);
+                format!("{smallest} must not be negative: in axisymmetry x is the distance from the axis");
+            self.require(smallest >= 0.0, "domain.min[0]", problem);
             let radial = case.gravity.first().copied().unwrap_or(0.0);
             self.require(radial == 0.0, "gravity[0]", "must be 0: radial gravity is not axisymmetric");
         }

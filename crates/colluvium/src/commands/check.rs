@@ -113,9 +113,9 @@ fn time_scales(case: &Case, has_laws: bool) -> String {
 
 /// Text with the cost of the search `name` for a factor of safety, beside the duration of the stages.
 fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
-    let SearchCost { trials: [likely, most], blocks, block, seconds } = cost;
+    let SearchCost { trials: [likely, largest], blocks, block, seconds } = cost;
     let trials =
-        format!("search         {name}: {likely} trials, {most} at most, of {blocks} blocks at most");
+        format!("search         {name}: {likely} trials, {largest} at most, of {blocks} blocks at most");
     if block.is_nan() {
         return format!(
             "{trials}; the duration of a block is unknown until the bodies are at rest without yielding"

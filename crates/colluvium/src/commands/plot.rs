@@ -178,9 +178,9 @@ fn picture_name(arguments: &PlotArguments, field: &str) -> String {
     }
 }
 
-/// Numbers of at most `most` of `count` frames, evenly from the first to the last.
-fn evenly_spaced(count: usize, most: usize) -> Vec<usize> {
-    let shown = count.min(most);
+/// Numbers of at most `limit` of `count` frames, evenly from the first to the last.
+fn evenly_spaced(count: usize, limit: usize) -> Vec<usize> {
+    let shown = count.min(limit);
     (0..shown).map(|k| if shown > 1 { k * (count - 1) / (shown - 1) } else { 0 }).collect()
 }
 

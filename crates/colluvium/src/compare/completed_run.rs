@@ -121,8 +121,8 @@ impl CompletedRun {
     /// keeps moving, or never moved.
     pub fn time_at_rest(&self) -> Option<f64> {
         let energy = self.measures.pairs("time", "kinetic_energy")?;
-        let most = energy.iter().map(|(_, energy)| *energy).fold(0.0, f64::max);
-        let moving = energy.iter().rposition(|(_, energy)| *energy > 0.01 * most)?;
+        let largest = energy.iter().map(|(_, energy)| *energy).fold(0.0, f64::max);
+        let moving = energy.iter().rposition(|(_, energy)| *energy > 0.01 * largest)?;
         energy.get(moving + 1).map(|(time, _)| *time)
     }
 

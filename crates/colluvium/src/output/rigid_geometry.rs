@@ -102,9 +102,9 @@ fn swept_box<const D: usize>(
             let end = |c: usize| if corner >> c & 1 > 0 { domain[c].end } else { domain[c].start };
             let x = frame.to_body(&std::array::from_fn(end));
             for c in 0..D {
-                let most = MAX_DISTANCE_DRAWN * (domain[c].end - domain[c].start);
-                passed[c].start = passed[c].start.min(x[c]).max(domain[c].start - most);
-                passed[c].end = passed[c].end.max(x[c]).min(domain[c].end + most);
+                let largest = MAX_DISTANCE_DRAWN * (domain[c].end - domain[c].start);
+                passed[c].start = passed[c].start.min(x[c]).max(domain[c].start - largest);
+                passed[c].end = passed[c].end.max(x[c]).min(domain[c].end + largest);
             }
         }
     }

@@ -52,18 +52,18 @@ pub(crate) fn without_rounding_noise(mut table: Table) -> Table {
         (Some(mass), Some(energy)) => (2.0 * mass * energy).sqrt(),
         _ => 0.0,
     };
-    let least = |k: usize| {
+    let smallest = |k: usize| {
         let (name, unit) = &table.columns[k];
         let of_kind = |j: &usize| table.columns[*j].1 == *unit && !unit.is_empty();
         let kind = (0..table.columns.len()).filter(of_kind).map(reach).fold(reach(k), f64::max);
         ROUNDING_SHARE * if name.starts_with("momentum") { kind.max(momentum) } else { kind }
     };
     // A time is not rounding noise of a longer one.
-    let least: Vec<f64> =
-        (0..table.columns.len()).map(|k| if table.columns[k].1 == "s" { 0.0 } else { least(k) }).collect();
+    let smallest: Vec<f64> =
+        (0..table.columns.len()).map(|k| if table.columns[k].1 == "s" { 0.0 } else { smallest(k) }).collect();
     for row in &mut table.rows {
-        for (value, least) in row.iter_mut().zip(&least) {
-            if value.abs() < *least {
+        for (value, smallest) in row.iter_mut().zip(&smallest) {
+            if value.abs() < *smallest {
                 *value = 0.0;
             }
         }
@@ -122,7 +122,7 @@ pub fn line_picture(
     chains.map(|chains| (name.to_owned(), chains)).ok_or_else(|| names.join(", "))
 }
 
-/// Axes of a view: of `asked`, `xy`, `xz` or `yz`; else x and y, or x and z in three dimensions with gravity along z, from the case in the
+/// Axes of a view: of `requested`, `xy`, `xz` or `yz`; else x and y, or x and z in three dimensions with gravity along z, from the case in the
 /// folder of the run.
 ///
 /// # Errors

@@ -127,8 +127,8 @@ fn intensity_raster(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<
         rasters.extend(read_run_raster(name, folder)?.map(|raster| (name, raster)));
     }
     let Some(like) = rasters.values().next().cloned() else { return Ok(None) };
-    let has = |cell: usize, (name, least): (&String, &f64)| {
-        rasters.get(name).is_some_and(|raster| raster.values[cell] >= *least)
+    let has = |cell: usize, (name, smallest): (&String, &f64)| {
+        rasters.get(name).is_some_and(|raster| raster.values[cell] >= *smallest)
     };
     let strongest = |cell: usize| {
         let all = |number: &usize| {

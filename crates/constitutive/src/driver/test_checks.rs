@@ -205,9 +205,9 @@ impl TestProblems {
                 }
             };
             self.require(strain / steps <= LARGEST_STRAIN, place, || {
-                let least = (strain / LARGEST_STRAIN).ceil();
+                let smallest = (strain / LARGEST_STRAIN).ceil();
                 format!(
-                    "the amount {strain} in {steps} steps is more than {LARGEST_STRAIN} a step: take at least {least} steps"
+                    "the amount {strain} in {steps} steps is more than {LARGEST_STRAIN} a step: take at least {smallest} steps"
                 )
             });
         }

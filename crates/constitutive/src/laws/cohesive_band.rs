@@ -108,9 +108,9 @@ impl CohesiveBandSpec {
         positive("band.tensile_strength", tensile_strength, "Pa")?;
         positive("band.friction_coefficient", mu, "")?;
         positive("band.cohesion", cohesion, "Pa")?;
-        let least = mu * tensile_strength;
-        let rule = format!("must be more than friction coefficient times tensile strength, {least} Pa");
-        check("band.cohesion", cohesion, cohesion > least, &rule)?;
+        let smallest = mu * tensile_strength;
+        let rule = format!("must be more than friction coefficient times tensile strength, {smallest} Pa");
+        check("band.cohesion", cohesion, cohesion > smallest, &rule)?;
         not_negative("band.dilatancy_coefficient", self.dilatancy_coefficient, "")?;
         let rule = format!("is more than the friction coefficient, {mu}");
         let dilatancy = self.dilatancy_coefficient;
@@ -119,7 +119,7 @@ impl CohesiveBandSpec {
         positive("band.sliding_energy", self.sliding_energy, "J/m²")?;
         positive("band.normal_stiffness", self.normal_stiffness, "Pa/m")?;
         positive("band.shear_stiffness", self.shear_stiffness, "Pa/m")?;
-        let offset = cohesion - least;
+        let offset = cohesion - smallest;
         let shear_strength = (cohesion * cohesion - offset * offset).sqrt();
         let rule = "must have a finite square";
         check("band.cohesion", cohesion, shear_strength.is_finite(), rule)?;

@@ -149,12 +149,12 @@ impl Sand {
             let kept = self.slope(flow).0 * pressure;
             return Ok((kept, (q - kept) / per_strain));
         }
-        let most = q / per_strain;
+        let largest = q / per_strain;
         let excess = |grown: f64| {
             let (slope, rate) = self.slope(flow + grown);
             (q - per_strain * grown - slope * pressure, -per_strain - rate * pressure)
         };
-        let grown = falling_root(0.0, most, 0.0, excess)
+        let grown = falling_root(0.0, largest, 0.0, excess)
             .ok_or(MaterialError::NotConverged { model: NAME, reason: "hardening return" })?;
         Ok((self.slope(flow + grown).0 * pressure, grown))
     }
@@ -302,9 +302,9 @@ impl SandSpec {
             crate::contract::parameter_checks::positive("hardening.fading", fading, "")?;
             let rule = format!("is not between 0 and the friction angle, {angle} degrees (excluded)");
             check("hardening.below", below, (0.0..angle).contains(&below), &rule)?;
-            let most = angle + hardening.max_friction_change();
-            let rule = format!("raises the friction angle to {most:.4} degrees, which must stay below 90");
-            check("hardening.growth", growth, most < 90.0, &rule)?;
+            let largest = angle + hardening.max_friction_change();
+            let rule = format!("raises the friction angle to {largest:.4} degrees, which must stay below 90");
+            check("hardening.growth", growth, largest < 90.0, &rule)?;
         }
         Ok(Sand { elasticity: self.invariants.elasticity(elasticity), spec: self.clone() })
     }

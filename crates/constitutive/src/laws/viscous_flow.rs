@@ -189,9 +189,9 @@ impl<R: FlowCurve> PointLaw for Viscoplastic<R> {
         let state = self.pressure.initial(R::NAME, initial)?;
         let (stress, pressure) = (initial.stress, initial.stress.pressure());
         // Flowing material starts above the yield stress, at most at the strength that some shear rate gives.
-        let (rest, most) =
+        let (rest, largest) =
             (self.rheology.strength(0.0, pressure), self.rheology.strength(f64::MAX, pressure));
-        let excess = stress.j2().sqrt() - most.min(f64::MAX);
+        let excess = stress.j2().sqrt() - largest.min(f64::MAX);
         check_initial(R::NAME, &stress, excess, rest.max(pressure.abs()))?;
         Ok(Point { stress, state })
     }

@@ -116,8 +116,8 @@ impl SymTensor {
         let multiple = largest_root(cos3.abs().min(1.0));
         let far = radius * multiple;
         let gap = radius * (12.0 - 3.0 * multiple * multiple).max(0.0).sqrt();
-        let least = if cos3 >= 0.0 { mean + 0.5 * (-gap - far) } else { mean - far };
-        if radius <= 0.0 { mean } else { least }
+        let smallest = if cos3 >= 0.0 { mean + 0.5 * (-gap - far) } else { mean - far };
+        if radius <= 0.0 { mean } else { smallest }
     }
 
     /// Principal values and directions, to the last digits of the deviator, equal values included:

@@ -217,11 +217,13 @@ impl RuleChecker {
             membrane.pressure,
             if dimension == 2 { " (N/m)" } else { " (Pa)" },
         );
-        let least = if membrane.closed { 3 } else { 2 };
+        let smallest = if membrane.closed { 3 } else { 2 };
         let (columns, problem) = match membrane.columns {
             None => (dimension == 2, "is missing: give the number of grains in a row of the membrane"),
             Some(_) if dimension == 2 => (false, "a membrane in the plane is one row: leave it out"),
-            Some(columns) => (columns >= least, "a row needs at least two grains, or three if it is closed"),
+            Some(columns) => {
+                (columns >= smallest, "a row needs at least two grains, or three if it is closed")
+            }
         };
         self.require(columns, format!("{path}.columns"), problem);
         let problem = "a membrane in the plane is one row: leave it out";

@@ -84,8 +84,8 @@ impl Coulomb {
         }
         let slide: [f64; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
         let size = dot(&slide, &slide).sqrt();
-        let most = compliance * limit;
-        if size > most { scaled(most / size, &slide) } else { slide }
+        let largest = compliance * limit;
+        if size > largest { scaled(largest / size, &slide) } else { slide }
     }
 }
 
@@ -143,11 +143,11 @@ pub fn remaining_displacement_simd<const R: usize>(
     let compliance = Lanes::ONE / stiffness;
     let slide: [Lanes; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
     let size = dot(&slide, &slide).sqrt();
-    let most = compliance * limit;
-    let clipped = scaled(most / size, &slide);
+    let largest = compliance * limit;
+    let clipped = scaled(largest / size, &slide);
     let plain = scaled(-compliance, force);
     let whole = spring | dashpot.simd_eq(Lanes::ZERO);
-    let (longer, stiff) = (size.simd_gt(most), stiffness.simd_gt(Lanes::ZERO));
+    let (longer, stiff) = (size.simd_gt(largest), stiffness.simd_gt(Lanes::ZERO));
     std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))
 }
 

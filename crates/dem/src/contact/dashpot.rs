@@ -15,7 +15,7 @@ pub struct StepLengths<T = f64> {
 }
 
 impl<T: SimdNumber> StepLengths<T> {
-    /// Creates the lengths of the steps `last` and `next` (s).
+    /// Creates the lengths of the steps `last` and `next_step` (s).
     #[inline(always)]
     pub fn from_steps(last: T, next_step: T) -> Self {
         Self { last, next_step, lag_step: last }
@@ -107,8 +107,8 @@ pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     let wanted = base.damping * steps.factor(time, T::broadcast(0.5) * steps.last, is_hertz);
     // A contact that persists loses as much again as one that opens at once: take the nearer of the two.
     let again = base.damping * T::broadcast(if is_hertz { HALF_STEP_OF_HERTZ } else { 0.5 });
-    let most = (wanted - ends).select_above(T::broadcast(0.5) * again, stays, ends);
-    let ending = wanted.select_above(ends, most, wanted);
+    let largest = (wanted - ends).select_above(T::broadcast(0.5) * again, stays, ends);
+    let ending = wanted.select_above(ends, largest, wanted);
     let ending = whole.select_above(geometry.overlap, ending, base.damping);
     geometry.separation_velocity.select_above(T::broadcast(0.0), ending, base.damping)
 }

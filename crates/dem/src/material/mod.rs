@@ -139,10 +139,10 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
 
     fn state(&self, solver: &DemSolver<D, R>) -> Result<CellState, MaterialError> {
         let base = self.prepared_cell.get().and_then(|prepared| prepared.as_ref().ok());
-        let (least, friction) = base.map_or((0.0, 0.0), |(_, base)| (base.modulus, base.friction));
+        let (smallest, friction) = base.map_or((0.0, 0.0), |(_, base)| (base.modulus, base.friction));
         Ok(CellState {
             bytes: SharedBytes(cell_operations::bytes(solver)?.into()),
-            modulus: cell_operations::modulus(solver).max(least),
+            modulus: cell_operations::modulus(solver).max(smallest),
             porosity: 1.0 - cell_operations::solid_fraction(solver),
             coordination: cell_operations::coordination(solver),
             unbalanced_ratio: solver.view().unbalanced_ratio(),

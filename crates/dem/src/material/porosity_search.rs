@@ -23,10 +23,10 @@ pub fn friction<T>(
 ) -> Result<T, MaterialError> {
     let (mut low, mut high) = (0.0, MAX_FRICTION);
     let ends = (prepare(low)?, prepare(high)?);
-    let (least, largest) = (porosity(&ends.0), porosity(&ends.1));
-    if target < least - POROSITY_TOLERANCE || target > largest + POROSITY_TOLERANCE {
+    let (smallest, largest) = (porosity(&ends.0), porosity(&ends.1));
+    if target < smallest - POROSITY_TOLERANCE || target > largest + POROSITY_TOLERANCE {
         let rule = format!(
-            "{target} is not between {least:.4}, the porosity after compression without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
+            "{target} is not between {smallest:.4}, the porosity after compression without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
         );
         return Err(parameter_error("preparation.porosity", rule));
     }

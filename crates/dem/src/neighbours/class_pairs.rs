@@ -117,14 +117,14 @@ mod tests {
     /// Random grains in a cell, with radii between two bounds, most of them small, some held.
     fn grains<const D: usize, const R: usize>(
         count: usize,
-        [low, most]: [f64; 2],
+        [low, limit]: [f64; 2],
         cell: &PeriodicCell<D>,
         seed: u64,
     ) -> Grains<D, R> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut grains = Grains::default();
         for _ in 0..count {
-            let radius = low * (most / low).powf(random.random::<f64>().powi(2));
+            let radius = low * (limit / low).powf(random.random::<f64>().powi(2));
             let s: [f64; D] = std::array::from_fn(|_| random.random::<f64>());
             let x = apply(&cell.h, &s);
             grains.push(0, 0, std::array::from_fn(|c| cell.origin[c] + x[c]), radius, 1.0);
@@ -221,13 +221,13 @@ mod tests {
             axes in prop::array::uniform3(any::<bool>()),
             shear in -4.9..4.9f64,
             count in 40usize..400,
-            most in 0.5..2.0f64,
+            limit in 0.5..2.0f64,
             ratio in 3.5..100.0f64,
             gap in 0.0..0.3f64,
             seed in any::<u64>(),
         ) {
             // Uniform cells are fewer than three along an axis where grains are large.
-            let of = (count, [most / ratio, most], gap);
+            let of = (count, [limit / ratio, limit], gap);
             same_pairs::<2, 1>([axes[0], axes[1]], shear, of, seed)?;
             same_pairs::<3, 3>(axes, shear, of, seed)?;
         }

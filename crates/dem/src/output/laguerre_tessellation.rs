@@ -94,8 +94,8 @@ impl<'a> GrainBins<'a> {
         };
         let position: Vec<[f64; 2]> = position.iter().map(back).collect();
         let widths = cell.widths();
-        let most = (position.len() as f64).sqrt().ceil().max(1.0) * 4.0;
-        let count = widths.map(|width| (width / (BIN_WIDTH * mean)).floor().clamp(1.0, most) as i64);
+        let largest = (position.len() as f64).sqrt().ceil().max(1.0) * 4.0;
+        let count = widths.map(|width| (width / (BIN_WIDTH * mean)).floor().clamp(1.0, largest) as i64);
         let width = (widths[0] / count[0] as f64).min(widths[1] / count[1] as f64);
         let (bin_offsets, order) = (vec![0; (count[0] * count[1]) as usize + 1], vec![0; position.len()]);
         let mut bins = Self { position, cell, unit, count, width, bin_offsets, order };
@@ -164,12 +164,12 @@ fn polygon(
     for (normal, limit) in ends {
         clip(&mut polygon, &mut room, normal, limit - dot(normal, &x), CellEdge::Boundary);
     }
-    let most = 2 * bins.count[0].max(bins.count[1]) + 2;
-    for ring in 0..=most {
-        let least = (ring - 1) as f64 * bins.width;
+    let maximum = 2 * bins.count[0].max(bins.count[1]) + 2;
+    for ring in 0..=maximum {
+        let smallest = (ring - 1) as f64 * bins.width;
         let reach = polygon.iter().map(|(x, _)| dot(x, x)).fold(0.0, f64::max).sqrt();
         // No disk beyond this distance cuts the cell.
-        if ring > 1 && 0.5 * (least + (radius[i].powi(2) - largest.powi(2)) / least) > reach {
+        if ring > 1 && 0.5 * (smallest + (radius[i].powi(2) - largest.powi(2)) / smallest) > reach {
             break;
         }
         bins.ring(&x, ring, |j, apart, image| {

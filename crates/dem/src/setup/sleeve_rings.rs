@@ -51,8 +51,8 @@ pub(super) fn rings<const D: usize>(
         "a sleeve must be the difference of two cylinders in 3d about the same axis, and the cut must \
          extend over the height of the other one",
     )?;
-    let (least, diameter) = sizes.range();
-    if least < diameter {
+    let (smallest, diameter) = sizes.range();
+    if smallest < diameter {
         return Err("the grains of a sleeve must have one size: give their diameter as equal".to_owned());
     }
     let [inner, outer] = tube.radii;
@@ -67,10 +67,10 @@ pub(super) fn rings<const D: usize>(
     let rows = rows(tube.height, chord);
     let pitch = tube.height / rows as f64;
     if chord.min(pitch) < diameter * (1.0 - EQUAL_TOLERANCE) {
-        let most = (PI / (0.5 * diameter / radius).asin()).floor();
+        let largest = (PI / (0.5 * diameter / radius).asin()).floor();
         return Err(format!(
             "{columns} grains of {diameter} m do not fit into a ring of the sleeve, or {rows} rings do not \
-             fit into its height: use at most {most} columns"
+             fit into its height: use at most {largest} columns"
         ));
     }
     let (a, b) = ((tube.axis + 1) % 3, (tube.axis + 2) % 3);

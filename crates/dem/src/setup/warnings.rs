@@ -90,7 +90,8 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
     if size == 0.0 {
         return Vec::new();
     }
-    let down = (0..D).fold(0, |most, c| if gravity[c].abs() >= gravity[most].abs() { c } else { most });
+    let down =
+        (0..D).fold(0, |largest, c| if gravity[c].abs() >= gravity[largest].abs() { c } else { largest });
     let of_body = |body: usize| {
         let own: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] as usize == body && !g.is_held[i]).collect();
         let first = *own.first()?;

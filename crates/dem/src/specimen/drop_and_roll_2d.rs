@@ -155,17 +155,17 @@ impl GrainHeap<2> for RestingDisks<'_> {
 /// (m), the lowest first. Each rests on two disks with its centre between them, on a disk and a side, or on the floor.
 ///
 /// # Errors
-/// When the container is narrower than two of the largest disks (`largest`, m), or would hold more than `most` of them.
+/// When the container is narrower than two of the largest disks (`largest`, m), or would hold more than `limit` of them.
 pub fn drop_and_roll(
     container: &Container<2>,
     largest: f64,
-    most: usize,
+    limit: usize,
     random: &mut ChaCha8Rng,
     draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<([f64; 2], f64)>, String> {
     container.check_width(0..1, largest)?;
     let mut bed = RestingDisks::new(container, largest);
-    container.drop_grains(&mut bed, most, random, draw)?;
+    container.drop_grains(&mut bed, limit, random, draw)?;
     Ok(bed.disks)
 }
 

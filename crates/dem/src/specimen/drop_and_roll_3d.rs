@@ -333,11 +333,11 @@ impl GrainHeap<3> for RestingSpheres<'_> {
 /// lowest first. Each rests on three spheres or sides, its weight within them, or on the floor.
 ///
 /// # Errors
-/// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `most` of them.
+/// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `limit` of them.
 pub fn drop_and_roll(
     container: &Container<3>,
     largest: f64,
-    most: usize,
+    limit: usize,
     random: &mut ChaCha8Rng,
     draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<(Vector3, f64)>, String> {
@@ -348,7 +348,7 @@ pub fn drop_and_roll(
         }
     }
     let mut bed = RestingSpheres::new(container, largest);
-    container.drop_grains(&mut bed, most, random, draw)?;
+    container.drop_grains(&mut bed, limit, random, draw)?;
     Ok(bed.spheres)
 }
 

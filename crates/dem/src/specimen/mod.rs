@@ -80,10 +80,10 @@ impl<const D: usize> RoundWall<D> {
     /// Moves a ball inside the wall.
     fn confine(&self, x: &mut [f64; D], radius: f64) {
         let apart = self.apart(x);
-        let (distance, most) = (dot(&apart, &apart).sqrt(), (self.radius - radius).max(0.0));
-        if distance > most {
+        let (distance, largest) = (dot(&apart, &apart).sqrt(), (self.radius - radius).max(0.0));
+        if distance > largest {
             for c in 0..D {
-                x[c] -= apart[c] * (1.0 - most / distance);
+                x[c] -= apart[c] * (1.0 - largest / distance);
             }
         }
     }
@@ -106,11 +106,11 @@ impl<const D: usize> Container<D> {
     /// Drops grains, whose radii (m) `draw` gives one by one, at random places on a heap until the container is full.
     ///
     /// # Errors
-    /// When the container would hold more than `most` of them.
+    /// When the container would hold more than `limit` of them.
     fn drop_grains(
         &self,
         heap: &mut impl GrainHeap<D>,
-        most: usize,
+        limit: usize,
         random: &mut ChaCha8Rng,
         mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
     ) -> Result<(), String> {
@@ -130,8 +130,8 @@ impl<const D: usize> Container<D> {
                 }
                 _ => above += 1,
             }
-            if count > most {
-                return Err(format!("more than {most} grains"));
+            if count > limit {
+                return Err(format!("more than {limit} grains"));
             }
         }
         Ok(())

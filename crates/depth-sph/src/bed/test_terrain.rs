@@ -30,14 +30,16 @@ fn next_random(state: &mut u64) -> f64 {
 }
 
 impl RoughSlope {
-    /// Creates a slope of this tangent that becomes rough behind `from` (m), with waves between these lengths (m) and this root mean
+    /// Creates a slope of this tangent that becomes rough behind `start` (m), with waves between these lengths (m) and this root mean
     /// square of their slopes.
     pub fn new(slope: f64, start: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
         let mut state = seed;
         let mut wave = || {
             // Wave numbers fill the plane evenly between two circles.
-            let [least, most] = [TAU / lengths[1], TAU / lengths[0]];
-            let number = (least * least + next_random(&mut state) * (most * most - least * least)).sqrt();
+            let [smallest, largest] = [TAU / lengths[1], TAU / lengths[0]];
+            let number = (smallest * smallest
+                + next_random(&mut state) * (largest * largest - smallest * smallest))
+                .sqrt();
             let (sin, cos) = (TAU * next_random(&mut state)).sin_cos();
             [number * cos, number * sin, TAU * next_random(&mut state), 1.0 / (number * number)]
         };

@@ -33,12 +33,12 @@ pub(super) fn critical_step<const D: usize>(
     // Half a cell of the bed at its speed, or in free fall from rest (sheet: depth-sph §3.3).
     let cell = LONGEST_MOVE * bed.cell().unwrap_or(f64::INFINITY);
     let fall = (2.0 * cell / settings.total_gravity()).sqrt();
-    let mut least = LimitingNode { dt: f64::INFINITY, limiting_node: None };
+    let mut smallest = LimitingNode { dt: f64::INFINITY, limiting_node: None };
     for inflow in inflows {
         // No row passes from beyond its reach across the line in a step.
         let section = inflow.max_section();
         let wave = (inflow.gravity * section.max_depth).sqrt() + section.speed;
-        least.dt = least.dt.min(numerics.courant * inflow.ratio * inflow.spacing / wave);
+        smallest.dt = smallest.dt.min(numerics.courant * inflow.ratio * inflow.spacing / wave);
     }
     for (number, set) in sets.iter().enumerate() {
         let of_node = |i: usize| {
@@ -56,9 +56,9 @@ pub(super) fn critical_step<const D: usize>(
             .with_min_len(MIN_NODES_PER_TASK)
             .map(of_node)
             .reduce(|| none, |a, b| if b.0 < a.0 { b } else { a });
-        if dt < least.dt {
-            least = LimitingNode { dt, limiting_node: Some((number, i)) };
+        if dt < smallest.dt {
+            smallest = LimitingNode { dt, limiting_node: Some((number, i)) };
         }
     }
-    least
+    smallest
 }

@@ -39,12 +39,12 @@ impl<const D: usize> MaxSmoothingLength<D> {
             }
         }
         let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-        let most = CELLS_PER_NODE * places.len().max(1) as f64;
+        let largest = CELLS_PER_NODE * places.len().max(1) as f64;
         let mut edge = if mean > 0.0 && mean.is_finite() { reach * mean } else { 1.0 };
         let along = |c: usize, edge: f64| ((high[c] - low[c]) / edge).floor().max(0.0) + 1.0;
         // Bounded, so that positions that are not finite cannot keep the loop running.
         for _ in 0..200 {
-            if (0..D).map(|c| along(c, edge)).product::<f64>() <= most {
+            if (0..D).map(|c| along(c, edge)).product::<f64>() <= largest {
                 break;
             }
             edge *= 2.0;
@@ -52,7 +52,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         let counts: PlanVector<D> = std::array::from_fn(|c| along(c, edge));
         let all = counts.iter().product::<f64>();
         (self.low, self.edge) = (low, edge);
-        self.counts = if all <= most { counts.map(|count| count as usize) } else { [1; D] };
+        self.counts = if all <= largest { counts.map(|count| count as usize) } else { [1; D] };
         let cells = self.counts.iter().product();
         for column in [&mut self.cell_lengths, &mut self.reaching_lengths] {
             column.clear();
@@ -85,7 +85,9 @@ impl<const D: usize> MaxSmoothingLength<D> {
                 // One or two axes: a line is a row.
                 let row = if D == 1 { 0 } else { (spans[0].0 + line) * self.counts[D - 1] };
                 let (a, b) = spans[D - 1];
-                self.reaching_lengths[row + a..=row + b].iter_mut().for_each(|most| *most = most.max(length));
+                self.reaching_lengths[row + a..=row + b]
+                    .iter_mut()
+                    .for_each(|largest| *largest = largest.max(length));
             }
         }
     }
@@ -123,8 +125,8 @@ mod tests {
                 .iter()
                 .zip(&lengths)
                 .filter(|(y, length)| (x[0] - y[0]).hypot(x[1] - y[1]) <= 2.8 * **length);
-            let most = reaching.map(|(_, length)| *length).fold(0.0, f64::max);
-            assert!(around.length_at(x) >= most, "{x:?}");
+            let largest = reaching.map(|(_, length)| *length).fold(0.0, f64::max);
+            assert!(around.length_at(x) >= largest, "{x:?}");
         }
         assert!(around.length_at(&places[399]) < 1.0);
     }

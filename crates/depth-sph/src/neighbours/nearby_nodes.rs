@@ -12,7 +12,7 @@ use crate::points::phase_nodes::PlanVector;
 /// Largest number of packs of four neighbours that are kept for a position.
 const MAX_PACKS: usize = 32;
 
-/// Neighbours of a position: distances (m) and volumes in packs of four nodes, as far as `reach` (m).
+/// Neighbours of a position: distances (m) and volumes in packs of four nodes, as far as `search_radius` (m).
 pub struct NearbyNodes<'a, const D: usize> {
     sorted_nodes: &'a CellSorted<D>,
     x: PlanVector<D>,

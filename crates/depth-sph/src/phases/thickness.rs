@@ -182,9 +182,9 @@ fn solve_node_thickness<const D: usize>(
 /// Bounds of a smoothing length (m) of initial value `first` (m).
 #[inline]
 fn length_bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
-    let (least, most) = numerics.length_range;
+    let (smallest, largest) = numerics.length_range;
     let shortest = numerics.shortest.min(first);
-    ((least * first).max(shortest), (most * first).max(shortest))
+    ((smallest * first).max(shortest), (largest * first).max(shortest))
 }
 
 /// Smoothing length `ℓ = (scale m / h)^(1/d)` within its bounds.

@@ -205,8 +205,8 @@ impl<const D: usize> Mesh<D> {
     pub fn locate_from(&self, start: u32, position: &[f64; D]) -> Option<u32> {
         let mut element = start;
         for _ in 0..MAX_WALK_STEPS {
-            let (facet, least) = lowest_entry::<D>(&self.barycentric(element, position));
-            if least >= -BARYCENTRIC_TOLERANCE {
+            let (facet, smallest) = lowest_entry::<D>(&self.barycentric(element, position));
+            if smallest >= -BARYCENTRIC_TOLERANCE {
                 return Some(element);
             }
             element = self.elements[element as usize].neighbours[facet];
@@ -249,11 +249,11 @@ fn norm<const D: usize>(vector: &[f64; D]) -> f64 {
 /// Index and value of the lowest of the first `D + 1` numbers.
 #[inline(always)]
 fn lowest_entry<const D: usize>(values: &[f64; CORNERS]) -> (usize, f64) {
-    let mut least = (0, values[0]);
+    let mut smallest = (0, values[0]);
     for k in 1..=D {
-        if values[k] < least.1 {
-            least = (k, values[k]);
+        if values[k] < smallest.1 {
+            smallest = (k, values[k]);
         }
     }
-    least
+    smallest
 }

@@ -113,7 +113,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         given: &P2gInput<'_, D>,
     );
 
-    /// Points to grid: adds `N value`, and the momenta of the `affine` fields.
+    /// Points to grid: adds `N value`, and the momenta of the affine fields.
     fn p2g_values(
         &self,
         ground: &GridView<'_, D>,

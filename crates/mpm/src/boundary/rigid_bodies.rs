@@ -141,10 +141,10 @@ fn move_rigid<const D: usize>(dt: f64, set: &mut PointSet<D>, driven: &mut Drive
     let velocity = driven.velocity();
     let Some(free_body) = &driven.free_rigid_body else {
         set.points.position.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] += dt * velocity[c]));
-        return velocity.iter().fold(0.0, |most, v| most.max((dt * v).abs()));
+        return velocity.iter().fold(0.0, |largest, v| largest.max((dt * v).abs()));
     };
     free_body.move_points(dt, &mut driven.state.rigid, &mut set.points.position, &mut set.points.velocity);
-    set.points.velocity.as_flattened().iter().fold(0.0, |most, v| most.max((dt * v).abs()))
+    set.points.velocity.as_flattened().iter().fold(0.0, |largest, v| largest.max((dt * v).abs()))
 }
 
 /// Sets the initial motion of rigid bodies.

@@ -233,9 +233,9 @@ pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: us
         let element = &mesh.elements()[*element as usize];
         element.volume / (element.height * (D + 1) as f64)
     };
-    let least = |node: u32| mesh.elements_around(node).iter().map(share).fold(f64::INFINITY, f64::min);
+    let smallest = |node: u32| mesh.elements_around(node).iter().map(share).fold(f64::INFINITY, f64::min);
     let mut filled: Vec<f64> =
-        (0..mesh.nodes().len() as u32).map(|node| ROUND_OFF_FACTOR * least(node)).collect();
+        (0..mesh.nodes().len() as u32).map(|node| ROUND_OFF_FACTOR * smallest(node)).collect();
     filled.resize(nodes, f64::INFINITY);
     filled
 }

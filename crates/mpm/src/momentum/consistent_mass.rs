@@ -70,11 +70,11 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
         );
     }
     // The far node of a domain that reaches over a face by δ gets a mass of δ⁴ and a force of δ.
-    let least = 3f64.powi(-(case.dimension() as i32));
+    let smallest = 3f64.powi(-(case.dimension() as i32));
     let gimp = matches!(options.shape, ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp);
-    if gimp && options.lumped_share < 0.9 * least {
+    if gimp && options.lumped_share < 0.9 * smallest {
         let problem = format!(
-            "gimp needs {least:.3} or more, otherwise the acceleration of nodes of small mass is too large; \
+            "gimp needs {smallest:.3} or more, otherwise the acceleration of nodes of small mass is too large; \
              or use shape linear or quadratic"
         );
         return refuse("methods.mpm.lumped_share", &problem);

@@ -68,7 +68,7 @@ pub fn rescale_small_mass_forces<const D: usize>(
                 }
                 let mass = line[number].momentum_and_mass.as_array()[3];
                 let wanted =
-                    min_reach * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+                    min_reach * slopes[..D].iter().fold(0.0, |largest: f64, slope| largest.max(slope.abs()));
                 if mass < wanted {
                     line[number].force *= (mass / wanted).powi(2);
                 }

@@ -241,11 +241,11 @@ mod tests {
 
     /// Two points over a floor on nodes 0, 1 and 2 of 1, 2 and 4 kg, which fall and slide.
     fn floor_constraints(friction: f64) -> PenetrationConstraints<2> {
-        let constraint = |nodes: Range<usize>, least: f64| PenetrationConstraint {
+        let constraint = |nodes: Range<usize>, smallest: f64| PenetrationConstraint {
             nodes,
             position: [0.0; 2],
             normal: [0.0, 1.0],
-            min_normal_velocity: least,
+            min_normal_velocity: smallest,
             velocity_tolerance: 1e-12,
             obstacle_velocity: [0.0; 2],
             obstacle: 0,

@@ -22,9 +22,9 @@ impl<const D: usize> MpmSolver<D> {
         }
         let audited = self.clock.stage().equilibrium.is_some();
         push("external_work", "J", if audited { self.nodes.external_work } else { f64::NAN });
-        let [least, most] = self.volume_ratios();
-        push("volume_ratio.min", "", least);
-        push("volume_ratio.max", "", most);
+        let [smallest, largest] = self.volume_ratios();
+        push("volume_ratio.min", "", smallest);
+        push("volume_ratio.max", "", largest);
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
@@ -81,7 +81,7 @@ impl<const D: usize> MpmSolver<D> {
         let ratios = self.bodies.deformable_sets().flat_map(|set| {
             set.points.volume.iter().zip(&set.points.initial_volume).map(|(volume, initial)| volume / initial)
         });
-        ratios.fold([f64::NAN; 2], |[least, most], ratio| [ratio.min(least), ratio.max(most)])
+        ratios.fold([f64::NAN; 2], |[smallest, largest], ratio| [ratio.min(smallest), ratio.max(largest)])
     }
 
     /// Fewest and mean number of points in the cells that hold any; NaN without points.

@@ -7,10 +7,10 @@ use colluvium_points::struct_of_arrays::FixedBytes;
 pub struct PenaltyState<const D: usize> {
     /// Half the width of the point (m).
     pub half_width: f64,
-    /// Distance from a surface below which the penalty acts (m): `half`, or less where the point began nearer and has not been farther away
+    /// Distance from a surface below which the penalty acts (m): `half_width`, or less where the point began nearer and has not been farther away
     /// since.
     pub penalty_distance: f64,
-    /// Distance that the point may move from its last search before it can come within `half` of a surface (m).
+    /// Distance that the point may move from its last search before it can come within `half_width` of a surface (m).
     pub free_distance: f64,
     /// Largest displacement of obstacles at the last search (m).
     pub obstacle_displacement: f64,

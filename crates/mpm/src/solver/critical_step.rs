@@ -85,19 +85,19 @@ impl<const D: usize> MpmSolver<D> {
     pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
         let bounds = self.clock.options.step_bounds(D, courant);
         let none = LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, set: 0, point_index: 0 };
-        let mut least = none;
+        let mut smallest = none;
         for (number, set) in self.bodies.sets.iter().enumerate() {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
                 self.block_limit(bounds, number, first, stress, states)
             };
-            least = least.min(min_over_blocks(&set.points.stress, &set.states, none, &of_block));
+            smallest = smallest.min(min_over_blocks(&set.points.stress, &set.states, none, &of_block));
         }
-        let point = self.bodies.sets.get(least.set).filter(|set| least.point_index < set.len());
+        let point = self.bodies.sets.get(smallest.set).filter(|set| smallest.point_index < set.len());
         TimeStep {
-            dt: least.dt,
-            limit: least.limit,
-            point: point.map(|set| u64::from(set.points.id[least.point_index])),
-            position: point.map_or([0.0; 3], |set| spatial(&set.points.position[least.point_index])),
+            dt: smallest.dt,
+            limit: smallest.limit,
+            point: point.map(|set| u64::from(set.points.id[smallest.point_index])),
+            position: point.map_or([0.0; 3], |set| spatial(&set.points.position[smallest.point_index])),
         }
     }
 
@@ -115,7 +115,7 @@ impl<const D: usize> MpmSolver<D> {
         let mut viscosities = [0.0; BLOCK_SIZE];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-        let mut least =
+        let mut smallest =
             LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, set: number, point_index: first };
         let stiffening = self.obstacle_stiffening();
         for k in 0..stress.len() {
@@ -133,16 +133,16 @@ impl<const D: usize> MpmSolver<D> {
                 set: number,
                 point_index,
             };
-            least = least.min(self.phase_limit(bounds, wave, moduli[k]));
+            smallest = smallest.min(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, sheet: mpm §2.10.
                 let inertia = self.clock.options.mass_scaling * density;
                 let dt = bounds.diffusion * inertia * h * h / viscosities[k];
-                least =
-                    least.min(LimitingPoint { dt, limit: StepLimit::VISCOSITY, set: number, point_index });
+                smallest =
+                    smallest.min(LimitingPoint { dt, limit: StepLimit::VISCOSITY, set: number, point_index });
             }
         }
-        least
+        smallest
     }
 
     /// Factor on the wave moduli for the springs of obstacles on points; 1 without such obstacles.

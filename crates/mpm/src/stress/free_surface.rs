@@ -41,12 +41,12 @@ pub struct FreeSurface<const D: usize> {
     liquid: Vec<bool>,
 }
 
-/// Returns the detection of a case; `None` where it is off. `most` is the largest number of points of a body.
+/// Returns the detection of a case; `None` where it is off. `limit` is the largest number of points of a body.
 pub fn free_surface<const D: usize>(
     case: &Case,
     options: &MpmOptions,
     background: &BackgroundGrid<D>,
-    most: usize,
+    limit: usize,
 ) -> Result<Option<Box<FreeSurface<D>>>, CaseError> {
     let Some(factor) = options.free_surface else { return Ok(None) };
     let spec = |body: &Body| &case.materials[&body.material];
@@ -70,7 +70,7 @@ pub fn free_surface<const D: usize>(
         fill: vec![Vector4::ZERO; layout.len()],
         layout,
         transfers: if background.is_meshed() { *transfers } else { *linear },
-        zero_width_domains: (!background.is_meshed()).then(|| vec![FixedDomain; most]),
+        zero_width_domains: (!background.is_meshed()).then(|| vec![FixedDomain; limit]),
         densities: case.bodies.iter().map(|body| spec(body).density()).collect(),
         liquid,
     })))

@@ -277,8 +277,8 @@ impl<const D: usize> PointUpdater<'_, D> {
             }
             if self.background.axisymmetric && !set.reference_configuration {
                 // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
-                let least = 0.5 * domain.extent(p, &set.extent, cell)[0];
-                position[0] = position[0].max(least.min(*radius));
+                let smallest = 0.5 * domain.extent(p, &set.extent, cell)[0];
+                position[0] = position[0].max(smallest.min(*radius));
             }
             let settled = if self.background.is_meshed() {
                 block.domain.relocate(p, &view, position)

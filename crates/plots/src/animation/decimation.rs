@@ -199,17 +199,17 @@ impl<'a> BlockCells<'a> {
     /// Edge of blocks, in point widths, that leaves no more than one point in `share`: a whole number where that leaves about as many,
     /// since blocks of a lattice are then alike.
     fn edge(&self, share: f64) -> f64 {
-        let most = (self.points.len() as f64 / share).max(1.0);
+        let largest = (self.points.len() as f64 / share).max(1.0);
         let count = |edge: f64| self.sort(edge).len() as f64;
         let whole = share.powf(1.0 / self.axes.len().max(1) as f64).ceil();
         let mut alike = [whole, whole + 1.0].into_iter();
-        if let Some(edge) = alike.find(|edge| (0.2 * most..=most).contains(&count(*edge))) {
+        if let Some(edge) = alike.find(|edge| (0.2 * largest..=largest).contains(&count(*edge))) {
             return edge;
         }
         let (mut low, mut high) = (1e-6f64, 1e6f64);
         for _ in 0..24 {
             let middle = (low * high).sqrt();
-            if count(middle) > most { low = middle } else { high = middle }
+            if count(middle) > largest { low = middle } else { high = middle }
         }
         high
     }

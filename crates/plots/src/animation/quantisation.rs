@@ -70,9 +70,9 @@ pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<Quantis
     let ends = ends?;
     let spread = ends.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
     // A line of points has no height: it gets some, since a range without length has no steps.
-    let least = if spread > 0.0 { 0.05 * spread } else { 1.0 };
+    let smallest = if spread > 0.0 { 0.05 * spread } else { 1.0 };
     let scale = |(low, high): (f64, f64)| {
-        let half = if high > low { 0.0 } else { 0.5 * least };
+        let half = if high > low { 0.0 } else { 0.5 * smallest };
         QuantisedRange::with_16_bits(low - half, high + half)
     };
     Some(ends.into_iter().map(scale).collect())

@@ -82,7 +82,7 @@ pub(crate) struct Ticks {
 impl Ticks {
     /// Ticks of an axis of length `pixels`.
     pub fn linear(range: &Range<f64>, pixels: f64, along: AxisDirection) -> Self {
-        let tries = (2..=MAX_TICKS).rev().map(|most| Self::with_max_count(range, most));
+        let tries = (2..=MAX_TICKS).rev().map(|largest| Self::with_max_count(range, largest));
         let mut last = Self::default();
         for ticks in tries {
             if ticks.fits(range, pixels, along) {
@@ -111,17 +111,17 @@ impl Ticks {
         })
     }
 
-    /// Ticks at round values, at most `most`.
-    fn with_max_count(range: &Range<f64>, most: usize) -> Self {
+    /// Ticks at round values, at most `limit`.
+    fn with_max_count(range: &Range<f64>, limit: usize) -> Self {
         let span = range.end - range.start;
-        let first = (span / most as f64).log10().floor() as i32;
+        let first = (span / limit as f64).log10().floor() as i32;
         let steps = (first..first + 3).flat_map(|power| [1.0, 2.0, 5.0].map(|part| (part, power)));
         for (part, power) in steps {
             // Only a division of two whole numbers gives exactly 0.1.
             let step = if power < 0 { part / 10f64.powi(-power) } else { part * 10f64.powi(power) };
             let from = (range.start / step - 1e-9).ceil();
             let count = (range.end / step + 1e-9).floor() - from + 1.0;
-            if count <= most as f64 {
+            if count <= limit as f64 {
                 let whole: Vec<f64> = (0..count.max(0.0) as usize).map(|k| from + k as f64).collect();
                 return Self::multiples_of(&whole, step, power, span);
             }
@@ -202,7 +202,7 @@ fn texts(places: &[f64], power: i32) -> Vec<String> {
     let decimals = (-power).max(0) as usize;
     let zero = |text: String, place: f64| if place == 0.0 { "0".to_owned() } else { text };
     let plain: Vec<String> = places.iter().map(|x| zero(format!("{x:.decimals$}"), *x)).collect();
-    let largest = places.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    let largest = places.iter().fold(0.0f64, |maximum, x| maximum.max(x.abs()));
     let figures = (largest.log10().floor() as i32 - power).clamp(0, 15) as usize;
     let powers: Vec<String> = places.iter().map(|x| zero(format!("{x:.figures$e}"), *x)).collect();
     let longest = |texts: &[String]| texts.iter().map(|t| t.trim_start_matches('-').len()).max().unwrap_or(0);

@@ -47,7 +47,7 @@ impl ForceChains {
         let ends = mesh.cells().filter(|line| line.len() == 2).map(|line| [at(&line[0]), at(&line[1])]);
         let sizes = values(field).into_iter().map(f64::abs);
         let lines: Vec<_> = ends.zip(sizes).filter(|(_, size)| size.is_finite()).collect();
-        let largest = lines.iter().fold(0.0f64, |most, (_, size)| most.max(*size));
+        let largest = lines.iter().fold(0.0f64, |maximum, (_, size)| maximum.max(*size));
         let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
         let (mean, largest) = (significant(mean(&lines)), significant(largest));
         let axis = |c: usize| format!("{} (m)", ["x", "y", "z"][c]);
@@ -160,8 +160,8 @@ impl Picture for ContactRose {
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
         let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
         area.fill(&WHITE).map_err(text)?;
-        let most = self.sector_shares.iter().chain(&self.line).copied().fold(1e-12, f64::max);
-        let span = -1.08 * most..1.08 * most;
+        let largest = self.sector_shares.iter().chain(&self.line).copied().fold(1e-12, f64::max);
+        let span = -1.08 * largest..1.08 * largest;
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, (FONT, 20))
             .margin(14)

@@ -22,16 +22,16 @@ pub struct RigidGeometry {
 /// Lines with one rigid motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingLines {
-    /// Lines with their corners at the start (m), relative to `about`.
+    /// Lines with their corners at the start (m), relative to `reference_point`.
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Reference point of the body at the start (m), in the coordinates of the picture.
     pub reference_point: [f64; 2],
-    /// Rigid motion, its `centre` relative to `about` (m).
+    /// Rigid motion, its `centre` relative to `reference_point` (m).
     pub motion: ObstacleMotion,
 }
 
 impl MovingLines {
-    /// Position of `about` at `time` (s), and cosine and sine of the rotation angle of the lines.
+    /// Position of `reference_point` at `time` (s), and cosine and sine of the rotation angle of the lines.
     pub fn pose(&self, time: f64) -> [f64; 4] {
         let frame = self.motion.transform::<2>(time).shifted(&self.reference_point);
         let [x, y] = frame.translation;
@@ -42,18 +42,18 @@ impl MovingLines {
 /// Surface of a moving body in space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingSurface {
-    /// Corners of the faces at the start (m), relative to `about`.
+    /// Corners of the faces at the start (m), relative to `reference_point`.
     pub corners: Vec<[f64; 3]>,
     /// Indices of the four corners of each face, counter-clockwise from outside.
     pub faces: Vec<[usize; 4]>,
     /// Reference point of the body at the start (m), in the coordinates of the picture.
     pub reference_point: [f64; 3],
-    /// Rigid motion, its `centre` relative to `about` (m).
+    /// Rigid motion, its `centre` relative to `reference_point` (m).
     pub motion: ObstacleMotion,
 }
 
 impl MovingSurface {
-    /// Position of `about` at `time` (s), and the rotation of the body, by rows.
+    /// Position of `reference_point` at `time` (s), and the rotation of the body, by rows.
     pub fn pose(&self, time: f64) -> ([f64; 3], [[f64; 3]; 3]) {
         let frame = self.motion.transform::<3>(time).shifted(&self.reference_point);
         (frame.translation, frame.rotation)

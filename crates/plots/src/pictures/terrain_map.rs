@@ -116,9 +116,9 @@ impl TerrainMap {
         };
         let [x, y] = [along(0), along(1)];
         // No side is shorter than half the other one.
-        let least = 0.5 * (x.end - x.start).max(y.end - y.start);
+        let smallest = 0.5 * (x.end - x.start).max(y.end - y.start);
         let wide = |r: Range<f64>, axis: usize| {
-            let extra = 0.5 * (least - (r.end - r.start)).max(0.0);
+            let extra = 0.5 * (smallest - (r.end - r.start)).max(0.0);
             let end = self.heights.as_ref().unwrap_or(cells).extent(axis);
             let visible = (r.start - extra).max(end.start)..(r.end + extra).min(end.end);
             if visible.start < visible.end { visible } else { r }

@@ -38,7 +38,7 @@ pub fn poisson_disk<const D: usize>(
     let mut disks = Disks::new(shape, distance)?;
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let mut open = disks.all_cells(shape);
-    let most = MAX_GROWTH * open.len() + 1000;
+    let largest = MAX_GROWTH * open.len() + 1000;
     for level in 0..=SUBDIVISION_LEVELS {
         for _ in 0..DARTS_PER_CELL * open.len() {
             let cell = &open[generator.random_range(0..open.len())];
@@ -51,7 +51,7 @@ pub fn poisson_disk<const D: usize>(
         if level < SUBDIVISION_LEVELS {
             open = disks.subdivide_uncovered(shape, &open, level);
         }
-        if open.is_empty() || open.len() > most {
+        if open.is_empty() || open.len() > largest {
             break;
         }
     }
@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// Checks the number of points against a lattice, their distance and evenness, and that they represent the whole volume.
-    fn stands_in_for_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
+    fn stands_in_for_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, minimum: f64) {
         let samples = poisson_spaced::<D>(shape, spacing, 3).unwrap();
         let volume = shape.measure(D).unwrap();
         let wanted = volume / spacing.powi(D as i32);
@@ -287,7 +287,7 @@ mod tests {
         let nearest =
             samples.iter().enumerate().flat_map(|(i, a)| samples[..i].iter().map(move |b| apart(a, b)));
         let nearest = nearest.fold(f64::INFINITY, f64::min);
-        assert!(nearest > least * spacing, "{D}: {nearest} m");
+        assert!(nearest > minimum * spacing, "{D}: {nearest} m");
         // Either half of the shape has half of the points, except for those on the cut.
         for axis in 0..D {
             let (low, high) = shape.bounds(D);

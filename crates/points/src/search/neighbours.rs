@@ -40,8 +40,8 @@ pub fn farthest_from_mean<const D: usize>(positions: &[[f64; D]]) -> usize {
     let mean: [f64; D] =
         std::array::from_fn(|axis| positions.iter().map(|x| x[axis]).sum::<f64>() / positions.len() as f64);
     let away = |x: &[f64; D]| (0..D).map(|axis| (x[axis] - mean[axis]).powi(2)).sum::<f64>();
-    let most = positions.iter().enumerate().max_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
-    most.map_or(0, |(point, _)| point)
+    let largest = positions.iter().enumerate().max_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
+    largest.map_or(0, |(point, _)| point)
 }
 
 /// Cell-linked list: cells of a grid around all points, each with the list of its points.

@@ -24,7 +24,7 @@ impl BoxLocation {
 }
 
 impl Shape {
-    /// Location of the box between the corners `low` and `high`. `Outside` and `Inside` are certain; `Straddling` also results for some
+    /// Location of the box between the corners `low` and `high`. `Outside` and `Inside` are certain; `Intersecting` also results for some
     /// boxes that the boundary of a combination does not cut.
     pub fn classify_box(&self, low: &[f64], high: &[f64]) -> BoxLocation {
         match self {

@@ -295,11 +295,11 @@ fn pack_spheres(wanted: &MicrostructureSpec<'_>) -> Option<SpherePacking> {
             packing.add(all.centres[grain]);
         }
         let count = all.centres.len();
-        let most = (MAX_THROWS_PER_GRAIN * count).min(MAX_THROWS[0] + MAX_THROWS[1] * count);
+        let largest = (MAX_THROWS_PER_GRAIN * count).min(MAX_THROWS[0] + MAX_THROWS[1] * count);
         let mut throws = 0;
         while counted.fraction() < wanted.fraction {
             throws += 1;
-            if throws > most {
+            if throws > largest {
                 return None;
             }
             let centre = throw();

@@ -12,7 +12,7 @@ pub struct BallSurface<const D: usize> {
 }
 
 impl<const D: usize> BallSurface<D> {
-    /// Ball around `centre` with this `radius` (m); with `hollow` the solid is the space outside.
+    /// Ball around `centre` with this `radius` (m); with `is_hollow` the solid is the space outside.
     ///
     /// # Errors
     /// When the radius is not a length or the centre is not finite.

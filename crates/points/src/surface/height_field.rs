@@ -252,16 +252,16 @@ mod tests {
         ) {
             let field = waves();
             let at = [x, y, z];
-            let mut least = f64::INFINITY;
+            let mut smallest = f64::INFINITY;
             field.visit_triangles(&at, 10.0, |_, corners| {
                 let from = difference(&at, &nearest_on_facet(corners, &at).0);
-                least = least.min(dot(&from, &from).sqrt());
+                smallest = smallest.min(dot(&from, &from).sqrt());
             });
             let gap = field.gap(&at, 3.0).unwrap();
-            prop_assert!((gap.distance.abs() - least).abs() < 1e-12);
+            prop_assert!((gap.distance.abs() - smallest).abs() < 1e-12);
             prop_assert_eq!(gap.distance < 0.0, field.contains(&at));
-            prop_assert!(field.gap(&at, 0.99 * least).is_none());
-            let short = field.gap(&at, 1.01 * least).unwrap();
+            prop_assert!(field.gap(&at, 0.99 * smallest).is_none());
+            let short = field.gap(&at, 1.01 * smallest).unwrap();
             prop_assert!(short == gap, "{short:?} {gap:?}");
         }
     }

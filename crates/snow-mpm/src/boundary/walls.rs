@@ -12,7 +12,7 @@ use crate::background_grid::BackgroundGrid;
 struct WallHalfSpace {
     /// Wall condition; its node is at the last position of the face.
     wall: NodeWall,
-    /// Coordinate of the face at the time `since` (m).
+    /// Coordinate of the face at the time `motion_start` (m).
     start: f64,
     /// Time from which the face moves (s).
     motion_start: f64,

@@ -147,9 +147,9 @@ fn periodic_background<const D: usize>(
     background: BackgroundGrid<D>,
 ) -> Result<BackgroundGrid<D>, CaseError> {
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
-    background.with_periodic_axes(periodic).map_err(|least| {
+    background.with_periodic_axes(periodic).map_err(|smallest| {
         let problem = format!(
-            "needs {least} cells or more along each periodic axis, because shape functions extend that far \
+            "needs {smallest} cells or more along each periodic axis, because shape functions extend that far \
              beyond its sides"
         );
         CaseError::new("domain.periodic", problem)

@@ -94,7 +94,7 @@ impl<const D: usize> SnowSolver<D> {
         let spec = &self.case.materials[&of_case.material];
         let strength = strength_of_weak_layer(spec)?;
         // A wrapper of a law may begin with a part of its strength.
-        let least = if spec.inner().is_none() { strength * (1.0 - YIELD_TOLERANCE) } else { 0.0 };
+        let smallest = if spec.inner().is_none() { strength * (1.0 - YIELD_TOLERANCE) } else { 0.0 };
         let names = body.material.output_names();
         let column = |name: &str| names.iter().position(|own| *own == name);
         let (bears, collapsed) = (column("compressive_strength")?, column("collapsed")?);
@@ -102,7 +102,7 @@ impl<const D: usize> SnowSolver<D> {
             body.material.outputs(stress, states, out);
         });
         let has_collapsed = |outputs: &&[f64]| outputs[collapsed] > 0.5;
-        let has_yielded = |outputs: &&[f64]| outputs[bears] < least || has_collapsed(outputs);
+        let has_yielded = |outputs: &&[f64]| outputs[bears] < smallest || has_collapsed(outputs);
         let all = || outputs.chunks(names.len());
         let index =
             all().position(|of| has_collapsed(&of)).or_else(|| all().position(|of| has_yielded(&of)))?;

@@ -161,11 +161,11 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
             );
             return Err(CaseError::new(format!("removal_shapes[{number}].velocity"), problem));
         }
-        let (length, least) = (column.length(), MIN_COLUMN_LENGTH * column.thickness());
-        if length < least * (1.0 - ROUND_OFF) {
+        let (length, smallest) = (column.length(), MIN_COLUMN_LENGTH * column.thickness());
+        if length < smallest * (1.0 - ROUND_OFF) {
             let problem = format!(
                 "the cut column is {length:.4} m long, less than five times the thickness of its slab ({:.4} \
-                 m), so that its far end affects the crack: make it {least:.4} m long or longer",
+                 m), so that its far end affects the crack: make it {smallest:.4} m long or longer",
                 column.thickness()
             );
             return Err(CaseError::new(format!("removal_shapes[{number}]"), problem));

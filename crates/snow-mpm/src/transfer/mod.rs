@@ -213,7 +213,7 @@ impl<const D: usize> PointUpdater<'_, D> {
                 inside &= (position[c] >= low[c]) & (position[c] <= upper_corner[c]);
             }
         }
-        let moved = moved.iter().fold(0f64, |most, step| most.max(*step));
+        let moved = moved.iter().fold(0f64, |largest, step| largest.max(*step));
         if inside && moved <= self.max_move() {
             return Ok((moved, false));
         }

@@ -13,11 +13,11 @@ pub struct ImageParticle<const D: usize> {
     pub axis_sign: [f64; D],
     /// Twice the coordinate of the mirror, or a period.
     pub shift: [f64; D],
-    /// Sign of the velocity: of smooth mirrors `flip`, of rough ones -1 along every axis.
+    /// Sign of the velocity: of smooth mirrors `axis_sign`, of rough ones -1 along every axis.
     pub velocity_sign: [f64; D],
     /// Twice the velocity of the mirror (m/s).
     pub velocity_shift: [f64; D],
-    /// Sign of the axes for stress: of smooth mirrors `flip`, of rough ones 1, which keep it.
+    /// Sign of the axes for stress: of smooth mirrors `axis_sign`, of rough ones 1, which keep it.
     pub stress_sign: [f64; D],
     /// Number of the mirror across each axis that is mirrored.
     pub(crate) mirrors: [Option<u32>; D],

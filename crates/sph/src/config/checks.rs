@@ -55,10 +55,10 @@ impl SphOptions {
         check_rule("spacing", self.spacing, is_positive(self.spacing), "must be finite and positive (m)")?;
         let ratio = self.smoothing;
         check_rule("smoothing", ratio, (0.9..=3.0).contains(&ratio), "is not in 0.9..=3")?;
-        let most = self.clumping_from().unwrap_or(f64::INFINITY);
-        if ratio > most && !self.allow_pairing {
+        let largest = self.clumping_from().unwrap_or(f64::INFINITY);
+        if ratio > largest && !self.allow_pairing {
             let problem = format!(
-                "{ratio} makes particles clump with this kernel: use at most {most}, or set allow_pairing"
+                "{ratio} makes particles clump with this kernel: use at most {largest}, or set allow_pairing"
             );
             return Err(("smoothing", problem));
         }
@@ -78,14 +78,14 @@ impl SphOptions {
         ] {
             check_rule(name, value, is_not_negative(value), "must be finite and not negative")?;
         }
-        for (name, value, most) in [
+        for (name, value, largest) in [
             ("stress_diffusion", self.stress_diffusion, 0.5),
             ("density_diffusion", self.density_diffusion, 0.5),
             ("close_repulsion", self.close_repulsion, 0.2),
             ("xsph", self.xsph, 1.0),
             ("hourglass_viscosity", self.hourglass_viscosity, 1.0),
         ] {
-            check_rule(name, value, (0.0..=most).contains(&value), &format!("is not in 0..={most}"))?;
+            check_rule(name, value, (0.0..=largest).contains(&value), &format!("is not in 0..={largest}"))?;
         }
         let growth = self.smoothing_growth;
         check_rule("smoothing_growth", growth, (1.0..=3.0).contains(&growth), "is not in 1..=3")

@@ -36,11 +36,11 @@ pub(crate) fn surface_detection_problem<const D: usize>(
     spacing: f64,
 ) -> Option<String> {
     let [first, within] = [0, i32::MAX].map(|above| lattice_index(smoothing, spacing, above));
-    let most = SURFACE_INDEX[D - 1];
+    let largest = SURFACE_INDEX[D - 1];
     let ratio = smoothing.length() / spacing;
-    (first > most || within <= most).then(|| {
+    (first > largest || within <= largest).then(|| {
         format!(
-            "{ratio} does not allow confining to detect surfaces by Σ V W <= {most} with this kernel: the sum \
+            "{ratio} does not allow confining to detect surfaces by Σ V W <= {largest} with this kernel: the sum \
              is {first:.3} in the first layer, {within:.3} inside. Choose another value, or confine on all"
         )
     })

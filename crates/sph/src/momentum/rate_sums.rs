@@ -208,9 +208,9 @@ fn update_smoothing_lengths<const D: usize>(
         *rate = pairs.length_rate(i, row, weights);
     });
     let h = setting.smoothing.length();
-    let (least, most) = (h / setting.options.smoothing_growth, h * setting.options.smoothing_growth);
+    let (smallest, largest) = (h / setting.options.smoothing_growth, h * setting.options.smoothing_growth);
     for (length, rate) in bodies.particles.length.iter_mut().zip(&rates.length) {
-        *length = (*length + dt * rate).clamp(least, most);
+        *length = (*length + dt * rate).clamp(smallest, largest);
     }
 }
 

@@ -46,7 +46,7 @@ pub struct VerletLists<const D: usize> {
 }
 
 impl<const D: usize> VerletLists<D> {
-    /// Returns empty lists for the positions `listed`, after a sort in step `sorted`.
+    /// Returns empty lists for the positions `listed_positions`, after a sort in step `last_sort`.
     pub fn new(listed_positions: ListedPositions<D>, last_sort: Option<u64>) -> Self {
         Self {
             neighbours: NeighbourList::new(),

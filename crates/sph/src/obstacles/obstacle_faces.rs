@@ -342,7 +342,7 @@ impl<const D: usize> ObstacleFaces<D> {
                     {
                         block.faces.push(ObstacleFace::at_nearest(solid, &deeper, x, *number));
                         let depth = -deeper.distance;
-                        if block.deepest.is_none_or(|(.., most)| depth > most) {
+                        if block.deepest.is_none_or(|(.., largest)| depth > largest) {
                             block.deepest = Some((k as u32, *number, depth));
                         }
                     }

@@ -88,19 +88,19 @@ impl<const D: usize> PairSums<'_, D> {
                 Some(MirrorState::new(along(1.0), stress, repulsion))
             }
             WallContact::Friction(coefficient) => {
-                let most = adhesion - coefficient * across;
+                let largest = adhesion - coefficient * across;
                 let (speed, size) = (dot(&slip, &slip).sqrt(), dot(&shear, &shear).sqrt());
-                if speed > STICK_RATIO * most / (p.density[i] * p.sound[i]) {
+                if speed > STICK_RATIO * largest / (p.density[i] * p.sound[i]) {
                     let rubs = adhesion + coefficient * p.friction_pressure(i, -across);
                     let stress = with(&slip.map(|v| v * rubs / speed));
                     let rub = SlipFriction { normal: *n, direction: slip.map(|v| -coefficient * v / speed) };
                     let sliding = MirrorState::new(along(1.0), stress, repulsion);
                     return Some(MirrorState { slip_friction: Some(rub), ..sliding });
                 }
-                if size <= most {
+                if size <= largest {
                     return Some(MirrorState::new(along(-1.0), stress, repulsion));
                 }
-                Some(MirrorState::new(along(1.0), with(&shear.map(|s| s * most / size)), repulsion))
+                Some(MirrorState::new(along(1.0), with(&shear.map(|s| s * largest / size)), repulsion))
             }
         }
     }

@@ -81,9 +81,9 @@ impl<const D: usize> PairSums<'_, D> {
                 if normal > 0.0 {
                     return None;
                 }
-                let most = -coefficient * normal;
+                let largest = -coefficient * normal;
                 let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
-                if speed > STICK_RATIO * most / (p.density[i] * p.sound[i]) {
+                if speed > STICK_RATIO * largest / (p.density[i] * p.sound[i]) {
                     let rubs = coefficient * p.friction_pressure(i, -normal);
                     let factor = rubs / speed * if plane.is_upper { -1.0 } else { 1.0 };
                     let normal = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
@@ -94,11 +94,12 @@ impl<const D: usize> PairSums<'_, D> {
                     let sliding = MirrorState::new(along(1.0), stress, repulsion);
                     return Some(MirrorState { slip_friction: Some(rub), ..sliding });
                 }
-                if shear <= most {
+                if shear <= largest {
                     return Some(MirrorState::new(along(-1.0), stress, repulsion));
                 }
-                let stress =
-                    friction_mirror_stress::<D>(&stress, axis, |c| stress.component(axis, c) * most / shear);
+                let stress = friction_mirror_stress::<D>(&stress, axis, |c| {
+                    stress.component(axis, c) * largest / shear
+                });
                 Some(MirrorState::new(along(1.0), stress, repulsion))
             }
         }

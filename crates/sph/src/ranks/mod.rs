@@ -183,12 +183,13 @@ impl<const D: usize> RankedSolver<D> {
             (limit.0, limit.2.map(|i| rank.sequence[i]), to_time_step(limit, &bodies.particles))
         };
         let found: Vec<_> = self.ranks.par_iter_mut().map(of_rank).collect();
-        let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let (.., least) = least.expect("at least one rank");
+        let smallest = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (.., smallest) = smallest.expect("at least one rank");
         let SphSolver { setting, clock, walls, .. } = self.first();
-        let least = limit_by_obstacle_motion(least, &walls.obstacles, (clock.time, setting.options.spacing));
+        let smallest =
+            limit_by_obstacle_motion(smallest, &walls.obstacles, (clock.time, setting.options.spacing));
         let fixed = setting.options.time_step;
-        let all = self.ranks.iter_mut().map(|rank| rank.domain.clock.set_limit(least, fixed));
+        let all = self.ranks.iter_mut().map(|rank| rank.domain.clock.set_limit(smallest, fixed));
         all.last().expect("at least one rank")
     }
 
@@ -283,7 +284,7 @@ impl<const D: usize> RankedSolver<D> {
         found.iter().for_each(|(_, own)| first.obstacle_energies.add(own));
     }
 
-    /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their sequence, starting from the earlier `felt`, for
+    /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their sequence, starting from the earlier `reactions`, for
     /// the first rank: the sums of each rank itself are of its own particles and of ghosts.
     fn sum_reactions(&mut self, mut reactions: Vec<ReactionSum>, dt: f64) {
         let SphSolver { setting, walls, .. } = self.first();
@@ -367,10 +368,10 @@ impl<const D: usize> RankedSolver<D> {
     /// Moves particles to the ranks of their boxes, then their copies to the halos; rebuilds the neighbour lists.
     fn distribute(&mut self) -> Result<(), SolverError> {
         let loads: Vec<u64> = self.ranks.iter().map(|rank| rank.weights().map(u64::from).sum()).collect();
-        let most = loads.iter().copied().max().unwrap_or(0) as f64;
+        let largest = loads.iter().copied().max().unwrap_or(0) as f64;
         let mean = loads.iter().sum::<u64>() as f64 / loads.len() as f64;
         let cuts = match self.cuts.take() {
-            Some(cuts) if most <= IMBALANCE * mean => cuts,
+            Some(cuts) if largest <= IMBALANCE * mean => cuts,
             _ => self.new_bisection(),
         };
         self.migrate(&cuts);

@@ -158,13 +158,13 @@ pub(super) fn check_distances<const D: usize>(
     options: &SphOptions,
 ) -> Result<(), CaseError> {
     let mut list = HalfNeighbourList::<D>::new();
-    let least = 1e-6 * options.spacing;
+    let smallest = 1e-6 * options.spacing;
     // Search cells must not be much smaller than the spacing.
     list.build(&particles.position, 0.5 * options.spacing)
         .map_err(|error| CaseError::new("bodies", error.to_string()))?;
     let close = |&(i, j): &(u32, u32)| {
         let (a, b) = (&particles.position[i as usize], &particles.position[j as usize]);
-        (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < least * least
+        (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < smallest * smallest
     };
     match list.pairs().find(close) {
         None => Ok(()),

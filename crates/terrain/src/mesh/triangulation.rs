@@ -99,7 +99,7 @@ fn in_plane(corners: &[[f64; 3]]) -> Result<Vec<[f64; 2]>, String> {
 fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let (mut found, mut at, mut tried) = (Vec::with_capacity(flat.len() - 2), 1, 0);
-    let least = ROUND_OFF * area;
+    let smallest = ROUND_OFF * area;
     while left.len() > 2 && tried < left.len() {
         let count = left.len();
         let near = [left[(at + count - 1) % count], left[at % count], left[(at + 1) % count]];
@@ -107,10 +107,10 @@ fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
         let holds = |k: &&usize| {
             let x = flat[**k];
             let within =
-                [(a, b), (b, c), (c, a)].iter().all(|(from, to)| double_area(*from, *to, x) >= -least);
+                [(a, b), (b, c), (c, a)].iter().all(|(from, to)| double_area(*from, *to, x) >= -smallest);
             within && x != a && x != b && x != c
         };
-        if double_area(a, b, c) > least && !left.iter().any(|k| holds(&k)) {
+        if double_area(a, b, c) > smallest && !left.iter().any(|k| holds(&k)) {
             found.push(near);
             left.remove(at % count);
             at %= count;

@@ -114,7 +114,7 @@ impl BiaxialTest {
             .ratio
             .iter()
             .copied()
-            .fold((f64::NAN, 0.0), |most, now| if now.1 > most.1 { now } else { most });
+            .fold((f64::NAN, 0.0), |largest, now| if now.1 > largest.1 { now } else { largest });
         (angle(ratio), strain)
     }
 
@@ -154,11 +154,11 @@ fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     outcome.info("B14, dense: strain at the peak, mean of the packings", "0.015", strain, reason);
     outcome.info("B14, dense: solid fraction before shear", "0.8428", test.solid_fraction[0].1, reason);
     outcome.info("B14, dense: contacts of a grain before shear", "4.04", test.contacts, reason);
-    let least = test.volume.iter().map(|(_, v)| *v).fold(0.0, f64::min);
+    let smallest = test.volume.iter().map(|(_, v)| *v).fold(0.0, f64::min);
     outcome.assert_within(
         "B14, dense: largest contraction",
         "-0.0018",
-        least,
+        smallest,
         (-0.01, -1e-4),
         "B14: contraction, then dilation",
     );

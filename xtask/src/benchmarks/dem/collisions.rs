@@ -280,22 +280,22 @@ fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     method_options(&mut value)["time_step"] = json!(dt);
     value["bodies"][0]["shape"]["centre"] = json!([-0.005 - 2.5 * dt, 0, 0]);
     let mut solver = sphere_solver(&value)?;
-    let (mut touching, mut most, mut curve) = (0, (0.0f64, 0.0f64), Vec::new());
+    let (mut touching, mut maximum, mut curve) = (0, (0.0f64, 0.0f64), Vec::new());
     for _ in 0..1100 {
         step(&mut solver, dt)?;
         if let Some(contact) = solver.contacts().first() {
             touching += u32::from(contact.overlap > 0.0);
-            most = (most.0.max(contact.overlap), most.1.max(contact.normal));
+            maximum = (maximum.0.max(contact.overlap), maximum.1.max(contact.normal));
             curve.push((contact.overlap * 1e6, contact.normal));
         }
     }
     let reason = "the 1e-3 of B2's undamped collision; closed form of §2.8";
-    outcome.assert_close("§3.6, glass spheres: largest overlap (m)", deepest, 1e-3, most.0, reason);
+    outcome.assert_close("§3.6, glass spheres: largest overlap (m)", deepest, 1e-3, maximum.0, reason);
     outcome.assert_close(
         "§3.6, glass spheres: largest force (N)",
         force,
         1.5e-3,
-        most.1,
+        maximum.1,
         "that of the overlap, to the power 3/2",
     );
     outcome.assert_close(

@@ -123,9 +123,9 @@ fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     method_options(&mut value)["pairs"][0]["adhesion"] = json!({ "kind": "jkr", "work_of_adhesion": work });
     let curve = move_sphere(&value, 4000)?;
     let pull_off = 1.5 * PI * work * EFFECTIVE;
-    let least = curve.iter().map(|(_, force, _)| -force).max_or_nan();
+    let smallest = curve.iter().map(|(_, force, _)| -force).max_or_nan();
     let reason = "1e-3, as B2 requires of forces; closed form";
-    outcome.assert_close("§2.7, JKR: pull-off force (N)", pull_off, 1e-3, least, reason);
+    outcome.assert_close("§2.7, JKR: pull-off force (N)", pull_off, 1e-3, smallest, reason);
     // Both in terms of the contact radius.
     let at = |a: f64| {
         let cube = a * a * a;
@@ -178,12 +178,12 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     method_options(&mut value)["pairs"][0]["adhesion"] =
         json!({ "kind": "capillary", "surface_tension": tension, "volume_ratio": ratio });
     let curve = move_sphere(&value, 5600)?;
-    let most = 4.0 * PI * EFFECTIVE * tension;
+    let maximum = 4.0 * PI * EFFECTIVE * tension;
     let reason = "1e-3, as B2 requires of forces";
     let first = curve.iter().find(|(x, ..)| x[0] >= 0.0).map_or(f64::NAN, |(_, force, _)| -force);
     outcome.assert_close(
         "§2.7, liquid bridge: force of spheres that touch, 4πRγ (N)",
-        most,
+        maximum,
         2e-2,
         first,
         "the gap of the first step",
@@ -191,11 +191,11 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let volume = ratio * EFFECTIVE.powi(3);
     let closed = |gap: f64| {
         let depth = 0.5 * gap * ((1.0 + volume / (PI * EFFECTIVE * gap * gap)).sqrt() - 1.0);
-        most / (1.0 + gap / (2.0 * depth))
+        maximum / (1.0 + gap / (2.0 * depth))
     };
     let parted: Vec<(f64, f64)> =
         curve.iter().filter(|(x, f, _)| x[0] > 1e-8 && *f < 0.0).map(|(x, f, _)| (x[0], -f)).collect();
-    let worst = parted.iter().map(|(gap, force)| (force - closed(*gap)).abs() / most).max_or_nan();
+    let worst = parted.iter().map(|(gap, force)| (force - closed(*gap)).abs() / maximum).max_or_nan();
     outcome.assert_below(
         "§2.7, liquid bridge: largest error over the force on contact",
         "0",
@@ -228,13 +228,13 @@ fn cohesion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     own["normal"] = json!({ "law": "linear", "stiffness": 1e3, "damping_ratio": 0 });
     own["adhesion"] = json!({ "kind": "cohesive", "tension": 1e3, "shear": 1e3 });
     let curve = move_sphere(&value, 4000)?;
-    let most = curve.iter().map(|(_, force, _)| -force).max_or_nan();
+    let maximum = curve.iter().map(|(_, force, _)| -force).max_or_nan();
     // 1e3 Pa on the square of the radius; a step loads by 1e3 N/m times 1e-9 m.
     outcome.assert_close(
         "§2.7, cohesion: largest tension (N)",
         1e3 * RADIUS * RADIUS,
         2e-3,
-        most,
+        maximum,
         "two steps of 1e-9 m",
     );
     Ok(())
@@ -315,12 +315,12 @@ fn check_bond_strength(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 solver.contacts().first().map_or(0.0, |c| max_or_nan(c.force[0].abs(), c.force[1].abs()));
             curve.push((solver.time() * 1e-3 * 1e6, force));
         }
-        let most = curve.iter().map(|(_, force)| *force).max_or_nan();
+        let largest = curve.iter().map(|(_, force)| *force).max_or_nan();
         outcome.assert_close(
             format!("B15, {name} at which a bond of 100 Pa over 1 m² breaks (N)"),
             100.0,
             2e-3,
-            most,
+            largest,
             reason,
         );
         let stiffness = curve[499].1 / (curve[499].0 * 1e-6);

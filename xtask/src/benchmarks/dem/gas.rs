@@ -37,8 +37,9 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     for (share, bound) in [(0.1, 0.0025), (0.05, 0.0005)] {
         let mut sum = 0.0;
         for seed in 0..seeds {
-            let (most, curve) = energy_change(share, seed, if quick { COLLISIONS / 10 } else { COLLISIONS })?;
-            sum += most / seeds as f64;
+            let (maximum, curve) =
+                energy_change(share, seed, if quick { COLLISIONS / 10 } else { COLLISIONS })?;
+            sum += maximum / seeds as f64;
             if seed == 0 {
                 picture.series.push(Series::new(format!("ω₀Δt = {share}"), curve, Style::Line));
             }
@@ -76,7 +77,7 @@ fn gas(share: f64, seed: u64) -> Result<(DemSolver<2, 1>, f64), String> {
 /// Largest relative change of energy, and its history.
 fn energy_change(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64)>), String> {
     let (mut solver, dt) = gas(share, seed)?;
-    let (mut most, mut curve, mut count, mut before) = (0.0f64, Vec::new(), 0, BTreeSet::new());
+    let (mut largest, mut curve, mut count, mut before) = (0.0f64, Vec::new(), 0, BTreeSet::new());
     let every = (1.0 / share) as u64;
     while count < collisions {
         step(&mut solver, dt)?;
@@ -88,13 +89,13 @@ fn energy_change(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(
             count += now.difference(&before).count();
             before = now;
             let change = output_value(&solver, "energy_error");
-            most = max_or_nan(most, change.abs());
+            largest = max_or_nan(largest, change.abs());
             if solver.step_count().is_multiple_of(20 * every) {
                 curve.push((solver.time(), change));
             }
         }
     }
-    Ok((most, curve))
+    Ok((largest, curve))
 }
 
 /// Checks the return after a thousand steps with reversed velocities.

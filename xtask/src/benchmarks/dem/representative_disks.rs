@@ -123,9 +123,9 @@ fn sizes() -> Result<BenchmarkOutcome, String> {
         let (mean, spread) = mean_and_deviation(&found.iter().map(|own| own.0).collect::<Vec<f64>>());
         spreads.push(spread);
         points.extend(found.iter().map(|own| (f64::from(count), own.0)));
-        let most = found.iter().map(|own| own.1).fold(0.0, max_or_nan);
+        let maximum = found.iter().map(|own| own.1).fold(0.0, max_or_nan);
         let name = format!("{count} disks: largest anisotropy of the contacts before the shear");
-        check_isotropy(&mut outcome, name, count, most, ANISOTROPY_BOUND);
+        check_isotropy(&mut outcome, name, count, maximum, ANISOTROPY_BOUND);
         let reason = "not judged: no values in the source";
         outcome.info(format!("{count} disks: sine of the friction angle at the peak"), "", mean, reason);
     }
@@ -230,13 +230,13 @@ fn windows(counts: &[u32]) -> Result<BenchmarkOutcome, String> {
         let name =
             format!("windows of about {count} disks: mean anisotropy of the contacts before the shear");
         check_isotropy(&mut outcome, name, count, mean(|own| own.1), ANISOTROPY_BOUND);
-        let most = own.iter().map(|own| own.1).fold(0.0, max_or_nan);
+        let maximum = own.iter().map(|own| own.1).fold(0.0, max_or_nan);
         let reason = format!(
             "not judged: as many normals drawn at random, two to a disk, have {:.2} in the mean and more than {:.2} one time in ten",
             random_anisotropy(count, std::f64::consts::FRAC_PI_4),
             random_anisotropy(count, 10f64.ln())
         );
-        outcome.info(format!("windows of about {count} disks: the largest of {SEEDS}"), "", most, &reason);
+        outcome.info(format!("windows of about {count} disks: the largest of {SEEDS}"), "", maximum, &reason);
         let name = format!("windows of about {count} disks: sine of the friction angle at the peak");
         outcome.info(name, "", mean(|own| own.0), "not judged: no values in the source");
     }

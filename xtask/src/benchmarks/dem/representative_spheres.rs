@@ -149,12 +149,12 @@ fn cells() -> Result<BenchmarkOutcome, String> {
         let (peak, spread) = mean_and_deviation(&all.iter().map(|own| own.peak).collect::<Vec<f64>>());
         spreads.push(spread);
         marks.extend(all.iter().map(|own| (f64::from(count), own.peak)));
-        let most = all.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
+        let maximum = all.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
         check_isotropy(
             &mut outcome,
             format!("{count} spheres: largest anisotropy of the contacts before the shear"),
             count,
-            most,
+            maximum,
             anisotropy_bound(count),
         );
         let reason = "not judged: no values in the source";
@@ -281,8 +281,8 @@ fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
             format!("windows of about {count} spheres: mean anisotropy of the contacts before the shear");
         check_isotropy(&mut outcome, name, count, uneven, anisotropy_bound(count));
         let chance = format!("not judged: {specimens} specimens");
-        let most = own.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
-        for (name, value) in [("standard deviation between specimens", spread), ("the largest", most)] {
+        let maximum = own.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
+        for (name, value) in [("standard deviation between specimens", spread), ("the largest", maximum)] {
             outcome.info(format!("this anisotropy, {name}"), "", value, &chance);
         }
         let name = format!("windows of about {count} spheres: deviator at the peak over the lateral stress");

@@ -299,11 +299,11 @@ fn check_front(outcome: &mut BenchmarkOutcome, found: &FrontRanges) {
         (9.0, 15.0),
         "B3: 12 ± 3 m/s, of the source",
     );
-    let most = found.iter().map(|(_, (_, v))| *v).fold(0.0, f64::max);
+    let maximum = found.iter().map(|(_, (_, v))| *v).fold(0.0, f64::max);
     outcome.assert_within(
         "B3: largest speed of the front (m/s)",
         "17",
-        most,
+        maximum,
         (14.5, 19.5),
         "B3: 17 ± 2.5 m/s, of the source",
     );

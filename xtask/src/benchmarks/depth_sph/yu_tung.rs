@@ -118,9 +118,9 @@ fn check_source_values(outcome: &mut BenchmarkOutcome, run: &YuTungRun) {
     let name = |what: &str| format!("B3: {what}");
     let reason = "B3: 12 ± 3 m/s, of the source";
     outcome.assert_within(name("speed of the front at 100 m (m/s)"), "12", at, (9.0, 15.0), reason);
-    let most = run.fronts.iter().map(|front| front.speed).fold(0.0, f64::max);
+    let maximum = run.fronts.iter().map(|front| front.speed).fold(0.0, f64::max);
     let reason = "B3: 17 ± 2.5 m/s, of the source";
-    outcome.assert_within(name("largest speed of the front (m/s)"), "17", most, (14.5, 19.5), reason);
+    outcome.assert_within(name("largest speed of the front (m/s)"), "17", maximum, (14.5, 19.5), reason);
     let reason = "B3: 11 ± 3 m/s, of the source";
     outcome.assert_within(
         name("speed of the front after 23 s (m/s)"),

@@ -165,12 +165,12 @@ fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         200,
     )?;
     let q = run.column("q").unwrap_or_default();
-    let least = q.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    let smallest = q.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let growth = (0.0, f64::INFINITY);
     outcome.assert_within(
         "V-09 undrained, ψ = 10°: least growth of q (Pa)",
         "above 0",
-        least,
+        smallest,
         growth,
         "monotone growth",
     );

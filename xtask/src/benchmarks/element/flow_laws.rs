@@ -222,7 +222,7 @@ fn sand_relaxes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Speeds over depth of a film on a slope, from the shear rates of the law under the stress of the film: pairs (height, speed), and the
-/// mean speed. `weight` and `drive` are the normal and the tangential component of the unit weight.
+/// mean speed. `weight` and `driving_force` are the normal and the tangential component of the unit weight.
 struct FilmProfile {
     profile: Vec<(f64, f64)>,
     rates: Vec<f64>,

@@ -260,9 +260,9 @@ fn fast_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         };
         let claim = "rises at each rate";
         let reason = "trend of the source's Figs. 6 and 7";
-        for (name, least) in [("τ/P", rise(|f| f.0)), ("void ratio", rise(|f| f.1))] {
+        for (name, smallest) in [("τ/P", rise(|f| f.0)), ("void ratio", rise(|f| f.1))] {
             let name = format!("V-17 {mode}: least rise of {name} with the shear rate");
-            outcome.assert_within(name, claim, least, (f64::MIN_POSITIVE, f64::INFINITY), reason);
+            outcome.assert_within(name, claim, smallest, (f64::MIN_POSITIVE, f64::INFINITY), reason);
         }
         let points = rates.iter().copied().zip(found.iter().map(|f| f.0)).collect();
         chart.series.push(Series::new(mode, points, Style::Line));

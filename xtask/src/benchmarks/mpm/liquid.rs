@@ -276,10 +276,10 @@ fn energy(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), Stri
     let (kinetic, potential) = (column("kinetic_energy"), column("potential_energy"));
     let total: Vec<(f64, f64)> = kinetic.iter().zip(&potential).map(|(k, p)| (k.0, k.1 + p.1)).collect();
     let first = total.first().map_or(f64::NAN, |p| p.1);
-    let (mut least, mut rise) = (f64::INFINITY, 0f64);
+    let (mut smallest, mut rise) = (f64::INFINITY, 0f64);
     for (_, e) in &total {
-        rise = rise.max(e - least);
-        least = least.min(*e);
+        rise = rise.max(e - smallest);
+        smallest = smallest.min(*e);
     }
     outcome.assert_below(
         "largest rise of kinetic and potential energy over that at the start",

@@ -161,11 +161,11 @@ fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), St
     let energy: Vec<(f64, f64)> =
         (0..parts[0].len()).map(|k| (parts[0][k].0, parts.iter().map(|part| part[k].1).sum())).collect();
     let fallen = parts[2].iter().map(|(_, e)| parts[2][0].1 - e).fold(0.0, max_or_nan);
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     let mut rise = 0f64;
     for (_, energy) in &energy {
-        least = least.min(*energy);
-        rise = rise.max(energy - least);
+        smallest = smallest.min(*energy);
+        rise = rise.max(energy - smallest);
     }
     outcome.assert_below(
         "bowl: largest rise of the total energy over the work of gravity",

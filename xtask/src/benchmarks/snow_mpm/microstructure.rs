@@ -86,9 +86,9 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Checks the four phases in their order.
 fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)], quick: bool) {
     let peak = first_peak(path);
-    let (at, most) = path[peak];
+    let (at, largest) = path[peak];
     let rise: Vec<(f64, f64)> =
-        path[..=peak].iter().copied().take_while(|(_, stress)| *stress <= 0.7 * most).collect();
+        path[..=peak].iter().copied().take_while(|(_, stress)| *stress <= 0.7 * largest).collect();
     outcome.assert_within(
         "A4 rise: square of the correlation up to 70 % of the first peak",
         "above 0.99",
@@ -96,24 +96,24 @@ fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)]
         (0.99, 1.0),
         "the sheet's criterion",
     );
-    let least = path[peak..].iter().map(|(_, stress)| *stress).fold(f64::INFINITY, f64::min);
+    let smallest = path[peak..].iter().map(|(_, stress)| *stress).fold(f64::INFINITY, f64::min);
     outcome.assert_below(
         "A4 drop: least stress after the peak over it",
         "0.8",
-        least / most,
+        smallest / largest,
         0.8,
         "the sheet's criterion",
     );
     let beyond: Vec<f64> =
         path[peak..].iter().filter(|(strain, _)| *strain <= at + 0.1).map(|(_, stress)| *stress).collect();
     let name = "A4 plateau: mean stress over a compression of 0.1 from the peak, over the peak";
-    let mean = beyond.iter().sum::<f64>() / beyond.len() as f64 / most;
+    let mean = beyond.iter().sum::<f64>() / beyond.len() as f64 / largest;
     if quick {
         outcome.info(name, "below 1", mean, "the sheet judges a box of ten grains across; this has five");
     } else {
         outcome.assert_below(name, "below 1", mean, 1.0, "the sheet's criterion");
     }
-    let again = path.iter().skip(peak + 1).find(|(_, stress)| *stress > most);
+    let again = path.iter().skip(peak + 1).find(|(_, stress)| *stress > largest);
     let length = again.map_or(f64::NAN, |(strain, _)| strain - at);
     let reason = "grains that meet anew carry for a while";
     outcome.info("A4: compression from the peak until it is passed again", "not given", length, reason);
@@ -121,11 +121,11 @@ fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)]
     outcome.assert_within(
         "A4 jamming: stress at the end over the first peak",
         "above 1",
-        last / most,
+        last / largest,
         (1.0, f64::INFINITY),
         "the sheet's criterion",
     );
-    outcome.info("A4: first peak (Pa)", "not given", most, "the source prints no number");
+    outcome.info("A4: first peak (Pa)", "not given", largest, "the source prints no number");
     outcome.info("A4: compression at the first peak", "not given", at, "the source prints no number");
     let masses: Vec<f64> = [report.frames.first(), report.frames.last()]
         .into_iter()

@@ -84,7 +84,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         ("critical stretch 0.005", std::slice::from_ref(&stretch), 0.524, 0.588),
     ];
     let mut found = Vec::new();
-    for (name, keys, scatter, least) in variants {
+    for (name, keys, scatter, smallest) in variants {
         let ball = impact(keys, &mut chart, name)?;
         let reason = "fragments are chaotic: the sheet judges trends";
         outcome.info(
@@ -95,7 +95,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         );
         outcome.info(
             format!("A1 {name}: least plastic volume"),
-            &format!("{least} (sheet's prototype)"),
+            &format!("{smallest} (sheet's prototype)"),
             ball.min_plastic_volume,
             reason,
         );

@@ -115,13 +115,13 @@ pub(super) fn period(tip: &[(f64, f64)]) -> f64 {
 /// Least distance of two particles over the spacing.
 fn closest(snapshot: &Snapshot) -> f64 {
     let (x, spacing) = (&snapshot.positions, snapshot.extents[0][0]);
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     for i in 0..x.len() {
         for j in 0..i {
-            least = least.min((x[i][0] - x[j][0]).hypot(x[i][1] - x[j][1]));
+            smallest = smallest.min((x[i][0] - x[j][0]).hypot(x[i][1] - x[j][1]));
         }
     }
-    least / spacing
+    smallest / spacing
 }
 
 fn judge(outcome: &mut BenchmarkOutcome, variant: &CantileverVariant, report: &RunReport) {
@@ -148,20 +148,20 @@ fn judge(outcome: &mut BenchmarkOutcome, variant: &CantileverVariant, report: &R
     }
     let amplitude = tip.iter().map(|(_, y)| *y).max_or_nan() / AMPLITUDE;
     outcome.info(name("amplitude over that of the thin beam"), "1", amplitude, "the sheet gives no bound");
-    let least = report.frames.last().map_or(f64::NAN, closest);
+    let smallest = report.frames.last().map_or(f64::NAN, closest);
     let range = (0.5, 1.5);
     if variant.name == "corrected, no artificial stress" {
         outcome.info(
             name("least distance over spacing"),
             "",
-            least,
+            smallest,
             "shown: what the artificial stress is for",
         );
     } else {
         outcome.assert_within(
             name("least distance over spacing"),
             "no clumping",
-            least,
+            smallest,
             range,
             "V-37: no clumping; half a spacing as in V-36",
         );
@@ -217,9 +217,15 @@ fn without_viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }
         let reason = "V-37: less than 10 % per period without viscosity";
         outcome.assert_below(label("loss of amplitude in a period"), "< 0.1", loss, 0.1, reason);
-        let least = report.as_ref().and_then(|report| report.frames.last()).map_or(f64::NAN, closest);
+        let smallest = report.as_ref().and_then(|report| report.frames.last()).map_or(f64::NAN, closest);
         let reason = "V-37: no clumping; half a spacing as in V-36";
-        outcome.assert_within(label("least distance over spacing"), "no clumping", least, (0.5, 1.5), reason);
+        outcome.assert_within(
+            label("least distance over spacing"),
+            "no clumping",
+            smallest,
+            (0.5, 1.5),
+            reason,
+        );
         let turn = report.as_ref().map_or(f64::NAN, |report| period(&tip(report)) / PERIOD);
         let reason = "not judged here: without artificial stress particles draw together in tension, and the beam is softer";
         outcome.info(label("period over that of the thin beam"), "", turn, reason);

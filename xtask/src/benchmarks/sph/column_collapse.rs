@@ -178,7 +178,7 @@ fn check_regularisation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     };
     let noise = |steps: Option<u64>| -> Result<[f64; 2], String> {
         let snapshot = column(steps, 0.2)?;
-        Ok([0, FULL_NEIGHBOUR_COUNT].map(|least| fluctuation(&snapshot, least)))
+        Ok([0, FULL_NEIGHBOUR_COUNT].map(|smallest| fluctuation(&snapshot, smallest)))
     };
     let raw = noise(None)?;
     let reason = "judged by its ratio";
@@ -211,9 +211,9 @@ fn check_regularisation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Neighbours of a particle with a full support: 20 on the lattice of this kernel and smoothing length.
 const FULL_NEIGHBOUR_COUNT: usize = 18;
 
-/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `least`
+/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `minimum`
 /// neighbours.
-fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
+fn fluctuation(snapshot: &Snapshot, minimum: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));
     let h = 1.2 * SPACING;
     let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).max_or_nan();
@@ -239,7 +239,7 @@ fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
                 right[a] += weight * basis[a] * s.component(1, 1);
             }
         }
-        if count <= least {
+        if count <= minimum {
             continue;
         }
         if let Some(mean) = colluvium::constitutive::Mat3(matrix).inverse() {

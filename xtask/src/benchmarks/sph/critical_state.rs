@@ -77,29 +77,29 @@ fn ellipticity(spec: &MaterialSpec) -> Result<(f64, f64), String> {
         0.5,
     )
     .ok_or("a singular motion")?;
-    let (mut lost, mut least) = (f64::NAN, 0.0);
+    let (mut lost, mut smallest) = (f64::NAN, 0.0);
     for step in 1..=2000 {
         if step % 10 == 0 {
             let tangent = law
                 .tangent(&motion, &stress[0], &states.blocks()[0], 0)
                 .map_err(|error| error.to_string())?;
-            least = (0..180).map(|degree| f64::from(degree).to_radians()).fold(
+            smallest = (0..180).map(|degree| f64::from(degree).to_radians()).fold(
                 f64::INFINITY,
-                |least: f64, angle| {
+                |smallest: f64, angle| {
                     let [[a, b, _], [c, d, _], _] =
                         acoustic_tensor(&tangent, [angle.cos(), angle.sin(), 0.0]).0;
                     let (mean, square) = (0.5 * (a + d), 0.25 * (a - d) * (a - d) + b * c);
-                    least.min(mean - square.max(0.0).sqrt())
+                    smallest.min(mean - square.max(0.0).sqrt())
                 },
             );
-            if lost.is_nan() && least < 0.0 {
+            if lost.is_nan() && smallest < 0.0 {
                 lost = STEP * f64::from(step);
             }
         }
         law.update(&[motion], &mut stress, &mut states.blocks_mut()[0])
             .map_err(|error| error.source.to_string())?;
     }
-    Ok((lost, (-least / spec.density()).max(0.0).sqrt()))
+    Ok((lost, (-smallest / spec.density()).max(0.0).sqrt()))
 }
 
 /// Viscosity against hourglass modes, which grow fastest where the law is no longer elliptic.
@@ -172,7 +172,7 @@ fn pressure_of_block(
     label: &dyn Fn(&str) -> String,
 ) {
     let pressures: Vec<f64> = found.iter().map(|(_, ours, _)| ours.pressure()).collect();
-    let (end, least) =
+    let (end, smallest) =
         (pressures[pressures.len() - 1], pressures.iter().copied().fold(f64::INFINITY, f64::min));
     if name == "loose" {
         // e_c(p) = e: the remaining pressure at constant volume by the critical state line.
@@ -183,9 +183,9 @@ fn pressure_of_block(
     } else {
         let reason = "B-02: contracts first, then dilates towards the critical state line";
         let title = label("pressure at the end over the least on the way");
-        outcome.assert_above(title, "above 1", end / least, 1.02, reason);
+        outcome.assert_above(title, "above 1", end / smallest, 1.02, reason);
         let title = label("least pressure over the initial");
-        outcome.assert_below(title, "below 1", least / 100e3, 0.99, reason);
+        outcome.assert_below(title, "below 1", smallest / 100e3, 0.99, reason);
     }
 }
 

@@ -107,10 +107,10 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
             );
             let mut held = vec![0.0f64; ranks as usize];
             owners(&found).iter().for_each(|rank| held[*rank as usize] += 1.0);
-            let most = held.iter().copied().max_or_nan();
+            let maximum = held.iter().copied().max_or_nan();
             let mean = held.iter().sum::<f64>() / f64::from(ranks);
             let reason = "not judged: ranks are balanced by neighbours, within 1.1 (sheet: sph §3.9)";
-            outcome.info(name("most particles in a rank over the mean"), "about 1", most / mean, reason);
+            outcome.info(name("most particles in a rank over the mean"), "about 1", maximum / mean, reason);
         }
     }
     Ok(outcome)

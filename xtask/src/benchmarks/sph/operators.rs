@@ -181,11 +181,17 @@ fn laplacians(
 }
 
 fn orders(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut order = |operator, label: &str, disorder: f64, least: f64| -> Result<(), String> {
+    let mut order = |operator, label: &str, disorder: f64, smallest: f64| -> Result<(), String> {
         let error = |n| laplacian(operator, n, disorder, wave, wave_laplacian);
         let slope = (error(20)? / error(80)?).log2() / 2.0;
         let name = format!("order of {label} for sin πx sin πy, disorder {disorder}");
-        outcome.assert_within(name, &format!("at least {least}"), slope, (least, f64::INFINITY), "V-04");
+        outcome.assert_within(
+            name,
+            &format!("at least {smallest}"),
+            slope,
+            (smallest, f64::INFINITY),
+            "V-04",
+        );
         Ok(())
     };
     order(Laplacian::BuiNguyen, "the new operator", 0.0, 1.9)?;

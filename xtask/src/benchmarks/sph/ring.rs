@@ -57,9 +57,9 @@ fn hoop_stresses(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
 
 /// Least, mean and largest of values.
 fn min_mean_max(values: &[f64]) -> [f64; 3] {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    [least, values.iter().sum::<f64>() / values.len() as f64, most]
+    let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    [smallest, values.iter().sum::<f64>() / values.len() as f64, largest]
 }
 
 fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
@@ -74,12 +74,12 @@ fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let all = hoop_stresses(&run_in_memory("sph", &case)?.snapshot);
         let first: Vec<f64> =
             all.iter().filter(|(_, r, _)| *r < 1.0 + SPACING).map(|(_, r, s)| s / lame(*r)).collect();
-        let [least, mean, most] = min_mean_max(&first);
+        let [smallest, mean, maximum] = min_mean_max(&first);
         let label = |what: &str| format!("ring, {name}: hoop stress of the first row over Lamé, {what}");
         if sampling == Sampling::Fitted {
             let reason = "issue: 5 % at ten particles to the inner radius; the load acts half a spacing within the edge, which \
                           makes it 5 % larger";
-            for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
+            for (what, found) in [("least", smallest), ("mean", mean), ("largest", maximum)] {
                 outcome.assert_close(label(what), 1.0, 0.05, found, reason);
             }
             let off = all.iter().map(|(_, r, s)| (s / lame(*r) - 1.0).abs()).fold(0.0, f64::max);
@@ -87,7 +87,7 @@ fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             outcome.assert_below(name, "0", off, 0.05, "as in the first row");
         } else {
             let reason = "not judged: round edges are stepped on a lattice; for comparison";
-            for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
+            for (what, found) in [("least", smallest), ("mean", mean), ("largest", maximum)] {
                 outcome.info(label(what), "1", found, reason);
             }
         }

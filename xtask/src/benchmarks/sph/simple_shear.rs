@@ -63,13 +63,13 @@ fn mean(stresses: &[SymTensor]) -> SymTensor {
 /// Smallest distance of two particles over the spacing.
 pub(super) fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     let x = &snapshot.positions;
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     for (i, a) in x.iter().enumerate() {
         for b in &x[i + 1..] {
-            least = least.min((a[0] - b[0]).hypot(a[1] - b[1]));
+            smallest = smallest.min((a[0] - b[0]).hypot(a[1] - b[1]));
         }
     }
-    least / spacing
+    smallest / spacing
 }
 
 /// Checks V-14: ten turns in chords, the motion of a rotating body in steps.
@@ -204,11 +204,11 @@ fn check_slow_tension(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(),
     }
     let reason = "not judged: the sheet gives no rate. The growth of the instability in tension is a matter of time: at \
                   0.1/s the unconfined block clumps where it does not at 1/s";
-    let least = closest(&solver.snapshot(), 0.5);
+    let smallest = closest(&solver.snapshot(), 0.5);
     outcome.info(
         "V-30, 0.1/s without pressure: closest particles over the spacing at γ = 0.3",
         "1",
-        least,
+        smallest,
         reason,
     );
     Ok(())

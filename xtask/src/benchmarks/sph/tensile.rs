@@ -73,12 +73,12 @@ impl TensileCure {
         );
         set_method_option(&mut case, "sph", "tensile", option);
         let snapshot = run_in_memory("sph", &case)?.snapshot;
-        let (share, least) = clumped_share(&snapshot, 0.7 * SPACING);
+        let (share, smallest) = clumped_share(&snapshot, 0.7 * SPACING);
         let front = connected_front(&snapshot, SPACING);
         let reason = "the sheet's reference run; judged below";
         let claim = self.clumped_share.to_string();
         outcome.info(format!("{name}: share closer than 0.7 spacings"), &claim, share, reason);
-        outcome.info(format!("{name}: least distance over spacing"), "", least / SPACING, reason);
+        outcome.info(format!("{name}: least distance over spacing"), "", smallest / SPACING, reason);
         outcome.info(format!("{name}: front (m)"), &self.front.to_string(), front, reason);
         if let (true, Some(cloud)) = (
             name == "none" || name == "stress 0.5",

@@ -376,12 +376,12 @@ impl PointFileRow<'_> {
         Err(format!("line {}, column {name:?}: {value} must be positive", self.line))
     }
 
-    /// Integer in a column, at most `most`.
-    fn integer(&self, columns: &PointFileColumns, name: &str, most: u32) -> Result<u32, String> {
+    /// Integer in a column, at most `limit`.
+    fn integer(&self, columns: &PointFileColumns, name: &str, limit: u32) -> Result<u32, String> {
         let text = self.text(columns, name);
-        let value = text.parse().ok().filter(|value| *value <= most);
+        let value = text.parse().ok().filter(|value| *value <= limit);
         let problem = || {
-            format!("line {}, column {name:?}: {text:?} is not a whole number from 0 to {most}", self.line)
+            format!("line {}, column {name:?}: {text:?} is not a whole number from 0 to {limit}", self.line)
         };
         value.ok_or_else(problem)
     }

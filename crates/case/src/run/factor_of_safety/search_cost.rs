@@ -113,7 +113,7 @@ mod tests {
         for tolerance in [0.01, 0.04, 0.3, 5.0] {
             let json = format!(r#"{{ "after": "rest", "tolerance": {tolerance} }}"#);
             let search: FactorOfSafety = serde_json::from_str(&json).unwrap();
-            let [decided, most] = search.trials();
+            let [decided, maximum] = search.trials();
             let mut largest = 0;
             for k in 0..500 {
                 let stands = 0.5 + 0.005 * f64::from(k);
@@ -122,8 +122,8 @@ mod tests {
                     largest = largest.max(trial_count(&search, stands, stands + wide));
                 }
             }
-            assert!(largest <= most, "{tolerance}: {largest} trials for {most}");
-            assert!(tolerance > 0.1 || largest + 1 >= most, "{tolerance}: {largest} trials for {most}");
+            assert!(largest <= maximum, "{tolerance}: {largest} trials for {maximum}");
+            assert!(tolerance > 0.1 || largest + 1 >= maximum, "{tolerance}: {largest} trials for {maximum}");
         }
     }
 }

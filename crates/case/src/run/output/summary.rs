@@ -129,10 +129,10 @@ fn budget_to_json(budget: Budget) -> serde_json::Value {
 }
 
 fn bound_to_json(bound: &StepBoundCount) -> serde_json::Value {
-    let StepBoundCount { steps, min_step: least, time } = bound;
-    let place = least.point.map(|_| least.position);
+    let StepBoundCount { steps, min_step: smallest, time } = bound;
+    let place = smallest.point.map(|_| smallest.position);
     json!({
-        "limit": least.limit.to_string(), "steps": steps, "least": least.dt, "time": time, "point": least.point,
+        "limit": smallest.limit.to_string(), "steps": steps, "least": smallest.dt, "time": time, "point": smallest.point,
         "position": place,
     })
 }

@@ -245,11 +245,11 @@ fn rows_that_nobody_asked_for_shorten_no_step() {
         (report.steps, report.table.column("time").unwrap())
     };
     // Steps shorter and longer than a hundredth of the run; the last two steps of a stage are equal.
-    for (dt, least, rows) in
+    for (dt, smallest, rows) in
         [(0.0137, 95 + 52, 101), (0.003, 434 + 234, 101), (0.1, 13 + 7, 21), (10.0, 2, 3)]
     {
         let (steps, times) = steps(dt, &case);
-        assert_eq!((steps, times.len()), (least, if rows == 101 { times.len() } else { rows }), "{dt} s");
+        assert_eq!((steps, times.len()), (smallest, if rows == 101 { times.len() } else { rows }), "{dt} s");
         if rows == 101 {
             assert!((98..=102).contains(&times.len()), "{dt} s: {} rows", times.len());
         }

@@ -33,7 +33,7 @@ fn a_summary_tells_when_stages_ended_and_what_bounded_the_steps() {
 fn a_killed_run_leaves_a_summary_of_how_far_it_got() {
     let case = case(r#"[ { "name": "a", "duration": 0.6 }, { "name": "b", "duration": 1 } ]"#);
     // With checkpoints, and with nothing but frames.
-    for (checkpoint, least) in [(1e-9, Oscillators::NAP), (1e6, 1.0)] {
+    for (checkpoint, smallest) in [(1e-9, Oscillators::NAP), (1e6, 1.0)] {
         let mut case = case.clone();
         case.output.checkpoint = checkpoint;
         let folder = tempfile::tempdir().unwrap();
@@ -48,7 +48,7 @@ fn a_killed_run_leaves_a_summary_of_how_far_it_got() {
         assert_eq!(summary["status"], "running");
         assert_eq!(summary["warnings"][0], "mind the step");
         let time = summary["time"].as_f64().unwrap();
-        assert!((least - 1e-9..1.22).contains(&time), "{time} s");
+        assert!((smallest - 1e-9..1.22).contains(&time), "{time} s");
         assert_eq!(summary["stages"][0]["ended"], "duration over");
         assert_eq!(
             (&summary["stages"][1]["name"], summary["stages"][1]["end"].is_null()),

@@ -140,11 +140,11 @@ fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
 /// Writes the components of [`MotionBlock::deformation_components`] from separate motions.
 #[inline(always)]
 pub(super) fn deformation_components(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
-    let most = largest * largest;
+    let maximum = largest * largest;
     let mut within = true;
     for motion in motions {
         let strain = motion.strain_increment();
-        within &= strain.dot(&strain) <= most;
+        within &= strain.dot(&strain) <= maximum;
     }
     let last = motions.len() - 1;
     for c in 0..9 {
@@ -186,8 +186,8 @@ pub(super) fn wave_moduli<S>(
     }
     if planar {
         for i in 0..WIDTH {
-            let least = tensor(&lanes, i).least_principal_value_in_plane();
-            moduli[i] = elastic / jacobians[i] - least.min(0.0);
+            let smallest = tensor(&lanes, i).least_principal_value_in_plane();
+            moduli[i] = elastic / jacobians[i] - smallest.min(0.0);
         }
     } else {
         for i in 0..WIDTH {

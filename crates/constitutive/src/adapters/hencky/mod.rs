@@ -118,8 +118,9 @@ pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
 #[inline(always)]
 fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
     let planar = batch::lies_in_plane(stress);
-    let least = if planar { stress.least_principal_value_in_plane() } else { stress.least_principal_value() };
-    elastic / jacobian - least.min(0.0)
+    let smallest =
+        if planar { stress.least_principal_value_in_plane() } else { stress.least_principal_value() };
+    elastic / jacobian - smallest.min(0.0)
 }
 
 /// Elastic trial of a step.

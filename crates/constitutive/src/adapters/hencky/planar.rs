@@ -179,9 +179,9 @@ impl<L: InvariantReturn> PointLaw for PlanarHencky<L> {
 
     fn wave_modulus(&self, point: &Point<HenckyState<L::State>>) -> f64 {
         let elasticity = self.0.elasticity();
-        let least = point.stress.principal_values()[2] * point.state.jacobian;
+        let smallest = point.stress.principal_values()[2] * point.state.jacobian;
         // λ + 2μ in the plane.
-        (elasticity.bulk_modulus + elasticity.shear_modulus - least.min(0.0)) / point.state.jacobian
+        (elasticity.bulk_modulus + elasticity.shear_modulus - smallest.min(0.0)) / point.state.jacobian
     }
 
     fn yield_value(&self, point: &Point<HenckyState<L::State>>) -> Option<f64> {

@@ -99,7 +99,7 @@ impl Simsand {
         } else if q_tr == 0.0 {
             return Ok(SimsandReturn::Liquefied);
         }
-        let most = q_tr / (3.0 * trial.shear);
+        let largest = q_tr / (3.0 * trial.shear);
         let mut last = (trial.pressure.max(MIN_PRESSURE), 0.0, 0.0);
         let mut at = |shear: f64| {
             let (p, p_slope, at) = last;
@@ -119,7 +119,7 @@ impl Simsand {
             )
         };
         let failed = MaterialError::NotConverged { model: NAME, reason: "yield condition" };
-        let shear = falling_root(0.0, most, 0.0, &mut at).ok_or(failed.clone())?;
+        let shear = falling_root(0.0, largest, 0.0, &mut at).ok_or(failed.clone())?;
         let (pressure, _) = self.pressure_at_plastic_shear(trial, shear, last.0).ok_or(failed)?;
         if pressure <= MIN_PRESSURE {
             return Ok(SimsandReturn::Liquefied);

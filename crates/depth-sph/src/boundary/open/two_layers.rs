@@ -165,14 +165,14 @@ impl LayerPair {
         };
         (self.step_middle, self.distance) = (time + 0.5 * dt, distance);
         let whole: f64 = found.iter().flatten().map(|within| within.depth[0]).sum();
-        let least = found.iter().flatten().map(|within| within.depth[0]).fold(whole, f64::min);
+        let smallest = found.iter().flatten().map(|within| within.depth[0]).fold(whole, f64::min);
         let interval = distance / (INTERVALS * (effective_gravity * whole).sqrt());
         if self.history.last().is_none_or(|(last, _)| time - last >= interval) {
             self.history
                 .push((time, found.map(|within| within.map_or([0.0; 2], |within| within.extrapolated(0.0)))));
         }
         // Waves of the interface are the slowest.
-        let slowest = 0.25 * (effective_gravity * least.max(MIN_DEPTH_RATIO * whole)).sqrt();
+        let slowest = 0.25 * (effective_gravity * smallest.max(MIN_DEPTH_RATIO * whole)).sqrt();
         let old = self.step_middle - (distance + reach) / slowest;
         let first = self.history.partition_point(|(time, _)| *time < old).saturating_sub(1);
         self.history.drain(..first);

@@ -66,10 +66,10 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     }
     check_same_walls(case, first)?;
     if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
-        let (bed, least) = plane(case, point, normal)?;
-        if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
+        let (bed, smallest) = plane(case, point, normal)?;
+        if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > smallest) {
             let problem = format!(
-                "the wall at {level} m lies above the lowest point of the plane {:?}, {least} m: leave the \
+                "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
                  wall out or lower it",
                 first.name
             );
@@ -115,11 +115,11 @@ fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
             ground.bed_point(&raster.node_position(number % raster.columns, number / raster.columns));
         Some(bed?.level - raster.values[number] - means[number]).filter(|off| off.is_finite())
     };
-    let (mut most, mut square, mut count) = (0.0f64, 0.0, 0.0);
+    let (mut largest, mut square, mut count) = (0.0f64, 0.0, 0.0);
     for off in (0..means.len()).filter_map(off) {
-        (most, square, count) = (most.max(off.abs()), square + off * off, count + 1.0);
+        (largest, square, count) = (largest.max(off.abs()), square + off * off, count + 1.0);
     }
-    [most, (square / f64::max(count, 1.0)).sqrt()]
+    [largest, (square / f64::max(count, 1.0)).sqrt()]
 }
 
 /// Warns of time schemes that do not transport velocities along the bed.
@@ -228,14 +228,14 @@ fn raise_to_wall(
     let known = |raster: &Raster| {
         raster.values.iter().copied().filter(|z| z.is_finite()).fold(f64::INFINITY, f64::min)
     };
-    let least = known(raster);
-    let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > least) else { return Ok(()) };
+    let smallest = known(raster);
+    let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > smallest) else { return Ok(()) };
     if wall_friction(wall) != friction_of_obstacle(obstacle) {
         let problem = format!(
             "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
              bed has one kind of wall",
             level + case.origin()[case.dimension() - 1],
-            least + case.origin()[case.dimension() - 1]
+            smallest + case.origin()[case.dimension() - 1]
         );
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }

@@ -315,8 +315,8 @@ fn apply_friction(
         let out = face.separation_velocity(&left);
         let slides: [f64; 3] = std::array::from_fn(|c| left[c] - face.velocity[c] - out * face.normal[c]);
         let speed = length(&slides);
-        let (own, least) = (bound(k), parts[k] * speed);
-        let taken = if own >= least { parts[k] } else { own / speed };
+        let (own, smallest) = (bound(k), parts[k] * speed);
+        let taken = if own >= smallest { parts[k] } else { own / speed };
         for c in 0..3 {
             let change = -taken * slides[c];
             changes[k][c] += change;

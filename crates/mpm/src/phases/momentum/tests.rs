@@ -204,8 +204,11 @@ fn one_element_is_stable_below_the_exact_step_and_not_above_it() {
             (growth(element, 0.95 * exact, 100_000), growth(element, 1.05 * exact, 1000));
         assert!(stable < 100.0, "{element:?}: grows by {stable}");
         assert!(unstable > 1e6, "{element:?}: grows by {unstable} only");
-        let (least, most) =
+        let (smallest, largest) =
             (growth(element, 0.9999 * exact, 100_000), growth(element, 1.0001 * exact, 100_000));
-        assert!(least < 1e3 && most > 1e3, "{element:?}: the limit is that of the sheet, {least}, {most}");
+        assert!(
+            smallest < 1e3 && largest > 1e3,
+            "{element:?}: the limit is that of the sheet, {smallest}, {largest}"
+        );
     }
 }

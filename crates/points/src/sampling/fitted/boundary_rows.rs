@@ -84,15 +84,15 @@ fn row_spacing(side: &BoundaryEdge, sides: &[BoundaryEdge], spacing: f64) -> f64
             _ => None,
         }
     };
-    let mut least = sides.iter().filter_map(thickness).fold(f64::INFINITY, f64::min);
-    if least.is_infinite() {
+    let mut smallest = sides.iter().filter_map(thickness).fold(f64::INFINITY, f64::min);
+    if smallest.is_infinite() {
         // A disk is filled up to its centre.
         match *side {
-            BoundaryEdge::Arc { radius, sweep, .. } if sweep > 0.0 => least = radius,
+            BoundaryEdge::Arc { radius, sweep, .. } if sweep > 0.0 => smallest = radius,
             _ => return spacing,
         }
     }
-    least / (least / spacing).round().max(1.0)
+    smallest / (smallest / spacing).round().max(1.0)
 }
 
 /// Points of a row along an edge at a `depth` below it (m), about a `spacing` (m) apart.
