@@ -27,13 +27,14 @@ pub struct CompareTaskArguments {
 pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     let case = Case::load(&arguments.case).map_err(|errors| errors.to_string())?;
     let methods = compare::methods_by_name(&arguments.methods).map_err(|error| error.to_string())?;
-    let told = |file: &Path| println!("reference: {}", file.display());
-    let reference = ReferenceProfiles::read_for_case(&arguments.case, arguments.reference.as_deref(), told);
+    let report_file = |file: &Path| println!("reference: {}", file.display());
+    let reference =
+        ReferenceProfiles::read_for_case(&arguments.case, arguments.reference.as_deref(), report_file);
     let reference = reference.map_err(|error| error.to_string())?;
     let stem = arguments.case.file_stem().unwrap_or_default();
     let out = crate::root().join("target/compare").join(stem);
     let options = CompareOptions {
-        out: out.clone(),
+        output_folder: out.clone(),
         overwrite: true,
         show_progress: true,
         jobs: arguments.jobs.into(),

@@ -234,11 +234,11 @@ fn difference(before: &RunFiles, after: &RunFiles, renamed: &BTreeMap<String, St
     if before.code != after.code {
         return Some(format!("exit code {:?} before and {:?} now", before.code, after.code));
     }
-    between(&before.columns, &after.columns, renamed, "column")
-        .or_else(|| between(&before.fields, &after.fields, renamed, "field"))
+    assert_equal_bits(&before.columns, &after.columns, renamed, "column")
+        .or_else(|| assert_equal_bits(&before.fields, &after.fields, renamed, "field"))
 }
 
-fn between<T: PartialEq>(
+fn assert_equal_bits<T: PartialEq>(
     before: &BTreeMap<String, Vec<T>>,
     after: &BTreeMap<String, Vec<T>>,
     renamed: &BTreeMap<String, String>,

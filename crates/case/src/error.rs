@@ -73,13 +73,13 @@ pub fn shortened(message: &str) -> String {
     shorten_middle(&words, MAX_MESSAGE)
 }
 
-/// Text of at most `most` characters: unchanged, or two thirds of them from its beginning and a third from its end.
-fn shorten_middle(text: &str, most: usize) -> String {
+/// Text of at most `limit` characters: unchanged, or two thirds of them from its beginning and a third from its end.
+fn shorten_middle(text: &str, limit: usize) -> String {
     let count = text.chars().count();
-    if count <= most {
+    if count <= limit {
         return text.to_owned();
     }
-    let (from, to) = (2 * most / 3, count - most / 3);
+    let (from, to) = (2 * limit / 3, count - limit / 3);
     let begin: String = text.chars().take(from).collect();
     let end: String = text.chars().skip(to).collect();
     format!("{begin}… ({} characters) …{end}", to - from)
@@ -102,13 +102,13 @@ fn error_lines(errors: &[CaseError]) -> String {
 
 impl CaseErrors {
     /// List of a single error.
-    pub fn one(error: CaseError) -> Self {
+    pub fn from_error(error: CaseError) -> Self {
         Self(vec![error])
     }
 
     /// Errors with the name of their file before their paths.
     #[must_use]
-    pub fn in_file(self, file: &Path) -> Self {
+    pub fn with_file_name(self, file: &Path) -> Self {
         let located =
             |error: CaseError| CaseError::new(format!("{}: {}", file.display(), error.path), error.problem);
         Self(self.0.into_iter().map(located).collect())
@@ -122,7 +122,7 @@ impl CaseErrors {
 
 impl From<CaseError> for CaseErrors {
     fn from(error: CaseError) -> Self {
-        Self::one(error)
+        Self::from_error(error)
     }
 }
 

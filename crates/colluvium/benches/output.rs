@@ -23,7 +23,8 @@ fn column(cell: f64, out: Option<&Path>) -> (Case, Snapshot) {
     value["output"] = serde_json::json!({ "frames": 0.5 * cell });
     let case = Case::from_json(&value.to_string()).expect("a valid case");
     let solver = colluvium::method("mpm").expect("a method").build(&case).expect("a solver");
-    let options = RunOptions { method: "mpm".into(), out: out.map(Path::to_owned), ..RunOptions::default() };
+    let options =
+        RunOptions { method: "mpm".into(), output_folder: out.map(Path::to_owned), ..RunOptions::default() };
     let report = run(&case, solver, &options).expect("a run");
     (case, report.snapshot)
 }
@@ -81,8 +82,10 @@ fn checkpoint(criterion: &mut Criterion, case: &Case) {
     solver.begin_stage(0, 0.0).expect("a stage");
     let mut group = criterion.benchmark_group("checkpoint");
     group.sample_size(10).throughput(Throughput::Elements(solver.points() as u64));
-    group.bench_function("write", |bencher| bencher.iter(|| black_box(solver.saved().expect("bytes"))));
-    let bytes = solver.saved().expect("bytes");
+    group.bench_function("write", |bencher| {
+        bencher.iter(|| black_box(solver.checkpoint_bytes().expect("bytes")));
+    });
+    let bytes = solver.checkpoint_bytes().expect("bytes");
     group.bench_function("read", |bencher| {
         bencher.iter(|| solver.restore(&mut bytes.as_slice()).expect("a state"));
     });

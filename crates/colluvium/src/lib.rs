@@ -116,7 +116,7 @@ fn check_element_test(test: ElementTest) -> Result<ElementTest, CaseErrors> {
         Err(DriverError::Invalid(problems)) => {
             Err(CaseErrors(problems.into_iter().map(|p| CaseError::new(p.path, p.problem)).collect()))
         }
-        Err(other) => Err(CaseErrors::one(CaseError::new("stages", other.to_string()))),
+        Err(other) => Err(CaseErrors::from_error(CaseError::new("stages", other.to_string()))),
     }
 }
 

@@ -89,7 +89,7 @@ pub struct FiniteBand {
     size: f64,
     normal: [f64; 3],
     outside: Tangent,
-    inside: Tangent,
+    inside_tangent: Tangent,
 }
 
 /// Response of a banded point to a strain (increment).
@@ -100,7 +100,7 @@ pub struct BandResponse {
     /// Stress outside (Pa).
     pub outside: SymTensor,
     /// Stress inside (Pa).
-    pub inside: SymTensor,
+    pub inside_stress: SymTensor,
     /// Average stress of the point (Pa).
     pub mean: SymTensor,
 }
@@ -115,7 +115,7 @@ impl FiniteBand {
         size: f64,
         normal: [f64; 3],
         outside: Tangent,
-        inside: Tangent,
+        inside_tangent: Tangent,
     ) -> Result<Self, MaterialError> {
         crate::contract::parameter_checks::positive("size", size, "m")?;
         let rule = format!("must be positive and at most the size of the point, {size} m");
@@ -132,7 +132,7 @@ impl FiniteBand {
             (length - 1.0).abs() < 1e-9,
             "is not a length of 1",
         )?;
-        Ok(Self { thickness, size, normal, outside, inside })
+        Ok(Self { thickness, size, normal, outside, inside_tangent })
     }
 
     /// Jump and stresses of `strain`, eqs. (2.19)–(2.20): traction is continuous across the band. `None`
@@ -140,14 +140,19 @@ impl FiniteBand {
     pub fn response(&self, strain: &SymTensor) -> Option<BandResponse> {
         let (h, n) = (self.thickness, self.normal);
         let share = h / self.size;
-        let acoustic = acoustic_tensor(&self.inside, n) * ((1.0 - share) / h)
+        let acoustic = acoustic_tensor(&self.inside_tangent, n) * ((1.0 - share) / h)
             + acoustic_tensor(&self.outside, n) * (share / h);
-        let mismatch = self.outside.apply(strain) - self.inside.apply(strain);
+        let mismatch = self.outside.apply(strain) - self.inside_tangent.apply(strain);
         let jump = acoustic.inverse()?.apply(mismatch.apply(n));
         let dyad = SymTensor::symmetric_dyad(n, jump);
         let outside = self.outside.apply(&(*strain - dyad * (share / h)));
-        let inside = self.inside.apply(&(*strain + dyad * ((1.0 - share) / h)));
-        Some(BandResponse { jump, outside, inside, mean: inside * share + outside * (1.0 - share) })
+        let inside_stress = self.inside_tangent.apply(&(*strain + dyad * ((1.0 - share) / h)));
+        Some(BandResponse {
+            jump,
+            outside,
+            inside_stress,
+            mean: inside_stress * share + outside * (1.0 - share),
+        })
     }
 }
 

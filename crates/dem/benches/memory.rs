@@ -67,7 +67,7 @@ fn main() {
     drop(seen);
     drop(solver);
     let folder = tempfile::tempdir().expect("a folder");
-    let options = RunOptions { out: Some(folder.path().to_owned()), ..RunOptions::default() };
+    let options = RunOptions { output_folder: Some(folder.path().to_owned()), ..RunOptions::default() };
     let solver = Box::new(spheres(&case).expect("a solver"));
     tell("made again");
     let report = run_with_plan(&Dem, &case, solver, &options).expect("a run");

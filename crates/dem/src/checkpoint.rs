@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::boundary::walls::RigidWall;
 use crate::contact::contact_histories::PairList;
 use crate::neighbours::grain_neighbours::{GrainNeighbours, SinceListBuild};
-use crate::obstacles::facet::Facet;
+use crate::obstacles::facet::FacetContact;
 use crate::output::energy_balance::{BrokenBond, EnergyBalance};
 use crate::output::stress_control_check::{ControlledStress, missed_stress_warnings};
 use crate::setup::stage_changes::enter_stage;
@@ -32,7 +32,7 @@ struct CheckpointState {
     time: f64,
     step: u64,
     last_step: f64,
-    fastest: f64,
+    max_speed: f64,
     deep_share: f64,
     energy_balance: EnergyBalance,
     virial: Vec<f64>,
@@ -41,12 +41,12 @@ struct CheckpointState {
     since_list_build: Option<(Vec<f64>, f64, f64)>,
     walls: Vec<(u32, Vec<f64>)>,
     broken: Vec<BrokenBond>,
-    entered: Vec<EnteredGrains>,
+    entered_grains: Vec<EnteredGrains>,
     next_id: u32,
     controlled_stresses: Vec<ControlledStress>,
 }
 
-fn flattened<const D: usize>(matrix: &[[f64; D]; D]) -> Vec<f64> {
+fn flattened_matrix<const D: usize>(matrix: &[[f64; D]; D]) -> Vec<f64> {
     matrix.as_flattened().to_vec()
 }
 
@@ -61,23 +61,23 @@ fn matrix<const D: usize>(flat: &[f64]) -> Option<[[f64; D]; D]> {
 }
 
 fn write_pairs<const R: usize>(pairs: &PairList<R>, out: &mut dyn Write) -> io::Result<()> {
-    write_column(&pairs.starts, |value| value, out)?;
-    write_column(&pairs.other, |value| value, out)?;
+    write_column(&pairs.row_offsets, |value| value, out)?;
+    write_column(&pairs.second, |value| value, out)?;
     write_column(&pairs.image, |value| value, out)?;
     pairs.histories.write(out)
 }
 
 fn read_pairs<const R: usize>(pairs: &mut PairList<R>, count: usize, input: &mut dyn Read) -> io::Result<()> {
-    read_column(&mut pairs.starts, |value: u32| value, input)?;
-    read_column(&mut pairs.other, |value: u32| value, input)?;
+    read_column(&mut pairs.row_offsets, |value: u32| value, input)?;
+    read_column(&mut pairs.second, |value: u32| value, input)?;
     read_column(&mut pairs.image, |value: u8| value, input)?;
     pairs.histories.read(input)?;
-    let ends = pairs.starts.is_empty() && pairs.other.is_empty()
-        || pairs.starts.len() == count + 1 && pairs.starts[count] as usize == pairs.other.len();
-    let sorted = pairs.starts.windows(2).all(|pair| pair[0] <= pair[1]);
-    let within = pairs.other.iter().all(|&j| (j as usize) < count);
-    let images = pairs.image.is_empty() || pairs.image.len() == pairs.other.len();
-    if ends && sorted && within && images && pairs.histories.len() == pairs.other.len() {
+    let ends = pairs.row_offsets.is_empty() && pairs.second.is_empty()
+        || pairs.row_offsets.len() == count + 1 && pairs.row_offsets[count] as usize == pairs.second.len();
+    let sorted = pairs.row_offsets.windows(2).all(|pair| pair[0] <= pair[1]);
+    let within = pairs.second.iter().all(|&j| (j as usize) < count);
+    let images = pairs.image.is_empty() || pairs.image.len() == pairs.second.len();
+    if ends && sorted && within && images && pairs.histories.len() == pairs.second.len() {
         Ok(())
     } else {
         Err(invalid_data("the lists of pairs do not match the grains"))
@@ -88,9 +88,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let GrainNeighbours { pairs, walls: near, since_build, .. } = &self.neighbours;
         let geometry = &self.cell.geometry;
-        let mut cell = flattened(&geometry.h);
-        cell.extend(flattened(&geometry.velocity_gradient));
-        cell.extend(flattened(&geometry.mean_velocity_gradient));
+        let mut cell = flattened_matrix(&geometry.h);
+        cell.extend(flattened_matrix(&geometry.velocity_gradient));
+        cell.extend(flattened_matrix(&geometry.mean_velocity_gradient));
         let wall = |wall: &RigidWall<D>| {
             let velocity = wall.velocity.get(wall.axis).copied().unwrap_or(0.0);
             let mut numbers = vec![wall.position, velocity];
@@ -104,17 +104,17 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             time: self.clock.time,
             step: self.clock.step,
             last_step: self.clock.last_step,
-            fastest: self.extremes.max_speed,
+            max_speed: self.extremes.max_speed,
             deep_share: self.clock.deep_contact_factor,
             energy_balance: self.records.energy_balance,
-            virial: self.cell.virial.iter().flat_map(flattened).collect(),
+            virial: self.cell.virial.iter().flat_map(flattened_matrix).collect(),
             cell,
             since_list_build: since_build
                 .cell
-                .map(|then| (flattened(&then), since_build.grain_travel, since_build.wall_travel)),
+                .map(|then| (flattened_matrix(&then), since_build.grain_travel, since_build.wall_travel)),
             walls: self.boundary.walls.iter().map(wall).collect(),
             broken: self.records.broken_bonds.clone(),
-            entered: self.specimen.sources.iter().map(|source| source.entered).collect(),
+            entered_grains: self.specimen.sources.iter().map(|source| source.entered_grains).collect(),
             next_id: self.specimen.next_id,
             controlled_stresses: self.records.controlled_stresses.clone(),
         };
@@ -127,7 +127,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         write_column(&near.grain, |value| value, out)?;
         write_column(&near.wall, |value| value, out)?;
         write_column(&near.slabs, |value| value, out)?;
-        write_column(&near.key, |value| value, out)?;
+        write_column(&near.facet_key, |value| value, out)?;
         let facets: Vec<f64> =
             near.facet.iter().flat_map(|f| [f.distance, f.normal[0], f.normal[1], f.normal[2]]).collect();
         write_column(&facets, |value| value, out)?;
@@ -153,22 +153,22 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         read_column(&mut near.grain, |value: u32| value, input)?;
         read_column(&mut near.wall, |value: u32| value, input)?;
         read_column(&mut near.slabs, |value: u32| value, input)?;
-        read_column(&mut near.key, |value: u64| value, input)?;
+        read_column(&mut near.facet_key, |value: u64| value, input)?;
         let mut facets: Vec<f64> = Vec::new();
         read_column(&mut facets, |value: f64| value, input)?;
-        let facet = |v: &[f64]| Facet { distance: v[0], normal: [v[1], v[2], v[3]] };
+        let facet = |v: &[f64]| FacetContact { distance: v[0], normal: [v[1], v[2], v[3]] };
         near.facet = facets.chunks_exact(4).map(facet).collect();
         near.history.read(input)?;
         let fits = near.history.len() == near.grain.len()
             && near.wall.len() == near.grain.len()
             && near.slabs.len() == pairs.slabs.len()
-            && near.key.len() == near.facet.len()
-            && (near.key.is_empty() || near.key.len() == near.grain.len())
+            && near.facet_key.len() == near.facet.len()
+            && (near.facet_key.is_empty() || near.facet_key.len() == near.grain.len())
             && near.grain.iter().all(|&i| (i as usize) < count);
         if !fits {
             return Err(invalid_data("the lists of walls do not match the grains"));
         }
-        self.boundary.membranes.find(&self.clock, &self.grains);
+        self.boundary.membranes.find_grains(&self.clock, &self.grains);
         self.restore_state(head).ok_or_else(|| invalid_data("the cell or the walls do not match the case"))
     }
 
@@ -194,7 +194,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             let ([position, velocity], reaction) = numbers.split_first_chunk()?;
             wall.position = *position;
             wall.velocity[wall.axis] = *velocity;
-            if let Some(moving) = &mut wall.moving {
+            if let Some(moving) = &mut wall.motion {
                 moving.move_to(head.time);
                 moving.set_mean_velocity(head.time, head.last_step);
             }
@@ -204,18 +204,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];
         }
         (self.clock.time, self.clock.step, self.clock.last_step, self.extremes.max_speed) =
-            (head.time, head.step, head.last_step, head.fastest);
+            (head.time, head.step, head.last_step, head.max_speed);
         (self.clock.deep_contact_factor, self.records.energy_balance) =
             (head.deep_share, head.energy_balance);
         (self.records.broken_bonds, self.specimen.next_id) = (head.broken, head.next_id);
-        if self.specimen.sources.len() != head.entered.len()
+        if self.specimen.sources.len() != head.entered_grains.len()
             || self.records.controlled_stresses.len() != head.controlled_stresses.len()
         {
             return None;
         }
         self.records.controlled_stresses = head.controlled_stresses;
-        for (source, entered) in self.specimen.sources.iter_mut().zip(head.entered) {
-            source.entered = entered;
+        for (source, entered) in self.specimen.sources.iter_mut().zip(head.entered_grains) {
+            source.entered_grains = entered;
         }
         Some(())
     }
@@ -253,13 +253,13 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
             match reset {
                 Reset::Velocity => {
                     let g = &mut self.grains;
-                    for (velocity, _) in g.velocity.iter_mut().zip(&g.held).filter(|(_, held)| !**held) {
+                    for (velocity, _) in g.velocity.iter_mut().zip(&g.is_held).filter(|(_, held)| !**held) {
                         *velocity = [0.0; D];
                     }
                     g.spin.fill([0.0; R]);
                     // The next step starts from rest: its kick lasts half a step.
                     self.clock.last_step = 0.0;
-                    for moving in self.boundary.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
+                    for moving in self.boundary.walls.iter_mut().filter_map(|wall| wall.motion.as_mut()) {
                         moving.set_mean_velocity(self.clock.time, 0.0);
                     }
                 }
@@ -278,7 +278,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
             (_, 0.0) => f64::INFINITY,
             _ => kinetic / elastic,
         };
-        Some(Equilibrium { unbalanced_force: self.view().unbalanced(), kinetic_ratio, kinetic })
+        Some(Equilibrium { unbalanced_force: self.view().unbalanced_ratio(), kinetic_ratio, kinetic })
     }
 
     fn scalar_outputs(&self) -> Vec<ScalarOutput> {

@@ -108,7 +108,7 @@ fn strip(degrees: f64, search: SearchOrientation) {
             });
         }
     }
-    let mut settings = FlowSettings::<2>::plain(1000.0);
+    let mut settings = FlowSettings::<2>::single_phase(1000.0);
     settings.numerics.search = search;
     let mut flow = Flow::new(settings, Bed::Flat(0.0), PlanBoundaries::default(), &[nodes]).expect("a flow");
     let (used, mut updates) = (processor(), 0.0);

@@ -5,33 +5,33 @@ pub fn ritter(gravity: f64, h0: f64, x: f64, t: f64) -> (f64, f64) {
     frictional_dam_break(gravity, h0, 0.0, x, t)
 }
 
-/// Dam break of a frictional material on an incline: [`ritter`] with a net acceleration `pull` = `g'(tan θ - tan δ)`
+/// Dam break of a frictional material on an incline: [`ritter`] with a net acceleration `acceleration` = `g'(tan θ - tan δ)`
 /// (m/s²) along a bed whose normal gravity is `gravity` (m/s²).
-pub fn frictional_dam_break(gravity: f64, h0: f64, pull: f64, x: f64, t: f64) -> (f64, f64) {
+pub fn frictional_dam_break(gravity: f64, h0: f64, acceleration: f64, x: f64, t: f64) -> (f64, f64) {
     let celerity = (gravity * h0).sqrt();
-    let fall = 0.5 * pull * t * t;
+    let fall = 0.5 * acceleration * t * t;
     if x < fall - celerity * t {
-        return (h0, pull * t);
+        return (h0, acceleration * t);
     }
     if x > fall + 2.0 * celerity * t {
         return (0.0, 0.0);
     }
-    let head = 2.0 * celerity - x / t + 0.5 * pull * t;
-    (head * head / (9.0 * gravity), 2.0 / 3.0 * (x / t + celerity + pull * t))
+    let head = 2.0 * celerity - x / t + 0.5 * acceleration * t;
+    (head * head / (9.0 * gravity), 2.0 / 3.0 * (x / t + celerity + acceleration * t))
 }
 
 /// Stoker's dam break on a wet bed, with the state between the waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stoker {
     gravity: f64,
-    left: f64,
-    right: f64,
+    left_depth: f64,
+    right_depth: f64,
     /// Depth between the waves (m).
     pub depth: f64,
     /// Velocity between the waves (m/s).
     pub velocity: f64,
     /// Speed of the bore (m/s).
-    pub bore: f64,
+    pub bore_speed: f64,
 }
 
 /// Root of a monotone function between `low` and `high` by bisection.
@@ -45,39 +45,47 @@ fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Velocity across a bore from depth `a` to `b` (m/s).
-fn bore(gravity: f64, a: f64, b: f64) -> f64 {
+fn bore_velocity(gravity: f64, a: f64, b: f64) -> f64 {
     (b - a) * (0.5 * gravity * (a + b) / (a * b)).sqrt()
 }
 
 impl Stoker {
-    /// Creates the solution of depths `left` > `right` > 0 (m).
-    pub fn new(gravity: f64, left: f64, right: f64) -> Self {
+    /// Creates the solution of depths `left_depth` > `right_depth` > 0 (m).
+    pub fn new(gravity: f64, left_depth: f64, right_depth: f64) -> Self {
         let celerity = |h: f64| (gravity * h).sqrt();
-        let balance = |h: f64| 2.0 * (celerity(h) - celerity(left)) + bore(gravity, right, h);
-        let depth = root(right, left, balance);
-        let velocity = 2.0 * (celerity(left) - celerity(depth));
-        Self { gravity, left, right, depth, velocity, bore: depth * velocity / (depth - right) }
+        let balance =
+            |h: f64| 2.0 * (celerity(h) - celerity(left_depth)) + bore_velocity(gravity, right_depth, h);
+        let depth = root(right_depth, left_depth, balance);
+        let velocity = 2.0 * (celerity(left_depth) - celerity(depth));
+        Self {
+            gravity,
+            left_depth,
+            right_depth,
+            depth,
+            velocity,
+            bore_speed: depth * velocity / (depth - right_depth),
+        }
     }
 
     /// Depth and velocity at `x` (m) after `t` (s).
-    pub fn at(&self, x: f64, t: f64) -> (f64, f64) {
+    pub fn state_at(&self, x: f64, t: f64) -> (f64, f64) {
         let celerity = |h: f64| (self.gravity * h).sqrt();
         let place = x / t;
-        if place < -celerity(self.left) {
-            (self.left, 0.0)
+        if place < -celerity(self.left_depth) {
+            (self.left_depth, 0.0)
         } else if place < self.velocity - celerity(self.depth) {
-            ritter(self.gravity, self.left, x, t)
-        } else if place < self.bore {
+            ritter(self.gravity, self.left_depth, x, t)
+        } else if place < self.bore_speed {
             (self.depth, self.velocity)
         } else {
-            (self.right, 0.0)
+            (self.right_depth, 0.0)
         }
     }
 
     /// Depth (m) behind the bore after its reflection at a wall, and velocity of the reflected bore (m/s).
     pub fn reflected(&self) -> (f64, f64) {
         let (h, u) = (self.depth, self.velocity);
-        let depth = root(h, 100.0 * h, |wall| bore(self.gravity, h, wall) - u);
+        let depth = root(h, 100.0 * h, |wall| bore_velocity(self.gravity, h, wall) - u);
         (depth, -u * h / (depth - h))
     }
 }
@@ -93,7 +101,7 @@ pub struct LockedDam {
     /// Velocity between the waves (m/s).
     pub velocity: f64,
     /// Depths left and right of the contact (m).
-    pub star: [f64; 2],
+    pub contact_depths: [f64; 2],
 }
 
 impl LockedDam {
@@ -103,7 +111,7 @@ impl LockedDam {
         let jump = |side: usize, p: f64| {
             let (h, after) = (depths[side], star(side, p));
             if after > h {
-                bore(gravity, h, after)
+                bore_velocity(gravity, h, after)
             } else {
                 2.0 * ((gravity * after).sqrt() - (gravity * h).sqrt())
             }
@@ -111,7 +119,14 @@ impl LockedDam {
         let own = |side: usize| 0.5 * gravity * densities[side] * depths[side].powi(2);
         let pressure = root(0.01 * own(0).min(own(1)), own(0).max(own(1)), |p| jump(0, p) + jump(1, p));
         let velocity = 0.5 * (jump(1, pressure) - jump(0, pressure));
-        Self { gravity, densities, depths, pressure, velocity, star: [star(0, pressure), star(1, pressure)] }
+        Self {
+            gravity,
+            densities,
+            depths,
+            pressure,
+            velocity,
+            contact_depths: [star(0, pressure), star(1, pressure)],
+        }
     }
 
     /// Speeds of the waves (m/s): tail and head of each, as one where it is a bore: left head, left tail, contact, right tail,
@@ -119,7 +134,7 @@ impl LockedDam {
     pub fn waves(&self) -> [f64; 5] {
         let celerity = |h: f64| (self.gravity * h).sqrt();
         let side = |side: usize, sign: f64| {
-            let (h, star) = (self.depths[side], self.star[side]);
+            let (h, star) = (self.depths[side], self.contact_depths[side]);
             if star > h {
                 let speed = self.velocity * star / (star - h);
                 [speed, speed]
@@ -132,7 +147,7 @@ impl LockedDam {
     }
 
     /// Depth and velocity at `x` (m) after `t` (s), before any reflection.
-    pub fn at(&self, x: f64, t: f64) -> (f64, f64) {
+    pub fn state_at(&self, x: f64, t: f64) -> (f64, f64) {
         let (place, [left, left_tail, contact, right_tail, right]) = (x / t, self.waves());
         let fan = |side: usize, sign: f64| {
             let celerity = (self.gravity * self.depths[side]).sqrt();
@@ -144,9 +159,9 @@ impl LockedDam {
         } else if place < left_tail {
             fan(0, -1.0)
         } else if place < contact {
-            (self.star[0], self.velocity)
+            (self.contact_depths[0], self.velocity)
         } else if place < right_tail {
-            (self.star[1], self.velocity)
+            (self.contact_depths[1], self.velocity)
         } else if place < right {
             fan(1, 1.0)
         } else {
@@ -159,7 +174,7 @@ impl LockedDam {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParabolicCap {
     /// Half of the initial length (m).
-    pub half: f64,
+    pub half_length: f64,
     /// Area of the cap (m²).
     pub area: f64,
     /// Gravity normal to the bed (m/s²).
@@ -172,14 +187,14 @@ impl ParabolicCap {
     /// Half of the length (m) and its growth rate (m/s) after `t` (s).
     pub fn half_length(&self, t: f64) -> (f64, f64) {
         let strength = 1.5 * self.coefficient * self.gravity * self.area;
-        let first = self.half;
+        let first = self.half_length;
         let time = |l: f64| {
             let root = (l * (l - first)).sqrt();
             let log = ((l.sqrt() + (l - first).sqrt()) / first.sqrt()).ln();
             (first / (2.0 * strength)).sqrt() * (root + first * log)
         };
-        let most = first + t * (2.0 * strength / first).sqrt() + 1e-9;
-        let half = root(first, most, |l| time(l) - t);
+        let largest = first + t * (2.0 * strength / first).sqrt() + 1e-9;
+        let half = root(first, largest, |l| time(l) - t);
         (half, (2.0 * strength * (1.0 / first - 1.0 / half).max(0.0)).sqrt())
     }
 
@@ -199,9 +214,9 @@ pub fn wave_speeds(gravity: f64, heights: [f64; 2], velocities: [f64; 2], ratio:
     let c = gravity * gravity * 0.5 * (1.0 + ratio) * hs * hw;
     let equation = |l: f64| ((l - velocities[0]).powi(2) - a) * ((l - velocities[1]).powi(2) - b) - c;
     // All real roots lie within these speeds; between them signs change at most four times.
-    let most = velocities[0].abs().max(velocities[1].abs()) + 2.0 * (a + b + c.sqrt()).sqrt();
+    let largest = velocities[0].abs().max(velocities[1].abs()) + 2.0 * (a + b + c.sqrt()).sqrt();
     let count = 4000;
-    let place = |k: i32| most * (2.0 * f64::from(k) / f64::from(count) - 1.0);
+    let place = |k: i32| largest * (2.0 * f64::from(k) / f64::from(count) - 1.0);
     let mut roots = Vec::new();
     for k in 0..count {
         let (low, high) = (place(k), place(k + 1));
@@ -229,7 +244,7 @@ mod tests {
             let found = Stoker::new(9.81, left, right);
             assert_near(found.depth, depth, 1e-6);
             assert_near(found.velocity, velocity, 1e-6);
-            assert_near(found.bore, bore, 1e-6);
+            assert_near(found.bore_speed, bore, 1e-6);
         }
         let (depth, speed) = Stoker::new(9.81, 1.0, 0.5).reflected();
         assert_near(depth, 0.997_260, 1e-6);
@@ -242,8 +257,8 @@ mod tests {
         let dam = LockedDam::new(9.81, [1360.0 / 1.04, 2220.0 / 1.38], [1.04, 1.38]);
         assert_near(dam.pressure, 10_291.853, 1e-3);
         assert_near(dam.velocity, -0.664_381, 1e-6);
-        assert_near(dam.star[0], 1.266_702, 1e-6);
-        assert_near(dam.star[1], 1.142_064, 1e-6);
+        assert_near(dam.contact_depths[0], 1.266_702, 1e-6);
+        assert_near(dam.contact_depths[1], 1.142_064, 1e-6);
         let [bore, tail, contact, right_tail, head] = dam.waves();
         assert_near(bore, -3.712_238, 1e-6);
         assert_eq!((tail, contact), (bore, dam.velocity));
@@ -253,7 +268,7 @@ mod tests {
 
     #[test]
     fn cap_and_frictional_dam_have_the_values_of_the_sheet() {
-        let cap = ParabolicCap { half: 10.0, area: 80.0 / 3.0, gravity: 8.035_882, coefficient: 1.0 };
+        let cap = ParabolicCap { half_length: 10.0, area: 80.0 / 3.0, gravity: 8.035_882, coefficient: 1.0 };
         for (t, half, speed) in [(1.0, 11.529_904, 2.920_660), (5.0, 33.418_348, 6.711_930)] {
             let found = cap.half_length(t);
             assert_near(found.0, half, 1e-5);

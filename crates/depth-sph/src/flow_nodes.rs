@@ -91,13 +91,13 @@ impl<const D: usize> FlowNodes<D> {
             let nodes = &self.sets[number].nodes;
             let removed: Vec<bool> = (0..nodes.len()).map(|i| is_removed(nodes, i)).collect();
             if removed.contains(&true) {
-                self.keep(number, |i| !removed[i]);
+                self.retain_nodes(number, |i| !removed[i]);
             }
         }
     }
 
     /// Keeps these nodes of a set, with their columns of pore pressure.
-    pub fn keep(&mut self, number: usize, is_kept: impl Fn(usize) -> bool) {
+    pub fn retain_nodes(&mut self, number: usize, is_kept: impl Fn(usize) -> bool) {
         let Self { sets, pore_columns, workspace, .. } = self;
         let set = &mut sets[number];
         let order: Vec<u32> = (0..set.nodes.len()).filter(|i| is_kept(*i)).map(|i| i as u32).collect();

@@ -11,33 +11,33 @@ use crate::kernel::Kernel;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScalarNodes {
     /// Positions (m), ascending.
-    pub places: Vec<f64>,
+    pub positions: Vec<f64>,
     /// Values; velocities (m/s) in Burgers' equation.
     pub values: Vec<f64>,
 }
 
 impl ScalarNodes {
-    /// Creates nodes at `places` (m), ascending, with the values of a formula.
-    pub fn new(places: impl Iterator<Item = f64>, value: impl Fn(f64) -> f64) -> Self {
-        let places: Vec<f64> = places.collect();
-        let values = places.iter().map(|x| value(*x)).collect();
-        Self { places, values }
+    /// Creates nodes at `positions` (m), ascending, with the values of a formula.
+    pub fn new(positions: impl Iterator<Item = f64>, value: impl Fn(f64) -> f64) -> Self {
+        let positions: Vec<f64> = positions.collect();
+        let values = positions.iter().map(|x| value(*x)).collect();
+        Self { positions, values }
     }
 
     /// Moves all nodes with one velocity `speed` (m/s) for `dt` (s).
-    pub fn convect(&mut self, speed: f64, dt: f64) {
-        self.places.iter_mut().for_each(|x| *x += speed * dt);
+    pub fn advect(&mut self, speed: f64, dt: f64) {
+        self.positions.iter_mut().for_each(|x| *x += speed * dt);
     }
 
     /// Inserts a node behind the first one.
-    pub fn enter(&mut self, place: f64, value: f64) {
-        self.places.insert(0, place);
+    pub fn insert_node(&mut self, place: f64, value: f64) {
+        self.positions.insert(0, place);
         self.values.insert(0, value);
     }
 
     /// Applies diffusion by `diffusivity` (m²/s) and decay at the rate `sink` (1/s) for `dt` (s), by the midpoint rule, with a smoothing
     /// length `length` (m) and nodes `spacing` (m) apart. Stable for `dt` up to a quarter of `length²/diffusivity`.
-    pub fn spread(&mut self, length: f64, spacing: f64, diffusivity: f64, sink: f64, dt: f64) {
+    pub fn diffuse(&mut self, length: f64, spacing: f64, diffusivity: f64, sink: f64, dt: f64) {
         let first = self.laplacian(&self.values, length, spacing);
         let half = |(value, bend): (&f64, &f64)| value + 0.5 * dt * diffusivity * bend;
         let middle: Vec<f64> = self.values.iter().zip(&first).map(half).collect();
@@ -54,11 +54,11 @@ impl ScalarNodes {
         let kernel = Kernel::CubicSpline;
         let reach = kernel.support() * length;
         let bend = |i: usize| -> f64 {
-            let x = self.places[i];
-            let first = self.places.partition_point(|y| *y <= x - reach);
-            let end = self.places.partition_point(|y| *y < x + reach);
+            let x = self.positions[i];
+            let first = self.positions.partition_point(|y| *y <= x - reach);
+            let end = self.positions.partition_point(|y| *y < x + reach);
             let pair = |j: usize| {
-                let distance = (x - self.places[j]).abs();
+                let distance = (x - self.positions[j]).abs();
                 2.0 * spacing * (values[i] - values[j]) * kernel.gradient::<1>(distance, length)
             };
             (first..end).map(pair).sum()
@@ -72,12 +72,16 @@ impl ScalarNodes {
         loop {
             let meets = |i: &usize| {
                 let closing = self.values[*i] - self.values[i + 1];
-                if closing > 0.0 { (self.places[i + 1] - self.places[*i]) / closing } else { f64::INFINITY }
+                if closing > 0.0 {
+                    (self.positions[i + 1] - self.positions[*i]) / closing
+                } else {
+                    f64::INFINITY
+                }
             };
-            let pairs = 0..self.places.len().saturating_sub(1);
+            let pairs = 0..self.positions.len().saturating_sub(1);
             let next = pairs.map(|i| (meets(&i), i)).min_by(|a, b| a.0.total_cmp(&b.0));
             let dt = next.map_or(left, |(dt, _)| dt.min(left));
-            self.places.iter_mut().zip(&self.values).for_each(|(x, value)| *x += dt * value);
+            self.positions.iter_mut().zip(&self.values).for_each(|(x, value)| *x += dt * value);
             match next {
                 Some((meeting, i)) if meeting <= left => self.merge(i),
                 _ => return,
@@ -88,7 +92,7 @@ impl ScalarNodes {
 
     /// Merges the nodes `i` and `i + 1`, which have collided.
     fn merge(&mut self, i: usize) {
-        let (places, values) = (&self.places, &self.values);
+        let (places, values) = (&self.positions, &self.values);
         let place = 0.5 * (places[i] + places[i + 1]);
         let value = match (i.checked_sub(1), places.get(i + 2)) {
             (Some(before), Some(after)) => {
@@ -102,25 +106,25 @@ impl ScalarNodes {
         };
         // Round-off of nodes at one position.
         let value = value.clamp(values[i].min(values[i + 1]), values[i].max(values[i + 1]));
-        (self.places[i], self.values[i]) = (place, value);
-        self.places.remove(i + 1);
+        (self.positions[i], self.values[i]) = (place, value);
+        self.positions.remove(i + 1);
         self.values.remove(i + 1);
     }
 
     /// Value at a position (m), linear between the nodes; beyond them that of the outermost ones.
-    pub fn at(&self, x: f64) -> f64 {
-        let after = self.places.partition_point(|y| *y < x);
-        if after == 0 || after == self.places.len() {
+    pub fn value_at(&self, x: f64) -> f64 {
+        let after = self.positions.partition_point(|y| *y < x);
+        if after == 0 || after == self.positions.len() {
             return self.values.get(after.min(self.values.len().saturating_sub(1))).copied().unwrap_or(0.0);
         }
-        let (a, b) = (self.places[after - 1], self.places[after]);
+        let (a, b) = (self.positions[after - 1], self.positions[after]);
         let share = (x - a) / (b - a);
         self.values[after - 1] + share * (self.values[after] - self.values[after - 1])
     }
 
     /// Area under the line between the outermost nodes.
     pub fn area(&self) -> f64 {
-        let strips = self.places.windows(2).zip(self.values.windows(2));
+        let strips = self.positions.windows(2).zip(self.values.windows(2));
         strips.map(|(x, value)| 0.5 * (x[1] - x[0]) * (value[0] + value[1])).sum()
     }
 }
@@ -148,10 +152,14 @@ mod tests {
         line.steepen(1.0);
         // Inflow at the left end and outflow at the right one.
         let carried = line.area() - before;
-        let ends = [line.places[0] + 1.975, line.places[line.places.len() - 1] - 1.975];
+        let ends = [line.positions[0] + 1.975, line.positions[line.positions.len() - 1] - 1.975];
         let swept = 0.5 * (1.2 * 1.2 - 0.2 * 0.2) - 1.2 * ends[0] + 0.2 * ends[1];
         assert!((carried - swept).abs() < 1e-10, "{carried} {swept}");
-        assert!((line.at(0.7) - 0.7).abs() < 0.02, "half of the jump stands at 0.7: {}", line.at(0.7));
-        assert!(line.places.windows(2).all(|pair| pair[0] <= pair[1]));
+        assert!(
+            (line.value_at(0.7) - 0.7).abs() < 0.02,
+            "half of the jump stands at 0.7: {}",
+            line.value_at(0.7)
+        );
+        assert!(line.positions.windows(2).all(|pair| pair[0] <= pair[1]));
     }
 }

@@ -18,7 +18,7 @@ mod point_domain;
 mod shape_functions;
 mod transfers;
 
-pub use crate::boundary::periodic_wrap::wrap;
+pub use crate::boundary::periodic_wrap::wrap_into_period;
 pub use crate::boundary::walls::{NodeFace, NodeFaces, NodeWall, NodeWalls, WallKind};
 pub use crate::mesh::msh::MshError;
 pub use crate::nodes::nodal_state::{InterpolatedMotion, NodalState, Vector4};

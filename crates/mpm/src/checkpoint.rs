@@ -37,7 +37,7 @@ struct CheckpointState {
     shape: String,
     time: f64,
     step: u64,
-    travel: f64,
+    travel_since_sort: f64,
     limit: Option<TimeStep>,
     courant: f64,
     limit_age: u64,
@@ -86,7 +86,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         let fresh = start == self.clock.time;
         self.clock.stage = stage;
         self.clock.stage_start = start;
-        self.clock.flip = self.clock.options.flip_share(&self.clock.case.stages[stage]);
+        self.clock.flip_fraction = self.clock.options.flip_share(&self.clock.case.stages[stage]);
         let case = self.clock.case.clone();
         let points = self.points();
         self.bodies.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
@@ -114,7 +114,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
                     self.bodies.sets.iter_mut().for_each(|set| {
                         set.points.velocity.fill([0.0; D]);
                         set.points.grid_velocity.fill([0.0; D]);
-                        set.points.affine.fill([[0.0; D]; D]);
+                        set.points.affine_velocity.fill([[0.0; D]; D]);
                         if let Some(pore) = &mut set.pore {
                             pore.points.velocity.fill([0.0; D]);
                         }
@@ -211,7 +211,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             shape: self.background.basis_1d.name.to_owned(),
             time: self.clock.time,
             step: self.clock.step,
-            travel: self.bodies.travel,
+            travel_since_sort: self.bodies.travel_since_sort,
             limit: self.clock.limit,
             courant: self.clock.courant,
             limit_age: self.clock.limit_age,
@@ -285,7 +285,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         (self.clock.limit, self.clock.limit_age) = (saved.limit, saved.limit_age);
         self.clock.courant = saved.courant;
         self.boundary.absorbing.displacements = saved.absorbing_displacements.into_iter().collect();
-        self.restore_layout(saved.travel);
+        self.restore_layout(saved.travel_since_sort);
         Ok(())
     }
 }
@@ -311,13 +311,13 @@ impl<const D: usize> MpmSolver<D> {
         for (set, slabs) in self.bodies.sets.iter_mut().zip(slabs) {
             set.slabs = slabs;
         }
-        self.bodies.travel = travel;
+        self.bodies.travel_since_sort = travel;
     }
 
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.bodies.sets.len() {
             let set = &self.bodies.sets[number];
-            let begun = set.law_points().reinitialised(|i| set.points.mass[i] / set.points.volume[i]);
+            let begun = set.law_points().restarted_states(|i| set.points.mass[i] / set.points.volume[i]);
             let (stress, states) =
                 begun.map_err(|(index, reason)| point_error(&self.clock, set, index, reason))?;
             self.bodies.sets[number].points.stress = stress;

@@ -12,7 +12,7 @@ pub struct Clock {
     pub(crate) case: Arc<Case>,
     pub(crate) options: MpmOptions,
     /// Share of FLIP in the stage.
-    pub(crate) flip: f64,
+    pub(crate) flip_fraction: f64,
     /// Full gravity (m/s²).
     pub(crate) gravity: [f64; 3],
     pub(crate) stage: usize,
@@ -35,7 +35,7 @@ impl Clock {
     /// Returns the clock at time zero.
     pub fn new(case: &Case, options: &MpmOptions) -> Self {
         Self {
-            flip: options.flip_share(&case.stages[0]),
+            flip_fraction: options.flip_share(&case.stages[0]),
             gravity: case.gravity3(),
             case: Arc::new(case.clone()),
             options: options.clone(),
@@ -82,7 +82,7 @@ impl Clock {
     ///
     /// # Errors
     /// Where the case fixes a step that the state no longer allows.
-    pub fn begin(&mut self, dt: f64) -> Result<(), SolverError> {
+    pub fn begin_step(&mut self, dt: f64) -> Result<(), SolverError> {
         self.dt = dt;
         match self.limit.as_ref().and_then(|limit| limit.fixed_step_problem(self.options.time_step)) {
             Some(problem) => Err(self.step_error(format!("methods.mpm.time_step: {problem}"))),

@@ -37,8 +37,8 @@ const PALETTE: [RGBColor; 7] = [
 ];
 
 fn load_font() {
-    static LOADED: Once = Once::new();
-    LOADED.call_once(|| {
+    static FONT_LOADED: Once = Once::new();
+    FONT_LOADED.call_once(|| {
         // A built-in font cannot be invalid.
         let _ = register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
     });

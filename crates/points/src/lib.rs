@@ -24,7 +24,7 @@ pub mod struct_of_arrays;
 pub mod surface;
 mod terrain;
 
-pub use crate::partition::bisection::{Bisection, BoundingBox, halo};
+pub use crate::partition::bisection::{Bisection, BoundingBox, halo_points};
 pub use crate::plan::outline::{Outline, Polygon, Ring};
 pub use crate::plan::polygon::PolygonVertices;
 pub use crate::raster::{GeoKey, Georeference, Raster, RasterError};
@@ -44,7 +44,7 @@ pub use crate::terrain::terrain_layer::{
     FeatureOverlap, LayerError, OutlineFeature, PlacedLayer, TerrainLayer, ThicknessData,
 };
 pub use sampling::{
-    Sample, Sampling, SamplingError, common_interior_point, fitted, gauss_per_cell, lattice, per_cell,
+    Sample, Sampling, SamplingError, common_interior_point, fitted_rows, gauss_per_cell, lattice, per_cell,
     poisson_disk, poisson_spaced, random,
 };
 pub use shape::{Shape, ShapeError};

@@ -292,13 +292,13 @@ macro_rules! struct_of_arrays {
             }
 
             /// Replaces all points by copies of the points `indices` of `from`.
-            pub fn pick(&mut self, from: &Self, indices: &[u32]) {
+            pub fn gather_from(&mut self, from: &Self, indices: &[u32]) {
                 $crate::struct_of_arrays::copy_entries(&mut self.$first, &from.$first, indices);
                 $($crate::struct_of_arrays::copy_entries(&mut self.$column, &from.$column, indices);)*
             }
 
             /// Overwrites point `indices[k]` by point `k` of `from`.
-            pub fn put(&mut self, from: &Self, indices: &[u32]) {
+            pub fn scatter_from(&mut self, from: &Self, indices: &[u32]) {
                 $crate::struct_of_arrays::overwrite_entries(&mut self.$first, &from.$first, indices);
                 $($crate::struct_of_arrays::overwrite_entries(&mut self.$column, &from.$column, indices);)*
             }

@@ -93,16 +93,16 @@ fn retaining_points_equals_reordering_to_them() {
 fn points_picked_out_and_put_back_are_unchanged() {
     let (mut all, from) = (points(7), points(7));
     let (mut even, mut odd) = (points(1), points(0));
-    even.pick(&from, &[0, 2, 4, 6]);
-    odd.pick(&from, &[1, 3, 5]);
+    even.gather_from(&from, &[0, 2, 4, 6]);
+    odd.gather_from(&from, &[1, 3, 5]);
     assert_eq!(
         (even.id.as_slice(), odd.held.as_slice()),
         ([0, 2, 4, 6].as_slice(), [false, true, false].as_slice())
     );
     assert!(even.matrix.is_empty());
     all.turn.fill(Turn(9.0));
-    all.put(&even, &[0, 2, 4, 6]);
-    all.put(&odd, &[1, 3, 5]);
+    all.scatter_from(&even, &[0, 2, 4, 6]);
+    all.scatter_from(&odd, &[1, 3, 5]);
     assert_eq!(all, from);
     let mut whole = points(2);
     whole.gather(&[&odd, &even], &[(1, 0), (0, 0), (1, 1), (0, 1), (1, 2), (0, 2), (1, 3)]);

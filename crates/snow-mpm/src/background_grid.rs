@@ -26,7 +26,7 @@ pub struct BackgroundGrid<const D: usize> {
     /// Lower corner of the domain (m).
     pub low: [f64; D],
     /// Upper corner of the domain (m).
-    pub high: [f64; D],
+    pub upper_corner: [f64; D],
     /// Whether the domain is periodic along each axis.
     pub periodic: [bool; D],
     /// Empty mesh: the grid is structured.
@@ -43,21 +43,21 @@ pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
 }
 
 impl<const D: usize> BackgroundGrid<D> {
-    /// Returns the background of a domain with corners `low` and `high` (m) and cells of edge length `cell` (m).
+    /// Returns the background of a domain with corners `low` and `upper_corner` (m) and cells of edge length `cell` (m).
     ///
     /// # Errors
     /// When the domain is not a whole number of cells wide, or the grid too large.
     pub fn new(
-        [low, high]: [[f64; D]; 2],
+        [low, upper_corner]: [[f64; D]; 2],
         cell: f64,
         sweeps: &'static dyn Transfers<D>,
     ) -> Result<Self, GridError> {
-        Grid::new(low, high, cell)?;
+        Grid::new(low, upper_corner, cell)?;
         let axis = sweeps.basis_1d();
         // Nodes of an odd number of functions a cell lie at the centres of its grid's cells.
         let margin = MARGIN_CELLS - (axis.coordinate(5, 12) - axis.coordinate(5, 12).floor());
         let wide = margin * cell;
-        let grid = Grid::new(low.map(|x| x - wide), high.map(|x| x + wide), cell)?;
+        let grid = Grid::new(low.map(|x| x - wide), upper_corner.map(|x| x + wide), cell)?;
         let layout = Layout::with_basis(&grid, &axis);
         Ok(Self {
             grid,
@@ -65,7 +65,7 @@ impl<const D: usize> BackgroundGrid<D> {
             transfers: sweeps,
             basis_1d: axis,
             low,
-            high,
+            upper_corner,
             periodic: [false; D],
             mesh: Mesh::default(),
         })
@@ -76,11 +76,12 @@ impl<const D: usize> BackgroundGrid<D> {
     /// # Errors
     /// The number of cells that the domain needs along a periodic axis, where it has fewer.
     pub fn with_periodic_axes(mut self, periodic: [bool; D]) -> Result<Self, usize> {
-        let period = |axis: usize| ((self.high[axis] - self.low[axis]) / self.grid.cell).round() as usize;
+        let period =
+            |axis: usize| ((self.upper_corner[axis] - self.low[axis]) / self.grid.cell).round() as usize;
         // The grid is wider than the domain by the same length along all axes.
-        let least = self.layout.nodes()[0] - period(0);
+        let smallest = self.layout.nodes()[0] - period(0);
         let periods = std::array::from_fn(|axis| if periodic[axis] { period(axis) } else { 0 });
-        self.layout = self.layout.with_period(periods).ok_or(least)?;
+        self.layout = self.layout.with_period(periods).ok_or(smallest)?;
         self.periodic = periodic;
         Ok(self)
     }
@@ -103,7 +104,7 @@ impl<const D: usize> BackgroundGrid<D> {
 
     /// Whether a position (m) is in the domain; false for not-a-number.
     pub fn contains(&self, place: &[f64; D]) -> bool {
-        (0..D).all(|axis| place[axis] >= self.low[axis] && place[axis] <= self.high[axis])
+        (0..D).all(|axis| place[axis] >= self.low[axis] && place[axis] <= self.upper_corner[axis])
     }
 
     /// View of the grid for the transfers of points.
@@ -125,7 +126,7 @@ impl<const D: usize> BackgroundGrid<D> {
     /// Largest distance of a position outside the domain along an axis (cells); not positive inside. Periodic axes do not count.
     #[inline]
     pub fn distance_outside(&self, place: &[f64; D]) -> f64 {
-        let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.high[axis]);
+        let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.upper_corner[axis]);
         (0..D).filter(|axis| !self.periodic[*axis]).map(beyond).fold(f64::NEG_INFINITY, f64::max)
             / self.grid.cell
     }

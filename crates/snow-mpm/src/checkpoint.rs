@@ -35,7 +35,7 @@ struct CheckpointState {
     limit: TimeStep,
     sums: MomentumTerms,
     external: f64,
-    travel: f64,
+    travel_since_sort: f64,
     energy_balance: EnergyBalance,
     hazard_cells: Option<Vec<HazardCell>>,
     /// Number, slabs and serialised law states of each body.
@@ -58,22 +58,22 @@ impl<const D: usize> SnowSolver<D> {
             limit: self.clock.limit,
             sums: self.clock.sums,
             external: self.clock.external_work,
-            travel: self.bodies.travel,
+            travel_since_sort: self.bodies.travel_since_sort,
             energy_balance: self.energy_balance.clone(),
             hazard_cells: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
-            bodies: self.bodies.all.iter().map(body).collect(),
+            bodies: self.bodies.bodies.iter().map(body).collect(),
         }
     }
 
     /// Reinitialises the states of the laws from the current stresses.
     fn reset_states(&mut self) -> Result<(), SolverError> {
-        for number in 0..self.bodies.all.len() {
-            let body = &self.bodies.all[number];
-            let begun = body.law_points().reinitialised(|i| body.points.mass[i] / body.points.volume[i]);
+        for number in 0..self.bodies.bodies.len() {
+            let body = &self.bodies.bodies[number];
+            let begun = body.law_points().restarted_states(|i| body.points.mass[i] / body.points.volume[i]);
             let (stress, states) =
                 begun.map_err(|(index, reason)| self.point_error(number, &PointFailure { index, reason }))?;
-            self.bodies.all[number].points.stress = stress;
-            self.bodies.all[number].states = states;
+            self.bodies.bodies[number].points.stress = stress;
+            self.bodies.bodies[number].states = states;
         }
         Ok(())
     }
@@ -121,21 +121,21 @@ impl<const D: usize> Solver for SnowSolver<D> {
         if stage.reset.is_empty() {
             return Ok(());
         }
-        let before = self.stored();
+        let before = self.stored_energies();
         for reset in &stage.reset {
             match reset {
-                Reset::Velocity => self.bodies.all.iter_mut().for_each(|body| {
+                Reset::Velocity => self.bodies.bodies.iter_mut().for_each(|body| {
                     body.points.velocity.fill([0.0; D]);
-                    body.points.affine.fill([[0.0; D]; D]);
+                    body.points.affine_velocity.fill([[0.0; D]; D]);
                 }),
                 Reset::Displacement => {
-                    let all = self.bodies.all.iter_mut();
+                    let all = self.bodies.bodies.iter_mut();
                     all.for_each(|body| body.points.origin.clone_from(&body.points.position));
                 }
                 Reset::State => self.reset_states()?,
             }
         }
-        self.energy_balance.add_change(&before, &self.stored());
+        self.energy_balance.add_change(&before, &self.stored_energies());
         self.update_step_bounds();
         Ok(())
     }
@@ -158,7 +158,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
 
     fn warnings_at_end(&self) -> Vec<String> {
         let places: Vec<[f64; D]> =
-            self.bodies.all.iter().flat_map(|body| &body.points.position).copied().collect();
+            self.bodies.bodies.iter().flat_map(|body| &body.points.position).copied().collect();
         let slack = REPORTED_DEPTH * self.background.grid.cell;
         let reason = "obstacles act on the nodes here, and a contact within a cell is not detected (take \
                       smaller cells)";
@@ -175,12 +175,12 @@ impl<const D: usize> Solver for SnowSolver<D> {
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
-        let number = self.obstacles.recorded().iter().position(|own| own == name)?;
+        let number = self.obstacles.recorded_names().iter().position(|own| own == name)?;
         Some(self.energy_balance.reactions(number))
     }
 
     fn dissipated(&self) -> Option<f64> {
-        self.case.measures_dissipation().then(|| self.energy_balance.dissipated(&self.stored()))
+        self.case.measures_dissipation().then(|| self.energy_balance.law_dissipation(&self.stored_energies()))
     }
 
     fn frame(&self, _: FrameRequest) -> Frame {
@@ -193,7 +193,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         save_value(&self.checkpoint_state(), out)?;
-        for body in &self.bodies.all {
+        for body in &self.bodies.bodies {
             body.points.write(out)?;
         }
         Ok(())
@@ -205,11 +205,11 @@ impl<const D: usize> Solver for SnowSolver<D> {
             return Err(checkpoint_error("was written by another version or for another case"));
         }
         self.nodes.reset(&self.background.layout);
-        self.bodies.all.retain(|body| head.bodies.iter().any(|(number, ..)| *number == body.number));
-        if self.bodies.all.len() != head.bodies.len() {
+        self.bodies.bodies.retain(|body| head.bodies.iter().any(|(number, ..)| *number == body.number));
+        if self.bodies.bodies.len() != head.bodies.len() {
             return Err(checkpoint_error("contains bodies that the case does not have"));
         }
-        for (body, (number, _, states)) in self.bodies.all.iter_mut().zip(&head.bodies) {
+        for (body, (number, _, states)) in self.bodies.bodies.iter_mut().zip(&head.bodies) {
             body.points.read(input)?;
             let states = body.material.load(states).filter(|states| states.len() == body.points.len());
             body.states = states
@@ -218,7 +218,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
         }
         self.bodies.find_active_nodes(&mut self.background);
         // Points may have drifted since the sort, and the order of summation must be that of the uninterrupted run.
-        for (body, (_, slabs, _)) in self.bodies.all.iter_mut().zip(head.bodies) {
+        for (body, (_, slabs, _)) in self.bodies.bodies.iter_mut().zip(head.bodies) {
             if slabs.len() != body.slabs.len() || slabs.last() != Some(&body.points.len()) {
                 return Err(checkpoint_error("its slabs do not fit the case"));
             }
@@ -235,7 +235,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
         if !restored {
             return Err(checkpoint_error("has rasters with other cells than the case"));
         }
-        self.bodies.travel = head.travel;
+        self.bodies.travel_since_sort = head.travel_since_sort;
         self.energy_balance = head.energy_balance;
         let clock = &mut self.clock;
         (clock.time, clock.step, clock.limit) = (head.time, head.step, head.limit);

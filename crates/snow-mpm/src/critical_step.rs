@@ -63,19 +63,19 @@ impl StepCoefficients {
             rates[1][p] = speed * by_motion;
             rates[2][p] = viscosities[p] * specific * by_viscosity;
         }
-        let mut pace = StepBound::NONE;
+        let mut pace = StepBound::UNBOUNDED;
         let highest = rates
             .as_flattened()
             .as_chunks::<8>()
             .0
             .iter()
-            .fold([0f64; 8], |most, rates| std::array::from_fn(|i| most[i].max(rates[i])));
-        let highest = highest.iter().fold(0f64, |most, rate| most.max(*rate));
+            .fold([0f64; 8], |largest, rates| std::array::from_fn(|i| largest[i].max(rates[i])));
+        let highest = highest.iter().fold(0f64, |largest, rate| largest.max(*rate));
         // First point of those with the highest rate.
         if let Some(p) = (0..count).find(|&p| rates.iter().any(|of| of[p] == highest)) {
-            pace.tighten(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
-            pace.tighten(rates[1][p], POINT_SPEED, first + p);
-            pace.tighten(rates[2][p], StepLimit::VISCOSITY, first + p);
+            pace.restrict(rates[0][p], StepLimit::ELASTIC_WAVE, first + p);
+            pace.restrict(rates[1][p], POINT_SPEED, first + p);
+            pace.restrict(rates[2][p], StepLimit::VISCOSITY, first + p);
         }
         pace
     }
@@ -83,13 +83,13 @@ impl StepCoefficients {
 
 /// Time step from the reports of the bodies.
 pub fn time_step<const D: usize>(bodies: &Bodies<D>) -> TimeStep {
-    let (mut pace, mut place) = (StepBound::NONE, None);
-    for body in &bodies.all {
-        for report in body.reports.iter().flatten().filter(|report| report.index < body.points.len()) {
+    let (mut pace, mut place) = (StepBound::UNBOUNDED, None);
+    for body in &bodies.bodies {
+        for report in body.reports.iter().flatten().filter(|report| report.point_index < body.points.len()) {
             let before = pace.rate;
-            pace.tighten(report.rate, report.limit, report.index);
+            pace.restrict(report.rate, report.limit, report.point_index);
             if pace.rate > before {
-                place = Some((body.points.id[report.index], body.points.position[report.index]));
+                place = Some((body.points.id[report.point_index], body.points.position[report.point_index]));
             }
         }
     }

@@ -29,7 +29,7 @@ struct CheckpointState {
     format: u32,
     dimension: usize,
     clock: Clock,
-    audit: EquilibriumTerms,
+    equilibrium_terms: EquilibriumTerms,
     obstacle_energies: ObstacleEnergies,
     /// Body, number of particles and states of the law.
     groups: Vec<(u32, usize, Vec<u8>)>,
@@ -39,10 +39,10 @@ struct CheckpointState {
     particles: Vec<u8>,
     rates: Vec<u8>,
     /// Positions of the last neighbour list, with time and reach: the order of sums is that of the list.
-    listed: Vec<f64>,
+    listed_positions: Vec<f64>,
     listed_at: [f64; 2],
-    sorted: Option<u64>,
-    current: bool,
+    last_sort: Option<u64>,
+    is_current: bool,
     /// Start times of loads (s), and the load vectors of particles.
     loads: (Vec<f64>, Vec<Vec<f64>>),
     /// Reactions of rigid bodies and obstacles.
@@ -70,16 +70,16 @@ impl<const D: usize> SphSolver<D> {
             format: FORMAT,
             dimension: D,
             clock: self.clock,
-            audit: self.equilibrium_terms,
+            equilibrium_terms: self.equilibrium_terms,
             obstacle_energies: self.obstacle_energies,
             groups: bodies.groups.iter().map(of_group).collect(),
             rigid: bodies.groups.iter().map(|group| group.rigid).collect(),
             particles: particle_bytes,
             rates: rate_bytes,
-            listed: lists.listed.positions.as_flattened().to_vec(),
-            listed_at: [lists.listed.time, lists.listed.reach],
-            sorted: lists.sorted,
-            current: rates.current,
+            listed_positions: lists.listed_positions.positions.as_flattened().to_vec(),
+            listed_at: [lists.listed_positions.time, lists.listed_positions.list_radius],
+            last_sort: lists.last_sort,
+            is_current: rates.is_current,
             loads: bodies.loads.checkpoint_state(),
             reactions: rates.reactions.clone(),
         }
@@ -95,9 +95,9 @@ impl<const D: usize> SphSolver<D> {
         let full = [p.origin.len(), p.position.len(), p.velocity.len(), p.mass.len(), p.density.len()];
         let fits =
             full.iter().chain(&[p.stress.len(), p.sound.len(), p.length.len()]).all(|count| *count == n)
-                && (p.pressed.is_empty() || p.pressed.len() == n)
+                && (p.delayed_pressure.is_empty() || p.delayed_pressure.len() == n)
                 && rates.derivatives.len() == n
-                && (saved.listed.is_empty() || saved.listed.len() == n * D)
+                && (saved.listed_positions.is_empty() || saved.listed_positions.len() == n * D)
                 && saved.groups.iter().map(|(_, count, _)| count).sum::<usize>() == n;
         if !fits {
             return None;
@@ -120,12 +120,13 @@ impl<const D: usize> SphSolver<D> {
         bodies.pair_data.grad_h_factor.clear();
         bodies.resize(n);
         rates.derivatives.resize(n);
-        let [time, reach] = saved.listed_at;
-        lists.listed = ListedPositions { positions: saved.listed.as_chunks().0.to_vec(), time, reach };
-        (lists.sorted, rates.current) = (saved.sorted, saved.current);
+        let [time, list_radius] = saved.listed_at;
+        lists.listed_positions =
+            ListedPositions { positions: saved.listed_positions.as_chunks().0.to_vec(), time, list_radius };
+        (lists.last_sort, rates.is_current) = (saved.last_sort, saved.is_current);
         rates.reactions.clone_from(&saved.reactions);
         (self.clock, self.equilibrium_terms, self.obstacle_energies) =
-            (saved.clock, saved.audit, saved.obstacle_energies);
+            (saved.clock, saved.equilibrium_terms, saved.obstacle_energies);
         Some(())
     }
 
@@ -133,7 +134,7 @@ impl<const D: usize> SphSolver<D> {
         let Self { clock, bodies, .. } = self;
         let p = &mut bodies.particles;
         for group in &mut bodies.groups {
-            let begun = p.law_points(group).reinitialised(|k| p.density[group.start + k]);
+            let begun = p.law_points(group).restarted_states(|k| p.density[group.start + k]);
             let (stress, states) =
                 begun.map_err(|(index, reason)| p.particle_error(clock, group.start + index, reason))?;
             p.stress[group.range()].copy_from_slice(&stress);
@@ -173,18 +174,18 @@ impl<const D: usize> Solver for SphSolver<D> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, equilibrium_terms: audit, .. } = self;
+        let Self { setting, clock, bodies, walls, lists, rates, equilibrium_terms, .. } = self;
         let fresh = start == clock.time;
         (clock.stage, clock.stage_start) = (stage, start);
         walls.planes = flat_walls(&setting.case, stage, &setting.options, setting.smoothing.radius());
         bodies.remove_inactive(&setting.case, stage, &mut rates.derivatives);
         if fresh {
-            bodies.loads.begin(&setting.case, stage, start);
-            rates.current = false;
-            lists.listed.positions.clear();
-            *audit = EquilibriumTerms::default();
+            bodies.loads.begin_stage(&setting.case, stage, start);
+            rates.is_current = false;
+            lists.listed_positions.positions.clear();
+            *equilibrium_terms = EquilibriumTerms::default();
             clock.limit = None;
-        } else if !lists.listed.positions.is_empty() {
+        } else if !lists.listed_positions.positions.is_empty() {
             self.make_lists()?;
         }
         Ok(())
@@ -201,7 +202,7 @@ impl<const D: usize> Solver for SphSolver<D> {
                         .groups
                         .iter_mut()
                         .filter_map(|group| group.rigid.as_mut())
-                        .for_each(RigidBody::stop);
+                        .for_each(RigidBody::set_at_rest);
                     self.rates.derivatives.acceleration.fill([0.0; D]);
                     // Some schemes move held bodies before the kick.
                     self.bodies.impose_held_velocities();
@@ -241,13 +242,13 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let case = &self.setting.case;
-        let felt = |number: usize| self.rates.reactions.get(number).copied().unwrap_or_default();
+        let reaction = |number: usize| self.rates.reactions.get(number).copied().unwrap_or_default();
         if let Some(number) = case.bodies.iter().position(|body| body.rigid && body.name == name) {
-            let ReactionSum { force, impulse, .. } = felt(number);
+            let ReactionSum { force, impulse, .. } = reaction(number);
             return Some(Reaction { force, impulse, moment: None });
         }
         let number = self.walls.obstacles.recorded_obstacles().find(|(_, own)| *own == name)?.0;
-        let ReactionSum { force, impulse, moment } = felt(case.bodies.len() + number);
+        let ReactionSum { force, impulse, moment } = reaction(case.bodies.len() + number);
         Some(Reaction { force, impulse, moment: Some(moment) })
     }
 
@@ -280,6 +281,6 @@ impl<const D: usize> Solver for SphSolver<D> {
         self.restore_state(&saved).ok_or_else(|| {
             SolverError::Checkpoint("its arrays do not fit together or the case".to_owned())
         })?;
-        if self.lists.listed.positions.is_empty() { Ok(()) } else { self.make_lists() }
+        if self.lists.listed_positions.positions.is_empty() { Ok(()) } else { self.make_lists() }
     }
 }

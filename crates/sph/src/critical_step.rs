@@ -36,8 +36,8 @@ pub fn critical_step<const D: usize>(
     let courant = if options.time_step.is_some() { STABLE } else { options.courant };
     let close = ShortRangeRepulsion::of_groups(setting, &bodies.groups);
     let p = &mut bodies.particles;
-    let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
-    for group in bodies.groups.iter().filter(|group| !group.smooth) {
+    let mut smallest: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
+    for group in bodies.groups.iter().filter(|group| !group.is_smooth) {
         let range = group.range();
         let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK_SIZE);
         let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();
@@ -50,7 +50,7 @@ pub fn critical_step<const D: usize>(
             let (mut moduli, mut viscosities) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
             group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
             group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-            let mut least: LimitingParticle = (f64::INFINITY, StepLimit::NOTHING, None);
+            let mut smallest: LimitingParticle = (f64::INFINITY, StepLimit::NO_MOTION, None);
             for k in 0..states.len() {
                 let (density, h) = (densities[first + k], lengths[first + k]);
                 let wave = (moduli[k] / density).sqrt();
@@ -62,27 +62,27 @@ pub fn critical_step<const D: usize>(
                     continue;
                 }
                 let speed = square(&velocities[first + k]).sqrt();
-                let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
+                let acceleration = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
                 let apart = close.filter(|_| group.is_free_fluid());
                 let limits = [
                     (courant * h / (wave + speed), StepLimit::ELASTIC_WAVE),
-                    (0.25 * (h / pull).sqrt(), StepLimit::ACCELERATION),
+                    (0.25 * (h / acceleration).sqrt(), StepLimit::ACCELERATION),
                     (0.125 * h * h * density / viscosities[k], StepLimit::VISCOSITY),
                     (0.2 * h / (options.damping * sounds[k]), StepLimit::DAMPING),
                     (apart.map_or(f64::INFINITY, |close| close.stable_step(wave)), REPULSION),
                 ];
                 for (dt, name) in limits {
-                    if dt < least.0 {
-                        least = (dt, name, Some(range.start + first + k));
+                    if dt < smallest.0 {
+                        smallest = (dt, name, Some(range.start + first + k));
                     }
                 }
             }
-            least
+            smallest
         };
         // Of equal steps, that of the first particle.
-        least = blocks.map(of_block).reduce(|| least, |a, b| if b.0 < a.0 { b } else { a });
+        smallest = blocks.map(of_block).reduce(|| smallest, |a, b| if b.0 < a.0 { b } else { a });
     }
-    least
+    smallest
 }
 
 /// Critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).
@@ -93,7 +93,7 @@ pub fn limit_by_obstacle_motion<const D: usize>(
 ) -> TimeStep {
     limit_step_by_obstacles(
         critical,
-        obstacles.moving(),
+        obstacles.moving_obstacles(),
         (time, MAX_OBSTACLE_MOVE * spacing, STEPS_PER_TIME_STEP + 1),
     )
 }

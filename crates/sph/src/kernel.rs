@@ -290,7 +290,7 @@ mod tests {
         [2.0, 2.0 * PI, 4.0 * PI][dimension - 1]
     }
 
-    fn everywhere(mut check: impl FnMut(Kernel, usize, f64)) {
+    fn for_all_kernels(mut check: impl FnMut(Kernel, usize, f64)) {
         for kernel in Kernel::ALL {
             for dimension in 1..=3 {
                 if let Some(constant) = kernel.constant(dimension) {
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn kernels_are_normalised() {
-        everywhere(|kernel, d, constant| {
+        for_all_kernels(|kernel, d, constant| {
             let end = if kernel == Kernel::Gaussian { 8.0 } else { 3.0 };
             let mass = integral(|q| kernel.profile(d, q) * q.powi(d as i32 - 1), end) * surface(d) * constant;
             assert!((mass - 1.0).abs() < 1e-10, "{kernel:?} in {d}D: {mass}");
@@ -327,7 +327,7 @@ mod tests {
 
     #[test]
     fn slopes_and_curvatures_are_derivatives() {
-        everywhere(|kernel, d, _| {
+        for_all_kernels(|kernel, d, _| {
             for k in 1..60 {
                 let (q, e) = (0.05 * f64::from(k) + 0.013, 1e-5);
                 let slope = (kernel.profile(d, q + e) - kernel.profile(d, q - e)) / (2.0 * e);
@@ -341,7 +341,7 @@ mod tests {
 
     #[test]
     fn kernels_are_positive_fall_and_end_at_their_support() {
-        everywhere(|kernel, d, _| {
+        for_all_kernels(|kernel, d, _| {
             let support = kernel.support();
             for k in 0..400 {
                 let q = 0.01 * f64::from(k);

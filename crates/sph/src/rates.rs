@@ -28,7 +28,7 @@ pub struct ReactionSample<const D: usize> {
     /// Index of the reaction sum.
     pub reaction_index: u32,
     /// Position (m).
-    pub place: [f64; D],
+    pub position: [f64; D],
     /// Force (N).
     pub force: [f64; D],
     /// Impulse (N s) where the particle was stopped; `None` for forces of the sums, which act during the whole step.
@@ -41,7 +41,7 @@ pub struct Rates<const D: usize> {
     /// Rates stored with the particles.
     pub derivatives: Derivatives<D>,
     /// Whether the accelerations are those of the present state.
-    pub current: bool,
+    pub is_current: bool,
     /// XSPH velocity of each particle beyond its own (m/s); empty without.
     pub xsph_velocity: Vec<[f64; D]>,
     /// Accelerations by loads and a confining pressure (m/s²); empty without.
@@ -75,9 +75,9 @@ pub struct Rates<const D: usize> {
 
 impl ReactionSum {
     /// Adds the contribution of one particle.
-    pub fn accumulate<const D: usize>(&mut self, told: &ReactionSample<D>) {
-        self.add(told.force, &told.place);
-        if let Some(impulse) = told.impulse {
+    pub fn accumulate<const D: usize>(&mut self, sample: &ReactionSample<D>) {
+        self.add(sample.force, &sample.position);
+        if let Some(impulse) = sample.impulse {
             let impulse = spatial(&impulse);
             (0..3).for_each(|c| self.impulse[c] += impulse[c]);
         }
@@ -89,7 +89,7 @@ impl ReactionSum {
     }
 
     /// Begins a step: resets force and moment, keeps the impulse.
-    pub fn begin(&mut self) {
+    pub fn begin_step(&mut self) {
         (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
     }
 
@@ -107,6 +107,6 @@ impl ReactionSum {
 impl<const D: usize> Rates<D> {
     /// Returns rates without particles, at the same point of a step.
     pub fn empty_like(&self) -> Self {
-        Self { current: self.current, ..Self::default() }
+        Self { is_current: self.is_current, ..Self::default() }
     }
 }

@@ -74,7 +74,7 @@ impl BandMetadata {
     }
 
     /// Metadata of this band, completed by those of `other`.
-    pub(crate) fn or(self, other: Self) -> Self {
+    pub(crate) fn completed_by(self, other: Self) -> Self {
         Self {
             no_data: self.no_data.or(other.no_data),
             scale: self.scale.or(other.scale),
@@ -251,7 +251,7 @@ mod tests {
             (beside.no_data, beside.scale, beside.crs.as_deref()),
             (Some(-32768.0), None, Some("PROJCS[\"x\"]"))
         );
-        let both = band.or(beside);
+        let both = band.completed_by(beside);
         assert_eq!((both.no_data, both.scale), (Some(-32768.0), Some(0.1)));
         let mut raster =
             Raster::from_function([2, 1], [0.0; 2], [1.0; 2], |x, _| if x > 0.5 { -32768.0 } else { 30.0 });

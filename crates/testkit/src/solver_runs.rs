@@ -127,7 +127,7 @@ pub fn hash_after(
         let mut solver = build_solver(method, &case);
         for step in 0..steps {
             if restart == Some(step) {
-                solver = resume_solver(method, &case, &solver.saved().unwrap());
+                solver = resume_solver(method, &case, &solver.checkpoint_bytes().unwrap());
             }
             solver.step(1.0).unwrap();
         }
@@ -150,7 +150,7 @@ pub fn assert_same_on_threads(method: &dyn Method, case: &Case) {
 pub fn assert_same_after_restart(method: &dyn Method, case: &Case, advance: impl Fn(&mut dyn Solver)) {
     let mut whole = start_solver(method, case);
     advance(&mut *whole);
-    let mut restored = resume_solver(method, case, &whole.saved().unwrap());
+    let mut restored = resume_solver(method, case, &whole.checkpoint_bytes().unwrap());
     advance(&mut *whole);
     advance(&mut *restored);
     assert_eq!(restored.snapshot().hash(), whole.snapshot().hash(), "hashes without and with a restart");

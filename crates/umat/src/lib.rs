@@ -37,18 +37,18 @@ const BYTES: usize = 6;
 const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
 
 /// Material ready for use, with its density.
-struct Ready {
+struct BuiltMaterial {
     law: Arc<dyn Material>,
     density: f64,
 }
 
 /// Materials of the file, by lower-case name.
-fn materials() -> Result<&'static HashMap<String, Ready>, String> {
-    static READY: OnceLock<Result<HashMap<String, Ready>, String>> = OnceLock::new();
-    READY.get_or_init(read_materials).as_ref().map_err(Clone::clone)
+fn materials() -> Result<&'static HashMap<String, BuiltMaterial>, String> {
+    static BUILT_MATERIALS: OnceLock<Result<HashMap<String, BuiltMaterial>, String>> = OnceLock::new();
+    BUILT_MATERIALS.get_or_init(read_materials).as_ref().map_err(Clone::clone)
 }
 
-fn read_materials() -> Result<HashMap<String, Ready>, String> {
+fn read_materials() -> Result<HashMap<String, BuiltMaterial>, String> {
     let file = std::env::var_os(MATERIALS).ok_or(format!("{MATERIALS} is not set to a file of materials"))?;
     let file = std::path::PathBuf::from(file);
     let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
@@ -56,7 +56,7 @@ fn read_materials() -> Result<HashMap<String, Ready>, String> {
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", file.display()))?;
     let ready = |(name, spec): (String, MaterialSpec)| {
         let law = spec.build().map_err(|error| format!("{}: {name}.{error}", file.display()))?;
-        Ok((name.to_lowercase(), Ready { law, density: spec.density() }))
+        Ok((name.to_lowercase(), BuiltMaterial { law, density: spec.density() }))
     };
     specs.into_iter().map(ready).collect()
 }
@@ -131,7 +131,7 @@ fn motion(call: &Call, density: f64) -> Option<Motion> {
 
 fn run(call: &mut Call) -> Result<(), String> {
     let known = materials()?;
-    let Ready { law, density } = known
+    let BuiltMaterial { law, density } = known
         .get(&call.name.to_lowercase())
         .ok_or_else(|| format!("{:?} is not in {MATERIALS}", call.name))?;
     if !matches!(call.stress.len(), 4 | 6) {

@@ -79,10 +79,10 @@ impl LayeredClaySlope {
     /// in front of the toe the block pushes up a wedge of 45°.
     fn block_safety_factor(&self, level: f64, [rear, angle, lean]: [f64; 3]) -> f64 {
         let foot = [rear, level];
-        let way = |angle: f64| [angle.cos(), angle.sin()];
+        let direction = |angle: f64| [angle.cos(), angle.sin()];
         let Some((front, back)) = self
-            .surface_intersection(foot, way(FRAC_PI_2 - lean))
-            .zip(self.surface_intersection(foot, way(angle)))
+            .surface_intersection(foot, direction(FRAC_PI_2 - lean))
+            .zip(self.surface_intersection(foot, direction(angle)))
         else {
             return f64::INFINITY;
         };
@@ -116,8 +116,8 @@ impl LayeredClaySlope {
     }
 
     /// Intersection of a line from an interior point with the surface (m).
-    fn surface_intersection(&self, from: [f64; 2], way: [f64; 2]) -> Option<[f64; 2]> {
-        let at = |t: f64| [from[0] + t * way[0], from[1] + t * way[1]];
+    fn surface_intersection(&self, from: [f64; 2], direction: [f64; 2]) -> Option<[f64; 2]> {
+        let at = |t: f64| [from[0] + t * direction[0], from[1] + t * direction[1]];
         let below = |t: f64| at(t)[1] < self.surface(at(t)[0]);
         let far = 20.0 * self.height;
         let beyond = (1..=400).map(|k| far * f64::from(k) / 400.0).find(|t| !below(*t))?;

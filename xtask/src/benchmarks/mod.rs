@@ -46,7 +46,7 @@ const METHODS: &[&[Benchmark]] = &[
 ];
 
 /// All benchmarks.
-pub fn all() -> impl Iterator<Item = &'static Benchmark> {
+pub fn all_benchmarks() -> impl Iterator<Item = &'static Benchmark> {
     METHODS.iter().copied().flatten()
 }
 
@@ -149,7 +149,7 @@ fn max_penetration(case: &Case, report: &RunReport) -> Result<f64, String> {
     let surface = &standing[0].surface;
     let places = report.frames.iter().flat_map(|frame| &frame.positions);
     let depth = |x: &[f64; 3]| {
-        let largest = x.iter().fold(0f64, |most, c| most.max(c.abs()));
+        let largest = x.iter().fold(0f64, |maximum, c| maximum.max(c.abs()));
         let depth = -surface.gap(x, f64::INFINITY)?.distance;
         (depth > 4.0 * f64::EPSILON * largest).then_some(depth)
     };
@@ -184,7 +184,7 @@ fn final_measure(report: &RunReport, name: &str) -> f64 {
 /// Energies of the contact with obstacles, over the work of gravity.
 struct ObstacleEnergyShares {
     /// Largest rise of the sum of all energies, including the work on obstacles.
-    rise: f64,
+    max_rise: f64,
     /// Work of friction.
     friction: f64,
     /// Energy removed by the penetration limit.
@@ -201,13 +201,17 @@ fn obstacle_energy_shares(report: &RunReport) -> ObstacleEnergyShares {
     let all = parts.into_iter().chain(["obstacles.stored"]).map(|name| measure_series(report, name));
     let mut sums = vec![0.0; potential.len()];
     all.for_each(|part| part.iter().zip(&mut sums).for_each(|((_, e), sum)| *sum += e));
-    let (mut least, mut rise) = (f64::INFINITY, 0f64);
+    let (mut smallest, mut rise) = (f64::INFINITY, 0f64);
     for energy in sums {
-        least = least.min(energy);
-        rise = rise.max(energy - least);
+        smallest = smallest.min(energy);
+        rise = rise.max(energy - smallest);
     }
     let last = |part: &[(f64, f64)]| part.last().map_or(f64::NAN, |last| last.1) / fallen;
-    ObstacleEnergyShares { rise: rise / fallen, friction: last(&friction), penetration_limit: last(&stopped) }
+    ObstacleEnergyShares {
+        max_rise: rise / fallen,
+        friction: last(&friction),
+        penetration_limit: last(&stopped),
+    }
 }
 
 /// Initial positions of the points of a case in the plane (m).

@@ -50,11 +50,11 @@ impl InputRecorder {
     /// Animations, with the number of runs in their captions.
     pub fn animations(&self) -> Vec<BenchmarkAnimation> {
         let record = self.record();
-        let told = |film: &BenchmarkAnimation| BenchmarkAnimation {
+        let copy = |film: &BenchmarkAnimation| BenchmarkAnimation {
             caption: format!("{} of {} runs", film.caption, record.runs),
             ..film.clone()
         };
-        record.animations.iter().map(told).collect()
+        record.animations.iter().map(copy).collect()
     }
 
     fn record(&self) -> MutexGuard<'_, RecordedInputs> {
@@ -80,10 +80,10 @@ pub fn record_run(method: &str, case: &Case, report: &RunReport) {
     let Some(recorder) = of_thread() else { return };
     let mut record = recorder.record();
     record.runs += 1;
-    let seen = [report.frames.len(), report.snapshot.ids.len()];
+    let counts = [report.frames.len(), report.snapshot.ids.len()];
     if record.animations.len() >= MAX_ANIMATIONS
-        || seen[0] < MIN_FRAMES_AND_POINTS[0]
-        || seen[1] < MIN_FRAMES_AND_POINTS[1]
+        || counts[0] < MIN_FRAMES_AND_POINTS[0]
+        || counts[1] < MIN_FRAMES_AND_POINTS[1]
     {
         return;
     }

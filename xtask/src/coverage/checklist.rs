@@ -4,7 +4,7 @@ use std::path::Path;
 
 use colluvium::case::output::OutputError;
 
-use crate::benchmarks::all;
+use crate::benchmarks::all_benchmarks;
 
 /// Sheets whose checklists are numbered tables, in the order of the page.
 const SHEETS: [&str; 6] = ["depth-sph", "dem", "snow-mpm", "mpm", "sph", "constitutive"];
@@ -67,7 +67,7 @@ pub struct ChecklistSheet {
     /// Rows, in their order.
     pub rows: Vec<ChecklistRow>,
     /// Lines of the data that belong to no row or cannot be read.
-    unassigned: Vec<String>,
+    unassigned_lines: Vec<String>,
 }
 
 /// Reads all sheets, with the recorded states of their rows.
@@ -83,11 +83,11 @@ fn sheet(name: &'static str) -> Result<ChecklistSheet, String> {
     let mut sheet = ChecklistSheet {
         name,
         rows: checklist(&read(&folder.join(format!("{name}.md")))?),
-        unassigned: Vec::new(),
+        unassigned_lines: Vec::new(),
     };
     let data = folder.join("coverage").join(format!("{name}.csv"));
     if data.exists() {
-        sheet.know(&read(&data)?);
+        sheet.read_records(&read(&data)?);
     }
     Ok(sheet)
 }
@@ -116,7 +116,7 @@ fn checklist(text: &str) -> Vec<ChecklistRow> {
 
 impl ChecklistSheet {
     /// Reads lines `row;state;files;tests;benchmarks;note`, names separated by spaces.
-    fn know(&mut self, data: &str) {
+    fn read_records(&mut self, data: &str) {
         for (number, line) in data.lines().enumerate() {
             if line.starts_with('#') || line.trim().is_empty() || number == 0 {
                 continue;
@@ -127,7 +127,7 @@ impl ChecklistSheet {
                 .and_then(|name| ChecklistState::ALL.into_iter().find(|state| state.name() == *name));
             let row = self.rows.iter_mut().find(|row| Some(&row.id.as_str()) == cells.first());
             let (Some(row), Some(state), 6) = (row, state, cells.len()) else {
-                self.unassigned.push(format!("{}, line {}: {line}", self.file(), number + 1));
+                self.unassigned_lines.push(format!("{}, line {}: {line}", self.file(), number + 1));
                 continue;
             };
             let names = |k: usize| cells[k].split_whitespace().map(str::to_owned).collect();
@@ -147,12 +147,12 @@ impl ChecklistSheet {
     }
 
     /// Errors of the records: unknown names, and states without the entries they need.
-    pub fn wrong(&self) -> Vec<String> {
+    pub fn record_errors(&self) -> Vec<String> {
         let of = |row: &ChecklistRow| {
-            let said = |what: String| format!("{}, row {}: {what}", self.file(), row.id);
-            row.wrong().into_iter().map(said).collect::<Vec<_>>()
+            let message = |what: String| format!("{}, row {}: {what}", self.file(), row.id);
+            row.record_errors().into_iter().map(message).collect::<Vec<_>>()
         };
-        self.unassigned
+        self.unassigned_lines
             .iter()
             .map(|line| format!("{line}: is not a row with a state"))
             .chain(self.rows.iter().flat_map(of))
@@ -161,7 +161,7 @@ impl ChecklistSheet {
 }
 
 impl ChecklistRow {
-    fn wrong(&self) -> Vec<String> {
+    fn record_errors(&self) -> Vec<String> {
         let mut wrong = Vec::new();
         let there = |file: &str| crate::root().join(file).is_file();
         wrong.extend(
@@ -174,7 +174,7 @@ impl ChecklistRow {
                 wrong.push(format!("there is no test {test}"));
             }
         }
-        let known = |id: &String| all().any(|benchmark| benchmark.id == id);
+        let known = |id: &String| all_benchmarks().any(|benchmark| benchmark.id == id);
         wrong.extend(
             self.benchmarks.iter().filter(|id| !known(id)).map(|id| format!("there is no benchmark {id}")),
         );
@@ -196,19 +196,19 @@ mod tests {
     const TEXT: &str = "## 4. Feature checklist\n\n| # | feature | source |\n|---|---|---|\n| 1 | drag | (2) |\n\
                         | F2 | shear | (3) |\n\n## 5. Benchmarks\n| 3 | no row | |\n";
 
-    fn known(data: &str) -> ChecklistSheet {
-        let mut sheet = ChecklistSheet { name: "dem", rows: checklist(TEXT), unassigned: Vec::new() };
-        sheet.know(&format!("row;state;files;tests;benchmarks;note\n{data}"));
+    fn test_sheet(data: &str) -> ChecklistSheet {
+        let mut sheet = ChecklistSheet { name: "dem", rows: checklist(TEXT), unassigned_lines: Vec::new() };
+        sheet.read_records(&format!("row;state;files;tests;benchmarks;note\n{data}"));
         sheet
     }
 
     #[test]
     fn rows_are_those_of_the_checklist_and_unknown_ones_are_not_checked() {
-        let sheet = known("");
+        let sheet = test_sheet("");
         let rows: Vec<(&str, &str)> =
             sheet.rows.iter().map(|row| (row.id.as_str(), row.text.as_str())).collect();
         assert_eq!(rows, [("1", "drag"), ("F2", "shear")]);
-        assert_eq!((sheet.count(ChecklistState::NotChecked), sheet.wrong()), (2, vec![]));
+        assert_eq!((sheet.count(ChecklistState::NotChecked), sheet.record_errors()), (2, vec![]));
         let counts =
             load_sheets().unwrap().iter().map(|sheet| (sheet.name, sheet.rows.len())).collect::<Vec<_>>();
         assert_eq!(counts[..3], [("depth-sph", 64), ("dem", 52), ("snow-mpm", 56)]);
@@ -219,7 +219,7 @@ mod tests {
     fn missing_names_in_the_checklist_are_reported() {
         let file = "xtask/src/coverage/checklist.rs";
         let test = format!("{file}::missing_names_in_the_checklist_are_reported");
-        assert!(known(&format!("1;done;{file};{test};dem/gas;")).wrong().is_empty());
+        assert!(test_sheet(&format!("1;done;{file};{test};dem/gas;")).record_errors().is_empty());
         for (data, words) in [
             ("1;done;crates/none.rs;;dem/gas;".to_owned(), "no file crates/none.rs"),
             (format!("1;done;{file};{file}::no_such_test;;"), "no test"),
@@ -229,7 +229,7 @@ mod tests {
             ("9;done;;;;".to_owned(), "is not a row with a state"),
             ("1;well;;;;".to_owned(), "is not a row with a state"),
         ] {
-            let wrong = known(&data).wrong().join("\n");
+            let wrong = test_sheet(&data).record_errors().join("\n");
             assert!(wrong.contains(words), "{data}: {wrong}");
         }
     }

@@ -20,7 +20,7 @@ pub const PAGE_FILE: &str = "docs/coverage.md";
 /// Writes the page; returns whether every name in the rows exists.
 pub fn run(_: &CoverageArguments) -> Result<bool, String> {
     let sheets = load_sheets()?;
-    let wrong: Vec<String> = sheets.iter().flat_map(ChecklistSheet::wrong).collect();
+    let wrong: Vec<String> = sheets.iter().flat_map(ChecklistSheet::record_errors).collect();
     wrong.iter().for_each(|line| eprintln!("{line}"));
     let path = crate::root().join(PAGE_FILE);
     std::fs::write(&path, page::markdown(&sheets)).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -34,7 +34,8 @@ mod tests {
 
     #[test]
     fn every_row_names_tests_files_and_benchmarks_that_are_there() {
-        let wrong: Vec<String> = load_sheets().unwrap().iter().flat_map(ChecklistSheet::wrong).collect();
+        let wrong: Vec<String> =
+            load_sheets().unwrap().iter().flat_map(ChecklistSheet::record_errors).collect();
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     }
 

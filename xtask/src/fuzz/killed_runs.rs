@@ -22,7 +22,7 @@ const FRAMES: f64 = 8.0;
 const ROWS: f64 = 40.0;
 
 /// Largest number of times that one run is killed.
-const KILLS: u64 = 4;
+const MAX_KILLS: u64 = 4;
 
 /// Kills runs `times` in all; prints the failures.
 ///
@@ -63,8 +63,12 @@ pub fn run_one(case: &Case, out: &Path) -> Fallible<bool> {
     let name = case.methods.keys().next().ok_or("no method")?;
     let method = colluvium::method(name).ok_or("unknown method")?;
     let resume = out.join("summary.json").exists() || out.join("checkpoint.bin").exists();
-    let options =
-        RunOptions { method: name.clone(), out: Some(out.to_owned()), resume, ..RunOptions::default() };
+    let options = RunOptions {
+        method: name.clone(),
+        output_folder: Some(out.to_owned()),
+        resume,
+        ..RunOptions::default()
+    };
     colluvium::case::run::run_method(method, case, &options)?;
     Ok(true)
 }
@@ -115,7 +119,7 @@ impl ReferenceRun {
             fs::remove_dir_all(&out)?;
         }
         let mut kills = 0;
-        for _ in 0..KILLS {
+        for _ in 0..MAX_KILLS {
             let mut run = spawn_run(&self.case, &out)?;
             std::thread::sleep(self.wall.mul_f64(random.random_range(0.0..1.0)));
             run.kill()?;

@@ -94,7 +94,7 @@ fn nth_mut<'a>(value: &'a mut Value, left: &mut usize) -> Option<&'a mut Value> 
 
 fn change_value(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) {
     match random.random_range(0..10) {
-        0 => *node = retyped(random),
+        0 => *node = value_of_other_type(random),
         1 => *node = part.unwrap_or(Value::Null),
         _ => match node {
             Value::Object(map) => {
@@ -140,7 +140,7 @@ fn change_value(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) 
                 };
             }
             Value::Bool(value) => *value = !*value,
-            Value::Null => *node = retyped(random),
+            Value::Null => *node = value_of_other_type(random),
         },
     }
 }
@@ -154,7 +154,7 @@ fn number_of(x: f64) -> Value {
     }
 }
 
-fn retyped(random: &mut ChaCha8Rng) -> Value {
+fn value_of_other_type(random: &mut ChaCha8Rng) -> Value {
     let kinds = [
         Value::Null,
         json!(true),

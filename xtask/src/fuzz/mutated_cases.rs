@@ -17,14 +17,14 @@ use crate::fuzz::Fallible;
 use crate::fuzz::mutate::mutate;
 
 /// Longest time for one file.
-const PATIENCE: Duration = Duration::from_secs(30);
+const FILE_TIME_LIMIT: Duration = Duration::from_secs(30);
 
 /// Largest memory (bytes) of a problem that is built, and largest number of points of one that is run.
 const MEMORY: f64 = 5e8;
 const POINTS: usize = 4000;
 
 /// Largest number of grains of a plan: a plan generates specimens of grains, which takes long and says nothing of the file.
-const PLANNED: f64 = 30_000.0;
+const MAX_PLANNED_GRAINS: f64 = 30_000.0;
 
 /// Longest line of a readable message.
 const LINE: usize = 1500;
@@ -56,11 +56,11 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
     let folder = crate::root().join("target/fuzz");
     let mut origins = origins(&folder.join(format!("tried-{seed}")))?;
     let parts: Vec<Value> = origins.iter().map(|origin| origin.value.clone()).collect();
-    keep(&mut origins, method)?;
+    retain_method(&mut origins, method)?;
     let mut outcomes: BTreeMap<FuzzOutcome, u64> = BTreeMap::new();
     let mut failures = KindsOfFailure { folder, seed, kinds: BTreeSet::new() };
     let watched = start_watchdog();
-    let said = capture_panics();
+    let panic_text = capture_panics();
     let begun = Instant::now();
     for number in numbers {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -74,14 +74,16 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
             *watched = Some((Instant::now(), path.clone()));
         }
         let element = origin.value.get("material").is_some();
-        let outcome = panic::catch_unwind(AssertUnwindSafe(|| try_file(&path, element)))
-            .unwrap_or_else(|_| Err(said.lock().map_or_else(|_| "panic".to_owned(), |text| text.clone())));
+        let outcome =
+            panic::catch_unwind(AssertUnwindSafe(|| try_file(&path, element))).unwrap_or_else(|_| {
+                Err(panic_text.lock().map_or_else(|_| "panic".to_owned(), |text| text.clone()))
+            });
         if let Ok(mut watched) = watched.lock() {
             *watched = None;
         }
         match outcome {
             Ok(outcome) => *outcomes.entry(outcome).or_default() += 1,
-            Err(problem) => failures.keep(number, &path, origin, &problem)?,
+            Err(problem) => failures.keep_file(number, &path, origin, &problem)?,
         }
         if number % 10_000 == 9999 {
             println!("{} files in {:.0} s", number + 1, begun.elapsed().as_secs_f64());
@@ -110,7 +112,7 @@ struct KindsOfFailure {
 
 impl KindsOfFailure {
     /// Keeps a file that fails, and prints the first problem of each kind.
-    fn keep(&mut self, number: u64, path: &Path, origin: &SeedFile, problem: &str) -> Fallible<()> {
+    fn keep_file(&mut self, number: u64, path: &Path, origin: &SeedFile, problem: &str) -> Fallible<()> {
         let kept = self.folder.join(format!("failed-{}-{number}.json", self.seed));
         fs::copy(path, &kept)?;
         // One of each kind of problem is enough.
@@ -123,7 +125,7 @@ impl KindsOfFailure {
 }
 
 /// Keeps the cases of a method, where one is given.
-fn keep(origins: &mut Vec<SeedFile>, method: Option<&str>) -> Fallible<()> {
+fn retain_method(origins: &mut Vec<SeedFile>, method: Option<&str>) -> Fallible<()> {
     let Some(method) = method else { return Ok(()) };
     origins.retain(|origin| origin.value["methods"].get(method).is_some());
     if origins.is_empty() { Err(format!("no initial case has the method {method:?}").into()) } else { Ok(()) }
@@ -208,12 +210,14 @@ fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
 fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
     let sized = method.problem_size(case).and_then(|size| size.check_memory(MEMORY).map(|()| size.points));
     let planned = match sized {
-        Ok(points) if method.name() == "dem" && points > PLANNED => return Ok(FuzzOutcome::Refused),
+        Ok(points) if method.name() == "dem" && points > MAX_PLANNED_GRAINS => {
+            return Ok(FuzzOutcome::Refused);
+        }
         Ok(_) => method.plan(case),
         Err(error) => Err(error),
     };
     let plan = match planned {
-        Err(error) => return check_messages(&CaseErrors::one(error)),
+        Err(error) => return check_messages(&CaseErrors::from_error(error)),
         Ok(plan) => plan,
     };
     for warning in plan.all_warnings(case) {
@@ -227,7 +231,7 @@ fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
         return Ok(FuzzOutcome::Planned);
     }
     let mut solver = match method.build(case) {
-        Err(error) => return check_messages(&CaseErrors::one(error)),
+        Err(error) => return check_messages(&CaseErrors::from_error(error)),
         Ok(solver) => solver,
     };
     if solver.begin_stage(0, 0.0).is_err() {
@@ -273,15 +277,15 @@ fn check_readable(line: &str) -> Result<(), String> {
 /// Starts a thread that ends the program where one file takes too long.
 fn start_watchdog() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
     let watched: Arc<Mutex<Option<(Instant, PathBuf)>>> = Arc::default();
-    let seen = watched.clone();
+    let current = watched.clone();
     std::thread::spawn(move || {
         loop {
             std::thread::sleep(Duration::from_secs(1));
-            let Ok(seen) = seen.lock() else { return };
-            if let Some((since, path)) = &*seen
-                && since.elapsed() > PATIENCE
+            let Ok(current) = current.lock() else { return };
+            if let Some((since, path)) = &*current
+                && since.elapsed() > FILE_TIME_LIMIT
             {
-                println!("{}: takes more than {} s", path.display(), PATIENCE.as_secs());
+                println!("{}: takes more than {} s", path.display(), FILE_TIME_LIMIT.as_secs());
                 std::process::exit(1);
             }
         }
@@ -291,14 +295,14 @@ fn start_watchdog() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
 
 /// Redirects the messages of panics from standard error to a buffer.
 fn capture_panics() -> Arc<Mutex<String>> {
-    let said: Arc<Mutex<String>> = Arc::default();
-    let heard = said.clone();
+    let panic_text: Arc<Mutex<String>> = Arc::default();
+    let heard = panic_text.clone();
     panic::set_hook(Box::new(move |about| {
         if let Ok(mut heard) = heard.lock() {
             *heard = format!("panic: {about}").replace('\n', " ");
         }
     }));
-    said
+    panic_text
 }
 
 #[cfg(test)]

@@ -4,7 +4,9 @@ use colluvium::compare::SECTIONS_STYLE;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::benchmarks::{Check, CheckVerdict};
-use crate::report::value_text::{STYLE, badge, bounds_text, duration_text, number_text, verdict_badge};
+use crate::report::value_text::{
+    STYLE, bounds_text, duration_text, number_text, status_badge, verdict_badge,
+};
 use crate::report::{BenchmarkEntry, Provenance, form_text};
 
 /// Name of the file of a picture, beside the page.
@@ -29,7 +31,7 @@ pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
             }
             body { main {
                 p class="soft" { a href=(index) { "← all benchmarks" } }
-                h1 { (benchmark.title) " " (badge(entry.status())) }
+                h1 { (benchmark.title) " " (status_badge(entry.status())) }
                 p class="soft" { (benchmark.id) ", in its " (form_text(entry)) " form; run time " (duration_text(entry.seconds))
                     @if entry.cached { ", from an earlier run: program and files are unchanged since" }
                 }
@@ -37,7 +39,7 @@ pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
                 @if let Some(error) = &entry.error {
                     p class="problem" { strong { "Could not finish: " } (error) }
                 }
-                (open(entry))
+                (open_defects_section(entry))
                 (animation_section(entry))
                 (figures(entry))
                 (checks(entry))
@@ -50,7 +52,7 @@ pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
 }
 
 /// Section of the checks that are known to fail, with the observations.
-fn open(entry: &BenchmarkEntry) -> Markup {
+fn open_defects_section(entry: &BenchmarkEntry) -> Markup {
     let known = entry.outcome.checks.iter().filter(|check| check.verdict() == CheckVerdict::Open);
     let mut causes: Vec<(&str, &str, Vec<&str>)> = Vec::new();
     for check in known {
@@ -64,7 +66,7 @@ fn open(entry: &BenchmarkEntry) -> Markup {
         @if !causes.is_empty() { h2 { "Open" } }
         @for (criterion, found, names) in &causes {
             div class="card" {
-                p { (badge(crate::report::BenchmarkStatus::Open)) " " (names.join("; ")) }
+                p { (status_badge(crate::report::BenchmarkStatus::Open)) " " (names.join("; ")) }
                 p { em { "A check " (criterion) ". " } "Found: " (found) "." }
             }
         }
@@ -128,7 +130,7 @@ fn checks(entry: &BenchmarkEntry) -> Markup {
 /// Section with case files, commands, theory and sheets.
 fn reproduction_section(entry: &BenchmarkEntry, up: &str) -> Markup {
     let id = entry.benchmark.id;
-    let form = if entry.short { " --quick" } else { " --long" };
+    let form = if entry.is_short { " --quick" } else { " --long" };
     let link = |file: &str| html! { a href={ (up) (file) } { (file) } };
     let case = |file: &&String| file.ends_with("case.json");
     html! {

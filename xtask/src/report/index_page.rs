@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::benchmarks::CheckVerdict;
-use crate::report::value_text::{STYLE, badge, duration_text, open_defect_text};
+use crate::report::value_text::{STYLE, duration_text, open_defect_text, status_badge};
 use crate::report::{BenchmarkEntry, BenchmarkStatus, COVERAGE, PAGES, Provenance, ReportScope, form_text};
 
 /// Index page.
@@ -22,15 +22,15 @@ pub fn page(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope)
                 style { (PreEscaped(STYLE)) }
             }
             body { main {
-                h1 { "Validation " (badge(worst.unwrap_or(BenchmarkStatus::Pass))) }
+                h1 { "Validation " (status_badge(worst.unwrap_or(BenchmarkStatus::Pass))) }
                 (head(entries, about, scope))
                 (filter_section(entries))
                 div class="card" { table class="rows" {
                     thead { tr { @for name in HEADS { th { (name) } } } }
                     tbody { @for entry in entries { (row(entry)) } }
                 } }
-                @if !scope.left_out.is_empty() {
-                    p class="soft" { "Left out (--long runs them): " (scope.left_out.join(", ")) "." }
+                @if !scope.skipped_benchmarks.is_empty() {
+                    p class="soft" { "Left out (--long runs them): " (scope.skipped_benchmarks.join(", ")) "." }
                 }
                 script { (PreEscaped(include_str!("index.js"))) }
             } }
@@ -45,14 +45,14 @@ fn count(entries: &[BenchmarkEntry], status: BenchmarkStatus) -> usize {
 }
 
 fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> Markup {
-    let checks: usize = entries.iter().map(BenchmarkEntry::judged).sum();
+    let checks: usize = entries.iter().map(BenchmarkEntry::judged_checks).sum();
     let shown: usize = entries.iter().map(|entry| entry.count(CheckVerdict::Unbounded)).sum();
     let time: f64 = entries.iter().map(|entry| entry.seconds).sum();
     html! {
         p {
             strong { (scope.text()) } ". "
             @for status in [BenchmarkStatus::Pass, BenchmarkStatus::Open, BenchmarkStatus::Fail] {
-                (badge(status)) " " (count(entries, status)) " "
+                (status_badge(status)) " " (count(entries, status)) " "
             }
         }
         p class="soft" {
@@ -115,7 +115,7 @@ fn row(entry: &BenchmarkEntry) -> Markup {
     html! {
         tr id=(benchmark.id) class=(status.name()) data-status=(status.name()) data-method=(entry.method())
             data-sources=(sources(benchmark.source).join("|")) {
-            td { (badge(status)) }
+            td { (status_badge(status)) }
             td { a href={ (PAGES) "/" (benchmark.id) ".html" } { (benchmark.id) } br; (benchmark.title) }
             td class="soft" data-head="Source:" { (benchmark.source) }
             td data-head="Checks:" { (checks.join(", ")) }

@@ -24,7 +24,7 @@ pub struct BenchmarkEntry {
     /// The benchmark.
     pub benchmark: &'static Benchmark,
     /// Whether it ran in its short form.
-    pub short: bool,
+    pub is_short: bool,
     /// Outcome of the benchmark.
     pub outcome: BenchmarkOutcome,
     /// Reason why the benchmark could not finish.
@@ -62,7 +62,7 @@ impl BenchmarkStatus {
 impl BenchmarkEntry {
     /// Whether the benchmark finished, judged something, and no check failed except open defects.
     pub fn passes(&self) -> bool {
-        self.error.is_none() && self.judged() > 0 && self.count(CheckVerdict::Fail) == 0
+        self.error.is_none() && self.judged_checks() > 0 && self.count(CheckVerdict::Fail) == 0
     }
 
     /// Status of the benchmark.
@@ -85,14 +85,14 @@ impl BenchmarkEntry {
     }
 
     /// Number of checks that were judged.
-    pub fn judged(&self) -> usize {
+    pub fn judged_checks(&self) -> usize {
         self.outcome.checks.len() - self.count(CheckVerdict::Unbounded)
     }
 }
 
 /// Text on the form in which a benchmark ran.
 fn form_text(entry: &BenchmarkEntry) -> &'static str {
-    if entry.short { "short" } else { "full" }
+    if entry.is_short { "short" } else { "full" }
 }
 
 /// Folder of the pages of benchmarks in that of a report.
@@ -154,7 +154,7 @@ fn to_json(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) 
     };
     json!({
         "machine": about.machine, "rustc": about.rustc, "commit": about.commit, "date": about.date,
-        "filter": scope.filter, "quick": scope.quick, "scope": scope.text(), "left_out": scope.left_out,
+        "filter": scope.filter, "quick": scope.quick, "scope": scope.text(), "left_out": scope.skipped_benchmarks,
         "pass": entries.iter().all(BenchmarkEntry::passes),
         "benchmarks": entries.iter().map(entry).collect::<Vec<_>>(),
     })

@@ -9,11 +9,11 @@ pub struct ReportScope {
     /// Whether short forms were requested.
     pub quick: bool,
     /// Number of benchmarks in their short form.
-    pub short: usize,
+    pub short_count: usize,
     /// Number of benchmarks in their full form.
-    pub full: usize,
+    pub full_count: usize,
     /// Names of benchmarks that do not run: they have no short form, or their full form takes minutes.
-    pub left_out: Vec<&'static str>,
+    pub skipped_benchmarks: Vec<&'static str>,
 }
 
 impl ReportScope {
@@ -28,7 +28,7 @@ impl ReportScope {
 
     /// Text on the benchmarks that run, and their forms.
     pub fn text(&self) -> String {
-        let (run, left) = (self.short + self.full, self.left_out.len());
+        let (run, left) = (self.short_count + self.full_count, self.skipped_benchmarks.len());
         let mut words = match left {
             0 => format!("{run} benchmarks"),
             _ => format!("{run} of {} benchmarks", run + left),
@@ -36,7 +36,7 @@ impl ReportScope {
         if let Some(filter) = &self.filter {
             words += &format!(" for “{filter}”");
         }
-        words += &match (self.full, self.short) {
+        words += &match (self.full_count, self.short_count) {
             (_, 0) => ", in full".to_owned(),
             (0, _) => ", in their short form".to_owned(),
             (full, short) => format!(", {full} in full, {short} in their short form"),
@@ -54,9 +54,16 @@ mod tests {
 
     #[test]
     fn the_report_header_counts_benchmarks_in_full_and_short_form() {
-        let scope = |filter: Option<&str>, full, short, left_out: &[&'static str]| {
+        let scope = |filter: Option<&str>, full_count, short_count, left_out: &[&'static str]| {
             let filter = filter.map(str::to_owned);
-            ReportScope { filter, quick: false, short, full, left_out: left_out.to_vec() }.text()
+            ReportScope {
+                filter,
+                quick: false,
+                short_count,
+                full_count,
+                skipped_benchmarks: left_out.to_vec(),
+            }
+            .text()
         };
         assert_eq!(scope(None, 3, 0, &[]), "3 benchmarks, in full");
         assert_eq!(

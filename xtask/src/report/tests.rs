@@ -1,7 +1,7 @@
 //! Tests of the texts on the pages of the report.
 
 use super::*;
-use crate::benchmarks::{Criterion, OpenDefect, all};
+use crate::benchmarks::{Criterion, OpenDefect, all_benchmarks};
 
 fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
     let mut outcome = BenchmarkOutcome::default();
@@ -16,10 +16,10 @@ fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
         let defect = OpenDefect { criterion: Criterion::Missed, observation: "it is \"too far\"".into() };
         outcome.checks[number].defect = known.then_some(defect);
     }
-    let benchmark = all().find(|benchmark| benchmark.id == "mpm/column-collapse").unwrap();
+    let benchmark = all_benchmarks().find(|benchmark| benchmark.id == "mpm/column-collapse").unwrap();
     BenchmarkEntry {
         benchmark,
-        short: true,
+        is_short: true,
         outcome,
         error: None,
         seconds: 0.2,
@@ -29,7 +29,13 @@ fn entry(checks: &[(f64, bool)]) -> BenchmarkEntry {
 }
 
 fn scope(entries: &[BenchmarkEntry]) -> ReportScope {
-    ReportScope { filter: None, quick: true, short: entries.len(), full: 0, left_out: vec!["sph/drum"] }
+    ReportScope {
+        filter: None,
+        quick: true,
+        short_count: entries.len(),
+        full_count: 0,
+        skipped_benchmarks: vec!["sph/drum"],
+    }
 }
 
 #[test]
@@ -105,7 +111,7 @@ fn a_report_is_an_index_with_pages_and_pictures_beside_them() {
 #[test]
 fn the_index_of_all_benchmarks_is_below_a_megabyte_and_its_links_lead_to_documents() {
     let with = |benchmark| BenchmarkEntry { benchmark, ..entry(&[(1.0, false)]) };
-    let entries: Vec<BenchmarkEntry> = all().map(with).collect();
+    let entries: Vec<BenchmarkEntry> = all_benchmarks().map(with).collect();
     let page = index_page::page(&entries, &provenance(), &scope(&entries)).into_string();
     assert!(page.len() < 1_000_000, "{} bytes", page.len());
     for entry in &entries {

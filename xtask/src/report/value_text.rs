@@ -29,7 +29,7 @@ pub fn open_defect_text(entries: &[BenchmarkEntry]) -> String {
 }
 
 /// Badge of a status: colour, sign and word differ.
-pub fn badge(status: BenchmarkStatus) -> Markup {
+pub fn status_badge(status: BenchmarkStatus) -> Markup {
     let sign = match status {
         BenchmarkStatus::Pass => "✓",
         BenchmarkStatus::Open => "◐",
@@ -42,9 +42,9 @@ pub fn badge(status: BenchmarkStatus) -> Markup {
 pub fn verdict_badge(check: &Check) -> Markup {
     match check.verdict() {
         CheckVerdict::Unbounded => html! { span class="badge shown" { "not judged" } },
-        CheckVerdict::Open => badge(BenchmarkStatus::Open),
-        CheckVerdict::Pass => badge(BenchmarkStatus::Pass),
-        CheckVerdict::Fail => badge(BenchmarkStatus::Fail),
+        CheckVerdict::Open => status_badge(BenchmarkStatus::Open),
+        CheckVerdict::Pass => status_badge(BenchmarkStatus::Pass),
+        CheckVerdict::Fail => status_badge(BenchmarkStatus::Fail),
     }
 }
 
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn the_three_states_differ_in_colour_sign_and_word() {
         let all = [BenchmarkStatus::Pass, BenchmarkStatus::Open, BenchmarkStatus::Fail]
-            .map(|status| badge(status).into_string());
+            .map(|status| status_badge(status).into_string());
         for (text, word) in all.iter().zip(["✓ pass", "◐ open", "✗ fail"]) {
             assert!(text.contains(word), "{text}");
         }

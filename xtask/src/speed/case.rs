@@ -54,7 +54,7 @@ fn measure(
     }
     let start = Instant::now();
     let mut measured = CaseMeasurement { points: 0, steps: 0, updates: 0.0, seconds: 0.0 };
-    while steps.map_or(measured.seconds < settings.seconds, |most| measured.steps < most) {
+    while steps.map_or(measured.seconds < settings.seconds, |largest| measured.steps < largest) {
         measured.points = step()?;
         measured.steps += 1;
         measured.updates += measured.points as f64;

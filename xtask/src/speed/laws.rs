@@ -140,7 +140,7 @@ fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurem
         best = best.min(lap.elapsed().as_secs_f64() / (STEPS_PER_LAP * POINTS) as f64);
         yielding = points.yielding(law);
     }
-    let least = |lap: &mut dyn FnMut()| {
+    let smallest = |lap: &mut dyn FnMut()| {
         let laps = (0..50).map(|_| {
             let began = Instant::now();
             lap();
@@ -149,13 +149,13 @@ fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurem
         laps.fold(f64::INFINITY, f64::min)
     };
     let stresses = &points.stresses;
-    let alone = least(&mut || {
+    let alone = smallest(&mut || {
         for stress in stresses {
             black_box(black_box(stress).spectrum());
         }
     });
     let mut found = vec![SymTensor::ZERO.spectrum(); POINTS];
-    let batch = least(&mut || spectra(black_box(stresses), black_box(&mut found)));
+    let batch = smallest(&mut || spectra(black_box(stresses), black_box(&mut found)));
     let spectrum = [alone / best, batch / best];
     Ok(LawMeasurement { rate: 1e-6 / best, yielding, decomposition_share: spectrum })
 }

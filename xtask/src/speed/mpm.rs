@@ -66,7 +66,7 @@ const POISSONS_RATIO: f64 = 0.3;
 const GRAVITY: f64 = -0.1;
 
 /// The elastic soil with water in its pores, solved as two phases.
-const SATURATED: &str = "two-phase";
+const SATURATED_SOIL: &str = "two-phase";
 
 /// Setting of a measurement.
 struct BenchSetting {
@@ -100,7 +100,7 @@ impl BenchSetting {
         let mut material = json!({
             "model": self.model, "density": DENSITY, "youngs_modulus": YOUNGS_MODULUS, "poissons_ratio": POISSONS_RATIO
         });
-        let saturated = self.model == SATURATED;
+        let saturated = self.model == SATURATED_SOIL;
         if saturated {
             material["model"] = json!("linear-elastic");
         } else if self.model != "linear-elastic" {
@@ -322,8 +322,8 @@ fn print_table(
                 ("musl", "linear-elastic"),
                 ("usl", "drucker-prager"),
                 ("usl", "mohr-coulomb"),
-                ("usl", SATURATED),
-                ("musl", SATURATED),
+                ("usl", SATURATED_SOIL),
+                ("musl", SATURATED_SOIL),
             ] {
                 for &points in sizes {
                     for &threads in threads {

@@ -8,7 +8,7 @@ use crate::tidy::RuleViolation;
 
 /// Known violations by rule and part of the tree.
 pub struct Baseline {
-    known: ViolationCounts,
+    known_counts: ViolationCounts,
 }
 
 type ViolationCounts = BTreeMap<String, BTreeMap<String, usize>>;
@@ -16,16 +16,16 @@ type ViolationCounts = BTreeMap<String, BTreeMap<String, usize>>;
 /// Comparison of the violations with the baseline.
 pub struct BaselineComparison {
     /// Rule, part, known count and count found, where more are found than are known.
-    worse: Vec<(String, String, usize, usize)>,
+    increased: Vec<(String, String, usize, usize)>,
     /// Rule, part, known count and count found, where fewer are found than are known.
-    better: Vec<(String, String, usize, usize)>,
-    known: usize,
+    decreased: Vec<(String, String, usize, usize)>,
+    known_total: usize,
 }
 
 fn count(findings: &[RuleViolation]) -> ViolationCounts {
     let mut counts = ViolationCounts::new();
     for finding in findings {
-        *counts.entry(finding.rule.to_owned()).or_default().entry(finding.part()).or_default() += 1;
+        *counts.entry(finding.rule_name.to_owned()).or_default().entry(finding.tree_part()).or_default() += 1;
     }
     counts
 }
@@ -41,9 +41,12 @@ impl Baseline {
     ///
     /// A file that is not a baseline.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let Ok(text) = fs::read_to_string(path) else { return Ok(Self { known: ViolationCounts::new() }) };
-        let known = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(Self { known })
+        let Ok(text) = fs::read_to_string(path) else {
+            return Ok(Self { known_counts: ViolationCounts::new() });
+        };
+        let known_counts =
+            serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Self { known_counts })
     }
 
     /// Writes the baseline.
@@ -52,73 +55,73 @@ impl Baseline {
     ///
     /// The error of the file system.
     pub fn write(&self, path: &Path) -> Result<(), String> {
-        let text = serde_json::to_string_pretty(&self.known).map_err(|error| error.to_string())?;
+        let text = serde_json::to_string_pretty(&self.known_counts).map_err(|error| error.to_string())?;
         fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))
     }
 
     /// Compares the violations found with the known ones.
     pub fn compare(&self, findings: &[RuleViolation]) -> BaselineComparison {
         let found = count(findings);
-        let mut verdict = BaselineComparison { worse: Vec::new(), better: Vec::new(), known: 0 };
-        for counts in [&found, &self.known] {
+        let mut verdict = BaselineComparison { increased: Vec::new(), decreased: Vec::new(), known_total: 0 };
+        for counts in [&found, &self.known_counts] {
             for (rule, parts) in counts {
                 for part in parts.keys() {
                     let row = (
                         rule.clone(),
                         part.clone(),
-                        number(&self.known, rule, part),
+                        number(&self.known_counts, rule, part),
                         number(&found, rule, part),
                     );
-                    if row.3 > row.2 && !verdict.worse.contains(&row) {
-                        verdict.worse.push(row);
-                    } else if row.3 < row.2 && !verdict.better.contains(&row) {
-                        verdict.better.push(row);
+                    if row.3 > row.2 && !verdict.increased.contains(&row) {
+                        verdict.increased.push(row);
+                    } else if row.3 < row.2 && !verdict.decreased.contains(&row) {
+                        verdict.decreased.push(row);
                     }
                 }
             }
         }
-        verdict.known = findings.iter().filter(|finding| !verdict.is_new(finding)).count();
+        verdict.known_total = findings.iter().filter(|finding| !verdict.is_new(finding)).count();
         verdict
     }
 
     /// Lowers the known counts to those found. Counts that have risen stay unchanged.
     pub fn lower(&mut self, findings: &[RuleViolation]) {
         let found = count(findings);
-        for (rule, parts) in &mut self.known {
+        for (rule, parts) in &mut self.known_counts {
             for (part, known) in &mut *parts {
                 *known = (*known).min(number(&found, rule, part));
             }
             parts.retain(|_, known| *known > 0);
         }
-        self.known.retain(|_, parts| !parts.is_empty());
+        self.known_counts.retain(|_, parts| !parts.is_empty());
     }
 }
 
 impl BaselineComparison {
     /// Whether `finding` is of a rule and part with more violations than are known.
     pub fn is_new(&self, finding: &RuleViolation) -> bool {
-        let part = finding.part();
-        self.worse.iter().any(|(rule, of, ..)| *rule == finding.rule && *of == part)
+        let part = finding.tree_part();
+        self.increased.iter().any(|(rule, of, ..)| *rule == finding.rule_name && *of == part)
     }
 
     /// Whether no count is above the known one.
     pub fn passes(&self) -> bool {
-        self.worse.is_empty()
+        self.increased.is_empty()
     }
 
     /// Prints the comparison.
     pub fn print(&self) {
-        for (rule, part, known, found) in &self.worse {
+        for (rule, part, known, found) in &self.increased {
             println!("{part}: {found} × {rule}, where {known} are known: correct the new ones above");
         }
-        for (rule, part, known, found) in &self.better {
+        for (rule, part, known, found) in &self.decreased {
             println!("{part}: {found} × {rule}, where {known} were known");
         }
-        if !self.better.is_empty() {
+        if !self.decreased.is_empty() {
             println!("record the lower counts: cargo xtask tidy --lower");
         }
         let end = if self.passes() { "tidy" } else { "not tidy" };
-        println!("{end}; {} known findings (cargo xtask tidy --all)", self.known);
+        println!("{end}; {} known findings (cargo xtask tidy --all)", self.known_total);
     }
 }
 
@@ -132,7 +135,10 @@ mod tests {
 
     fn ratchet(rule: &str, part: &str, known: usize) -> Baseline {
         Baseline {
-            known: ViolationCounts::from([(rule.to_owned(), BTreeMap::from([(part.to_owned(), known)]))]),
+            known_counts: ViolationCounts::from([(
+                rule.to_owned(),
+                BTreeMap::from([(part.to_owned(), known)]),
+            )]),
         }
     }
 
@@ -153,11 +159,11 @@ mod tests {
         let two = [finding("long", "crates/a/src/x.rs"), finding("long", "crates/a/src/y.rs")];
         let mut loose = ratchet("long", "crates/a", 5);
         loose.lower(&two);
-        assert_eq!(number(&loose.known, "long", "crates/a"), 2);
+        assert_eq!(number(&loose.known_counts, "long", "crates/a"), 2);
         let mut tight = ratchet("long", "crates/a", 1);
         tight.lower(&two);
-        assert_eq!(number(&tight.known, "long", "crates/a"), 1);
+        assert_eq!(number(&tight.known_counts, "long", "crates/a"), 1);
         tight.lower(&[]);
-        assert!(tight.known.is_empty());
+        assert!(tight.known_counts.is_empty());
     }
 }

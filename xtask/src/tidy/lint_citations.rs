@@ -4,7 +4,7 @@ use crate::tidy::RuleViolation;
 use crate::tidy::sheet_index::{CitableSheet, SheetIndex, label};
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-const RULE: &str = "citation of a sheet";
+const RULE_NAME: &str = "citation of a sheet";
 
 /// Citations of missing sheets, sections and rows, labels that belong to no sheet, and files that mention “the sheet” and cite none.
 pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
@@ -23,14 +23,15 @@ pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
 fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolation>) {
     let text = without_margins(&file.text);
     let mut cited: Vec<&str> = folder_sheets(&file.path).to_vec();
-    for start in starts(&text) {
+    for start in citation_starts(&text) {
         let line = text[..start].matches('\n').count() + 1;
-        let mut citation = CitationParser { rest: &text[start..], line, file: &file.path, findings };
+        let mut citation =
+            CitationParser { remaining_text: &text[start..], line, file: &file.path, findings };
         cited.extend(citation.read(sheets));
     }
     if let Some(line) = outdated_form(&text) {
         findings.push(RuleViolation::new(
-            RULE,
+            RULE_NAME,
             &file.path,
             line,
             "cite a sheet as `sheet: <name> §3.3`".to_owned(),
@@ -39,7 +40,7 @@ fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolatio
     for (line, label) in unprefixed_labels(&text) {
         if !cited.iter().any(|name| sheets.get(name).is_some_and(|sheet| sheet.has_label(label))) {
             let message = format!("{label} is in no sheet that this file cites");
-            findings.push(RuleViolation::new(RULE, &file.path, line, message));
+            findings.push(RuleViolation::new(RULE_NAME, &file.path, line, message));
         }
     }
     if cited.is_empty()
@@ -47,7 +48,7 @@ fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolatio
     {
         let line = text[..at].matches('\n').count() + 1;
         findings.push(RuleViolation::new(
-            RULE,
+            RULE_NAME,
             &file.path,
             line,
             "mentions a sheet without citing it".to_owned(),
@@ -82,7 +83,7 @@ fn without_margins(text: &str) -> String {
 }
 
 /// Byte positions behind `sheet: `.
-fn starts(text: &str) -> impl Iterator<Item = usize> {
+fn citation_starts(text: &str) -> impl Iterator<Item = usize> {
     text.match_indices("sheet: ").filter_map(|(at, found)| {
         let before = text[..at].chars().next_back();
         (!before.is_some_and(|c| c.is_alphanumeric() || c == '_')).then_some(at + found.len())
@@ -121,7 +122,7 @@ fn unprefixed_labels(text: &str) -> Vec<(usize, &str)> {
 
 /// Parser of the text after `sheet: `.
 struct CitationParser<'a, 'f> {
-    rest: &'a str,
+    remaining_text: &'a str,
     line: usize,
     file: &'a str,
     findings: &'f mut Vec<RuleViolation>,
@@ -132,7 +133,7 @@ impl<'a> CitationParser<'a, '_> {
     fn read(&mut self, sheets: &SheetIndex) -> Vec<&'a str> {
         let mut cited = Vec::new();
         loop {
-            let name = self.word();
+            let name = self.next_word();
             if name.is_empty() || !self.at_item(name.len()) {
                 if sheets.get(name).is_some() {
                     self.report_violation(format!("sheet {name} is cited without a section or row"));
@@ -148,11 +149,13 @@ impl<'a> CitationParser<'a, '_> {
             cited.push(name);
             self.items(sheet, name);
             // `; sph B-09` names the next sheet.
-            let next = self.rest.strip_prefix(';').map(str::trim_start);
-            let Some(next) = next.filter(|next| sheets.names().iter().any(|name| begins(next, name))) else {
+            let next = self.remaining_text.strip_prefix(';').map(str::trim_start);
+            let Some(next) =
+                next.filter(|next| sheets.names().iter().any(|name| starts_with_word(next, name)))
+            else {
                 return cited;
             };
-            self.rest = next;
+            self.remaining_text = next;
         }
     }
 
@@ -167,15 +170,15 @@ impl<'a> CitationParser<'a, '_> {
     }
 
     fn item(&mut self, sheet: &CitableSheet, name: &str, section: &mut String) {
-        if let Some(rest) = self.rest.strip_prefix('§') {
+        if let Some(rest) = self.remaining_text.strip_prefix('§') {
             let number = number(rest);
-            self.rest = &rest[number.len()..];
+            self.remaining_text = &rest[number.len()..];
             if !sheet.has_section(number) {
                 self.report_violation(format!("sheet {name} has no §{number}"));
             }
             number.clone_into(section);
             self.section_detail(sheet, name, number);
-        } else if let Some(label) = label(self.rest) {
+        } else if let Some(label) = label(self.remaining_text) {
             self.advance(label.len());
             if !sheet.has_label(&label) {
                 self.report_violation(format!("sheet {name} has no {label}"));
@@ -186,36 +189,37 @@ impl<'a> CitationParser<'a, '_> {
     /// Reads a letter, a row or a set behind the number of a section.
     fn section_detail(&mut self, sheet: &CitableSheet, name: &str, number: &str) {
         for word in ["row ", "set "] {
-            if let Some(rest) = self.rest.strip_prefix(' ').and_then(|rest| rest.strip_prefix(word)) {
+            if let Some(rest) = self.remaining_text.strip_prefix(' ').and_then(|rest| rest.strip_prefix(word))
+            {
                 let row: String = rest.chars().take_while(char::is_ascii_alphanumeric).collect();
                 let known =
                     if word == "row " { sheet.has_row(number, &row) } else { sheet.has_set(number, &row) };
                 if !known {
                     self.report_violation(format!("sheet {name} has no {word}{row} in §{number}"));
                 }
-                self.rest = &rest[row.len()..];
+                self.remaining_text = &rest[row.len()..];
                 return;
             }
         }
-        let attached = self.rest.strip_prefix(' ').unwrap_or(self.rest);
+        let attached = self.remaining_text.strip_prefix(' ').unwrap_or(self.remaining_text);
         let mut characters = attached.chars();
         if let Some(letter) = characters.next().filter(|c| ('a'..='h').contains(c))
             && !characters.next().is_some_and(|c| c.is_alphanumeric() || c == '\'')
         {
             // “§2.5 a” might be an article in running text: a letter that the section lacks counts only where it is attached.
             let known = sheet.has_letter(number, letter);
-            if known || attached.len() == self.rest.len() {
+            if known || attached.len() == self.remaining_text.len() {
                 if !known {
                     self.report_violation(format!("sheet {name} has no ({letter}) in §{number}"));
                 }
-                self.rest = &attached[1..];
+                self.remaining_text = &attached[1..];
             }
         }
     }
 
     /// Moves to the item that follows `,`, `;`, `and`, `to` or a dash; false where there is none.
     fn next_item(&mut self) -> bool {
-        let trimmed = self.rest.trim_start();
+        let trimmed = self.remaining_text.trim_start();
         for joint in [",", ";", "and ", "to ", "–", "…", "..."] {
             if let Some(rest) = trimmed.strip_prefix(joint) {
                 let rest = rest.trim_start();
@@ -224,11 +228,11 @@ impl<'a> CitationParser<'a, '_> {
                 if is_range {
                     // `§2.8–2.11`: the end of a range of sections has no section sign.
                     let number = number(rest);
-                    self.rest = &rest[number.len()..];
+                    self.remaining_text = &rest[number.len()..];
                     return self.next_item();
                 }
                 if rest.starts_with('§') || label(rest).is_some() {
-                    self.rest = rest;
+                    self.remaining_text = rest;
                     return true;
                 }
             }
@@ -236,28 +240,31 @@ impl<'a> CitationParser<'a, '_> {
         false
     }
 
-    fn word(&self) -> &'a str {
-        let end = self.rest.find(|c: char| !(c.is_ascii_lowercase() || c == '-')).unwrap_or(self.rest.len());
-        &self.rest[..end]
+    fn next_word(&self) -> &'a str {
+        let end = self
+            .remaining_text
+            .find(|c: char| !(c.is_ascii_lowercase() || c == '-'))
+            .unwrap_or(self.remaining_text.len());
+        &self.remaining_text[..end]
     }
 
     /// Whether an item follows `length` bytes on.
     fn at_item(&self, length: usize) -> bool {
-        let rest = &self.rest[length..];
+        let rest = &self.remaining_text[length..];
         let trimmed = rest.trim_start();
         trimmed.len() < rest.len() && (trimmed.starts_with('§') || label(trimmed).is_some())
     }
 
     fn advance(&mut self, bytes: usize) {
-        self.rest = self.rest[bytes..].trim_start_matches([' ', '\n']);
+        self.remaining_text = self.remaining_text[bytes..].trim_start_matches([' ', '\n']);
     }
 
     fn report_violation(&mut self, message: String) {
-        self.findings.push(RuleViolation::new(RULE, self.file, self.line, message));
+        self.findings.push(RuleViolation::new(RULE_NAME, self.file, self.line, message));
     }
 }
 
-fn begins(text: &str, name: &str) -> bool {
+fn starts_with_word(text: &str, name: &str) -> bool {
     text.strip_prefix(name).is_some_and(|rest| rest.starts_with(' '))
 }
 
@@ -274,12 +281,12 @@ mod tests {
     const SHEET: &str = "# A sheet\n### 2.5 Shapes\n(b) linear\n### 3.3 Step\n## 4. List\n| 58 | row |\n**A-27 Column**\n**A-28 Cylinder**\n";
 
     fn messages(path: &str, text: &str) -> Vec<String> {
-        let tree = SourceTree::of(&[
+        let tree = SourceTree::from_files(&[
             ("docs/sheets/mpm.md", SHEET),
             ("docs/sheets/sph.md", "**B-09 Columns**"),
             (path, text),
         ]);
-        citations(&tree, &SheetIndex::of(&tree)).into_iter().map(|finding| finding.message).collect()
+        citations(&tree, &SheetIndex::from_tree(&tree)).into_iter().map(|finding| finding.message).collect()
     }
 
     #[test]

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::tidy::RuleViolation;
 
-const RULE: &str = "crate graph";
+const RULE_NAME: &str = "crate graph";
 
 /// Package of this workspace from `cargo metadata`.
 struct PackageDependencies {
@@ -35,12 +35,12 @@ pub fn crate_graph(root: &Path) -> Result<Vec<RuleViolation>, String> {
             format!("crates/{}/Cargo.toml", package.folder)
         };
         for message in dependency_violations(name, package, &packages) {
-            findings.push(RuleViolation::new(RULE, &manifest, 0, message));
+            findings.push(RuleViolation::new(RULE_NAME, &manifest, 0, message));
         }
         let text =
             fs::read_to_string(root.join(&manifest)).map_err(|error| format!("{manifest}: {error}"))?;
         if !text.contains("[lints]\nworkspace = true") {
-            findings.push(RuleViolation::new(RULE, &manifest, 0, "has lints of its own".to_owned()));
+            findings.push(RuleViolation::new(RULE_NAME, &manifest, 0, "has lints of its own".to_owned()));
         }
     }
     Ok(findings)
@@ -64,7 +64,7 @@ pub fn unneeded_dependencies(root: &Path) -> Result<Vec<RuleViolation>, String> 
         for program in PROGRAM_DEPENDENCIES.into_iter().filter(|program| built.contains(*program)) {
             let manifest = format!("crates/{}/Cargo.toml", package.folder);
             findings.push(RuleViolation::new(
-                RULE,
+                RULE_NAME,
                 &manifest,
                 0,
                 format!("the library without its program depends on {program}"),
@@ -121,7 +121,7 @@ fn package(entry: &Value) -> (String, PackageDependencies) {
 }
 
 /// Crates of the workspace that the one in `folder` may depend on; `None` where it may depend on all.
-fn allowed(folder: &str) -> Option<&'static [&'static str]> {
+fn allowed_dependencies(folder: &str) -> Option<&'static [&'static str]> {
     match folder {
         "colluvium" | "xtask" => None,
         "constitutive" | "points" | "grid" => Some(&[]),
@@ -163,7 +163,8 @@ fn dependency_violations(name: &str, package: &PackageDependencies, packages: &P
         messages.push("depends on colluvium-testkit outside of tests".to_owned());
     }
     for dependency in package.normal.union(&package.dev).filter(|d| packages.contains_key(*d)) {
-        let may = allowed(&package.folder).is_none_or(|names| names.contains(&dependency.as_str()));
+        let may =
+            allowed_dependencies(&package.folder).is_none_or(|names| names.contains(&dependency.as_str()));
         if !may && dependency != "colluvium-testkit" {
             messages.push(format!("must not depend on {dependency}"));
         }
@@ -188,7 +189,7 @@ fn dependency_violations(name: &str, package: &PackageDependencies, packages: &P
 mod tests {
     use super::*;
 
-    fn made(folder: &str, normal: &[&str], dev: &[&str]) -> PackageDependencies {
+    fn test_package(folder: &str, normal: &[&str], dev: &[&str]) -> PackageDependencies {
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
         PackageDependencies { folder: folder.to_owned(), normal: names(normal), dev: names(dev) }
     }
@@ -197,10 +198,14 @@ mod tests {
     fn methods_may_depend_on_lower_crates_but_not_on_each_other() {
         let mut packages = Packages::new();
         for folder in ["constitutive", "points", "grid", "case", "mpm", "sph", "testkit"] {
-            packages.insert(format!("colluvium-{folder}"), made(folder, &[], &[]));
+            packages.insert(format!("colluvium-{folder}"), test_package(folder, &[], &[]));
         }
         let found = |folder: &str, normal: &[&str], dev: &[&str]| {
-            dependency_violations(&format!("colluvium-{folder}"), &made(folder, normal, dev), &packages)
+            dependency_violations(
+                &format!("colluvium-{folder}"),
+                &test_package(folder, normal, dev),
+                &packages,
+            )
         };
         assert!(
             found("sph", &["colluvium-case", "colluvium-points", "rayon"], &["colluvium-testkit"]).is_empty()
@@ -212,7 +217,7 @@ mod tests {
         assert_eq!(found("case", &["csv", "plotters"], &[]), ["must not depend on plotters"]);
         assert_eq!(found("constitutive", &["rayon"], &[]).len(), 1);
         assert_eq!(
-            dependency_violations("sph", &made("sph", &[], &[]), &packages),
+            dependency_violations("sph", &test_package("sph", &[], &[]), &packages),
             ["is named sph, not colluvium-sph"]
         );
     }

@@ -32,7 +32,7 @@ mod tests {
 
     #[test]
     fn a_whole_case_is_found_and_a_change_of_one_is_not() {
-        let tree = SourceTree::of(&[
+        let tree = SourceTree::from_files(&[
             ("xtask/src/benchmarks/a.rs", "json!({\n    \"title\": \"bar\",\n    \"space\": \"1d\"\n})\n"),
             ("xtask/src/benchmarks/b.rs", "json!({ \"space\": \"3d\" })\n"),
             ("xtask/src/speed/mpm.rs", "json!({ \"title\": \"throughput\", \"space\": \"3d\" })\n"),

@@ -87,7 +87,8 @@ mod tests {
         let body = "    let _ = 1;\n".repeat(59);
         let long = format!("/// Documented.\nfn long() {{\n{body}}}\n");
         let short = format!("struct S;\nimpl S {{\nfn short() {{\n{}}}\n}}\n", "    let _ = 1;\n".repeat(58));
-        let tree = SourceTree::of(&[("crates/a/src/long.rs", &long), ("crates/a/src/short.rs", &short)]);
+        let tree =
+            SourceTree::from_files(&[("crates/a/src/long.rs", &long), ("crates/a/src/short.rs", &short)]);
         let found = long_functions(&tree).unwrap();
         assert_eq!(found.len(), 1, "{found:?}");
         assert_eq!((found[0].file.as_str(), found[0].line), ("crates/a/src/long.rs", 2));
@@ -95,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_file_may_have_five_hundred_lines() {
-        let tree = SourceTree::of(&[
+        let tree = SourceTree::from_files(&[
             ("crates/a/src/x.rs", &"\n".repeat(500)),
             ("crates/a/src/y.rs", &"\n".repeat(501)),
         ]);

@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn dead_links_and_missing_headings_are_found() {
-        let tree = SourceTree::of(&[
+        let tree = SourceTree::from_files(&[
             ("README.md", "[a](docs/a.md) [none](docs/none.md) [far](https://example.org)"),
             (
                 "docs/a.md",
@@ -103,8 +103,11 @@ mod tests {
 
     #[test]
     fn pages_that_the_summary_does_not_list_are_found() {
-        let tree =
-            SourceTree::of(&[("docs/SUMMARY.md", "[a](a.md)"), ("docs/a.md", ""), ("docs/sub/b.md", "")]);
+        let tree = SourceTree::from_files(&[
+            ("docs/SUMMARY.md", "[a](a.md)"),
+            ("docs/a.md", ""),
+            ("docs/sub/b.md", ""),
+        ]);
         let found: Vec<_> = pages_without_entry(&tree).into_iter().map(|finding| finding.file).collect();
         assert_eq!(found, ["docs/sub/b.md"]);
     }

@@ -49,11 +49,11 @@ fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
 
 /// Modules that `module` depends on and that depend on it, itself among them.
 fn cycle(graph: &ModuleGraph, module: &str) -> Vec<String> {
-    let needed = reached(graph, module);
-    needed.iter().filter(|other| reached(graph, other).contains(module)).cloned().collect()
+    let needed = reachable_modules(graph, module);
+    needed.iter().filter(|other| reachable_modules(graph, other).contains(module)).cloned().collect()
 }
 
-fn reached(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
+fn reachable_modules(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut open = vec![from];
     while let Some(module) = open.pop() {
@@ -209,11 +209,15 @@ impl<'ast> Visit<'ast> for ModuleReferences<'_> {
 mod tests {
     use super::*;
 
-    fn found(files: &[(&str, &str)]) -> Vec<String> {
+    fn violations(files: &[(&str, &str)]) -> Vec<String> {
         let files: Vec<_> =
             files.iter().map(|(name, text)| (format!("crates/k/src/{name}"), *text)).collect();
         let files: Vec<_> = files.iter().map(|(path, text)| (path.as_str(), *text)).collect();
-        module_cycles(&SourceTree::of(&files)).unwrap().into_iter().map(|finding| finding.message).collect()
+        module_cycles(&SourceTree::from_files(&files))
+            .unwrap()
+            .into_iter()
+            .map(|finding| finding.message)
+            .collect()
     }
 
     #[test]
@@ -224,7 +228,7 @@ mod tests {
             ("b.rs", "use crate::c::C;"),
             ("c.rs", ""),
         ];
-        assert_eq!(found(&files), [""; 0]);
+        assert_eq!(violations(&files), [""; 0]);
     }
 
     #[test]
@@ -237,7 +241,7 @@ mod tests {
             ("c/inner.rs", "use crate::a::A;"),
         ];
         assert_eq!(
-            found(&files),
+            violations(&files),
             [
                 "module a is in a dependency cycle with b, c",
                 "module b is in a dependency cycle with a, c",
@@ -254,6 +258,6 @@ mod tests {
             ("a/part.rs", "use super::Whole;"),
             ("b.rs", "#[cfg(test)] mod tests { use crate::a::A; }"),
         ];
-        assert_eq!(found(&files), [""; 0]);
+        assert_eq!(violations(&files), [""; 0]);
     }
 }

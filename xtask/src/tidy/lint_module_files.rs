@@ -26,7 +26,7 @@ mod tests {
 
     #[test]
     fn only_a_module_beside_a_folder_of_modules_is_found() {
-        let tree = SourceTree::of(&[
+        let tree = SourceTree::from_files(&[
             ("crates/a/src/lib.rs", ""),
             ("crates/a/src/good/mod.rs", ""),
             ("crates/a/src/good/part.rs", ""),

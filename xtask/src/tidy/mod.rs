@@ -36,7 +36,7 @@ pub struct TidyArguments {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct RuleViolation {
     /// Name of the rule, as in the baseline.
-    rule: &'static str,
+    rule_name: &'static str,
     /// Path of the file from the root of the repository, with `/`.
     file: String,
     /// Line number, from one; zero where the violation concerns the whole file.
@@ -46,12 +46,12 @@ struct RuleViolation {
 }
 
 impl RuleViolation {
-    fn new(rule: &'static str, file: &str, line: usize, message: String) -> Self {
-        Self { rule, file: file.to_owned(), line, message }
+    fn new(rule_name: &'static str, file: &str, line: usize, message: String) -> Self {
+        Self { rule_name, file: file.to_owned(), line, message }
     }
 
     /// Part of the tree that the baseline counts in: `crates/<name>`, or the first folder.
-    fn part(&self) -> String {
+    fn tree_part(&self) -> String {
         let mut folders = self.file.split('/');
         match (folders.next(), folders.next()) {
             (Some("crates"), Some(name)) => format!("crates/{name}"),
@@ -74,7 +74,7 @@ pub fn run(arguments: &TidyArguments) -> Result<bool, String> {
     let verdict = ratchet.compare(&findings);
     for finding in &findings {
         if arguments.all || verdict.is_new(finding) {
-            println!("{}:{}: {} ({})", finding.file, finding.line, finding.message, finding.rule);
+            println!("{}:{}: {} ({})", finding.file, finding.line, finding.message, finding.rule_name);
         }
     }
     verdict.print();
@@ -89,7 +89,7 @@ pub fn run(arguments: &TidyArguments) -> Result<bool, String> {
 /// All violations, in the order of rule, file and line.
 fn all_violations(root: &Path) -> Result<Vec<RuleViolation>, String> {
     let tree = SourceTree::read(root)?;
-    let sheets = sheet_index::SheetIndex::of(&tree);
+    let sheets = sheet_index::SheetIndex::from_tree(&tree);
     let mut findings = lint_lengths::long_files(&tree);
     findings.extend(lint_lengths::long_functions(&tree)?);
     findings.extend(lint_module_cycles::module_cycles(&tree)?);
@@ -97,7 +97,7 @@ fn all_violations(root: &Path) -> Result<Vec<RuleViolation>, String> {
     findings.extend(lint_inline_cases::inline_cases(&tree));
     findings.extend(words::openings(&tree));
     findings.extend(words::phrases(&tree));
-    findings.extend(words::twins(&tree));
+    findings.extend(words::duplicate_types(&tree));
     findings.extend(words::files(&tree));
     findings.extend(lint_links::broken_links(&tree));
     findings.extend(lint_links::pages_without_entry(&tree));

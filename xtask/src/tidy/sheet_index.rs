@@ -20,12 +20,12 @@ pub struct CitableSheet {
 
 impl SheetIndex {
     /// Reads the sheets of `tree`.
-    pub fn of(tree: &SourceTree) -> Self {
+    pub fn from_tree(tree: &SourceTree) -> Self {
         let mut by_name = BTreeMap::new();
         for page in tree.pages() {
             let name = page.path.strip_prefix("docs/sheets/").and_then(|name| name.strip_suffix(".md"));
             if let Some(name) = name.filter(|name| *name != "README") {
-                by_name.insert(name.to_owned(), CitableSheet::of(&page.text));
+                by_name.insert(name.to_owned(), CitableSheet::from_text(&page.text));
             }
         }
         Self { by_name }
@@ -43,7 +43,7 @@ impl SheetIndex {
 }
 
 impl CitableSheet {
-    fn of(text: &str) -> Self {
+    fn from_text(text: &str) -> Self {
         let mut sheet = Self::default();
         let mut open: Vec<String> = Vec::new();
         for line in text.lines() {
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn sections_rows_letters_and_labels_are_found() {
-        let sheet = CitableSheet::of(TEXT);
+        let sheet = CitableSheet::from_text(TEXT);
         for number in ["2", "2.5", "2.10", "6.27"] {
             assert!(sheet.has_section(number), "{number}");
         }

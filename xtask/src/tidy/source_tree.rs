@@ -19,7 +19,7 @@ pub struct SourceFile {
 
 impl SourceFile {
     /// Extension of the file.
-    pub fn ending(&self) -> &str {
+    pub fn extension(&self) -> &str {
         self.path.rsplit_once('.').map_or("", |(_, ending)| ending)
     }
 }
@@ -53,7 +53,7 @@ impl SourceTree {
 
     /// Tree of these files, for tests.
     #[cfg(test)]
-    pub fn of(files: &[(&str, &str)]) -> Self {
+    pub fn from_files(files: &[(&str, &str)]) -> Self {
         let file =
             |(path, text): &(&str, &str)| SourceFile { path: (*path).to_owned(), text: (*text).to_owned() };
         Self { files: files.iter().map(file).collect() }
@@ -61,12 +61,12 @@ impl SourceTree {
 
     /// Sources of all crates, tests and benches included.
     pub fn sources(&self) -> impl Iterator<Item = &SourceFile> {
-        self.files.iter().filter(|file| file.ending() == "rs")
+        self.files.iter().filter(|file| file.extension() == "rs")
     }
 
     /// Pages of the documentation and those at the root.
     pub fn pages(&self) -> impl Iterator<Item = &SourceFile> {
-        self.files.iter().filter(|file| file.ending() == "md")
+        self.files.iter().filter(|file| file.extension() == "md")
     }
 
     /// File at `path`, if there is one.

@@ -29,7 +29,7 @@ const PHRASES: [(&str, &str); 16] = [
 ];
 
 /// Names of files and folders at the root of a crate that need no entry in the glossary: parts of a program, not of the field.
-const PLAIN: [&str; 38] = [
+const PROGRAM_TERMS: [&str; 38] = [
     "allocations",
     "analysis",
     "animation",
@@ -111,7 +111,7 @@ pub fn phrases(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for file in tree.sources().chain(tree.pages()).filter(is_read).filter(own) {
         for (number, line) in file.text.lines().enumerate() {
-            let prose = if file.ending() == "rs" { prose(line) } else { line.to_owned() };
+            let prose = if file.extension() == "rs" { prose(line) } else { line.to_owned() };
             let prose = prose.to_lowercase();
             for (phrase, other) in PHRASES.iter().filter(|(phrase, _)| has_words(&prose, phrase)) {
                 let message = format!("{phrase:?}: {other}");
@@ -140,7 +140,7 @@ fn has_words(text: &str, phrase: &str) -> bool {
 }
 
 /// Types of the same name in a crate.
-pub fn twins(tree: &SourceTree) -> Vec<RuleViolation> {
+pub fn duplicate_types(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut known: BTreeMap<(String, String), String> = BTreeMap::new();
     let mut findings = Vec::new();
     for file in tree.sources().filter(|file| file.path.contains("/src/")) {
@@ -148,11 +148,11 @@ pub fn twins(tree: &SourceTree) -> Vec<RuleViolation> {
             let Some(name) = declared_type(line) else { continue };
             let finding =
                 RuleViolation::new("type name twice in a crate", &file.path, number + 1, String::new());
-            match known.get(&(finding.part(), name.to_owned())) {
+            match known.get(&(finding.tree_part(), name.to_owned())) {
                 Some(first) => {
                     findings.push(RuleViolation { message: format!("{name} is also in {first}"), ..finding });
                 }
-                None => drop(known.insert((finding.part(), name.to_owned()), file.path.clone())),
+                None => drop(known.insert((finding.tree_part(), name.to_owned()), file.path.clone())),
             }
         }
     }
@@ -178,7 +178,7 @@ pub fn files(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut roots: Vec<(String, String)> = tree.sources().filter_map(root_name).collect();
     roots.sort();
     roots.dedup_by(|a, b| a.0 == b.0);
-    let is_known = |name: &str| PLAIN.contains(&name) || is_term(&glossary, name);
+    let is_known = |name: &str| PROGRAM_TERMS.contains(&name) || is_term(&glossary, name);
     let name = |path: &str| path.rsplit('/').next().unwrap_or_default().to_owned();
     let unknown = roots.into_iter().filter(|(path, _)| !is_known(&name(path)));
     unknown
@@ -223,14 +223,14 @@ mod tests {
     fn only_the_first_line_of_a_doc_comment_counts() {
         let text =
             "/// Mass of a point (kg).\n/// What follows.\nlet a = 1;\n/// What a point gets.\n//! The same.";
-        let found = messages(openings(&SourceTree::of(&[("crates/a/src/lib.rs", text)])));
+        let found = messages(openings(&SourceTree::from_files(&[("crates/a/src/lib.rs", text)])));
         assert_eq!(found, [("crates/a/src/lib.rs".to_owned(), 4)]);
     }
 
     #[test]
     fn phrases_are_found_in_comments_and_messages_and_not_in_code() {
         let text = "let sees = 1;\n// the wall sees a point\nf(\"the wall bears it\");\n/// forbears\n";
-        let found = messages(phrases(&SourceTree::of(&[
+        let found = messages(phrases(&SourceTree::from_files(&[
             ("crates/a/src/lib.rs", text),
             ("docs/a.md", "This is what is meant."),
         ])));
@@ -240,17 +240,17 @@ mod tests {
 
     #[test]
     fn a_type_name_is_found_where_it_is_declared_again_in_its_crate() {
-        let tree = SourceTree::of(&[
+        let tree = SourceTree::from_files(&[
             ("crates/a/src/lib.rs", "pub struct Side;\nimpl A for B {\n    type Side = u8;\n}\n"),
             ("crates/a/src/b.rs", "pub(crate) enum Side {}\n"),
             ("crates/b/src/lib.rs", "pub struct Side<const D: usize>;\n"),
         ]);
-        assert_eq!(messages(twins(&tree)), [("crates/a/src/b.rs".to_owned(), 1)]);
+        assert_eq!(messages(duplicate_types(&tree)), [("crates/a/src/b.rs".to_owned(), 1)]);
     }
 
     #[test]
     fn files_at_the_root_of_a_crate_are_terms() {
-        let tree = SourceTree::of(&[
+        let tree = SourceTree::from_files(&[
             ("crates/a/src/solver.rs", ""),
             ("crates/a/src/contact_forces.rs", ""),
             ("crates/a/src/rocks/mod.rs", ""),

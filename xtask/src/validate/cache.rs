@@ -36,7 +36,7 @@ fn content_hash(bytes: &[u8]) -> u64 {
 
 impl OutcomeCache {
     /// Opens the cache of this program and repository.
-    pub fn open() -> Result<Self, String> {
+    pub fn load() -> Result<Self, String> {
         let program = std::env::current_exe().and_then(std::fs::read);
         let program =
             content_hash(&program.map_err(|error| format!("this program cannot be read: {error}"))?);
@@ -54,14 +54,14 @@ impl OutcomeCache {
     }
 
     /// Cached entry of a benchmark whose program and files have not changed since; `None` otherwise.
-    pub fn find(&self, benchmark: &'static Benchmark, short: bool) -> Option<BenchmarkEntry> {
-        let bytes = std::fs::read(self.file(benchmark, short)).ok()?;
+    pub fn entry(&self, benchmark: &'static Benchmark, is_short: bool) -> Option<BenchmarkEntry> {
+        let bytes = std::fs::read(self.file(benchmark, is_short)).ok()?;
         let kept: CachedOutcome = postcard::from_bytes(&bytes).ok()?;
         let same = |(file, mark): &(String, u64)| self.file_hash(file) == Some(*mark);
         let CachedOutcome { program, files, seconds, outcome } = kept;
         (program == self.program_hash && files.iter().all(same)).then(|| BenchmarkEntry {
             benchmark,
-            short,
+            is_short,
             outcome,
             error: None,
             seconds,
@@ -72,7 +72,7 @@ impl OutcomeCache {
 
     /// Stores the entry of a benchmark; a failed one is not stored, so that it runs again.
     pub fn store(&self, entry: BenchmarkEntry) -> Result<BenchmarkEntry, String> {
-        let file = self.file(entry.benchmark, entry.short);
+        let file = self.file(entry.benchmark, entry.is_short);
         let marks: Option<Vec<(String, u64)>> =
             entry.files.iter().map(|name| Some((name.clone(), self.file_hash(name)?))).collect();
         let Some(files) = marks.filter(|_| entry.error.is_none() && entry.count(CheckVerdict::Fail) == 0)
@@ -98,15 +98,15 @@ impl OutcomeCache {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmarks::all;
+    use crate::benchmarks::all_benchmarks;
 
     fn entry(measured: f64) -> BenchmarkEntry {
         let mut outcome = BenchmarkOutcome::default();
         outcome.assert_below("a bound without a lower end", "1", measured, 1.0, "closed form");
         outcome.info("nothing", "–", f64::NAN, "shown");
-        let benchmark = all().next().unwrap();
+        let benchmark = all_benchmarks().next().unwrap();
         let files = vec!["case.json".to_owned()];
-        BenchmarkEntry { benchmark, short: true, outcome, error: None, seconds: 2.5, files, cached: false }
+        BenchmarkEntry { benchmark, is_short: true, outcome, error: None, seconds: 2.5, files, cached: false }
     }
 
     #[test]
@@ -119,21 +119,21 @@ mod tests {
             folder: folder.path().join("kept"),
             program_hash: program,
         };
-        let benchmark = all().next().unwrap();
-        assert!(store(1).find(benchmark, true).is_none());
+        let benchmark = all_benchmarks().next().unwrap();
+        assert!(store(1).entry(benchmark, true).is_none());
         store(1).store(entry(0.5)).unwrap();
-        let found = store(1).find(benchmark, true).unwrap();
+        let found = store(1).entry(benchmark, true).unwrap();
         let checks = &found.outcome.checks;
         assert!(found.cached && found.seconds == 2.5 && found.files == ["case.json"]);
         assert_eq!((checks[0].measured, checks[0].range), (0.5, Some((f64::NEG_INFINITY, 1.0))));
         assert!(checks[1].measured.is_nan() && checks[1].range.is_none());
-        assert!(store(1).find(benchmark, false).is_none(), "another form");
-        assert!(store(2).find(benchmark, true).is_none(), "another program");
+        assert!(store(1).entry(benchmark, false).is_none(), "another form");
+        assert!(store(2).entry(benchmark, true).is_none(), "another program");
         std::fs::write(&case, "{ }").unwrap();
-        assert!(store(1).find(benchmark, true).is_none(), "another case");
+        assert!(store(1).entry(benchmark, true).is_none(), "another case");
         store(1).store(entry(0.5)).unwrap();
-        assert!(store(1).find(benchmark, true).is_some());
+        assert!(store(1).entry(benchmark, true).is_some());
         store(1).store(entry(1.5)).unwrap();
-        assert!(store(1).find(benchmark, true).is_none(), "it fails");
+        assert!(store(1).entry(benchmark, true).is_none(), "it fails");
     }
 }

@@ -16,7 +16,7 @@ use std::time::Instant;
 use clap::Args;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict, InputRecorder, all};
+use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict, InputRecorder, all_benchmarks};
 use crate::report;
 use crate::report::{BenchmarkEntry, ReportScope};
 use crate::validate::cache::OutcomeCache;
@@ -48,8 +48,8 @@ const LONG_SECONDS: u32 = 50;
 
 impl ValidateArguments {
     /// Whether a benchmark is requested: by its own name, by a part of it that is not the name of another one, or with all.
-    fn asks_for(&self, benchmark: &Benchmark) -> bool {
-        let asks = |name: &String| match all().find(|other| other.id == name.as_str()) {
+    fn is_requested(&self, benchmark: &Benchmark) -> bool {
+        let asks = |name: &String| match all_benchmarks().find(|other| other.id == name.as_str()) {
             Some(one) => one.id == benchmark.id,
             None => benchmark.id.contains(name.as_str()),
         };
@@ -57,7 +57,7 @@ impl ValidateArguments {
     }
 
     /// Whether a benchmark runs in its short form; `None` where it is left out.
-    fn short(&self, benchmark: &Benchmark) -> Option<bool> {
+    fn is_short_run(&self, benchmark: &Benchmark) -> Option<bool> {
         let short = self.quick || (benchmark.full_seconds > LONG_SECONDS && !self.long);
         if short { benchmark.short_seconds.map(|_| true) } else { Some(false) }
     }
@@ -65,34 +65,35 @@ impl ValidateArguments {
 
 /// Runs the benchmarks; returns whether all checks pass.
 pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
-    let chosen: Vec<&'static Benchmark> = all().filter(|benchmark| arguments.asks_for(benchmark)).collect();
+    let chosen: Vec<&'static Benchmark> =
+        all_benchmarks().filter(|benchmark| arguments.is_requested(benchmark)).collect();
     if arguments.list {
         list(&chosen);
         return Ok(true);
     }
     let form = |&benchmark: &&'static Benchmark| {
-        Some(BenchmarkJob { benchmark, short: arguments.short(benchmark)? })
+        Some(BenchmarkJob { benchmark, is_short: arguments.is_short_run(benchmark)? })
     };
     let work: Vec<BenchmarkJob> = chosen.iter().filter_map(form).collect();
     if work.is_empty() {
         let names = arguments.names.join(" or ");
         return Err(format!("no benchmark's name contains {names:?}, or it needs --long; see --list"));
     }
-    let left_out = chosen.iter().filter(|benchmark| arguments.short(benchmark).is_none());
+    let left_out = chosen.iter().filter(|benchmark| arguments.is_short_run(benchmark).is_none());
     let scope = ReportScope {
         filter: (!arguments.names.is_empty()).then(|| arguments.names.join(" ")),
         quick: arguments.quick,
-        short: work.iter().filter(|work| work.short).count(),
-        full: work.iter().filter(|work| !work.short).count(),
-        left_out: left_out.map(|benchmark| benchmark.id).collect(),
+        short_count: work.iter().filter(|work| work.is_short).count(),
+        full_count: work.iter().filter(|work| !work.is_short).count(),
+        skipped_benchmarks: left_out.map(|benchmark| benchmark.id).collect(),
     };
     println!("{}", scope.text());
-    let known = KnownResults { store: OutcomeCache::open()?, defects: open_defects::open()? };
+    let known = KnownResults { store: OutcomeCache::load()?, defects: open_defects::read_all()? };
     let entries = all_entries(&work, &known, arguments.all)?;
     let folder = scope.folder();
     report::write(&folder, &entries, &scope)?;
     let failed = entries.iter().filter(|entry| !entry.passes()).count();
-    let checks: usize = entries.iter().map(BenchmarkEntry::judged).sum();
+    let checks: usize = entries.iter().map(BenchmarkEntry::judged_checks).sum();
     let shown: usize = entries.iter().map(|entry| entry.count(CheckVerdict::Unbounded)).sum();
     println!(
         "\n{}\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {}; {shown} values shown without bounds",
@@ -107,13 +108,13 @@ pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
 /// Benchmark to run.
 struct BenchmarkJob {
     benchmark: &'static Benchmark,
-    short: bool,
+    is_short: bool,
 }
 
 impl BenchmarkJob {
     /// Expected time on one core (s).
     fn seconds(&self) -> u32 {
-        if self.short {
+        if self.is_short {
             self.benchmark.short_seconds.unwrap_or(self.benchmark.full_seconds)
         } else {
             self.benchmark.full_seconds
@@ -129,16 +130,16 @@ struct KnownResults {
 
 impl KnownResults {
     /// Cached entry of an unchanged benchmark; `None` where it fails by the current defect records.
-    fn find(&self, work: &BenchmarkJob) -> Option<BenchmarkEntry> {
-        let mut entry = self.store.find(work.benchmark, work.short)?;
-        self.judge(work.benchmark, &mut entry.outcome);
+    fn cached_entry(&self, work: &BenchmarkJob) -> Option<BenchmarkEntry> {
+        let mut entry = self.store.entry(work.benchmark, work.is_short)?;
+        self.attach_defects(work.benchmark, &mut entry.outcome);
         entry.passes().then_some(entry)
     }
 
     /// Attaches the defect records to the checks.
-    fn judge(&self, benchmark: &Benchmark, outcome: &mut BenchmarkOutcome) {
+    fn attach_defects(&self, benchmark: &Benchmark, outcome: &mut BenchmarkOutcome) {
         for check in &mut outcome.checks {
-            check.defect = open_defects::known(&self.defects, benchmark.id, &check.name);
+            check.defect = open_defects::find_defect(&self.defects, benchmark.id, &check.name);
         }
     }
 }
@@ -149,7 +150,7 @@ fn all_entries(
     known: &KnownResults,
     again: bool,
 ) -> Result<Vec<BenchmarkEntry>, String> {
-    let find = |work: &BenchmarkJob| if again { None } else { known.find(work) };
+    let find = |work: &BenchmarkJob| if again { None } else { known.cached_entry(work) };
     let mut entries: Vec<Option<BenchmarkEntry>> = work.iter().map(find).collect();
     let kept = entries.iter().flatten().count();
     if kept > 0 {
@@ -218,11 +219,11 @@ fn run_benchmark(
     known: &KnownResults,
     progress: &ValidationProgress,
 ) -> BenchmarkEntry {
-    let BenchmarkJob { benchmark, short } = *work;
+    let BenchmarkJob { benchmark, is_short } = *work;
     let recorder = InputRecorder::attach(pool);
     let start = Instant::now();
     // A benchmark that panics has failed; the others still run.
-    let result = pool.install(|| catch_unwind(AssertUnwindSafe(|| (benchmark.run)(short))));
+    let result = pool.install(|| catch_unwind(AssertUnwindSafe(|| (benchmark.run)(is_short))));
     let seconds = start.elapsed().as_secs_f64();
     let (mut outcome, error) = match result {
         Ok(Ok(outcome)) => (outcome, None),
@@ -233,7 +234,7 @@ fn run_benchmark(
     if outcome.comparison.is_none() {
         outcome.animations = recorder.animations();
     }
-    known.judge(benchmark, &mut outcome);
+    known.attach_defects(benchmark, &mut outcome);
     let mut text = String::new();
     for check in &outcome.checks {
         // Writing to a string cannot fail.
@@ -252,7 +253,7 @@ fn run_benchmark(
     // Printed in one call: other threads report meanwhile.
     let line = progress.finished_text(work.seconds(), seconds);
     println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
-    BenchmarkEntry { benchmark, short, outcome, error, seconds, files: recorder.files(), cached: false }
+    BenchmarkEntry { benchmark, is_short, outcome, error, seconds, files: recorder.files(), cached: false }
 }
 
 #[cfg(test)]
@@ -264,11 +265,14 @@ mod tests {
         let chosen = |names: &[&str]| -> Vec<&str> {
             let names = names.iter().copied().map(str::to_owned).collect();
             let arguments = ValidateArguments { names, quick: false, long: true, all: false, list: false };
-            all().filter(|benchmark| arguments.asks_for(benchmark)).map(|benchmark| benchmark.id).collect()
+            all_benchmarks()
+                .filter(|benchmark| arguments.is_requested(benchmark))
+                .map(|benchmark| benchmark.id)
+                .collect()
         };
         assert_eq!(chosen(&["dem/column"]), ["dem/column"]);
         assert_eq!(chosen(&["dem/colum"]), ["dem/column", "dem/column-sweep"]);
         assert_eq!(chosen(&["dem/column", "mpm/bar"]).len(), 2);
-        assert_eq!(chosen(&[]).len(), all().count());
+        assert_eq!(chosen(&[]).len(), all_benchmarks().count());
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::benchmarks::{Criterion, OpenDefect, all};
+use crate::benchmarks::{Criterion, OpenDefect, all_benchmarks};
 
 /// Record of checks that are known to fail, for one cause.
 #[derive(Deserialize)]
@@ -19,19 +19,19 @@ pub struct DefectRecord {
 }
 
 /// Reads the open defects; an unknown benchmark is an error.
-pub fn open() -> Result<Vec<DefectRecord>, String> {
+pub fn read_all() -> Result<Vec<DefectRecord>, String> {
     let path = crate::root().join("validation/open-defects.json");
     let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let text = std::fs::read_to_string(&path).map_err(|error| wrong(&error))?;
     let defects: Vec<DefectRecord> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
-    match defects.iter().find(|defect| all().all(|benchmark| benchmark.id != defect.benchmark)) {
+    match defects.iter().find(|defect| all_benchmarks().all(|benchmark| benchmark.id != defect.benchmark)) {
         Some(stray) => Err(wrong(&format!("there is no benchmark {:?}", stray.benchmark))),
         None => Ok(defects),
     }
 }
 
 /// Open defect of a check; `None` where none is recorded.
-pub fn known(defects: &[DefectRecord], benchmark: &str, check: &str) -> Option<OpenDefect> {
+pub fn find_defect(defects: &[DefectRecord], benchmark: &str, check: &str) -> Option<OpenDefect> {
     let of_check = |defect: &&DefectRecord| {
         defect.benchmark == benchmark && defect.checks.iter().any(|begin| check.starts_with(begin))
     };
@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn every_open_defect_names_its_checks_and_finding() {
-        for defect in open().unwrap() {
+        for defect in read_all().unwrap() {
             assert!(!defect.found.is_empty() && !defect.checks.is_empty(), "{}", defect.benchmark);
         }
     }
@@ -60,13 +60,13 @@ mod tests {
             criterion: Criterion::Missed,
             found: "half".into(),
         };
-        assert_eq!(known(&[defect], "mpm/bar", "order of GIMP").unwrap().observation, "half");
+        assert_eq!(find_defect(&[defect], "mpm/bar", "order of GIMP").unwrap().observation, "half");
         let defect = DefectRecord {
             benchmark: "mpm/bar".into(),
             checks: vec![],
             criterion: Criterion::Met,
             found: String::new(),
         };
-        assert!(known(&[defect], "mpm/bar", "order of GIMP").is_none());
+        assert!(find_defect(&[defect], "mpm/bar", "order of GIMP").is_none());
     }
 }

@@ -13,10 +13,10 @@ pub struct ValidationProgress {
 
 /// Completed and remaining work.
 struct ProgressCount {
-    done: usize,
+    done_count: usize,
     /// Time of the finished benchmarks and their expected time (s).
     elapsed: f64,
-    expected: f64,
+    expected_time: f64,
     /// Expected time of the others, each on one core (s).
     remaining: f64,
 }
@@ -25,7 +25,12 @@ impl ValidationProgress {
     /// Builds the progress of benchmarks from their expected times on one core (s) and the number of simultaneous ones.
     pub fn new(seconds: impl Iterator<Item = u32>, workers: usize) -> Self {
         let seconds: Vec<f64> = seconds.map(f64::from).collect();
-        let count = ProgressCount { done: 0, elapsed: 0.0, expected: 0.0, remaining: seconds.iter().sum() };
+        let count = ProgressCount {
+            done_count: 0,
+            elapsed: 0.0,
+            expected_time: 0.0,
+            remaining: seconds.iter().sum(),
+        };
         Self { number: seconds.len(), workers, start: Instant::now(), count: Mutex::new(count) }
     }
 
@@ -38,23 +43,23 @@ impl ValidationProgress {
     /// Counts a finished benchmark; returns a text with its number and the estimated remaining time.
     pub fn finished_text(&self, expected: u32, took: f64) -> String {
         let mut count = self.count.lock().expect("nothing panics while it counts");
-        count.done += 1;
+        count.done_count += 1;
         count.elapsed += took;
-        count.expected += f64::from(expected);
+        count.expected_time += f64::from(expected);
         count.remaining -= f64::from(expected);
         let elapsed = duration(self.start.elapsed().as_secs_f64());
-        let rest = match self.number - count.done {
+        let rest = match self.number - count.done_count {
             0 => "none left".to_owned(),
-            _ => format!("about {} left", duration(count.rest() / self.workers as f64)),
+            _ => format!("about {} left", duration(count.remaining_time() / self.workers as f64)),
         };
-        format!("{} of {} after {elapsed}, {rest}", count.done, self.number)
+        format!("{} of {} after {elapsed}, {rest}", count.done_count, self.number)
     }
 }
 
 impl ProgressCount {
     /// Estimated remaining time on one core (s), at the speed of the finished benchmarks.
-    fn rest(&self) -> f64 {
-        self.remaining * self.elapsed / self.expected.max(1.0)
+    fn remaining_time(&self) -> f64 {
+        self.remaining * self.elapsed / self.expected_time.max(1.0)
     }
 }
 

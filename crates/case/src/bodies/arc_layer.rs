@@ -6,12 +6,12 @@ use crate::description::{ObstacleShape, ProfilePiece};
 const MAX_TURN: f64 = 0.004;
 
 /// Segment of a ground line.
-enum LinePiece {
+enum GroundSegment {
     Straight { from: [f64; 2], along: [f64; 2], length: f64 },
     Arc { centre: [f64; 2], radius: f64, from: f64, sweep: f64 },
 }
 
-impl LinePiece {
+impl GroundSegment {
     fn new(from: [f64; 2], piece: &ProfilePiece) -> Self {
         let to = piece.to;
         match piece.centre {
@@ -70,7 +70,7 @@ impl LinePiece {
 ///
 /// # Errors
 /// Key of the layer and a description of the error, for other shapes.
-fn line_pieces(shape: &ObstacleShape) -> Result<(Vec<LinePiece>, f64), (&'static str, String)> {
+fn ground_segments(shape: &ObstacleShape) -> Result<(Vec<GroundSegment>, f64), (&'static str, String)> {
     let corners: Vec<ProfilePiece>;
     let (first, pieces) = match shape {
         ObstacleShape::Profile { start, pieces } => (*start, pieces.as_slice()),
@@ -88,7 +88,7 @@ fn line_pieces(shape: &ObstacleShape) -> Result<(Vec<LinePiece>, f64), (&'static
     let mut made = Vec::with_capacity(pieces.len());
     let mut here = first;
     for piece in pieces {
-        made.push(LinePiece::new(here, piece));
+        made.push(GroundSegment::new(here, piece));
         here = piece.to;
     }
     Ok((made, here[0] - first[0]))
@@ -104,8 +104,8 @@ pub fn outline(
     [start, end]: [f64; 2],
     [from, to]: [f64; 2],
 ) -> Result<Vec<[f64; 2]>, (&'static str, String)> {
-    let (pieces, extent) = line_pieces(shape)?;
-    let length: f64 = pieces.iter().map(LinePiece::length).sum();
+    let (pieces, extent) = ground_segments(shape)?;
+    let length: f64 = pieces.iter().map(GroundSegment::length).sum();
     if end > length * (1.0 + 1e-9) {
         return Err((
             "end",

@@ -17,7 +17,7 @@ impl Case {
         match &body.stress {
             InitialStress::None => SymTensor::ZERO,
             InitialStress::Uniform { value } => SymTensor(*value),
-            InitialStress::Formula { value } => SymTensor(std::array::from_fn(|c| value[c].at(x))),
+            InitialStress::Formula { value } => SymTensor(std::array::from_fn(|c| value[c].evaluate(x))),
             InitialStress::K0 { surface, coefficient } => {
                 let gravity = self.gravity3();
                 let Some(axis) = self.vertical() else { return SymTensor::ZERO };
@@ -144,9 +144,9 @@ impl Case {
                 body.shape.contains(&x[..dimension]).then(|| self.weight_above(x, axis, surface, body))
             });
             let none = (f64::INFINITY, f64::NEG_INFINITY);
-            let (least, most) = weights.fold(none, |(a, b), weight| (a.min(weight), b.max(weight)));
-            differ = differ.max(most - least);
-            largest = largest.max(most);
+            let (smallest, maximum) = weights.fold(none, |(a, b), weight| (a.min(weight), b.max(weight)));
+            differ = differ.max(maximum - smallest);
+            largest = largest.max(maximum);
         }
         differ <= WEIGHT_TOLERANCE * largest
     }

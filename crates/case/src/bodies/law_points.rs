@@ -108,7 +108,7 @@ impl LawPoints<'_> {
     ///
     /// # Errors
     /// The first point at which the law cannot start.
-    pub fn reinitialised(
+    pub fn restarted_states(
         &self,
         density: impl Fn(usize) -> f64,
     ) -> Result<(Vec<SymTensor>, States), LawRefusal> {

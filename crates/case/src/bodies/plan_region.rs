@@ -8,7 +8,7 @@ use crate::Case;
 use crate::description::RasterCellSelection;
 
 /// Largest number of raster values in a message.
-const MOST_LISTED: usize = 12;
+const MAX_LISTED_VALUES: usize = 12;
 
 /// Region in plan.
 #[derive(Clone, Debug)]
@@ -39,18 +39,18 @@ pub struct RasterCells {
     counts: [usize; 2],
     low: [f64; 2],
     spacing: [f64; 2],
-    selected: Vec<bool>,
+    is_selected: Vec<bool>,
 }
 
 impl RasterCells {
     /// Cells of a raster with the value `value`, or with any number.
-    fn of(raster: &Raster, value: Option<f64>) -> Self {
+    fn from_raster(raster: &Raster, value: Option<f64>) -> Self {
         let is_chosen = |held: &f64| value.map_or(held.is_finite(), |value| *held == value);
         Self {
             counts: [raster.columns, raster.rows],
             low: std::array::from_fn(|c| raster.origin[c] - 0.5 * raster.spacing[c]),
             spacing: raster.spacing,
-            selected: raster.values.iter().map(is_chosen).collect(),
+            is_selected: raster.values.iter().map(is_chosen).collect(),
         }
     }
 
@@ -59,12 +59,13 @@ impl RasterCells {
     fn contain(&self, place: [f64; 2]) -> bool {
         let [x, y] = std::array::from_fn(|c| (place[c] - self.low[c]) / self.spacing[c]);
         let beyond = x < 0.0 || y < 0.0 || x >= self.counts[0] as f64 || y >= self.counts[1] as f64;
-        !beyond && self.selected.get(y as usize * self.counts[0] + x as usize).is_some_and(|chosen| *chosen)
+        !beyond
+            && self.is_selected.get(y as usize * self.counts[0] + x as usize).is_some_and(|chosen| *chosen)
     }
 
     /// Whether one of the cells overlaps a box between two corners in plan (m).
     fn intersect_box(&self, low: &[f64], high: &[f64]) -> bool {
-        let chosen = self.selected.iter().enumerate().filter(|(_, chosen)| **chosen);
+        let chosen = self.is_selected.iter().enumerate().filter(|(_, chosen)| **chosen);
         chosen.map(|(number, _)| [number % self.counts[0], number / self.counts[0]]).any(|cell| {
             (0..2).all(|c| {
                 let from = self.low[c] + cell[c] as f64 * self.spacing[c];
@@ -138,9 +139,9 @@ impl Case {
         if let Some(problem) = self.outside_domain_problem(&low, &high) {
             return Err(("file", format!("{file}: {problem}")));
         }
-        let cells = RasterCells::of(&raster, *value);
+        let cells = RasterCells::from_raster(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());
-        if !cells.selected.contains(&true) {
+        if !cells.is_selected.contains(&true) {
             return Err(("value", format!("no cell of {file} has {what}: {}", values_text(&raster))));
         }
         if !cells.intersect_box(&self.domain.min, &self.domain.max) {
@@ -176,9 +177,9 @@ fn values_text(raster: &Raster) -> String {
     let mut values: Vec<f64> = raster.values.iter().copied().filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
-    let shown: Vec<String> = values.iter().take(MOST_LISTED).map(f64::to_string).collect();
-    let more = if values.len() > MOST_LISTED {
-        format!(" and {} more", values.len() - MOST_LISTED)
+    let shown: Vec<String> = values.iter().take(MAX_LISTED_VALUES).map(f64::to_string).collect();
+    let more = if values.len() > MAX_LISTED_VALUES {
+        format!(" and {} more", values.len() - MAX_LISTED_VALUES)
     } else {
         String::new()
     };
@@ -194,7 +195,7 @@ mod tests {
     use super::*;
 
     /// Land cover at map coordinates: 1 in the west, 3 in the east, and no data in the north.
-    fn cover(folder: &Path, name: &str) {
+    fn write_land_cover(folder: &Path, name: &str) {
         let value = |x: f64, y: f64| match (x, y) {
             (_, y) if y > 5_000_016.0 => f64::NAN,
             (x, _) if x > 600_010.0 => 3.0,
@@ -220,7 +221,11 @@ mod tests {
         Case::from_value(&value, folder).unwrap()
     }
 
-    fn of(folder: &Path, name: &str, value: Option<f64>) -> Result<PlanRegion, (String, String)> {
+    fn land_cover_region(
+        folder: &Path,
+        name: &str,
+        value: Option<f64>,
+    ) -> Result<PlanRegion, (String, String)> {
         let file = folder.join(name).display().to_string();
         case(folder).plan_region(None, None, Some(&RasterCellSelection { file, value }))
     }
@@ -229,9 +234,9 @@ mod tests {
     fn raster_cells_of_a_value_or_of_any_value_form_a_region() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["cover.asc", "cover.tif"] {
-            cover(folder.path(), name);
-            let class = of(folder.path(), name, Some(3.0)).unwrap();
-            let any = of(folder.path(), name, None).unwrap();
+            write_land_cover(folder.path(), name);
+            let class = land_cover_region(folder.path(), name, Some(3.0)).unwrap();
+            let any = land_cover_region(folder.path(), name, None).unwrap();
             // Cells extend half a spacing beyond their centres.
             for (place, in_class, in_any) in [
                 ([10.1, 15.9], true, true),
@@ -263,17 +268,17 @@ mod tests {
             let lines = std::fs::read_to_string(&text).unwrap();
             let silent: Vec<&str> = lines.lines().filter(|line| !line.starts_with("NODATA")).collect();
             std::fs::write(&text, silent.join("\n")).unwrap();
-            let (key, problem) = of(folder.path(), "cover.asc", None).unwrap_err();
+            let (key, problem) = land_cover_region(folder.path(), "cover.asc", None).unwrap_err();
             assert!(key == "raster.file" && problem.contains("NODATA_value"), "{mark}: {problem}");
-            assert!(of(folder.path(), "cover.asc", Some(3.0)).is_ok(), "{mark}");
+            assert!(land_cover_region(folder.path(), "cover.asc", Some(3.0)).is_ok(), "{mark}");
         }
     }
 
     #[test]
     fn region_rasters_without_the_value_in_the_domain_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        cover(folder.path(), "cover.asc");
-        let refused = |name: &str, value| of(folder.path(), name, value).unwrap_err();
+        write_land_cover(folder.path(), "cover.asc");
+        let refused = |name: &str, value| land_cover_region(folder.path(), name, value).unwrap_err();
         let (key, problem) = refused("cover.asc", Some(4.0));
         assert!(
             key == "raster.value" && problem.ends_with("cover.asc has 4: the values are 1, 3"),
@@ -295,13 +300,13 @@ mod tests {
         write("west.asc", 599_991.0, &|x, _| if x < 600_000.0 { 7.0 } else { 8.0 });
         let (key, problem) = refused("west.asc", Some(7.0));
         assert!(key == "raster.value" && problem.ends_with("have 7 lies in the domain"), "{problem}");
-        assert!(of(folder.path(), "west.asc", Some(8.0)).is_ok());
+        assert!(land_cover_region(folder.path(), "west.asc", Some(8.0)).is_ok());
     }
 
     #[test]
     fn the_fingerprint_and_the_laws_follow_the_raster_file_of_a_region() {
         let folder = tempfile::tempdir().unwrap();
-        cover(folder.path(), "cover.asc");
+        write_land_cover(folder.path(), "cover.asc");
         let mut value: Value = serde_json::from_str(&case(folder.path()).to_json()).unwrap();
         let region = json!({ "raster": { "file": "cover.asc", "value": 3 }, "wall": { "kind": "rough" } });
         value["obstacles"][0]["regions"] = json!([region]);
@@ -312,8 +317,8 @@ mod tests {
         assert_eq!(read.methods["depth-sph"]["regions"][0]["raster"]["file"], json!(whole));
         let laws = &read.placed_obstacles::<3>().unwrap()[0].laws;
         assert!(
-            laws.at(&[15.0, 5.0, 4.0]).friction().is_infinite()
-                && laws.at(&[5.0, 5.0, 4.0]).friction() == 0.0
+            laws.law_at(&[15.0, 5.0, 4.0]).friction().is_infinite()
+                && laws.law_at(&[5.0, 5.0, 4.0]).friction() == 0.0
         );
         let before = read.fingerprint();
         std::fs::write(

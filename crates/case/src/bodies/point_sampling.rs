@@ -1,6 +1,6 @@
 //! Sampling of bodies with points.
 
-use colluvium_points::{Sample, Sampling, Shape, fitted, lattice, poisson_spaced};
+use colluvium_points::{Sample, Sampling, Shape, fitted_rows, lattice, poisson_spaced};
 
 use crate::description::{Body, PointFile, Space};
 use crate::{Case, CaseError};
@@ -27,7 +27,7 @@ impl Case {
         let body = &self.bodies[number];
         let (key, samples) = match body.sampling {
             Sampling::Lattice => ("shape", lattice(&body.shape, origin, spacing)),
-            Sampling::Fitted => ("sampling", fitted(&body.shape, origin, spacing)),
+            Sampling::Fitted => ("sampling", fitted_rows(&body.shape, origin, spacing)),
             Sampling::PoissonDisk => {
                 let samples = poisson_spaced(&body.shape, spacing, body.sampling_seed);
                 ("sampling", samples.map(|samples| self.weighted_by_radius(&body.shape, samples)))

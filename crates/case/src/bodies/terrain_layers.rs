@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     /// Case with a layer of 2 m on a slope, 10 m by 20 m, at map coordinates.
-    fn layered() -> Value {
+    fn layer_case() -> Value {
         json!({
             "title": "layer", "space": "3d", "gravity": [0, 0, -9.81],
             "domain": { "min": [600000, 5000000, 0], "max": [600040, 5000040, 100], "origin": [600000, 5000000, 0] },
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn a_layer_on_a_map_is_read_with_its_files() {
         let folder = folder();
-        let mut value = layered();
+        let mut value = layer_case();
         let case = Case::from_value(&value, folder.path()).unwrap();
         let volume = |case: &Case| case.bodies[0].shape.measure(3).unwrap();
         assert!((volume(&case) - 400.0).abs() < 1e-9);
@@ -285,7 +285,7 @@ mod tests {
             });
             colluvium_terrain::write_raster(&folder.path().join("deposit.asc"), &raster).unwrap();
         };
-        let mut value = layered();
+        let mut value = layer_case();
         value["bodies"][0]["shape"].as_object_mut().unwrap().remove("outline");
         value["bodies"][0]["shape"]["thickness"] = json!("deposit.asc");
         let read = || Case::from_value(&value, folder.path());
@@ -319,7 +319,7 @@ mod tests {
             let text = json!({ "type": "FeatureCollection", "features": all }).to_string();
             std::fs::write(folder.path().join("release.geojson"), text).unwrap();
         };
-        let mut value = layered();
+        let mut value = layer_case();
         value["bodies"][0]["shape"]["thickness"] = json!({ "attribute": "depth" });
         let read = || Case::from_value(&value, folder.path());
         write(json!(3.0));
@@ -360,7 +360,7 @@ mod tests {
     #[test]
     fn thickness_values_that_resemble_no_data_marks_are_refused() {
         let folder = folder();
-        let mut value = layered();
+        let mut value = layer_case();
         value["bodies"][0]["shape"]["thickness"] = json!("thick.asc");
         for mark in ["-99999", "-32768", "9999", "1e38", "3.4028235e38"] {
             let row = format!("{}{mark} {mark}\n", "2 ".repeat(19));
@@ -395,7 +395,7 @@ mod tests {
         let mut raster = colluvium_terrain::read_raster(&folder.path().join("slope.asc")).unwrap();
         raster.reference.epsg = Some(26910);
         colluvium_terrain::write_raster(&folder.path().join("slope.tif"), &raster).unwrap();
-        let mut value = layered();
+        let mut value = layer_case();
         value["obstacles"][0]["shape"]["file"] = json!("slope.tif");
         let read = || Case::from_value(&value, folder.path());
         write("urn:ogc:def:crs:EPSG::26910");
@@ -420,7 +420,7 @@ mod tests {
     fn errors_in_layers_name_the_json_path_and_the_file() {
         let folder = folder();
         let refused = |change: &dyn Fn(&mut Value)| {
-            let mut value = layered();
+            let mut value = layer_case();
             change(&mut value);
             Case::from_value(&value, folder.path()).unwrap_err().to_string()
         };
@@ -433,7 +433,7 @@ mod tests {
         starts(refused(&shape("thickness", json!(-1))), "bodies[0].shape.thickness: -1 must be");
         starts(refused(&shape("thickness", json!([1]))), "bodies[0].shape.thickness: ");
         starts(refused(&|v| v["domain"]["max"][2] = json!(66)), "bodies[0].shape: reaches from 57");
-        let region = layered()["bodies"][0]["shape"].clone();
+        let region = layer_case()["bodies"][0]["shape"].clone();
         starts(
             refused(&|v| v["stages"][0]["excavate"] = json!([region])),
             "stages[0].excavate[0]: a layer can only be",

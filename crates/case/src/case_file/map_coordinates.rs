@@ -17,21 +17,21 @@ const MAX_ORIGIN_RATIO: f64 = 1e9;
 
 type CoordinateVisitor<'a> = dyn FnMut(usize, &mut f64) + 'a;
 
-fn visit_place(values: &mut [f64], visit: &mut CoordinateVisitor<'_>) {
+fn visit_position(values: &mut [f64], visit: &mut CoordinateVisitor<'_>) {
     values.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
 }
 
 fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
     match of {
         Shape::Box { min, max } | Shape::Microstructure { min, max, .. } => {
-            visit_place(min, visit);
-            visit_place(max, visit);
+            visit_position(min, visit);
+            visit_position(max, visit);
         }
-        Shape::Ball { centre, .. } => visit_place(centre, visit),
+        Shape::Ball { centre, .. } => visit_position(centre, visit),
         Shape::Polygon { vertices } => {
-            vertices.vertices_mut().iter_mut().for_each(|corner| visit_place(corner, visit));
+            vertices.vertices_mut().iter_mut().for_each(|corner| visit_position(corner, visit));
         }
-        Shape::Cylinder { base, .. } => visit_place(base, visit),
+        Shape::Cylinder { base, .. } => visit_position(base, visit),
         // Coordinates in its files are converted when they are read.
         Shape::Layer { .. } | Shape::ArcLayer { .. } => {}
         Shape::Union { shapes } | Shape::Intersection { shapes } => {
@@ -47,24 +47,24 @@ fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
 /// Coordinates in files are map coordinates too and are converted when the files are read.
 fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
     match of {
-        ObstacleShape::Plane { point, .. } => visit_place(point, visit),
+        ObstacleShape::Plane { point, .. } => visit_position(point, visit),
         ObstacleShape::Box { min, max } => {
-            visit_place(min, visit);
-            visit_place(max, visit);
+            visit_position(min, visit);
+            visit_position(max, visit);
         }
-        ObstacleShape::Ball { centre, .. } => visit_place(centre, visit),
+        ObstacleShape::Ball { centre, .. } => visit_position(centre, visit),
         ObstacleShape::GroundLine { points, .. } => {
-            points.iter_mut().for_each(|point| visit_place(point, visit));
+            points.iter_mut().for_each(|point| visit_position(point, visit));
         }
         ObstacleShape::Profile { start, pieces } => {
-            visit_place(start, visit);
+            visit_position(start, visit);
             for ProfilePiece { to, centre } in pieces {
-                visit_place(to, visit);
-                centre.iter_mut().for_each(|centre| visit_place(centre, visit));
+                visit_position(to, visit);
+                centre.iter_mut().for_each(|centre| visit_position(centre, visit));
             }
         }
         ObstacleShape::Polygon { vertices } => {
-            vertices.iter_mut().for_each(|corner| visit_place(corner, visit));
+            vertices.iter_mut().for_each(|corner| visit_position(corner, visit));
         }
         ObstacleShape::Extruded { vertices, axis, from, to } => {
             let mut across = (0..3).filter(|other| other != axis);
@@ -78,7 +78,7 @@ fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
         ObstacleShape::Turned { vertices, axis, centre } => {
             // Distances from the axis are unchanged.
             vertices.iter_mut().for_each(|corner| visit(*axis, &mut corner[1]));
-            visit_place(centre, visit);
+            visit_position(centre, visit);
         }
         ObstacleShape::Raster { .. } | ObstacleShape::Mesh { .. } => {}
     }
@@ -86,7 +86,7 @@ fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
 
 fn visit_velocity(of: &mut Velocity, visit: &mut CoordinateVisitor<'_>) {
     match of {
-        Velocity::Linear { origin, .. } => visit_place(origin, visit),
+        Velocity::Linear { origin, .. } => visit_position(origin, visit),
         Velocity::Bending { along, clamp, .. } => visit(*along, clamp),
         Velocity::Rest | Velocity::Uniform { .. } | Velocity::Sine { .. } | Velocity::Formula { .. } => {}
     }
@@ -109,15 +109,15 @@ impl Case {
     /// Calls `visit` with the axis of every coordinate in the case and the coordinate (m). Options of methods are not included.
     fn each_coordinate(&mut self, visit: &mut CoordinateVisitor<'_>) {
         let vertical = self.gravity.iter().position(|g| *g != 0.0);
-        visit_place(&mut self.domain.min, visit);
-        visit_place(&mut self.domain.max, visit);
+        visit_position(&mut self.domain.min, visit);
+        visit_position(&mut self.domain.max, visit);
         self.bodies.iter_mut().for_each(|of| visit_body(of, vertical, visit));
         for boundary in &mut self.boundaries {
             boundary.position.iter_mut().for_each(|x| visit(boundary.side.axis(), x));
         }
         for of in &mut self.obstacles {
             visit_obstacle(&mut of.shape, visit);
-            of.motion.iter_mut().for_each(|motion| visit_place(&mut motion.centre, visit));
+            of.motion.iter_mut().for_each(|motion| visit_position(&mut motion.centre, visit));
             of.regions
                 .iter_mut()
                 .filter_map(|region| region.shape.as_mut())
@@ -146,12 +146,14 @@ impl Case {
         for measure in self.measures.values_mut() {
             match measure {
                 Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
-                Measure::Probe { position, .. } | Measure::Gauge { position } => visit_place(position, visit),
-                Measure::CrackTip(tip) => visit_place(&mut tip.from, visit),
-                Measure::Reaction { about, .. } => visit_place(about, visit),
+                Measure::Probe { position, .. } | Measure::Gauge { position } => {
+                    visit_position(position, visit);
+                }
+                Measure::CrackTip(tip) => visit_position(&mut tip.from, visit),
+                Measure::Reaction { about, .. } => visit_position(about, visit),
                 Measure::Discharge { from, to } => {
-                    visit_place(from, visit);
-                    visit_place(to, visit);
+                    visit_position(from, visit);
+                    visit_position(to, visit);
                 }
                 _ => {}
             }
@@ -227,7 +229,7 @@ mod tests {
     use super::*;
 
     /// Case with a coordinate of every kind, translated by `by`.
-    fn moved(by: [f64; 2]) -> Value {
+    fn translated_case(by: [f64; 2]) -> Value {
         let at = |x: f64, y: f64| json!([decimal_sum(x, by[0], 1), decimal_sum(y, by[1], 1)]);
         let (x, y) = (|x: f64| decimal_sum(x, by[0], 1), |y: f64| decimal_sum(y, by[1], 1));
         let elastic =
@@ -261,8 +263,8 @@ mod tests {
 
     #[test]
     fn a_case_in_map_coordinates_equals_the_case_at_zero() {
-        let here = Case::from_json(&moved([0.0; 2]).to_string()).unwrap();
-        let mut there = Case::from_json(&moved([5e5, 5e6]).to_string()).unwrap();
+        let here = Case::from_json(&translated_case([0.0; 2]).to_string()).unwrap();
+        let mut there = Case::from_json(&translated_case([5e5, 5e6]).to_string()).unwrap();
         assert_eq!(Case::from_json(&there.to_json()).unwrap(), there, "what a run keeps of it");
         assert!(there.to_json().contains("500000.3"));
         there.domain.origin.clear();
@@ -271,7 +273,7 @@ mod tests {
 
     #[test]
     fn map_coordinates_without_an_origin_are_refused_with_a_suggested_origin() {
-        let mut case = moved([5e5, 5e6]);
+        let mut case = translated_case([5e5, 5e6]);
         case["domain"].as_object_mut().unwrap().remove("origin");
         let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
         assert!(problem.contains("domain.origin") && problem.contains("[500000.0, 5000000.0]"), "{problem}");
@@ -284,7 +286,7 @@ mod tests {
             let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
             assert!(problem.starts_with("domain.origin: ") && problem.contains(expected), "{problem}");
         }
-        let far = Case::from_json(&moved([2e10, 0.0]).to_string()).unwrap_err().to_string();
+        let far = Case::from_json(&translated_case([2e10, 0.0]).to_string()).unwrap_err().to_string();
         assert!(far.contains("cannot resolve positions in a domain"), "{far}");
         case["domain"]["origin"] = json!([5e5]);
         assert!(Case::from_json(&case.to_string()).unwrap_err().to_string().contains("domain.origin"));

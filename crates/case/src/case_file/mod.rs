@@ -200,8 +200,8 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
         let named: Vec<&mut Value> = match key.as_str() {
             "mesh" => value.get_mut("file").into_iter().collect(),
             "erodible_depth_raster" | "specimen" => vec![value],
-            "regions" => parts_of(value).flat_map(files_of_region).collect(),
-            "inflows" => parts_of(value).filter_map(|part| part.get_mut("hydrograph")).collect(),
+            "regions" => list_entries(value).flat_map(files_of_region).collect(),
+            "inflows" => list_entries(value).filter_map(|part| part.get_mut("hydrograph")).collect(),
             _ => Vec::new(),
         };
         files.extend(named.into_iter().filter_map(|value| match value {
@@ -213,7 +213,7 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
 }
 
 /// Entries of a list; empty for other values.
-fn parts_of(value: &mut Value) -> impl Iterator<Item = &mut Value> {
+fn list_entries(value: &mut Value) -> impl Iterator<Item = &mut Value> {
     value.as_array_mut().into_iter().flatten()
 }
 
@@ -235,16 +235,16 @@ fn path_of_text(value: &Value, wanted: &str) -> Option<String> {
         Value::Array(parts) => parts
             .iter()
             .enumerate()
-            .find_map(|(number, part)| Some(format!("[{number}]{}", path_within(part, wanted)?))),
+            .find_map(|(number, part)| Some(format!("[{number}]{}", path_below(part, wanted)?))),
         Value::Object(parts) => {
-            parts.iter().find_map(|(key, part)| Some(format!("{key}{}", path_within(part, wanted)?)))
+            parts.iter().find_map(|(key, part)| Some(format!("{key}{}", path_below(part, wanted)?)))
         }
         _ => None,
     }
 }
 
 /// Path of a text below a key or an index, with the separating point.
-fn path_within(value: &Value, wanted: &str) -> Option<String> {
+fn path_below(value: &Value, wanted: &str) -> Option<String> {
     let place = path_of_text(value, wanted)?;
     Some(if place.is_empty() || place.starts_with('[') { place } else { format!(".{place}") })
 }

@@ -56,7 +56,7 @@ impl MatchLiteral for JsonNumbers {
 #[serde(untagged)]
 enum FormulaSource {
     Number(f64),
-    Words(String),
+    Text(String),
 }
 
 impl Formula {
@@ -65,13 +65,13 @@ impl Formula {
     /// # Errors
     /// Description of the error, or the name in it that is not a coordinate.
     pub fn new(text: &str) -> Result<Self, String> {
-        Self::from_source(FormulaSource::Words(text.to_owned()))
+        Self::from_source(FormulaSource::Text(text.to_owned()))
     }
 
     fn from_source(text: FormulaSource) -> Result<Self, String> {
         let words = match &text {
             FormulaSource::Number(value) => Cow::Owned(format!("({value:e})")),
-            FormulaSource::Words(words) => Cow::Borrowed(words.as_str()),
+            FormulaSource::Text(words) => Cow::Borrowed(words.as_str()),
         };
         if !words.is_ascii() {
             return Err(format!(
@@ -105,7 +105,7 @@ impl Formula {
     }
 
     /// Value at `x` (m); not finite where it is undefined.
-    pub fn at(&self, x: [f64; 3]) -> f64 {
+    pub fn evaluate(&self, x: [f64; 3]) -> f64 {
         let mut values = [0.0; 3];
         for (value, axis) in values.iter_mut().zip(&self.axes) {
             *value = x[*axis];
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_formula_has_the_values_of_its_coordinates() {
-        let at = |text: &str| Formula::new(text).unwrap().at([0.5, 2.0, -3.0]);
+        let at = |text: &str| Formula::new(text).unwrap().evaluate([0.5, 2.0, -3.0]);
         assert_eq!(at("z + 2*y"), 1.0);
         assert_eq!(at("x^2 - y^3"), -7.75);
         assert!((at("sin(PI*x)*cos(PI*y) + E*0") - 1.0).abs() < 1e-15);
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(at("2.5e-3*y + 1E2 + .5e+1"), 105.005);
         assert!(!at("ln(z)").is_finite());
         let number: Formula = serde_json::from_str("-2.5e-3").unwrap();
-        assert_eq!(number.at([1.0; 3]), -2.5e-3);
+        assert_eq!(number.evaluate([1.0; 3]), -2.5e-3);
     }
 
     #[test]

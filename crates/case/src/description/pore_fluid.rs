@@ -107,7 +107,7 @@ impl PoreFluid {
         match &self.pressure {
             PorePressure::None => 0.0,
             PorePressure::Uniform { value } => *value,
-            PorePressure::Formula { value } => value.at(x),
+            PorePressure::Formula { value } => value.evaluate(x),
             PorePressure::Hydrostatic { surface } => {
                 let Some(axis) = (0..3).find(|&axis| gravity[axis] != 0.0) else { return 0.0 };
                 let depth = ((x[axis] - *surface) * gravity[axis].signum()).max(0.0);

@@ -146,7 +146,7 @@ fn cantilever_mode(x: f64) -> f64 {
 impl Velocity {
     /// Velocity at `x` (m/s).
     #[inline]
-    pub fn at(&self, x: [f64; 3]) -> [f64; 3] {
+    pub fn velocity_at(&self, x: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Rest => [0.0; 3],
             Self::Uniform { value } => spatial(value),
@@ -163,7 +163,7 @@ impl Velocity {
                 spatial(amplitude).map(|a| a * angle.sin())
             }
             Self::Formula { value } => {
-                std::array::from_fn(|c| value.get(c).map_or(0.0, |formula| formula.at(x)))
+                std::array::from_fn(|c| value.get(c).map_or(0.0, |formula| formula.evaluate(x)))
             }
             Self::Bending { along, across, clamp, length, tip } => {
                 let place = ((x[*along] - clamp) / length).max(0.0);
@@ -181,7 +181,7 @@ impl Boundary {
     }
 
     /// Coordinate of the wall's face (m).
-    pub fn position(&self, domain: &Domain) -> f64 {
+    pub fn wall_coordinate(&self, domain: &Domain) -> f64 {
         let axis = self.side.axis();
         self.position.unwrap_or(if self.side.is_max() { domain.max[axis] } else { domain.min[axis] })
     }

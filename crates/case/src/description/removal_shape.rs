@@ -75,9 +75,9 @@ impl RemovalShape {
     /// Region swept between two times (s), on the time scale of `start`; `bounds` are those of its shape.
     pub fn swept_region(&self, from: f64, to: f64, bounds: &AxisBounds) -> SweptRegion<'_> {
         let (begun, ended) = (self.moving_time(from), self.moving_time(to));
-        let way = self.speed() * (ended - begun);
+        let distance = self.speed() * (ended - begun);
         // A shape that moves by more than a fraction of its thickness is also sampled on the way.
-        let looks = (way / (SAMPLE_FRACTION * min_extent(bounds))).ceil().clamp(1.0, MAX_SAMPLES);
+        let looks = (distance / (SAMPLE_FRACTION * min_extent(bounds))).ceil().clamp(1.0, MAX_SAMPLES);
         let mut bounds = *bounds;
         for ([low, high], v) in bounds.iter_mut().zip(&self.velocity) {
             let (a, b) = (v * begun, v * ended);
@@ -117,7 +117,7 @@ impl SweptRegion<'_> {
     }
 
     /// Whether the shape covers a position (m) at some sample of the sweep.
-    pub fn covers<const D: usize>(&self, place: &[f64; D]) -> bool {
+    pub fn contains<const D: usize>(&self, place: &[f64; D]) -> bool {
         let within = |axis: usize| place[axis] >= self.bounds[axis][0] && place[axis] <= self.bounds[axis][1];
         (0..D).all(within) && (0..=self.samples).any(|look| self.covers_at(look, place))
     }
@@ -133,7 +133,7 @@ impl SweptRegion<'_> {
 mod tests {
     use super::*;
 
-    fn saw() -> RemovalShape {
+    fn saw_cut() -> RemovalShape {
         serde_json::from_str(
             r#"{ "name": "saw", "shape": { "kind": "box", "min": [1, 0], "max": [1.1, 0.2] }, "velocity": [-2, 0],
             "start": 0.5, "stop": 1 }"#,
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn a_removal_shape_moves_between_its_start_and_stop_times() {
-        let saw = saw();
+        let saw = saw_cut();
         assert_eq!([0.0, 0.5, 0.75, 1.0, 3.0].map(|t| saw.moving_time(t)), [0.0, 0.0, 0.25, 0.5, 0.5]);
         assert!(!saw.is_active_between(0.4, 0.5) && saw.is_active_between(0.4, 0.6));
         assert!(saw.is_active_between(0.9, 1.1) && !saw.is_active_between(1.0, 1.1));
@@ -151,14 +151,14 @@ mod tests {
 
     #[test]
     fn the_swept_region_covers_the_whole_path_of_a_step() {
-        let saw = saw();
+        let saw = saw_cut();
         // From 1 m to 0 m in one step, ten times its width.
         let sweep = saw.swept_region(0.5, 1.0, &saw.bounds(2));
         for i in 0..=100 {
-            assert!(sweep.covers(&[0.001 + 0.01 * f64::from(i), 0.1]), "{i}");
+            assert!(sweep.contains(&[0.001 + 0.01 * f64::from(i), 0.1]), "{i}");
         }
         for outside in [[1.11, 0.1], [-0.01, 0.1], [0.5, 0.21], [0.5, -0.01]] {
-            assert!(!sweep.covers(&outside), "{outside:?}");
+            assert!(!sweep.contains(&outside), "{outside:?}");
         }
     }
 }

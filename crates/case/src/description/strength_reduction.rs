@@ -59,7 +59,7 @@ pub struct FactorOfSafety {
     #[serde(default = "range")]
     pub range: [f64; 2],
     /// Width of the interval that contains the factor at the end of the search (-).
-    #[serde(default = "hundredth")]
+    #[serde(default = "default_tolerance")]
     pub tolerance: f64,
     /// Local damping factor (-) of the trials, 0 to 1, as in a stage. Trials determine the state of rest, not the motion towards it; with
     /// little damping the bodies oscillate too long, and trials remain undecided.
@@ -85,7 +85,7 @@ fn range() -> [f64; 2] {
 }
 
 /// sheet: sph §3.5.
-fn hundredth() -> f64 {
+fn default_tolerance() -> f64 {
     0.01
 }
 
@@ -164,7 +164,8 @@ impl Case {
                     (*spec, any) = (reduced, true);
                     set_return_to_yield(spec);
                 }
-                Err(MaterialError::Choice { field, .. }) if named.is_none() && field == "model" => {}
+                Err(MaterialError::IncompatibleOptions { field, .. })
+                    if named.is_none() && field == "model" => {}
                 Err(error) => return Err(CaseError::new(path, format!("material {name:?}: {error}"))),
             }
         }
@@ -199,13 +200,13 @@ mod tests {
 
     use super::*;
 
-    fn innermost(spec: &MaterialSpec) -> &MaterialSpec {
-        spec.inner().map_or(spec, innermost)
+    fn innermost_law(spec: &MaterialSpec) -> &MaterialSpec {
+        spec.inner().map_or(spec, innermost_law)
     }
 
     #[test]
     fn reduced_laws_return_an_initial_stress_outside_the_reduced_yield_surface() {
-        let reduction = StrengthReduction::by(1.05);
+        let reduction = StrengthReduction::by_factor(1.05);
         let mut all = MaterialSpec::examples();
         let drying = |material: &MaterialSpec| {
             let material = Box::new(material.clone());
@@ -216,7 +217,7 @@ mod tests {
         let mut names: Vec<&str> = Vec::new();
         for mut reduced in all.iter().filter_map(|spec| spec.strength_reduced(&reduction).ok()) {
             set_return_to_yield(&mut reduced);
-            let law = serde_json::to_value(innermost(&reduced)).unwrap();
+            let law = serde_json::to_value(innermost_law(&reduced)).unwrap();
             assert_eq!(
                 law["return_initial_stress_to_yield"],
                 Value::Bool(true),

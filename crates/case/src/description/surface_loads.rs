@@ -130,7 +130,7 @@ impl Load {
     }
 
     /// Loaded side of the body; `None` for a load that is not bound to a side.
-    pub fn side(&self) -> Option<Side> {
+    pub fn loaded_side(&self) -> Option<Side> {
         match self {
             Self::Traction { side, .. } | Self::Pressure { side, .. } | Self::PorePressure { side, .. } => {
                 Some(*side)
@@ -185,7 +185,7 @@ impl Load {
     }
 
     /// Number of the stage with which it begins; `None` where no stage has that name.
-    pub(crate) fn begins(&self, stages: &[Stage]) -> Option<usize> {
+    pub(crate) fn first_stage(&self, stages: &[Stage]) -> Option<usize> {
         self.stage().map_or(Some(0), |name| stages.iter().position(|stage| stage.name == name))
     }
 

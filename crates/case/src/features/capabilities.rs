@@ -37,7 +37,7 @@ enum Capability {
 #[derive(Clone, Debug)]
 pub struct Capabilities {
     method: Cow<'static, str>,
-    needs: RequiredInput,
+    required_input: RequiredInput,
     rules: Vec<(Cow<'static, str>, Capability)>,
 }
 
@@ -79,7 +79,7 @@ impl Capabilities {
     /// Capabilities of a method that supports the features of the run loop only.
     #[must_use]
     pub fn new(method: impl Into<Cow<'static, str>>) -> Self {
-        Self { method: method.into(), needs: RequiredInput::default(), rules: Vec::new() }
+        Self { method: method.into(), required_input: RequiredInput::default(), rules: Vec::new() }
             .supports(&HANDLED_BY_RUN)
             .rejects(
                 "output.rasters*",
@@ -98,14 +98,14 @@ impl Capabilities {
     /// Sets the required inputs; the default is bodies with materials.
     #[must_use]
     pub fn requires(mut self, needs: RequiredInput) -> Self {
-        self.needs = needs;
+        self.required_input = needs;
         self
     }
 
     /// Whether the method computes stress by the laws of the materials.
     #[must_use]
     pub fn has_materials(&self) -> bool {
-        self.needs.materials
+        self.required_input.materials
     }
 
     /// Adds the features that match the patterns.
@@ -181,13 +181,13 @@ impl Capabilities {
         let lacks = |path: &str, what: &str| {
             Err(CaseError::new(path, format!("{what}, but {} needs it", self.method)))
         };
-        if self.needs.bodies && case.bodies.is_empty() {
+        if self.required_input.bodies && case.bodies.is_empty() {
             return lacks("bodies", "there is none");
         }
-        if self.needs.materials && case.materials.is_empty() {
+        if self.required_input.materials && case.materials.is_empty() {
             return lacks("materials", "there is none");
         }
-        if self.needs.gravity && case.gravity3() == [0.0; 3] {
+        if self.required_input.gravity && case.gravity3() == [0.0; 3] {
             return lacks("gravity", "is zero");
         }
         Ok(())

@@ -54,7 +54,7 @@ struct FeaturePath {
 }
 
 impl FeaturePath {
-    fn key(&self, key: &str) -> Self {
+    fn child(&self, key: &str) -> Self {
         let join = |to: &str| if to.is_empty() { key.to_owned() } else { format!("{to}.{key}") };
         Self { name: join(&self.name), path: join(&self.path) }
     }
@@ -170,7 +170,7 @@ fn walk_object(
     let Some(properties) = schema["properties"].as_object() else { return };
     for (key, value) in object {
         let Some(property) = properties.get(key).filter(|_| is_looked_at(place, key)) else { continue };
-        let here = place.key(key);
+        let here = place.child(key);
         if !is_required(schema, key) {
             if is_default(property, value) {
                 continue;
@@ -250,7 +250,7 @@ fn walk_properties<'a>(
 ) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten() {
         if is_looked_at(place, key) {
-            let here = place.key(key);
+            let here = place.child(key);
             if !is_required(schema, key) {
                 names.insert(here.name.clone());
             }

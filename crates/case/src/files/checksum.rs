@@ -36,7 +36,7 @@ impl FileChecksum {
     /// # Errors
     /// When the file cannot be read.
     pub fn of_file(path: &Path, length: Option<u64>) -> Result<Self, OutputError> {
-        let mut sealed = ChecksumWriter { into: io::sink(), checksum: Self::default() };
+        let mut sealed = ChecksumWriter { writer: io::sink(), checksum: Self::default() };
         File::open(path)
             .and_then(|file| io::copy(&mut file.take(length.unwrap_or(u64::MAX)), &mut sealed))
             .map_err(|error| OutputError::new(path, error))?;
@@ -54,20 +54,20 @@ impl FileChecksum {
 /// Writer that computes the checksum of its output.
 pub struct ChecksumWriter<W> {
     /// Target of the output.
-    pub into: W,
+    pub writer: W,
     /// Checksum of the bytes written so far.
     pub checksum: FileChecksum,
 }
 
 impl<W: Write> Write for ChecksumWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.into.write(bytes)?;
+        let count = self.writer.write(bytes)?;
         self.checksum.add(&bytes[..count]);
         Ok(count)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.into.flush()
+        self.writer.flush()
     }
 }
 

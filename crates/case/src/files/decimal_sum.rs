@@ -19,12 +19,12 @@ pub(crate) fn decimal_sum(x: f64, by: f64, sign: i128) -> f64 {
     }
     let exact = || {
         let ((a, p), (b, q)) = (digits(x)?, digits(by)?);
-        let least = p.min(q);
+        let smallest = p.min(q);
         let scaled = |m: i128, power: i32| {
-            let places = u32::try_from(power - least).ok().filter(|places| *places <= MAX_DIGITS)?;
+            let places = u32::try_from(power - smallest).ok().filter(|places| *places <= MAX_DIGITS)?;
             m.checked_mul(10i128.pow(places))
         };
-        format!("{}e{least}", scaled(a, p)? + sign * scaled(b, q)?).parse::<f64>().ok()
+        format!("{}e{smallest}", scaled(a, p)? + sign * scaled(b, q)?).parse::<f64>().ok()
     };
     exact().unwrap_or(rounded)
 }

@@ -29,7 +29,7 @@ const RENAMED_CHOICES: [(&str, &str); 1] = [("other", "external")];
 /// All deviations from the type's schema: syntax (with line and column), duplicate and unknown keys (with the likely intended one), missing
 /// keys, wrong types, unknown variants.
 pub fn read<T: DeserializeOwned + JsonSchema>(text: &str) -> Result<T, CaseErrors> {
-    let value = parse(text).map_err(CaseErrors::one)?;
+    let value = parse(text).map_err(CaseErrors::from_error)?;
     from_value(&value, "")
 }
 
@@ -54,7 +54,7 @@ pub fn from_value<T: DeserializeOwned + JsonSchema>(value: &Value, path: &str) -
     }
     serde_path_to_error::deserialize(value).map_err(|error| {
         let inner = error.path().to_string();
-        CaseErrors::one(CaseError::new(join(path, &inner), error.inner().to_string()))
+        CaseErrors::from_error(CaseError::new(join(path, &inner), error.inner().to_string()))
     })
 }
 
@@ -73,7 +73,8 @@ fn join(path: &str, key: &str) -> String {
 /// # Errors
 /// When it cannot be read; the path is that of the file.
 pub fn text(file: &Path) -> Result<String, CaseErrors> {
-    let unreadable = |problem: String| CaseErrors::one(CaseError::new(file.display().to_string(), problem));
+    let unreadable =
+        |problem: String| CaseErrors::from_error(CaseError::new(file.display().to_string(), problem));
     let bytes = std::fs::read(file).map_err(|error| unreadable(format!("cannot be read: {error}")))?;
     // UTF-16 with its byte order mark, as some editors write it.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
@@ -88,7 +89,7 @@ pub fn text(file: &Path) -> Result<String, CaseErrors> {
 /// # Errors
 /// When it cannot be read; syntax and duplicate keys, with file, line and column.
 pub fn value(file: &Path) -> Result<Value, CaseErrors> {
-    parse(&text(file)?).map_err(|error| CaseErrors::one(error).in_file(file))
+    parse(&text(file)?).map_err(|error| CaseErrors::from_error(error).with_file_name(file))
 }
 
 /// Parses JSON text; a byte order mark at the beginning is skipped.
@@ -171,9 +172,9 @@ struct Checker<'a> {
 /// Keys of an object schema, with references and variants resolved.
 struct ObjectKeys<'a> {
     properties: Vec<(&'a str, &'a Value)>,
-    required: Vec<&'a str>,
+    required_keys: Vec<&'a str>,
     /// Schema of keys that are not listed; `None` where they are errors.
-    others: Option<&'a Value>,
+    additional: Option<&'a Value>,
 }
 
 impl<'a> Checker<'a> {
@@ -245,32 +246,35 @@ impl<'a> Checker<'a> {
             match (value, object) {
                 (Value::Number(_) | Value::String(_), _) => {}
                 (Value::Object(map), Some(schema)) => self.check_object(schema, map, path),
-                _ => self.report(path, format!("{} is neither a number nor a text", describe(value))),
+                _ => self.report(path, format!("{} is neither a number nor a text", type_name(value))),
             }
             return;
         }
         let (mut words, mut number) = (Vec::new(), false);
-        variants.iter().for_each(|variant| self.plain(variant, &mut words, &mut number));
+        variants.iter().for_each(|variant| self.collect_untagged(variant, &mut words, &mut number));
         if !number {
             self.check_choice(&words, value, path);
         } else if !value.is_number() && !words.contains(value) {
-            self.report(path, format!("{} is neither a number nor one of {}", describe(value), list(&words)));
+            self.report(
+                path,
+                format!("{} is neither a number nor one of {}", type_name(value), list(&words)),
+            );
         }
     }
 
     /// Possible texts of a value without a tag, and whether it may be a number.
-    fn plain(&self, schema: &'a Value, words: &mut Vec<Value>, number: &mut bool) {
+    fn collect_untagged(&self, schema: &'a Value, words: &mut Vec<Value>, number: &mut bool) {
         let schema = self.resolve(schema).unwrap_or(schema);
         *number |= schema.get("type").and_then(Value::as_str) == Some("number");
         words.extend(schema.get("const").cloned());
         words.extend(schema.get("enum").and_then(Value::as_array).into_iter().flatten().cloned());
         let variants = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array);
-        variants.into_iter().flatten().for_each(|variant| self.plain(variant, words, number));
+        variants.into_iter().flatten().for_each(|variant| self.collect_untagged(variant, words, number));
     }
 
     fn check_tagged(&mut self, tag: &str, variants: &'a [Value], value: &Value, path: &str) {
         let Value::Object(map) = value else {
-            self.report(path, format!("{} is not an object with a key {tag:?}", describe(value)));
+            self.report(path, format!("{} is not an object with a key {tag:?}", type_name(value)));
             return;
         };
         let constant = |variant: &'a Value| variant.get("properties")?.get(tag)?.get("const");
@@ -292,7 +296,7 @@ impl<'a> Checker<'a> {
         let Some((key, inner)) = keys.and_then(|map| map.iter().next()) else {
             self.report(
                 path,
-                format!("{} is not an object with one key of {}", describe(value), list(&names)),
+                format!("{} is not an object with one key of {}", type_name(value), list(&names)),
             );
             return;
         };
@@ -313,7 +317,7 @@ impl<'a> Checker<'a> {
         }
         let hint = value.as_str().and_then(|found| closest(found, &names));
         let hint = hint.map_or(String::new(), |name| format!("; did you mean {name:?}?"));
-        self.report(path, format!("{} is not one of {}{hint}", describe(value), list(choices)));
+        self.report(path, format!("{} is not one of {}{hint}", type_name(value), list(choices)));
     }
 
     fn check_type(&mut self, schema: &Value, value: &Value, path: &str) -> bool {
@@ -334,13 +338,14 @@ impl<'a> Checker<'a> {
         };
         if !types.iter().any(fits) {
             let wanted: Vec<&str> = types.into_iter().filter(|name| *name != "null").collect();
-            self.report(path, format!("{} is not of type {}", describe(value), wanted.join(" or ")));
+            self.report(path, format!("{} is not of type {}", type_name(value), wanted.join(" or ")));
             return false;
         }
-        if let (Some(number), Some(least)) = (value.as_f64(), schema.get("minimum").and_then(Value::as_f64))
-            && number < least
+        if let (Some(number), Some(smallest)) =
+            (value.as_f64(), schema.get("minimum").and_then(Value::as_f64))
+            && number < smallest
         {
-            self.report(path, format!("{number} is below {least}"));
+            self.report(path, format!("{number} is below {smallest}"));
             return false;
         }
         true
@@ -348,9 +353,10 @@ impl<'a> Checker<'a> {
 
     fn check_array(&mut self, schema: &'a Value, items: &[Value], path: &str) {
         let bound = |key: &str| schema.get(key).and_then(Value::as_u64).map(|n| n as usize);
-        let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
-        if items.len() < least || items.len() > most {
-            let wanted = if least == most { format!("{least}") } else { format!("{least} or more") };
+        let (smallest, largest) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
+        if items.len() < smallest || items.len() > largest {
+            let wanted =
+                if smallest == largest { format!("{smallest}") } else { format!("{smallest} or more") };
             self.report(path, format!("has {} entries, {wanted} are needed", items.len()));
             return;
         }
@@ -362,30 +368,30 @@ impl<'a> Checker<'a> {
     }
 
     fn keys(&self, schema: &'a Value) -> ObjectKeys<'a> {
-        let mut keys = ObjectKeys { properties: Vec::new(), required: Vec::new(), others: None };
+        let mut keys = ObjectKeys { properties: Vec::new(), required_keys: Vec::new(), additional: None };
         let mut closed = false;
         for part in [Some(schema), self.resolve(schema)].into_iter().flatten() {
             let properties = part.get("properties").and_then(Value::as_object);
             keys.properties.extend(properties.into_iter().flatten().map(|(k, v)| (k.as_str(), v)));
             let required = part.get("required").and_then(Value::as_array);
-            keys.required.extend(required.into_iter().flatten().filter_map(Value::as_str));
+            keys.required_keys.extend(required.into_iter().flatten().filter_map(Value::as_str));
             match part.get("additionalProperties") {
                 Some(Value::Bool(false)) => closed = true,
-                Some(others) => keys.others = Some(others),
+                Some(others) => keys.additional = Some(others),
                 None => {}
             }
         }
         if closed {
-            keys.others = None;
-        } else if keys.others.is_none() {
-            keys.others = Some(&Value::Bool(true));
+            keys.additional = None;
+        } else if keys.additional.is_none() {
+            keys.additional = Some(&Value::Bool(true));
         }
         keys
     }
 
     fn check_object(&mut self, schema: &'a Value, map: &Map<String, Value>, path: &str) {
         let keys = self.keys(schema);
-        for key in &keys.required {
+        for key in &keys.required_keys {
             if !map.contains_key(*key) {
                 self.report(path, format!("the key {key:?} is missing"));
             }
@@ -394,7 +400,7 @@ impl<'a> Checker<'a> {
             let child = join(path, key);
             match keys.properties.iter().find(|(name, _)| name == key) {
                 Some((_, schema)) => self.check(schema, value, &child),
-                None => match keys.others {
+                None => match keys.additional {
                     Some(schema) if schema.is_object() => self.check(schema, value, &child),
                     Some(_) => {}
                     None => self.unknown_key(key, &keys, &child),
@@ -434,7 +440,7 @@ fn list(choices: &[Value]) -> String {
     names.join(", ")
 }
 
-fn describe(value: &Value) -> String {
+fn type_name(value: &Value) -> String {
     let text = value.to_string();
     let short: String = text.chars().take(40).collect();
     if short.len() < text.len() { format!("{short}…") } else { short }

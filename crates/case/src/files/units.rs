@@ -73,7 +73,7 @@ struct Unit {
 }
 
 impl Unit {
-    const ONE: Self = Self { factor: 1.0, powers: [0; 3] };
+    const DIMENSIONLESS: Self = Self { factor: 1.0, powers: [0; 3] };
 
     fn times(self, other: Self, power: i32) -> Self {
         Self {
@@ -98,7 +98,7 @@ fn parse(text: &str) -> Option<Unit> {
         .replace(['^', '{', '}'], "")
         .replace("**", "")
         .replace(['·', '*', '×', '⋅'], " ");
-    let mut unit = Unit::ONE;
+    let mut unit = Unit::DIMENSIONLESS;
     for (number, part) in plain.split('/').enumerate() {
         let mut words = part.split_whitespace();
         let sign = if number == 0 { 1 } else { -1 };

@@ -41,7 +41,7 @@ impl Case {
         extent: &[f64; D],
     ) -> Result<Vec<[f64; D]>, CaseError> {
         let load = &self.loads[number];
-        if let Some(side) = load.side() {
+        if let Some(side) = load.loaded_side() {
             let per_area = load.per_area::<D>();
             let areas = self.side_areas(load, side, positions, extent);
             return Ok(areas.into_iter().map(|area| per_area.map(|t| t * area)).collect());

@@ -7,7 +7,7 @@ impl Case {
     /// Loads that act in stage number `stage`: their numbers, and those of the stages they begin with.
     pub(crate) fn loads_in(&self, stage: usize) -> impl Iterator<Item = (usize, usize, &Load)> {
         self.loads.iter().enumerate().filter_map(move |(number, load)| {
-            let begins = load.begins(&self.stages)?;
+            let begins = load.first_stage(&self.stages)?;
             (begins <= stage && !self.is_removed(load.body(), stage)).then_some((number, begins, load))
         })
     }

@@ -1,6 +1,6 @@
 //! Front of a flow by arc length along the line of an obstacle (sheet: snow-mpm §3.11).
 
-use crate::measure::front::foremost;
+use crate::measure::front::front_point;
 use crate::{Case, Snapshot};
 
 /// Arc length along the line of the obstacle `of` (m), behind which the fraction `quantile` of the mass lies. Each point counts at its
@@ -9,7 +9,7 @@ pub fn arc_front(case: &Case, snapshot: &Snapshot, of: &str, quantile: f64) -> f
     let Some(line) = case.ground_line(of) else { return f64::NAN };
     let place = |x: &[f64; 3]| line.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
     let along: Vec<f64> = snapshot.positions.iter().map(place).collect();
-    foremost(snapshot, &along, quantile).map_or(f64::NAN, |i| along[i])
+    front_point(snapshot, &along, quantile).map_or(f64::NAN, |i| along[i])
 }
 
 #[cfg(test)]

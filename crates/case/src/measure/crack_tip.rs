@@ -25,10 +25,10 @@ impl CrackTip {
         };
         let reached = |count: usize| (count as f64 * self.bin).min(end);
         // Slanted ends of a layer leave bins without a point, also at the sawn end.
-        let ways: Vec<[f64; 2]> = self.swept_intervals(case, travels);
+        let swept: Vec<[f64; 2]> = self.swept_intervals(case, travels);
         let is_cut = |number: usize| {
             let [low, high] = [number, number + 1].map(|side| side as f64 * self.bin);
-            ways.iter().any(|way| low < way[1] && high > way[0])
+            swept.iter().any(|interval| low < interval[1] && high > interval[0])
         };
         let gone = |number: &usize| match bins[*number] {
             CrackBin::Empty => is_cut(*number),
@@ -43,7 +43,7 @@ impl CrackTip {
     /// Intervals swept by the removal shapes of the body (m from the start of the crack, along the direction).
     fn swept_intervals(&self, case: &Case, travels: &[Option<f64>]) -> Vec<[f64; 2]> {
         let along = self.unit_direction();
-        let way = |(cut, travel): (&RemovalShape, &Option<f64>)| {
+        let interval = |(cut, travel): (&RemovalShape, &Option<f64>)| {
             let moving = if cut.speed() > 0.0 { (*travel)? / cut.speed() } else { (*travel)? };
             let mut ends = [0.0; 2];
             for (axis, [low, high]) in
@@ -56,7 +56,7 @@ impl CrackTip {
             }
             cut.applies_to(&self.body).then_some(ends)
         };
-        case.removal_shapes.iter().zip(travels).filter_map(way).collect()
+        case.removal_shapes.iter().zip(travels).filter_map(interval).collect()
     }
 
     /// End of the body along the direction (m from the start of the crack).
@@ -64,9 +64,9 @@ impl CrackTip {
         let body = case.bodies.iter().find(|body| body.name == self.body)?;
         let (low, high) = body.shape.bounds(case.dimension());
         let along = self.unit_direction();
-        let most = |axis: usize| (along[axis] * low[axis]).max(along[axis] * high[axis]);
+        let largest = |axis: usize| (along[axis] * low[axis]).max(along[axis] * high[axis]);
         let start: f64 = (0..case.dimension()).map(|axis| along[axis] * self.from[axis]).sum();
-        Some((0..case.dimension()).map(most).sum::<f64>() - start)
+        Some((0..case.dimension()).map(largest).sum::<f64>() - start)
     }
 
     /// Unit vector of the direction.
@@ -89,8 +89,9 @@ impl CrackTip {
             // Points remain in the bin of their initial position.
             let at = |axis: usize| place[axis] - moved.map_or(0.0, |moved| moved[i][axis]);
             let from = |axis: usize| self.from.get(axis).copied().unwrap_or(0.0);
-            let way: f64 = (0..3).map(|axis| along[axis] * (at(axis) - from(axis))).sum();
-            let Some(bin) = bins.get_mut((way / self.bin).floor() as usize).filter(|_| way >= 0.0) else {
+            let distance: f64 = (0..3).map(|axis| along[axis] * (at(axis) - from(axis))).sum();
+            let Some(bin) = bins.get_mut((distance / self.bin).floor() as usize).filter(|_| distance >= 0.0)
+            else {
                 continue;
             };
             let failed = if self.below { values[i] <= self.threshold } else { values[i] >= self.threshold };
@@ -120,7 +121,7 @@ mod tests {
     use crate::{Field, FieldData};
 
     /// Body from 0 to 1 m with points of the given positions, displacements and failure values.
-    fn cracked(points: &[(f64, f64, f64)]) -> (Case, Snapshot) {
+    fn cracked_body(points: &[(f64, f64, f64)]) -> (Case, Snapshot) {
         let case = r#"{
             "title": "crack", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -172,7 +173,7 @@ mod tests {
                 )
             })
             .collect();
-        let (case, snapshot) = cracked(&places);
+        let (case, snapshot) = cracked_body(&places);
         let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
         assert_near(main, 0.4, 1e-12);
         assert_near(farthest, 0.7, 1e-12);
@@ -184,7 +185,7 @@ mod tests {
     #[test]
     fn empty_bins_at_slanted_layer_ends_do_not_count_as_cracked() {
         let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
-        let (mut case, snapshot) = cracked(&places);
+        let (mut case, snapshot) = cracked_body(&places);
         // The saw starts at 1 m and passes the empty bin at 0.95 m on its way to 0.75 m, but never reaches the empty bins below 0.2 m.
         let tips =
             |case: &Case, travel: Option<f64>| tip([-1.0, 0.0], [1.0, 0.0]).read(case, &snapshot, &[travel]);
@@ -199,7 +200,7 @@ mod tests {
     #[test]
     fn a_crack_through_the_body_ends_with_it() {
         let places: Vec<(f64, f64, f64)> = (0..10).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 1.0)).collect();
-        let (case, snapshot) = cracked(&places);
+        let (case, snapshot) = cracked_body(&places);
         let wide = CrackTip { bin: 0.3, ..tip([-1.0, 0.0], [1.0, 0.0]) };
         assert_eq!(wide.read(&case, &snapshot, &[None]), [1.0, 1.0]);
         let none = CrackTip { field: "heat".to_owned(), ..wide };

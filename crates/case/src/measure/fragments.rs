@@ -5,10 +5,10 @@ use colluvium_points::{CellList, UnionFind};
 use super::ScalarOutput;
 use crate::{FieldRole, Snapshot};
 
-/// Masses of the connected pieces of at least `least` points (kg), largest first, and the mass of smaller pieces (kg). Points within a
+/// Masses of the connected pieces of at least `minimum` points (kg), largest first, and the mass of smaller pieces (kg). Points within a
 /// distance `link` (m) are connected. `None` where positions or masses are not finite.
-pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f64>, f64)> {
-    let mass = snapshot.amounts(FieldRole::Mass)?;
+pub fn fragments(snapshot: &Snapshot, link: f64, minimum: usize) -> Option<(Vec<f64>, f64)> {
+    let mass = snapshot.role_values(FieldRole::Mass)?;
     let mut cells = CellList::<3>::new();
     // Slightly larger cells, so that round-off does not place a neighbour in a cell that is not searched.
     cells.build(&snapshot.positions, link * (1.0 + 1e-6)).ok()?;
@@ -27,16 +27,24 @@ pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f6
         let piece = &mut pieces[joined.root(i)];
         *piece = (piece.0 + 1, piece.1 + mass);
     }
-    let loose = pieces.iter().filter(|(count, _)| *count < least).map(|(_, mass)| mass).sum();
-    let mut large: Vec<f64> =
-        pieces.into_iter().filter(|(count, _)| *count > 0 && *count >= least).map(|(_, mass)| mass).collect();
+    let loose = pieces.iter().filter(|(count, _)| *count < minimum).map(|(_, mass)| mass).sum();
+    let mut large: Vec<f64> = pieces
+        .into_iter()
+        .filter(|(count, _)| *count > 0 && *count >= minimum)
+        .map(|(_, mass)| mass)
+        .collect();
     large.sort_by(|a, b| b.total_cmp(a));
     Some((large, loose))
 }
 
 /// Columns of the measure `name`.
-pub(super) fn scalar_outputs(name: &str, snapshot: &Snapshot, link: f64, least: usize) -> Vec<ScalarOutput> {
-    let found = fragments(snapshot, link, least);
+pub(super) fn scalar_outputs(
+    name: &str,
+    snapshot: &Snapshot,
+    link: f64,
+    minimum: usize,
+) -> Vec<ScalarOutput> {
+    let found = fragments(snapshot, link, minimum);
     let size = |number: usize| {
         found.as_ref().map_or(f64::NAN, |(large, _)| large.get(number).copied().unwrap_or(0.0))
     };

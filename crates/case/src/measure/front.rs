@@ -11,14 +11,14 @@ const POINT_WIDTHS_PER_COLUMN: f64 = 2.0;
 pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     let (axis, sign) = (side.axis(), sign(side));
     let along: Vec<f64> = snapshot.positions.iter().map(|x| sign * x[axis]).collect();
-    let last = foremost(snapshot, &along, quantile);
+    let last = front_point(snapshot, &along, quantile);
     last.map_or(f64::NAN, |i| sign * (along[i] + 0.5 * snapshot.extents[i][axis]))
 }
 
 /// Index of the point up to which, in ascending order of `along`, the fraction `quantile` of the mass lies; `None` without points or their
 /// `mass`.
-pub(super) fn foremost(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
-    let mass = snapshot.amounts(FieldRole::Mass)?;
+pub(super) fn front_point(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
+    let mass = snapshot.role_values(FieldRole::Mass)?;
     let mut order: Vec<usize> = (0..along.len()).collect();
     order.sort_by(|&a, &b| along[a].total_cmp(&along[b]));
     let total: f64 = order.iter().map(|&i| mass[i]).sum();
@@ -44,7 +44,7 @@ pub struct FrontColumns {
     pub wall: f64,
     /// Horizontal axis perpendicular to the front's axis, along which columns are separated: in three dimensions, unless gravity acts
     /// mainly along the front's axis or is zero.
-    pub across: Option<usize>,
+    pub lateral_axis: Option<usize>,
     /// Width of a column (m).
     pub cell: f64,
 }
@@ -64,7 +64,7 @@ impl FrontColumns {
         Self {
             side,
             wall: innermost_wall(case, side_of(axis, !side.is_max())),
-            across: vertical.filter(|_| case.dimension() == 3).map(|c| 3 - c - axis),
+            lateral_axis: vertical.filter(|_| case.dimension() == 3).map(|c| 3 - c - axis),
             cell: cell.unwrap_or_else(|| POINT_WIDTHS_PER_COLUMN * median_width(snapshot, axis)),
         }
     }
@@ -94,7 +94,7 @@ impl FrontColumns {
 
     fn column(&self, x: &[f64; 3]) -> FrontColumn {
         let along = sign(self.side) * (x[self.side.axis()] - self.wall) / self.cell;
-        let across = self.across.map_or(0.0, |axis| x[axis] / self.cell);
+        let across = self.lateral_axis.map_or(0.0, |axis| x[axis] / self.cell);
         // Points that round-off has placed behind the wall count at the wall.
         (along.floor().max(0.0) as i64, across.floor() as i64)
     }
@@ -133,8 +133,10 @@ fn innermost_wall(case: &Case, side: Side) -> f64 {
     let axis = side.axis();
     let end = if side.is_max() { case.domain.max[axis] } else { case.domain.min[axis] };
     let walls = case.active_boundaries(usize::MAX);
-    let faces =
-        walls.iter().filter(|(_, wall)| wall.side == side).map(|(_, wall)| wall.position(&case.domain));
+    let faces = walls
+        .iter()
+        .filter(|(_, wall)| wall.side == side)
+        .map(|(_, wall)| wall.wall_coordinate(&case.domain));
     if side.is_max() { faces.fold(end, f64::min) } else { faces.fold(end, f64::max) }
 }
 
@@ -175,7 +177,7 @@ mod tests {
     }
 
     fn columns(cell: f64) -> FrontColumns {
-        FrontColumns { side: Side::XMax, wall: 0.0, across: None, cell }
+        FrontColumns { side: Side::XMax, wall: 0.0, lateral_axis: None, cell }
     }
 
     #[test]
@@ -220,7 +222,7 @@ mod tests {
         // Points around an empty column, and a detached point beside them.
         let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
         let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
-        let flat = FrontColumns { across: Some(1), ..columns(0.2) };
+        let flat = FrontColumns { lateral_axis: Some(1), ..columns(0.2) };
         assert_near(flat.front(&points(positions, 0.1)), 0.55, 1e-12);
     }
 
@@ -267,7 +269,7 @@ mod tests {
             "stages": [ { "name": "go", "duration": 1 } ]
         }"#;
         let case = Case::from_json(text).unwrap();
-        let across = |side| FrontColumns::of_case(&case, side, Some(0.5), &layer(&[])).across;
+        let across = |side| FrontColumns::of_case(&case, side, Some(0.5), &layer(&[])).lateral_axis;
         assert_eq!([Side::XMax, Side::YMin, Side::ZMin].map(across), [Some(1), Some(0), None]);
     }
 

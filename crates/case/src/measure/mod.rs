@@ -122,7 +122,7 @@ fn unbroken_points<'a>(snapshot: &'a Snapshot, broken: &BreakageCriterion) -> Co
 
 /// Subset of the points, with their `mass`.
 fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
-    let mass = snapshot.amounts(FieldRole::Mass).map(|values| {
+    let mass = snapshot.role_values(FieldRole::Mass).map(|values| {
         let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
         Field { name: "mass".to_owned(), unit: "kg", data }
     });

@@ -39,13 +39,14 @@ impl Case {
                 ));
                 continue;
             }
-            for IsolatedLevel { level, count, rim } in isolated_levels(&raster) {
-                let (level, side) = (level + self.origin()[2], if rim > 0.0 { "above" } else { "below" });
+            for IsolatedLevel { level, count, height_difference } in isolated_levels(&raster) {
+                let (level, side) =
+                    (level + self.origin()[2], if height_difference > 0.0 { "above" } else { "below" });
                 warnings.push(format!(
                     "obstacles[{number}].shape.file: {file}: {count} of its heights are {level} m, and all \
                      adjacent heights are at least {:.1} m {side}. If that value stands for no data, \
                      {NO_DATA_ADVICE}",
-                    rim.abs()
+                    height_difference.abs()
                 ));
             }
         }
@@ -59,7 +60,7 @@ struct IsolatedLevel {
     /// Number of nodes.
     count: usize,
     /// Smallest height of the adjacent nodes over theirs, with its sign (m).
-    rim: f64,
+    height_difference: f64,
 }
 
 /// Lowest and highest nodes with a steep boundary all around.
@@ -87,7 +88,7 @@ fn isolated_levels(raster: &Raster) -> Vec<IsolatedLevel> {
         (is_few && rim.is_finite() && rim > upright).then_some(IsolatedLevel {
             level,
             count,
-            rim: side * rim,
+            height_difference: side * rim,
         })
     };
     let of_ends = [(ends[0], 1.0), (ends[1], -1.0)].map(|(end, side)| level(end, side));

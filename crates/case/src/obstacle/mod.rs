@@ -39,7 +39,7 @@ pub struct ObstacleOverlap {
     /// Number of the obstacle.
     pub obstacle: usize,
     /// Number of the position in the query.
-    pub place: usize,
+    pub point_index: usize,
     /// Depth below the surface (m).
     pub depth: f64,
 }
@@ -102,7 +102,7 @@ impl Case {
         let problem = format!(
             "the point at {:.6?} m lies {:.3e} m inside the obstacle {:?}: a body must not overlap an \
              obstacle at the start",
-            self.map_position(&places[deepest.place]),
+            self.map_position(&places[deepest.point_index]),
             deepest.depth,
             self.obstacles[deepest.obstacle].name
         );
@@ -121,11 +121,11 @@ impl Case {
     ) -> Option<String> {
         let mut standing = self.placed_obstacles::<D>().ok()?;
         standing.retain(|standing| standing.obstacle.motion.is_none());
-        let ObstacleOverlap { obstacle, place, depth } = deepest_overlap(&standing, places, slack)?;
+        let ObstacleOverlap { obstacle, point_index, depth } = deepest_overlap(&standing, places, slack)?;
         let name = &self.obstacles[obstacle].name;
         Some(format!(
             "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
-            self.map_position(&places[place])
+            self.map_position(&places[point_index])
         ))
     }
 }
@@ -138,10 +138,10 @@ fn deepest_overlap<const D: usize>(
 ) -> Option<ObstacleOverlap> {
     let mut worst: Option<ObstacleOverlap> = None;
     for PlacedObstacle { number, surface, .. } in standing {
-        for (place, x) in places.iter().enumerate().filter(|(_, x)| surface.contains(x)) {
+        for (point_index, x) in places.iter().enumerate().filter(|(_, x)| surface.contains(x)) {
             let depth = surface.gap(x, f64::INFINITY).map_or(0.0, |gap| -gap.distance);
             if depth > slack && worst.is_none_or(|worst| depth > worst.depth) {
-                worst = Some(ObstacleOverlap { obstacle: *number, place, depth });
+                worst = Some(ObstacleOverlap { obstacle: *number, point_index, depth });
             }
         }
     }

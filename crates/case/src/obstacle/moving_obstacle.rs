@@ -18,7 +18,7 @@ pub struct MovingObstacle<const D: usize> {
     /// Prescribed motion.
     pub motion: ObstacleMotion,
     /// Surface at its current position.
-    pub placed: PlacedSurface<D>,
+    pub surface: PlacedSurface<D>,
     /// Point on the axis of rotation (m).
     centre: [f64; D],
     /// Velocity of that point (m/s).
@@ -26,7 +26,7 @@ pub struct MovingObstacle<const D: usize> {
     /// Angular velocity (rad/s).
     spin: [f64; 3],
     /// Largest distance of its surface from that point (m).
-    reach: f64,
+    max_radius: f64,
     /// Corners of the domain (m).
     domain: ([f64; D], [f64; D]),
 }
@@ -43,11 +43,11 @@ impl<const D: usize> MovingObstacle<D> {
         let centre: [f64; D] = std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(0.0));
         let mut moving = Self {
             motion: motion.clone(),
-            placed: PlacedSurface { surface: Arc::clone(surface), transform: motion.transform(0.0) },
+            surface: PlacedSurface { surface: Arc::clone(surface), transform: motion.transform(0.0) },
             centre,
             velocity: [0.0; D],
             spin: [0.0; 3],
-            reach: farthest_corner(&centre, &surface.bounds()),
+            max_radius: farthest_corner(&centre, &surface.bounds()),
             domain,
         };
         moving.move_to(0.0);
@@ -59,7 +59,7 @@ impl<const D: usize> MovingObstacle<D> {
     pub fn move_to(&mut self, time: f64) {
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
         let full = self.motion.full_time(time);
-        self.placed.transform = self.motion.transform(time);
+        self.surface.transform = self.motion.transform(time);
         self.centre =
             std::array::from_fn(|c| at(&self.motion.centre, c) + full * at(&self.motion.velocity, c));
     }
@@ -84,7 +84,7 @@ impl<const D: usize> MovingObstacle<D> {
 
     /// Largest speed of its surface in the domain once its motion has its full rate (m/s).
     pub fn max_speed(&self) -> f64 {
-        let reach = self.reach.min(farthest_corner(&self.centre, &self.domain));
+        let reach = self.max_radius.min(farthest_corner(&self.centre, &self.domain));
         let along = self.motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         along + self.motion.rotation.to_radians().abs() * reach
     }
@@ -126,7 +126,7 @@ impl<const D: usize> MovingObstacle<D> {
         cell: f64,
         (next, dt): (&RigidTransform<D>, f64),
     ) -> Option<([f64; 3], [f64; 3])> {
-        let normal = normal_inside(&self.placed, place, cell)?;
+        let normal = normal_inside(&self.surface, place, cell)?;
         let goes = self.material_position(place, next);
         let mut velocity = [0.0; 3];
         (0..D).for_each(|c| velocity[c] = (goes[c] - place[c]) / dt);
@@ -135,23 +135,23 @@ impl<const D: usize> MovingObstacle<D> {
 
     /// Position in another frame of the material point of the obstacle at `x` (m).
     pub fn material_position(&self, x: &[f64; D], frame: &RigidTransform<D>) -> [f64; D] {
-        frame.to_space(&self.placed.transform.to_body(x))
+        frame.to_space(&self.surface.transform.to_body(x))
     }
 }
 
-/// Time step from `time` (s) in which obstacles in the domain are displaced by at most `most` (m), where it is shorter than the `critical`
+/// Time step from `time` (s) in which obstacles in the domain are displaced by at most `upper_limit` (m), where it is shorter than the `critical`
 /// one; it must be computed again after `steps` steps.
 pub fn limit_step_by_obstacles<'a, const D: usize>(
     critical: TimeStep,
     moving: impl Iterator<Item = &'a MovingObstacle<D>>,
-    (time, most, steps): (f64, f64, u64),
+    (time, upper_limit, steps): (f64, f64, u64),
 ) -> TimeStep {
     let until = time + steps as f64 * critical.dt;
     let fastest = moving.map(|own| own.motion.ramp_factor(until) * own.max_speed()).fold(0.0, f64::max);
-    if fastest == 0.0 || fastest * critical.dt <= most {
+    if fastest == 0.0 || fastest * critical.dt <= upper_limit {
         return critical;
     }
-    TimeStep { dt: most / fastest, limit: MOTION, point: None, position: [0.0; 3] }
+    TimeStep { dt: upper_limit / fastest, limit: MOTION, point: None, position: [0.0; 3] }
 }
 
 #[cfg(test)]
@@ -160,7 +160,7 @@ mod tests {
 
     use super::*;
 
-    fn moving(velocity: &[f64], rotation: f64, start: f64) -> MovingObstacle<2> {
+    fn moving_ball(velocity: &[f64], rotation: f64, start: f64) -> MovingObstacle<2> {
         let motion = ObstacleMotion {
             velocity: velocity.to_vec(),
             rotation,
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn velocity_of_a_moving_obstacle_is_the_time_derivative_of_its_material_positions() {
-        let mut own = moving(&[0.3, -0.2], 40.0, 0.1);
+        let mut own = moving_ball(&[0.3, -0.2], 40.0, 0.1);
         let (time, step) = (0.7, 1e-5);
         own.move_to(time);
         own.set_mean_velocity(time + step, step);
@@ -191,12 +191,12 @@ mod tests {
     #[test]
     fn a_step_is_short_enough_for_the_fastest_obstacle_and_no_shorter_before_it_moves() {
         let critical = TimeStep { dt: 0.1, limit: StepLimit::ELASTIC_WAVE, point: None, position: [0.0; 3] };
-        let own = [moving(&[3.0, 4.0], 0.0, 2.0)];
+        let own = [moving_ball(&[3.0, 4.0], 0.0, 2.0)];
         let found = |time: f64| limit_step_by_obstacles(critical, own.iter(), (time, 0.05, 10));
         assert_eq!(found(0.5).dt, 0.1);
         assert_eq!((found(1.5).dt, found(1.5).limit), (0.01, MOTION));
         // With a rotation of one radian per second, its farthest position in the domain is 5 m from the centre.
-        let turning = [moving(&[], 1f64.to_degrees(), 0.0)];
+        let turning = [moving_ball(&[], 1f64.to_degrees(), 0.0)];
         let found = limit_step_by_obstacles(critical, turning.iter(), (1.0, 0.05, 10));
         assert!((found.dt - 0.01).abs() < 1e-15, "{}", found.dt);
     }

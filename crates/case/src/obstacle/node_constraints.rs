@@ -19,7 +19,7 @@ pub fn constraining_obstacles<'s, 'a, const D: usize>(
     let resting = standing.iter().filter(|own| own.obstacle.motion.is_none());
     resting.filter_map(move |PlacedObstacle { obstacle, surface, laws, .. }| {
         let gap = gap_inside(&**surface, place, cell)?;
-        Some((*obstacle, *laws.at(&gap.position), spatial(&gap.normal)))
+        Some((*obstacle, *laws.law_at(&gap.position), spatial(&gap.normal)))
     })
 }
 
@@ -43,7 +43,7 @@ fn gap_inside<const D: usize>(
 /// Moving obstacles, each with its action `F` in a method.
 #[derive(Clone, Debug)]
 pub struct MovingObstacles<F, const D: usize> {
-    all: Vec<(F, MovingObstacle<D>, RigidTransform<D>)>,
+    obstacles: Vec<(F, MovingObstacle<D>, RigidTransform<D>)>,
     step: f64,
 }
 
@@ -57,25 +57,25 @@ impl<F: Copy, const D: usize> MovingObstacles<F, D> {
         let moving = |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| {
             let motion = obstacle.motion.as_ref()?;
             let own = MovingObstacle::new(motion, surface, domain);
-            Some((acts(obstacle, laws.at(&[0.0; D])), own, motion.transform(0.0)))
+            Some((acts(obstacle, laws.law_at(&[0.0; D])), own, motion.transform(0.0)))
         };
-        Self { all: standing.iter().filter_map(moving).collect(), step: 0.0 }
+        Self { obstacles: standing.iter().filter_map(moving).collect(), step: 0.0 }
     }
 
     /// Whether there are no moving obstacles.
     pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
+        self.obstacles.is_empty()
     }
 
     /// Iterates over the moving obstacles.
     pub fn iter(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
-        self.all.iter().map(|(_, own, _)| own)
+        self.obstacles.iter().map(|(_, own, _)| own)
     }
 
     /// Moves them to the start of a step of `dt` (s) from `time` (s), with the mean velocity of the step.
     pub fn update_positions(&mut self, (time, dt): (f64, f64)) {
         self.step = dt;
-        for (_, own, next) in &mut self.all {
+        for (_, own, next) in &mut self.obstacles {
             own.move_to(time);
             *next = own.motion.transform(time + dt);
         }
@@ -83,7 +83,7 @@ impl<F: Copy, const D: usize> MovingObstacles<F, D> {
 
     /// Moving obstacles that contain a node of a grid with cells of size `cell` (m): action, normal and velocity (m/s) there.
     pub fn constraining(&self, place: &[f64; D], cell: f64) -> impl Iterator<Item = (F, [f64; 3], [f64; 3])> {
-        self.all.iter().filter_map(move |(acts, own, next)| {
+        self.obstacles.iter().filter_map(move |(acts, own, next)| {
             let (normal, velocity) = own.nodal_constraint(place, cell, (next, self.step))?;
             Some((*acts, normal, velocity))
         })

@@ -60,7 +60,7 @@ impl ObstacleLaws {
 
     /// Law at a position of the surface (m).
     #[inline]
-    pub fn at(&self, place: &[f64]) -> &ObstacleLaw {
+    pub fn law_at(&self, place: &[f64]) -> &ObstacleLaw {
         &self.laws[self.region(place)]
     }
 
@@ -100,7 +100,7 @@ mod tests {
         });
         let case = Case::from_value(&case, folder.path()).unwrap();
         let standing = case.placed_obstacles::<3>().unwrap();
-        let friction = |x: f64, y: f64| standing[0].laws.at(&[x, y, 7.0]).friction();
+        let friction = |x: f64, y: f64| standing[0].laws.law_at(&[x, y, 7.0]).friction();
         assert_eq!([friction(5.0, 5.0), friction(12.0, 5.0), friction(17.0, 5.0)], [0.0, 0.5, 0.5]);
         assert_eq!([friction(17.0, 9.5), friction(24.0, 5.0), friction(26.0, 5.0)], [0.2, 0.2, 0.0]);
         let mut missing = case.clone();

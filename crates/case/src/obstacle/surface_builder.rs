@@ -25,24 +25,24 @@ pub(super) fn surface<const D: usize>(
 ) -> Result<SharedSurface<D>, CaseError> {
     let made = match shape {
         ObstacleShape::Plane { point, normal } => plane(point, normal),
-        ObstacleShape::Box { min, max } => around_box(min, max),
+        ObstacleShape::Box { min, max } => box_surface(min, max),
         ObstacleShape::Ball { centre, radius, hollow } => ball(centre, *radius, *hollow),
         ObstacleShape::GroundLine { points, file } => {
-            ground_line(points, file.as_deref(), origin).map(FacettedSurface::shared).and_then(in_space)
+            ground_line(points, file.as_deref(), origin).map(FacettedSurface::into_shared).and_then(in_space)
         }
         ObstacleShape::Profile { start, pieces } => {
             profile(*start, pieces).map(GroundProfile::into_shared).and_then(in_space)
         }
         ObstacleShape::Polygon { vertices } => FacettedSurface::polygon(vertices)
             .map_err(from_surface_error)
-            .map(FacettedSurface::shared)
+            .map(FacettedSurface::into_shared)
             .and_then(in_space),
         ObstacleShape::Extruded { vertices, axis, from, to } => axis_of_space(*axis)
             .and_then(|()| FacettedSurface::extruded(vertices, *axis, *from, *to).map_err(from_surface_error))
-            .map(FacettedSurface::shared)
+            .map(FacettedSurface::into_shared)
             .and_then(in_space),
         ObstacleShape::Turned { vertices, axis, centre } => {
-            revolved(vertices, *axis, *centre).map(PlacedSurface::shared).and_then(in_space)
+            surface_of_revolution(vertices, *axis, *centre).map(PlacedSurface::into_shared).and_then(in_space)
         }
         ObstacleShape::Raster { file, spacing } => {
             raster(file, *spacing, origin).map(HeightField::into_shared).and_then(in_space)
@@ -50,7 +50,7 @@ pub(super) fn surface<const D: usize>(
         ObstacleShape::Mesh { file } => {
             let mesh =
                 colluvium_terrain::read_mesh(Path::new(file), &|axis, x| relative_to_origin(x, origin[axis]));
-            mesh.map_err(|error| file_problem(&error)).map(FacettedSurface::shared).and_then(in_space)
+            mesh.map_err(|error| file_problem(&error)).map(FacettedSurface::into_shared).and_then(in_space)
         }
     };
     made.map_err(|problem| error_at(path, problem))
@@ -96,17 +96,19 @@ fn vector<const D: usize>(values: &[f64]) -> [f64; D] {
 }
 
 fn plane<const D: usize>(point: &[f64], normal: &[f64]) -> Result<SharedSurface<D>, ShapeProblem> {
-    HalfSpace::new(vector::<D>(point), vector(normal)).map(HalfSpace::shared).map_err(from_surface_error)
+    HalfSpace::new(vector::<D>(point), vector(normal)).map(HalfSpace::into_shared).map_err(from_surface_error)
 }
 
-fn around_box<const D: usize>(min: &[f64], max: &[f64]) -> Result<SharedSurface<D>, ShapeProblem> {
+fn box_surface<const D: usize>(min: &[f64], max: &[f64]) -> Result<SharedSurface<D>, ShapeProblem> {
     FacettedSurface::around_box(vector::<D>(min), vector(max))
-        .map(FacettedSurface::shared)
+        .map(FacettedSurface::into_shared)
         .map_err(from_surface_error)
 }
 
 fn ball<const D: usize>(centre: &[f64], radius: f64, hollow: bool) -> Result<SharedSurface<D>, ShapeProblem> {
-    BallSurface::new(vector::<D>(centre), radius, hollow).map(BallSurface::shared).map_err(from_surface_error)
+    BallSurface::new(vector::<D>(centre), radius, hollow)
+        .map(BallSurface::into_shared)
+        .map_err(from_surface_error)
 }
 
 fn axis_of_space(axis: usize) -> Result<(), ShapeProblem> {
@@ -143,10 +145,14 @@ fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<GroundProfile, Sh
         };
         added.map_err(|error| (format!("pieces[{number}].{}", error.path), error.problem))?;
     }
-    profile.finish().map_err(from_surface_error)
+    profile.close().map_err(from_surface_error)
 }
 
-fn revolved(vertices: &[[f64; 2]], axis: usize, centre: [f64; 3]) -> Result<PlacedSurface<3>, ShapeProblem> {
+fn surface_of_revolution(
+    vertices: &[[f64; 2]],
+    axis: usize,
+    centre: [f64; 3],
+) -> Result<PlacedSurface<3>, ShapeProblem> {
     axis_of_space(axis)?;
     // Coordinates along the axis are those of space.
     let offset: [f64; 3] = std::array::from_fn(|c| if c == axis { 0.0 } else { centre[c] });

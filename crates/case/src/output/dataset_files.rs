@@ -45,13 +45,13 @@ pub fn write_dataset(
         }
         DatasetGeometry::Mesh(mesh) => write_mesh(path, mesh, origin, fields, compression),
         DatasetGeometry::Lattice { nodes: Lattice { low, spacing, count }, mask } => {
-            let axis = |c: usize| along(origin[c], low[c], *spacing, count[c]);
+            let axis = |c: usize| node_coordinates(origin[c], low[c], *spacing, count[c]);
             let mut arrays: Vec<VtkArray<'_>> = fields.iter().map(VtkArray::from_field).collect();
             arrays.extend((!mask.is_empty()).then(|| VtkArray::new(GHOSTS, 1, || hidden_nodes(mask))));
             write_nodes(path, &[0, 1, 2].map(axis), arrays, compression)
         }
         DatasetGeometry::Raster(PlanNodes { columns, rows, origin: low, spacing, .. }) => {
-            let axis = |c: usize, count: usize| along(origin[c], low[c], spacing[c], count);
+            let axis = |c: usize, count: usize| node_coordinates(origin[c], low[c], spacing[c], count);
             let axes = [axis(0, *columns), axis(1, *rows), vec![0.0]];
             write_nodes(path, &axes, fields.iter().map(VtkArray::from_field).collect(), compression)
         }
@@ -59,7 +59,7 @@ pub fn write_dataset(
 }
 
 /// Coordinates of nodes along an axis (m).
-fn along(origin: f64, low: f64, spacing: f64, count: usize) -> Vec<f64> {
+fn node_coordinates(origin: f64, low: f64, spacing: f64, count: usize) -> Vec<f64> {
     (0..count).map(|node| origin + (low + spacing * node as f64)).collect()
 }
 
@@ -93,7 +93,7 @@ mod tests {
     use crate::solver::PolygonMesh;
     use crate::{Field, FieldData};
 
-    fn written(support: DatasetGeometry, data: FieldData) -> DataSet {
+    fn vtk_dataset(support: DatasetGeometry, data: FieldData) -> DataSet {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("all").with_extension(file_extension(&support));
         let fields = vec![Field { name: "depth".into(), unit: "m", data }];
@@ -116,7 +116,9 @@ mod tests {
         let lattice = DatasetGeometry::Lattice { nodes, mask: vec![true, true, false, true, true, true] };
         let values = || FieldData::Scalar((0..6).map(f64::from).collect());
         for (support, upper, arrays) in [(DatasetGeometry::Raster(plan), 6.0, 1), (lattice, 4.5, 2)] {
-            let DataSet::RectilinearGrid { pieces, .. } = written(support, values()) else { panic!("nodes") };
+            let DataSet::RectilinearGrid { pieces, .. } = vtk_dataset(support, values()) else {
+                panic!("nodes")
+            };
             let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
             assert_eq!(piece.coords.x.cast_into::<f64>().unwrap(), [101.0, 101.5, 102.0]);
             assert_eq!(piece.coords.y.cast_into::<f64>().unwrap(), [4.0, upper]);
@@ -149,7 +151,7 @@ mod tests {
     fn lines_and_polygons_are_written_in_one_mesh() {
         let places = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let mesh = PolygonMesh { vertices: places, corners: vec![0, 2, 0, 1, 2], ends: vec![2, 5] };
-        let set = written(DatasetGeometry::Mesh(mesh), FieldData::Integer(vec![7, -7]));
+        let set = vtk_dataset(DatasetGeometry::Mesh(mesh), FieldData::Integer(vec![7, -7]));
         let DataSet::UnstructuredGrid { pieces, .. } = set else { panic!("cells") };
         let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
         assert_eq!(piece.cells.types, [vtkio::model::CellType::Line, vtkio::model::CellType::Polygon]);

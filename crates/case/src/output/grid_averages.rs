@@ -30,7 +30,7 @@ pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[Stri
     let nodes = lattice(case, cell);
     let Lattice { low, count, .. } = nodes;
     let frame = AveragingNodes { low, cell, count, dimension: case.dimension() };
-    let shares = frame.shares(snapshot);
+    let shares = frame.node_shares(snapshot);
     let periodic: Vec<usize> = case.domain.periodic.iter().map(|axis| axis.number()).collect();
     let mass = frame.sums(&shares, 1, |_, _| 1.0, &periodic);
     let mean = |components: usize, value: &dyn Fn(usize, usize) -> f64| {
@@ -55,7 +55,7 @@ pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[Stri
         Field { data, ..field.clone() }
     };
     let has_average =
-        |name: &String| name != DENSITY && !FieldRole::of(name).is_some_and(FieldRole::is_amount);
+        |name: &String| name != DENSITY && !FieldRole::from_name(name).is_some_and(FieldRole::is_amount);
     let wanted = |name: &String| has_average(name) && only.is_none_or(|names| names.contains(name));
     let radial = case.space == Space::Axisymmetric;
     let density = |(node, mass): (usize, &f64)| mass / frame.volume(node, radial, &periodic);
@@ -86,8 +86,8 @@ impl AveragingNodes {
     }
 
     /// Parts of the masses of points at the nodes around them, by linear weights; points outside the domain have none.
-    fn shares(&self, snapshot: &Snapshot) -> Vec<NodeShare> {
-        let masses = snapshot.amounts(FieldRole::Mass).unwrap_or_default();
+    fn node_shares(&self, snapshot: &Snapshot) -> Vec<NodeShare> {
+        let masses = snapshot.role_values(FieldRole::Mass).unwrap_or_default();
         let strides = [1, self.count[0], self.count[0] * self.count[1]];
         let mut shares = Vec::with_capacity(snapshot.positions.len() << self.dimension);
         'points: for (point, (x, mass)) in snapshot.positions.iter().zip(masses).enumerate() {
@@ -115,7 +115,7 @@ impl AveragingNodes {
     }
 
     /// Index of a node along each axis.
-    fn index(&self, node: usize) -> [usize; 3] {
+    fn axis_indices(&self, node: usize) -> [usize; 3] {
         let [nx, ny, _] = self.count;
         [node % nx, node / nx % ny, node / (nx * ny)]
     }
@@ -123,10 +123,10 @@ impl AveragingNodes {
     /// Adds the sums of the first and the last nodes of a periodic axis, and assigns the result to both.
     fn sum_periodic_images(&self, sums: &mut [f64], components: usize, axis: usize) {
         let stride: usize = self.count[..axis].iter().product();
-        let way = (self.count[axis] - 1) * stride;
-        for node in (0..sums.len() / components).filter(|node| self.index(*node)[axis] == 0) {
+        let offset = (self.count[axis] - 1) * stride;
+        for node in (0..sums.len() / components).filter(|node| self.axis_indices(*node)[axis] == 0) {
             for c in 0..components {
-                let (first, last) = (node * components + c, (node + way) * components + c);
+                let (first, last) = (node * components + c, (node + offset) * components + c);
                 let sum = sums[first] + sums[last];
                 (sums[first], sums[last]) = (sum, sum);
             }
@@ -135,7 +135,7 @@ impl AveragingNodes {
 
     /// Volume of space of a node (m³; per metre in plane strain, per radian in axisymmetry).
     fn volume(&self, node: usize, radial: bool, periodic: &[usize]) -> f64 {
-        let index = self.index(node);
+        let index = self.axis_indices(node);
         let share = |axis: usize| {
             let at_end = index[axis] == 0 || index[axis] == self.count[axis] - 1;
             if at_end && !periodic.contains(&axis) { 0.5 } else { 1.0 }

@@ -6,7 +6,7 @@ use crate::description::Rasters;
 use crate::{Case, CaseError};
 
 /// Largest number of cells of a raster: more fill the memory of a small machine.
-const MOST_CELLS: f64 = 5e7;
+const MAX_CELLS: f64 = 5e7;
 
 impl Case {
     /// Output rasters of the case in plan view.
@@ -34,9 +34,9 @@ impl Rasters {
         reference: Georeference,
     ) -> Result<Raster, CaseError> {
         let count = [0, 1].map(|c| ((high[c] - low[c]) / cell - 1e-9).ceil());
-        if !(count[0] * count[1] <= MOST_CELLS) {
+        if !(count[0] * count[1] <= MAX_CELLS) {
             let problem =
-                format!("{cell} m gives {:.0e} cells, more than {MOST_CELLS:.0e}", count[0] * count[1]);
+                format!("{cell} m gives {:.0e} cells, more than {MAX_CELLS:.0e}", count[0] * count[1]);
             return Err(CaseError::new("output.rasters.cell", problem));
         }
         let [columns, rows] = count.map(|count| count.max(2.0) as usize);

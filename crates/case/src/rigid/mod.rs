@@ -51,12 +51,12 @@ impl Default for RigidState {
 impl RigidState {
     /// State with the velocity of the case: uniform, or linear with a rotation.
     pub fn initial(mass: &RigidMass, given: &Velocity) -> Self {
-        let velocity = given.at(mass.centre);
+        let velocity = given.velocity_at(mass.centre);
         // The velocity is linear: differences over a metre are its gradient.
         let slope = |i: usize, j: usize| {
             let mut to = mass.centre;
             to[j] += 1.0;
-            given.at(to)[i] - velocity[i]
+            given.velocity_at(to)[i] - velocity[i]
         };
         let spin = [slope(2, 1), slope(0, 2), slope(1, 0)];
         Self {
@@ -76,7 +76,7 @@ impl RigidState {
     ) -> Self {
         let mut sum = [0.0; 6];
         for ((m, x), v) in masses.iter().zip(positions).zip(velocities) {
-            let own = wrench_at(&spatial(&v.map(|c| m * c)), &mass.arm(&spatial(x)));
+            let own = wrench_at(&spatial(&v.map(|c| m * c)), &mass.lever_arm(&spatial(x)));
             (0..6).for_each(|k| sum[k] += own[k]);
         }
         let [px, py, pz, lx, ly, lz] = sum;
@@ -93,7 +93,7 @@ impl RigidState {
     }
 
     /// Sets the velocity and angular momentum to zero at the current position.
-    pub fn stop(&mut self) {
+    pub fn set_at_rest(&mut self) {
         *self = Self { axes: self.axes, ..Self::default() };
     }
 
@@ -169,7 +169,7 @@ impl RigidMass {
     }
 
     /// Position relative to the centre of mass (m).
-    pub fn arm(&self, x: &[f64; 3]) -> [f64; 3] {
+    pub fn lever_arm(&self, x: &[f64; 3]) -> [f64; 3] {
         std::array::from_fn(|c| x[c] - self.centre[c])
     }
 

@@ -12,7 +12,7 @@ const CONVERGENCE_TOLERANCE: f64 = 1e-13;
 /// Contact law at a point of a rigid body: impulse as a function of the velocity there.
 pub trait ContactLawAtPoint {
     /// Position relative to the centre of mass (m).
-    fn arm(&self) -> &[f64; 3];
+    fn lever_arm(&self) -> &[f64; 3];
 
     /// Impulse (N s) on the body for the velocity `w` (m/s) at this point.
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3];
@@ -33,7 +33,7 @@ pub trait ContactSystem {
 /// Adds the impulses of the contacts of one kind on a body with this motion.
 pub fn add_impulses<T: ContactLawAtPoint>(touches: impl Iterator<Item = T>, motion: &Twist, sum: &mut Twist) {
     for touch in touches {
-        let own = wrench_at(&touch.impulse(&velocity_at(motion, touch.arm())), touch.arm());
+        let own = wrench_at(&touch.impulse(&velocity_at(motion, touch.lever_arm())), touch.lever_arm());
         (0..6).for_each(|k| sum[k] += own[k]);
     }
 }
@@ -45,7 +45,7 @@ pub fn add_stiffness<T: ContactLawAtPoint>(
     sum: &mut [Twist; 6],
 ) {
     for touch in touches {
-        let (arm, fall) = (touch.arm(), touch.stiffness(&velocity_at(motion, touch.arm())));
+        let (arm, fall) = (touch.lever_arm(), touch.stiffness(&velocity_at(motion, touch.lever_arm())));
         for axis in 0..3 {
             let column = wrench_at(&std::array::from_fn(|c| fall[c][axis]), arm);
             // Velocity along an axis, by the six components of the motion.
@@ -90,7 +90,7 @@ impl RigidStep {
     }
 
     fn solve_contact_from(&self, start: &Twist, touched: &dyn ContactSystem, stuck: bool) -> (Twist, bool) {
-        let (matrix, free, before) = (self.mass.matrix(), self.free, self.motion);
+        let (matrix, free, before) = (self.mass.matrix(), self.free_components, self.motion);
         let rest = |motion: &Twist| -> Twist {
             let impulse = touched.impulse(motion, stuck);
             std::array::from_fn(|i| {

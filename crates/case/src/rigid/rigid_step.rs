@@ -11,9 +11,9 @@ use crate::spatial;
 #[derive(Clone, Copy, Debug)]
 pub struct RigidBodyActions {
     /// Whether each component of its motion follows from forces.
-    pub free: [bool; 6],
+    pub free_components: [bool; 6],
     /// Prescribed velocities of the other components (m/s).
-    pub prescribed: [Option<f64>; 3],
+    pub prescribed_velocities: [Option<f64>; 3],
     /// Force (N).
     pub force: [f64; 3],
     /// Moment about the centre of mass (N m).
@@ -22,8 +22,12 @@ pub struct RigidBodyActions {
 
 impl RigidBodyActions {
     /// No forces, on a body at rest without free components.
-    pub const REST: Self =
-        Self { free: [false; 6], prescribed: [Some(0.0); 3], force: [0.0; 3], moment: [0.0; 3] };
+    pub const AT_REST: Self = Self {
+        free_components: [false; 6],
+        prescribed_velocities: [Some(0.0); 3],
+        force: [0.0; 3],
+        moment: [0.0; 3],
+    };
 
     /// Actions of the motion of a stage after `elapsed` seconds in a space of `dimension` axes, with an added force (N) and moment (N m).
     pub fn of_motion(
@@ -33,15 +37,15 @@ impl RigidBodyActions {
         beside: (&[f64; 3], &[f64; 3]),
     ) -> Self {
         let held = motion.velocity_at(elapsed);
-        let free = std::array::from_fn(|c| match c {
+        let free_components = std::array::from_fn(|c| match c {
             0..3 => c < dimension && held[c].is_none(),
             5 => motion.rotates && dimension >= 2,
             _ => motion.rotates && dimension == 3,
         });
         let (force, moment) = (motion.force_at(elapsed), motion.moment_at(elapsed));
         Self {
-            free,
-            prescribed: held,
+            free_components,
+            prescribed_velocities: held,
             force: std::array::from_fn(|c| force[c] + beside.0[c]),
             moment: std::array::from_fn(|c| moment[c] + beside.1[c]),
         }
@@ -55,7 +59,7 @@ impl RigidBodyActions {
 
     /// Whether the body rotates.
     fn rotates(&self) -> bool {
-        self.free[5]
+        self.free_components[5]
     }
 }
 
@@ -67,37 +71,37 @@ pub struct RigidStep {
     /// Directions of its initial axes at the start of the step, as columns.
     pub axes: [[f64; 3]; 3],
     /// Whether each component of its motion follows from forces.
-    pub free: [bool; 6],
+    pub free_components: [bool; 6],
     /// Motion at the start of the step.
     pub start: Twist,
     /// Current estimate of the motion at the end of the step.
     pub motion: Twist,
     /// External force and moment (N, N m).
-    pub applied: Twist,
+    pub applied_wrench: Twist,
 }
 
 impl RigidStep {
     /// Motion of a body after `dt` (s) under external forces, with Rayleigh damping of coefficient times step `share`.
     pub fn new(mass: RigidMass, state: &RigidState, acts: &RigidBodyActions, dt: f64, share: f64) -> Self {
-        let RigidBodyActions { free, prescribed: held, force, moment } = *acts;
+        let RigidBodyActions { free_components, prescribed_velocities: held, force, moment } = *acts;
         let turning = state.angular_momentum.map(|l| if acts.rotates() { l } else { 0.0 });
-        let begun = mass.angular_velocity(&turning, &free);
+        let begun = mass.angular_velocity(&turning, &free_components);
         let pushed: [f64; 3] =
             std::array::from_fn(|c| rayleigh_damped_velocity(turning[c], turning[c] + dt * moment[c], share));
-        let turned = mass.angular_velocity(&pushed, &free);
+        let turned = mass.angular_velocity(&pushed, &free_components);
         let (mut start, mut motion) = ([0.0; 6], [0.0; 6]);
         for c in 0..3 {
             start[c] = state.velocity[c];
             let pushed = rayleigh_damped_velocity(start[c], start[c] + dt * force[c] / mass.mass, share);
-            motion[c] = held[c].unwrap_or(if free[c] { pushed } else { 0.0 });
+            motion[c] = held[c].unwrap_or(if free_components[c] { pushed } else { 0.0 });
             (start[c + 3], motion[c + 3]) = (begun[c], turned[c]);
         }
-        Self { mass, axes: state.axes, free, start, motion, applied: acts.applied() }
+        Self { mass, axes: state.axes, free_components, start, motion, applied_wrench: acts.applied() }
     }
 
     /// Velocity of the body at a position (m/s).
     pub fn velocity_at(&self, x: &[f64; 3]) -> [f64; 3] {
-        velocity_at(&self.motion, &self.mass.arm(x))
+        velocity_at(&self.motion, &self.mass.lever_arm(x))
     }
 
     /// Kinetic energy (J) of the change of its motion in the step.
@@ -109,17 +113,17 @@ impl RigidStep {
 
     /// Adds an impulse and its moment about the centre of mass (N s, N m s) to the motion.
     pub fn add_impulse(&mut self, impulse: &Twist) {
-        if let Some(change) = solve(&self.mass.matrix(), impulse, &self.free) {
+        if let Some(change) = solve(&self.mass.matrix(), impulse, &self.free_components) {
             (0..6).for_each(|k| self.motion[k] += change[k]);
         }
     }
 
     /// Applies local damping to the free components by their total change; rotations have the largest factor of the axes.
     pub fn damp(&mut self, damping: &[f64; 3]) {
-        let most = damping.iter().copied().fold(0.0, f64::max);
-        for k in (0..6).filter(|k| self.free[*k]) {
+        let largest = damping.iter().copied().fold(0.0, f64::max);
+        for k in (0..6).filter(|k| self.free_components[*k]) {
             let change = self.motion[k] - self.start[k];
-            let factor = damping.get(k).copied().unwrap_or(most);
+            let factor = damping.get(k).copied().unwrap_or(largest);
             self.motion[k] -= factor * change.abs() * sign_or_zero(self.start[k]);
         }
     }
@@ -130,7 +134,7 @@ impl RigidStep {
     }
 
     fn rotates(&self) -> bool {
-        self.free[5]
+        self.free_components[5]
     }
 
     /// Velocity of the centre of mass (m/s).
@@ -145,11 +149,14 @@ impl RigidStep {
 
     /// Work of the external forces in a step of `dt` (J).
     pub fn work(&self, dt: f64) -> f64 {
-        (0..6).filter(|k| self.free[*k]).map(|k| self.applied[k] * self.motion[k] * dt).sum()
+        (0..6)
+            .filter(|k| self.free_components[*k])
+            .map(|k| self.applied_wrench[k] * self.motion[k] * dt)
+            .sum()
     }
 
     /// Sets the state to the motion at the end of the step, with the position at its start.
-    pub fn finish(&self, state: &mut RigidState) {
+    pub fn apply(&self, state: &mut RigidState) {
         (state.velocity, state.angular_velocity, state.angular_momentum) =
             (self.velocity(), self.angular_velocity(), self.angular_momentum());
     }
@@ -158,7 +165,7 @@ impl RigidStep {
     fn rotation(&self, dt: f64) -> [[f64; 3]; 3] {
         let by = |spin: [f64; 3], time: f64| rotation(&spin.map(|w| time * w));
         // The angular velocity about a fixed axis is constant.
-        let middle = if self.free[3] {
+        let middle = if self.free_components[3] {
             self.spin_after(&by(self.angular_velocity(), 0.5 * dt))
         } else {
             self.angular_velocity()
@@ -170,7 +177,10 @@ impl RigidStep {
     fn spin_after(&self, turn: &[[f64; 3]; 3]) -> [f64; 3] {
         multiply(
             turn,
-            &self.mass.angular_velocity(&multiply(&transposed(turn), &self.angular_momentum()), &self.free),
+            &self.mass.angular_velocity(
+                &multiply(&transposed(turn), &self.angular_momentum()),
+                &self.free_components,
+            ),
         )
     }
 
@@ -203,7 +213,7 @@ impl RigidStep {
         let motion =
             [vx, vy, vz, state.angular_velocity[0], state.angular_velocity[1], state.angular_velocity[2]];
         for (x, v) in positions.iter_mut().zip(velocities) {
-            let mut arm = self.mass.arm(&spatial(x));
+            let mut arm = self.mass.lever_arm(&spatial(x));
             if turns {
                 arm = multiply(&turn, &arm);
             }

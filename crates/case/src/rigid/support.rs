@@ -15,7 +15,7 @@ const SUPPORT_INERTIA_RATIO: f64 = 1e6;
 #[derive(Clone, Copy, Debug)]
 pub struct SupportPoint {
     /// Position relative to the centre of mass (m).
-    pub arm: [f64; 3],
+    pub lever_arm: [f64; 3],
     /// Velocity of the ground (m/s).
     pub velocity: [f64; 3],
     /// Number of the obstacle; `None` for a wall.
@@ -34,7 +34,7 @@ pub struct WallPlane {
     /// Axis normal to its face.
     pub axis: usize,
     /// Sign of the normal along that axis: 1 or -1.
-    pub off: f64,
+    pub normal_sign: f64,
     /// Coordinate of its face (m).
     pub face: f64,
     /// Velocity (m/s).
@@ -51,7 +51,7 @@ pub struct ObstacleContact<'a, const D: usize> {
     /// Boundary laws.
     pub laws: &'a ObstacleLaws,
     /// Motion; `None` at rest.
-    pub moving: Option<&'a MovingObstacle<D>>,
+    pub motion: Option<&'a MovingObstacle<D>>,
 }
 
 impl SupportPoint {
@@ -73,8 +73,8 @@ impl SupportPoint {
 struct StiffSupport<'a>(&'a SupportPoint, f64, bool);
 
 impl ContactLawAtPoint for StiffSupport<'_> {
-    fn arm(&self) -> &[f64; 3] {
-        &self.0.arm
+    fn lever_arm(&self) -> &[f64; 3] {
+        &self.0.lever_arm
     }
 
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
@@ -109,7 +109,7 @@ pub struct SupportReaction {
     /// Impulse on the obstacle (N s).
     pub impulse: [f64; 3],
     /// Position (m).
-    pub place: [f64; 3],
+    pub position: [f64; 3],
     /// Dissipation by friction (J), not negative.
     pub friction: f64,
     /// Work of the obstacle's motion on the body (J).
@@ -120,9 +120,10 @@ pub struct SupportReaction {
 struct BodyCorners<'a, const D: usize> {
     step: &'a RigidStep,
     dt: f64,
-    places: &'a [[f64; D]],
+    /// Positions of the points (m).
+    positions: &'a [[f64; D]],
     /// Half the width of a point (m).
-    half: f64,
+    half_width: f64,
     /// Positions of the corners relative to the centre of a point (m); zero along the third axis in a plane.
     corner_offsets: [[f64; 3]; 8],
     /// Distance of the farthest point from the centre of mass, without its width (m).
@@ -132,36 +133,39 @@ struct BodyCorners<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> BodyCorners<'a, D> {
-    fn new(step: &'a RigidStep, dt: f64, places: &'a [[f64; D]], half: f64) -> Self {
+    fn new(step: &'a RigidStep, dt: f64, positions: &'a [[f64; D]], half_width: f64) -> Self {
         let own = std::array::from_fn(|k| {
-            let axis = |a: usize| if a < D { half * if k >> a & 1 == 0 { -1.0 } else { 1.0 } } else { 0.0 };
+            let axis =
+                |a: usize| if a < D { half_width * if k >> a & 1 == 0 { -1.0 } else { 1.0 } } else { 0.0 };
             let own = [axis(0), axis(1), axis(2)];
             std::array::from_fn(|c| (0..3).map(|a| step.axes[c][a] * own[a]).sum())
         });
         let size = |v: [f64; 3]| dot(&v, &v).sqrt();
-        let radius = places.iter().map(|x| size(step.mass.arm(&spatial(x)))).fold(0.0, f64::max);
-        let near = half.max(dt * (size(step.velocity()) + radius * size(step.angular_velocity())));
-        Self { step, dt, places, half, corner_offsets: own, radius, search_distance: near }
+        let radius = positions.iter().map(|x| size(step.mass.lever_arm(&spatial(x)))).fold(0.0, f64::max);
+        let near = half_width.max(dt * (size(step.velocity()) + radius * size(step.angular_velocity())));
+        Self { step, dt, positions, half_width, corner_offsets: own, radius, search_distance: near }
     }
 
     /// Corner position relative to the centre of mass (m).
-    fn arm(&self, x: &[f64; D], own: &[f64; 3]) -> [f64; 3] {
+    fn lever_arm(&self, x: &[f64; D], own: &[f64; 3]) -> [f64; 3] {
         let at = spatial(x);
-        self.step.mass.arm(&std::array::from_fn(|c| at[c] + own[c]))
+        self.step.mass.lever_arm(&std::array::from_fn(|c| at[c] + own[c]))
     }
 
     fn find_wall_support(&self, side: &WallPlane, found: &mut Vec<SupportPoint>) {
-        let WallPlane { axis, off, face, velocity, friction } = *side;
-        let normal = std::array::from_fn(|c| if c == axis { off } else { 0.0 });
-        for x in
-            self.places.iter().filter(|x| off * (x[axis] - face) <= self.search_distance + 2.0 * self.half)
+        let WallPlane { axis, normal_sign, face, velocity, friction } = *side;
+        let normal = std::array::from_fn(|c| if c == axis { normal_sign } else { 0.0 });
+        for x in self
+            .positions
+            .iter()
+            .filter(|x| normal_sign * (x[axis] - face) <= self.search_distance + 2.0 * self.half_width)
         {
             for own in &self.corner_offsets[..1 << D] {
-                let gap = off * (x[axis] + own[axis] - face);
+                let gap = normal_sign * (x[axis] + own[axis] - face);
                 if gap <= self.search_distance {
-                    let (arm, room) = (self.arm(x, own), gap.max(0.0) / self.dt);
+                    let (lever_arm, room) = (self.lever_arm(x, own), gap.max(0.0) / self.dt);
                     found.push(SupportPoint {
-                        arm,
+                        lever_arm,
                         velocity,
                         obstacle: None,
                         normal,
@@ -179,23 +183,23 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
         rock: &ObstacleContact<'_, D>,
         found: &mut Vec<SupportPoint>,
     ) {
-        let reach = self.search_distance + (D as f64).sqrt() * self.half;
+        let reach = self.search_distance + (D as f64).sqrt() * self.half_width;
         let centre = std::array::from_fn(|c| self.step.mass.centre[c]);
         if rock.surface.gap(&centre, self.radius + reach).is_none() {
             return;
         }
-        for x in self.places.iter().filter(|x| rock.surface.gap(x, reach).is_some()) {
+        for x in self.positions.iter().filter(|x| rock.surface.gap(x, reach).is_some()) {
             for own in &self.corner_offsets[..1 << D] {
                 let corner: [f64; D] = std::array::from_fn(|c| x[c] + own[c]);
                 let gap = rock.surface.gap(&corner, reach).filter(|gap| gap.distance <= self.search_distance);
                 let Some(gap) = gap else { continue };
                 found.push(SupportPoint {
-                    arm: self.arm(x, own),
-                    velocity: spatial(&rock.moving.map_or([0.0; D], |moving| moving.velocity(&corner))),
+                    lever_arm: self.lever_arm(x, own),
+                    velocity: spatial(&rock.motion.map_or([0.0; D], |moving| moving.velocity(&corner))),
                     obstacle: Some(number),
                     normal: spatial(&gap.normal),
                     max_approach_velocity: gap.distance.max(0.0) / self.dt,
-                    friction: rock.laws.at(&gap.position).friction(),
+                    friction: rock.laws.law_at(&gap.position).friction(),
                 });
             }
         }
@@ -205,7 +209,7 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
 /// Corners of a rigid body that can reach the ground in a step.
 #[derive(Clone, Debug, Default)]
 pub struct SupportPoints {
-    all: Vec<SupportPoint>,
+    points: Vec<SupportPoint>,
     /// Inertia of the ground (kg).
     inertia: f64,
 }
@@ -213,17 +217,17 @@ pub struct SupportPoints {
 impl SupportPoints {
     /// Whether there are no support points.
     pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
+        self.points.is_empty()
     }
 
     /// Adds the impulses of the ground on a body with this motion; with `stuck`, all supports stick.
     pub fn add_impulses(&self, motion: &Twist, stuck: bool, sum: &mut Twist) {
-        add_impulses(self.all.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
+        add_impulses(self.points.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
     }
 
     /// Adds the decrease of these impulses with the motion.
     pub fn add_stiffness(&self, motion: &Twist, stuck: bool, sum: &mut [Twist; 6]) {
-        add_stiffness(self.all.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
+        add_stiffness(self.points.iter().map(|plank| StiffSupport(plank, self.inertia, stuck)), motion, sum);
     }
 
     /// Reactions on obstacles for the motion of the body at the end of its step, point by point. With `stuck`, as in a step whose contact
@@ -233,35 +237,35 @@ impl SupportPoints {
         step: &'a RigidStep,
         stuck: bool,
     ) -> impl Iterator<Item = SupportReaction> + 'a {
-        self.all.iter().filter_map(move |plank| {
-            let (obstacle, w) = (plank.obstacle?, velocity_at(&step.motion, &plank.arm));
+        self.points.iter().filter_map(move |plank| {
+            let (obstacle, w) = (plank.obstacle?, velocity_at(&step.motion, &plank.lever_arm));
             let (_, held, along) = plank.support_force(self.inertia, &w, stuck)?;
             let impulse = StiffSupport(plank, self.inertia, stuck).impulse(&w);
             Some(SupportReaction {
                 obstacle,
                 impulse: impulse.map(|i| -i),
-                place: std::array::from_fn(|c| step.mass.centre[c] + plank.arm[c]),
+                position: std::array::from_fn(|c| step.mass.centre[c] + plank.lever_arm[c]),
                 friction: held * dot(&along, &along),
                 work: dot(&impulse, &plank.velocity),
             })
         })
     }
 
-    /// Finds the corners of a rigid body with points at `places` (m), squares or cubes of half width `half` (m), that can reach walls or
+    /// Finds the corners of a rigid body with points at `positions` (m), squares or cubes of half width `half_width` (m), that can reach walls or
     /// obstacles in a step of `dt` (s).
     pub fn list<'a, const D: usize>(
         &mut self,
         (step, dt): (&RigidStep, f64),
-        (places, half): (&[[f64; D]], f64),
+        (positions, half_width): (&[[f64; D]], f64),
         sides: impl Iterator<Item = WallPlane>,
         rocks: impl Iterator<Item = ObstacleContact<'a, D>>,
     ) {
-        self.all.clear();
+        self.points.clear();
         self.inertia = SUPPORT_INERTIA_RATIO * step.mass.mass;
-        let corners = BodyCorners::new(step, dt, places, half);
-        sides.for_each(|side| corners.find_wall_support(&side, &mut self.all));
+        let corners = BodyCorners::new(step, dt, positions, half_width);
+        sides.for_each(|side| corners.find_wall_support(&side, &mut self.points));
         for (number, rock) in rocks.enumerate() {
-            corners.find_obstacle_support(number, &rock, &mut self.all);
+            corners.find_obstacle_support(number, &rock, &mut self.points);
         }
     }
 

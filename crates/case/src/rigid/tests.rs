@@ -20,15 +20,16 @@ fn points(counts: [usize; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
     (vec![1.0; places.len()], places)
 }
 
-fn boxed(counts: [usize; 3]) -> RigidMass {
+fn box_mass(counts: [usize; 3]) -> RigidMass {
     let (masses, places) = points(counts);
     RigidMass::of_points(&masses, &places, 0.1)
 }
 
-const FREE: RigidBodyActions = RigidBodyActions { free: [true; 6], ..RigidBodyActions::REST };
+const FREE_BODY: RigidBodyActions =
+    RigidBodyActions { free_components: [true; 6], ..RigidBodyActions::AT_REST };
 
 /// Body after a number of steps of `dt` (s) from a state.
-fn moved(
+fn body_after_steps(
     mass: &RigidMass,
     mut state: RigidState,
     acts: &RigidBodyActions,
@@ -43,7 +44,7 @@ fn moved(
         });
         let here = RigidMass { inertia: transposed(&turned), ..*mass };
         let body = RigidStep::new(here, &state, acts, dt, 0.0);
-        body.finish(&mut state);
+        body.apply(&mut state);
         body.rotate(dt, &mut state);
     }
     state
@@ -51,7 +52,7 @@ fn moved(
 
 #[test]
 fn a_box_of_cubes_has_the_moments_of_inertia_of_the_box() {
-    let mass = boxed([5, 3, 2]);
+    let mass = box_mass([5, 3, 2]);
     let [a, b, c] = [0.5f64, 0.3, 0.2].map(|edge| edge * edge);
     let exact = [b + c, c + a, a + b].map(|squares| 30.0 * squares / 12.0);
     for (i, row) in mass.inertia.iter().enumerate() {
@@ -64,14 +65,14 @@ fn a_box_of_cubes_has_the_moments_of_inertia_of_the_box() {
 
 #[test]
 fn points_of_a_rotating_body_have_its_rigid_motion() {
-    let (mass, (masses, places)) = (boxed([5, 3, 2]), points([5, 3, 2]));
+    let (mass, (masses, places)) = (box_mass([5, 3, 2]), points([5, 3, 2]));
     let gradient = [[0.0, -6.0, 3.0], [6.0, 0.0, -5.0], [-3.0, 5.0, 0.0]];
     let given = Velocity::Linear {
         value: vec![0.3, -0.2, 0.1],
         origin: vec![0.1, 0.2, 0.0],
         gradient: gradient.map(|row| row.to_vec()).to_vec(),
     };
-    let velocities: Vec<[f64; 3]> = places.iter().map(|x| given.at(*x)).collect();
+    let velocities: Vec<[f64; 3]> = places.iter().map(|x| given.velocity_at(*x)).collect();
     let (one, other) =
         (RigidState::initial(&mass, &given), RigidState::of_points(&mass, &masses, &places, &velocities));
     for c in 0..3 {
@@ -84,13 +85,13 @@ fn points_of_a_rotating_body_have_its_rigid_motion() {
 
 #[test]
 fn a_moment_about_a_principal_axis_gives_constant_angular_acceleration() {
-    let (mass, axis) = (boxed([5, 3, 2]), 1);
-    let mut acts = FREE;
+    let (mass, axis) = (box_mass([5, 3, 2]), 1);
+    let mut acts = FREE_BODY;
     acts.moment[axis] = 0.7;
-    acts.prescribed = [None; 3];
+    acts.prescribed_velocities = [None; 3];
     let angle = |steps: usize| {
         let dt = 1.0 / steps as f64;
-        let state = moved(&mass, RigidState::default(), &acts, steps, dt);
+        let state = body_after_steps(&mass, RigidState::default(), &acts, steps, dt);
         let exact = 0.7 / mass.inertia[axis][axis];
         assert!((state.angular_velocity[axis] / exact - 1.0).abs() < 1e-12);
         // Velocities are those at the end of each step, half a step ahead.
@@ -102,7 +103,7 @@ fn a_moment_about_a_principal_axis_gives_constant_angular_acceleration() {
 /// Symmetric top without moments: its axis precesses about its angular momentum at L over its transverse moment of inertia.
 #[test]
 fn precession_of_a_free_symmetric_top_converges_to_second_order() {
-    let mass = boxed([2, 2, 6]);
+    let mass = box_mass([2, 2, 6]);
     let (across, along) = (mass.inertia[0][0], mass.inertia[2][2]);
     let spin = [3.0, 0.0, 5.0];
     let turning = multiply(&mass.inertia, &spin);
@@ -111,8 +112,8 @@ fn precession_of_a_free_symmetric_top_converges_to_second_order() {
     let (end, rate) = (2.0, size / across);
     let error = |steps: usize| {
         let start = RigidState { angular_velocity: spin, angular_momentum: turning, ..RigidState::default() };
-        let acts = RigidBodyActions { prescribed: [None; 3], ..FREE };
-        let state = moved(&mass, start, &acts, steps, end / steps as f64);
+        let acts = RigidBodyActions { prescribed_velocities: [None; 3], ..FREE_BODY };
+        let state = body_after_steps(&mass, start, &acts, steps, end / steps as f64);
         // The angular momentum is constant.
         assert!((0..3).all(|c| (state.angular_momentum[c] - turning[c]).abs() < 1e-12 * size));
         // Initial axis z, rotated about the angular momentum.
@@ -139,10 +140,10 @@ impl ContactSystem for Sticky<'_> {
 }
 
 /// Box that falls obliquely on a half-space with friction: support points, and the box in the step before contact.
-fn falling() -> (SupportPoints, RigidStep) {
+fn falling_box() -> (SupportPoints, RigidStep) {
     let (_, places) = points([5, 3, 2]);
     let mut planks = SupportPoints::default();
-    let mut body = RigidStep::new(boxed([5, 3, 2]), &RigidState::default(), &FREE, 0.01, 0.0);
+    let mut body = RigidStep::new(box_mass([5, 3, 2]), &RigidState::default(), &FREE_BODY, 0.01, 0.0);
     body.start = [2.0, 0.3, -1.0, 0.2, -0.4, 0.1];
     body.motion = body.start;
     let plane = json!([{ "name": "ground", "shape": { "kind": "plane", "point": [0, 0, -0.051], "normal": [0, 0, 1] },
@@ -156,14 +157,14 @@ fn falling() -> (SupportPoints, RigidStep) {
     .unwrap();
     let standing = case.placed_obstacles::<3>().unwrap();
     let rocks =
-        standing.iter().map(|own| ObstacleContact { surface: &*own.surface, laws: &own.laws, moving: None });
+        standing.iter().map(|own| ObstacleContact { surface: &*own.surface, laws: &own.laws, motion: None });
     planks.list((&body, 0.01), (&places, 0.05), std::iter::empty(), rocks);
     (planks, body)
 }
 
 #[test]
 fn impulse_on_obstacles_equals_the_momentum_loss_of_the_body_in_sliding_and_sticking() {
-    let (planks, body) = falling();
+    let (planks, body) = falling_box();
     assert!(!planks.is_empty());
     for stuck in [false, true] {
         let (motion, done) =

@@ -61,10 +61,10 @@ pub fn last_state(out: &Path, method: &dyn Method, case: &Case) -> Result<Option
     let Some((checkpoint, mut state)) = read_checkpoint(out, (case.fingerprint(), method.name()))? else {
         return Ok(None);
     };
-    let mut solver = method.build(case).map_err(CaseErrors::one)?;
+    let mut solver = method.build(case).map_err(CaseErrors::from_error)?;
     solver.restore(&mut state).map_err(|error| checkpoint_error(out, error.to_string()))?;
     let progress = checkpoint.progress;
-    if progress.begun {
+    if progress.has_begun {
         solver.begin_stage(progress.stage.min(case.stages.len() - 1), progress.stage_start())?;
     }
     Ok(Some(solver))

@@ -20,7 +20,7 @@ pub(crate) struct EnergyMonitor {
     /// Largest change of one of the three energies since the first row (J).
     exchange: f64,
     /// Largest recoverable energy so far (J).
-    stored: f64,
+    max_recoverable: f64,
     /// Largest rise of the total energy above an earlier value (J), and its time (s).
     growth: (f64, f64),
 }
@@ -38,7 +38,7 @@ impl EnergyMonitor {
         if !total.is_finite() {
             return;
         }
-        self.stored = self.stored.max(budget.elastic);
+        self.max_recoverable = self.max_recoverable.max(budget.elastic);
         let Some(first) = self.first else {
             (self.first, self.min_total) = (Some(now), total);
             return;
@@ -54,7 +54,7 @@ impl EnergyMonitor {
     /// Returns a warning if the total energy has grown beyond the tolerance.
     pub(super) fn warning(&self) -> Option<String> {
         let (growth, time) = self.growth;
-        if growth <= GROWTH_TOLERANCE * self.exchange.max(MIN_EXCHANGE * self.stored) {
+        if growth <= GROWTH_TOLERANCE * self.exchange.max(MIN_EXCHANGE * self.max_recoverable) {
             return None;
         }
         Some(format!(

@@ -49,7 +49,7 @@ pub enum RunError {
         "stage {stage:?}, t = {time} s: no material is left that moves: all bodies are removed, are rigid \
          or have left the domain"
     )]
-    NothingMoves {
+    NoMotion {
         /// Name of the stage.
         stage: String,
         /// Time (s).

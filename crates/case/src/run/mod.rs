@@ -47,7 +47,7 @@ pub struct RunOptions {
     /// Name of the method, for the summary.
     pub method: String,
     /// Folder for all files; without one no file is written.
-    pub out: Option<PathBuf>,
+    pub output_folder: Option<PathBuf>,
     /// Whether to continue the run whose checkpoint is in the folder.
     pub resume: bool,
     /// Whether to remove the files of an earlier run from the folder.
@@ -60,11 +60,11 @@ pub struct RunOptions {
     /// Whether to keep the [`Solver::specimen`] at the end, in [`RunReport::specimen`].
     pub keep_specimen: bool,
     /// Flag that another thread sets to stop the run at the next step, with a checkpoint.
-    pub stop: Option<Arc<AtomicBool>>,
+    pub stop_flag: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the summary.
     pub commit: Option<String>,
     /// Receives warnings during the run; they are in [`RunReport::warnings_at_end`] too.
-    pub warn: Option<fn(&str)>,
+    pub on_warning: Option<fn(&str)>,
     /// Warnings about the case from before the run, for the summary.
     pub warnings: Vec<String>,
 }
@@ -99,8 +99,8 @@ pub struct RunReport {
     pub warnings_at_end: Vec<String>,
     /// Notes of the method about the run, which are no warnings ([`Solver::notes`]).
     pub notes: Vec<String>,
-    /// Warnings that [`RunOptions::warn`] has received during the run.
-    pub reported: Vec<String>,
+    /// Warnings that [`RunOptions::on_warning`] has received during the run.
+    pub reported_warnings: Vec<String>,
     /// Wall-clock time of this run (s).
     pub wall: f64,
     /// Point updates per second of wall-clock time.
@@ -120,7 +120,7 @@ pub struct RunReport {
 /// When the case is invalid, before any file is written; when the solver, the disk or an equilibrium fails. Earlier output remains, marked
 /// as failed, with the last valid frame.
 pub fn run_method(method: &dyn Method, case: &Case, options: &RunOptions) -> Result<RunReport, RunError> {
-    let solver = method.build(case).map_err(CaseErrors::one)?;
+    let solver = method.build(case).map_err(CaseErrors::from_error)?;
     start(case, solver, Some(method), options)
 }
 
@@ -142,7 +142,7 @@ pub fn run_with_plan(
 /// # Errors
 /// As [`run_method`], and when a stage weakens materials or a factor of safety is to be found.
 pub fn run(case: &Case, solver: Box<dyn Solver>, options: &RunOptions) -> Result<RunReport, RunError> {
-    let needs = |path: String| CaseErrors::one(CaseError::new(path, "needs `run_method`"));
+    let needs = |path: String| CaseErrors::from_error(CaseError::new(path, "needs `run_method`"));
     if let Some(number) = case.stages.iter().position(|stage| stage.weakening.is_some()) {
         return Err(needs(format!("stages[{number}].weakening")).into());
     }
@@ -176,21 +176,21 @@ fn run_on_thread_pool(
         options,
         solver,
         method,
-        weakened: None,
+        weakened_stage: None,
         recorder,
         progress: RunProgress::default(),
-        bar: bar(case, options),
-        started: Instant::now(),
-        saved: Instant::now(),
+        progress_bar: progress_bar(case, options),
+        start_instant: Instant::now(),
+        last_save: Instant::now(),
         last_report: Instant::now(),
         last_progress_line: Instant::now(),
         first_step: 0,
         safety: BTreeMap::new(),
-        failing: BTreeMap::new(),
-        searched: Duration::ZERO,
-        earlier: 0.0,
+        failing_points: BTreeMap::new(),
+        search_time: Duration::ZERO,
+        previous_wall_time: 0.0,
         warnings_at_end: Vec::new(),
-        reported: Vec::new(),
+        reported_warnings: Vec::new(),
     };
     let result = run.run_stages().map_err(|error| run.with_last_output(error));
     let ending = match &result {
@@ -199,7 +199,7 @@ fn run_on_thread_pool(
         Err(_) => "failed",
     };
     let reason = result.as_ref().err().map(ToString::to_string);
-    let finished = run.finish(ending, reason.as_deref());
+    let finished = run.write_ending(ending, reason.as_deref());
     let ending = result?;
     finished?;
     Ok(run.report(ending))
@@ -211,30 +211,30 @@ struct RunLoop<'a> {
     solver: Box<dyn Solver>,
     method: Option<&'a dyn Method>,
     /// Stage whose strength reduction is in the materials of the solver.
-    weakened: Option<usize>,
+    weakened_stage: Option<usize>,
     recorder: RunRecorder<'a>,
     progress: RunProgress,
-    bar: ProgressBar,
-    started: Instant,
-    saved: Instant,
+    progress_bar: ProgressBar,
+    start_instant: Instant,
+    last_save: Instant,
     last_report: Instant,
     /// Time of the last line of progress.
     last_progress_line: Instant,
     first_step: u64,
     safety: BTreeMap<String, SafetyResult>,
     /// Points of the last failing trial, by the name of the measure.
-    failing: BTreeMap<String, Snapshot>,
+    failing_points: BTreeMap<String, Snapshot>,
     /// Wall-clock time of the searches.
-    searched: Duration,
+    search_time: Duration,
     /// Wall-clock time of earlier sessions (s).
-    earlier: f64,
+    previous_wall_time: f64,
     /// Warnings about the run.
     warnings_at_end: Vec<String>,
     /// Warnings that were reported during the run.
-    reported: Vec<String>,
+    reported_warnings: Vec<String>,
 }
 
-fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
+fn progress_bar(case: &Case, options: &RunOptions) -> ProgressBar {
     if !options.progress {
         return ProgressBar::hidden();
     }
@@ -251,10 +251,10 @@ impl RunLoop<'_> {
             && let Some(progress) = self.recorder.resume(&mut *self.solver)?
         {
             self.progress = progress;
-            self.earlier = self.progress.wall;
+            self.previous_wall_time = self.progress.wall;
         }
         self.first_step = self.solver.step_count();
-        let resumed = self.progress.begun;
+        let resumed = self.progress.has_begun;
         let last = self.case.stages.len() - 1;
         if self.progress.stage > last {
             // A search was interrupted: the state of the solver is that at the end of the last stage.
@@ -272,8 +272,8 @@ impl RunLoop<'_> {
             if !resumed || self.solver.time() == self.progress.stage_start() {
                 self.begin_energy();
             }
-            if !self.progress.begun {
-                self.progress.begun = true;
+            if !self.progress.has_begun {
+                self.progress.has_begun = true;
                 self.recorder.begin(&*self.solver, &mut self.progress)?;
                 self.check_solver_warning();
             }
@@ -286,7 +286,7 @@ impl RunLoop<'_> {
             let done = &self.case.stages[stage];
             self.solver.end_stage(done)?;
             if self.case.factors_of_safety().any(|(_, search)| search.after == done.name) {
-                self.recorder.keep_state(&done.name, self.solver.saved()?)?;
+                self.recorder.keep_state(&done.name, self.solver.checkpoint_bytes()?)?;
             }
         }
         self.search()
@@ -309,12 +309,12 @@ impl RunLoop<'_> {
     /// Transfers the state to a solver whose materials have the strength of the stage.
     fn weaken(&mut self, stage: usize) -> Result<(), RunError> {
         let by = self.case.stages.iter().take(stage + 1).rposition(|stage| stage.weakening.is_some());
-        let (Some(method), true) = (self.method, by != self.weakened) else { return Ok(()) };
-        let state = self.solver.saved()?;
-        let case = self.case.with_weakening(stage).map_err(CaseErrors::one)?;
-        self.solver = method.build(&case).map_err(CaseErrors::one)?;
+        let (Some(method), true) = (self.method, by != self.weakened_stage) else { return Ok(()) };
+        let state = self.solver.checkpoint_bytes()?;
+        let case = self.case.with_weakening(stage).map_err(CaseErrors::from_error)?;
+        self.solver = method.build(&case).map_err(CaseErrors::from_error)?;
         self.solver.restore(&mut state.as_slice())?;
-        self.weakened = by;
+        self.weakened_stage = by;
         Ok(())
     }
 
@@ -349,7 +349,7 @@ impl RunLoop<'_> {
             if self.at_rest(stage) {
                 return Ok(RunEnd::Completed);
             }
-            if self.saved.elapsed().as_secs_f64() > self.case.output.checkpoint {
+            if self.last_save.elapsed().as_secs_f64() > self.case.output.checkpoint {
                 self.save()?;
             }
         }
@@ -388,13 +388,13 @@ impl RunLoop<'_> {
 
     /// Wall-clock time of all sessions (s).
     fn wall(&self) -> f64 {
-        self.earlier + self.started.elapsed().as_secs_f64()
+        self.previous_wall_time + self.start_instant.elapsed().as_secs_f64()
     }
 
     fn save(&mut self) -> Result<(), RunError> {
         self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
-        self.saved = Instant::now();
+        self.last_save = Instant::now();
         self.write_interim_summary_if_due()
     }
 
@@ -424,8 +424,8 @@ impl RunLoop<'_> {
         self.recorder.summary(status, reason, &*self.solver, &self.progress, run)
     }
 
-    fn finish(&mut self, ending: &str, reason: Option<&str>) -> Result<(), RunError> {
-        self.bar.finish_and_clear();
+    fn write_ending(&mut self, ending: &str, reason: Option<&str>) -> Result<(), RunError> {
+        self.progress_bar.finish_and_clear();
         let completed = ending == "completed";
         let last = if completed { self.last_output() } else { Ok(()) };
         self.warnings_at_end = self.warnings_so_far();
@@ -453,7 +453,7 @@ impl RunLoop<'_> {
     }
 
     fn report(&mut self, ending: RunEnd) -> RunReport {
-        let session = self.started.elapsed().as_secs_f64();
+        let session = self.start_instant.elapsed().as_secs_f64();
         let steps = self.solver.step_count();
         let updates = (steps - self.first_step) as f64 * self.solver.points() as f64;
         RunReport {
@@ -466,11 +466,11 @@ impl RunLoop<'_> {
             steps,
             warnings_at_end: std::mem::take(&mut self.warnings_at_end),
             notes: self.solver.notes(),
-            reported: std::mem::take(&mut self.reported),
+            reported_warnings: std::mem::take(&mut self.reported_warnings),
             wall: self.wall(),
-            updates_per_second: updates / (session - self.searched.as_secs_f64()),
+            updates_per_second: updates / (session - self.search_time.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),
-            failed_trials: std::mem::take(&mut self.failing),
+            failed_trials: std::mem::take(&mut self.failing_points),
             specimen: if self.options.keep_specimen { self.solver.specimen() } else { None },
         }
     }

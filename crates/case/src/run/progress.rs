@@ -11,7 +11,7 @@ use crate::{Budget, TimeStep};
 /// Progress of a run: all data of a restart except the state of the solver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RunProgress {
-    pub(crate) begun: bool,
+    pub(crate) has_begun: bool,
     pub(crate) stage: usize,
     /// Start times of the stages so far (s).
     pub(crate) stage_starts: Vec<f64>,

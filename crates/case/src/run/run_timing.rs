@@ -57,7 +57,7 @@ impl RunTiming {
                 }
                 _ => [frame(case, solver), row(case, solver), 0.0],
             };
-            let left = 1.0 - steps.until / case.end_time();
+            let left = 1.0 - steps.end_time / case.end_time();
             let shorter = (plan.time_step.dt / steps.dt).max(1.0);
             let whole = f64::from(steps.count) + left * plan.steps as f64 * shorter;
             Some(Self { step: steps.mean, frame, row, steps: whole, frame_memory })
@@ -78,7 +78,7 @@ impl RunTiming {
 struct MeasuredSteps {
     count: u32,
     /// Time after these steps (s).
-    until: f64,
+    end_time: f64,
     /// Bound on the next step (s).
     dt: f64,
     /// Mean wall-clock time of a step (s), without the first one, which builds lists and buffers.
@@ -107,20 +107,21 @@ impl MeasuredSteps {
         }
         let mean =
             if count > 0 { begun.elapsed().as_secs_f64() / f64::from(count) } else { first.as_secs_f64() };
-        Some(Self { count: count + 1, until: solver.time(), dt: solver.limit().dt, mean })
+        Some(Self { count: count + 1, end_time: solver.time(), dt: solver.limit().dt, mean })
     }
 }
 
 /// Time of a frame of points with its file and its averages on a grid (s); zero where no file can be made.
 fn frame(case: &Case, solver: &dyn Solver) -> f64 {
     let begun = Instant::now();
-    let Some(points) = solver.frame(FrameRequest::Written).take_points() else {
+    let Some(points) = solver.frame(FrameRequest::Requested).take_points() else {
         return begun.elapsed().as_secs_f64();
     };
     if let Some(cell) = case.output.grid {
         std::hint::black_box(averages(case, cell, &points, case.output.fields.as_deref()));
     }
-    let written = WriteOptions { only: case.output.fields.as_deref(), compression: case.output.compression };
+    let written =
+        WriteOptions { field_names: case.output.fields.as_deref(), compression: case.output.compression };
     let file = tempfile::tempdir().map(|folder| {
         let _ = write_frame(&folder.path().join("frame.vtu"), &points, [0.0; 3], written);
     });

@@ -8,7 +8,7 @@ use crate::{Solver, TimeStep};
 
 /// Whether the run is to end at the next step.
 pub(super) fn stop_requested(options: &RunOptions) -> bool {
-    options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+    options.stop_flag.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
 }
 
 /// Stable time step of the solver in the stage, which ends at `end` (s).
@@ -22,7 +22,7 @@ pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> R
         return Ok(limit);
     }
     if limit.dt == f64::INFINITY {
-        return Err(RunError::NothingMoves { stage: stage.name.clone(), time: solver.time() });
+        return Err(RunError::NoMotion { stage: stage.name.clone(), time: solver.time() });
     }
     Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
 }

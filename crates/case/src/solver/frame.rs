@@ -154,7 +154,7 @@ impl FieldRole {
 
     /// Role of fields with a name.
     #[must_use]
-    pub fn of(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|role| role.name() == name)
     }
 }
@@ -165,7 +165,7 @@ pub enum FrameRequest {
     /// Data of measures and searches: points, or the first dataset of the method in place of them.
     Measured,
     /// All datasets that the case requests for its frames.
-    Written,
+    Requested,
 }
 
 impl Dataset {
@@ -240,7 +240,7 @@ impl Frame {
 
     /// Frame with an additional dataset.
     #[must_use]
-    pub fn with(mut self, dataset: Dataset) -> Self {
+    pub fn with_dataset(mut self, dataset: Dataset) -> Self {
         self.datasets.push(dataset);
         self
     }
@@ -287,7 +287,7 @@ mod tests {
         let lines = PolygonMesh::of_lines(&[[[0.0; 3], [1.0; 3]]]);
         let contacts =
             Dataset { name: "contacts".into(), geometry: DatasetGeometry::Mesh(lines), fields: Vec::new() };
-        let mut frame = Frame::from(snapshot()).with(contacts.clone());
+        let mut frame = Frame::from(snapshot()).with_dataset(contacts.clone());
         assert_eq!(frame.take_points(), Some(snapshot()));
         assert_eq!(frame.take_points(), None);
         assert_eq!(frame.datasets, [contacts]);

@@ -7,14 +7,14 @@ impl FieldData {
     /// Subset of the points with the numbers `kept`.
     #[must_use]
     pub fn subset(&self, kept: &[usize]) -> Self {
-        fn some<T: Copy>(values: &[T], kept: &[usize]) -> Vec<T> {
+        fn select<T: Copy>(values: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&k| values[k]).collect()
         }
         match self {
-            Self::Integer(values) => Self::Integer(some(values, kept)),
-            Self::Scalar(values) => Self::Scalar(some(values, kept)),
-            Self::Vector(values) => Self::Vector(some(values, kept)),
-            Self::Tensor(values) => Self::Tensor(some(values, kept)),
+            Self::Integer(values) => Self::Integer(select(values, kept)),
+            Self::Scalar(values) => Self::Scalar(select(values, kept)),
+            Self::Vector(values) => Self::Vector(select(values, kept)),
+            Self::Tensor(values) => Self::Tensor(select(values, kept)),
         }
     }
 
@@ -96,7 +96,7 @@ impl Frame {
 
     /// Points of measures: the dataset on points, or else the first dataset as points; empty without datasets.
     #[must_use]
-    pub fn into_measured(mut self) -> Snapshot {
+    pub fn into_measured_points(mut self) -> Snapshot {
         let (time, step) = (self.time, self.step);
         let found = self.take_points().or_else(|| self.first_as_points());
         found.unwrap_or_else(|| Snapshot { time, step, ..Snapshot::default() })

@@ -357,7 +357,7 @@ pub trait Solver: Send {
 
     /// Measured state as points: the dataset on points, or else the first of the frame; empty without datasets.
     fn snapshot(&self) -> Snapshot {
-        self.frame(FrameRequest::Measured).into_measured()
+        self.frame(FrameRequest::Measured).into_measured_points()
     }
 
     /// Rasters among the products.
@@ -402,7 +402,7 @@ pub trait Solver: Send {
     ///
     /// # Errors
     /// See [`Solver::save`].
-    fn saved(&self) -> Result<Vec<u8>, SolverError> {
+    fn checkpoint_bytes(&self) -> Result<Vec<u8>, SolverError> {
         let mut bytes = Vec::new();
         self.save(&mut bytes)?;
         Ok(bytes)

@@ -13,7 +13,7 @@ pub struct ProblemSize {
     /// Least memory (bytes).
     pub memory: f64,
     /// Key of the case that determines it: the cell size, a spacing, or grains.
-    pub key: &'static str,
+    pub case_key: &'static str,
     /// Time to place the points (s), where it exceeds the time to write them.
     pub placing_time: f64,
     /// Advice where it does not fit; “make it larger” when empty.
@@ -44,7 +44,7 @@ impl ProblemSize {
         (self.placing_time >= LONG_PLACING_TIME).then(|| {
             format!(
                 "{}: about {:.1e} points will be placed. This takes about {} and at least {:.2} GB of memory",
-                self.key,
+                self.case_key,
                 self.points,
                 duration_text(self.placing_time),
                 self.memory / 1e9
@@ -64,7 +64,7 @@ impl ProblemSize {
         let cure = if self.advice.is_empty() { "make it larger" } else { self.advice };
         if !self.memory.is_finite() {
             let problem = format!("gives more points or nodes than can be counted: {cure}");
-            return Err(CaseError::new(self.key, problem));
+            return Err(CaseError::new(self.case_key, problem));
         }
         let nodes =
             if self.nodes > 0.0 { format!(" and {:.1e} grid nodes", self.nodes) } else { String::new() };
@@ -74,7 +74,7 @@ impl ProblemSize {
             self.memory / 1e9,
             available / 1e9
         );
-        Err(CaseError::new(self.key, problem))
+        Err(CaseError::new(self.case_key, problem))
     }
 }
 
@@ -176,7 +176,7 @@ impl Plan {
         let mut seconds = 0.0;
         for (body, volume) in case.bodies.iter().zip(&self.volumes).filter(|(body, _)| !body.rigid) {
             let law = case.materials.get(&body.material).and_then(|spec| spec.build().ok());
-            let Some(cost) = law.and_then(|law| law.cost()) else { continue };
+            let Some(cost) = law.and_then(|law| law.update_cost()) else { continue };
             let share = volume / whole;
             seconds += share * cost.update;
             let points = (share * self.points as f64).round();

@@ -72,7 +72,7 @@ pub struct Resolution {
     /// Number of axes with this resolution, from the first: those of the plan for a flow over terrain.
     pub axes: usize,
     /// Key of the case that determines the width.
-    pub key: &'static str,
+    pub case_key: &'static str,
     /// Noun for widths in a message: `cells` or `spacings`.
     pub noun: &'static str,
 }
@@ -96,7 +96,7 @@ fn thinnest(case: &Case, body: &Body, axes: usize) -> Option<(f64, Option<usize>
 
 /// Warns of bodies that are thinner than two widths.
 fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
-    let Resolution { width, point_distance: apart, axes, key, noun } = *resolution;
+    let Resolution { width, point_distance: apart, axes, case_key, noun } = *resolution;
     let mut found = Vec::new();
     for (number, body) in case.bodies.iter().enumerate() {
         if body.rigid || body.points.is_some() {
@@ -110,7 +110,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
         let place = axis.map_or_else(String::new, |axis| format!(" along axis {axis}"));
         found.push(format!(
             "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows}. Its \
-             bending and shear are not resolved. Make {key} {:.3} m or less",
+             bending and shear are not resolved. Make {case_key} {:.3} m or less",
             thickness / width,
             thickness / MIN_WIDTHS
         ));
@@ -120,7 +120,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
 
 /// Warns of bodies less than a width apart: they interact before contact, and so small a gap may be unintended.
 fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
-    let Resolution { width, key, noun, .. } = *resolution;
+    let Resolution { width, case_key, noun, .. } = *resolution;
     let bounds: Vec<_> = case.bodies.iter().map(|body| body.shape.bounds(case.dimension())).collect();
     let mut found = Vec::new();
     for (second, first) in (0..bounds.len()).flat_map(|second| (0..second).map(move |first| (second, first)))
@@ -137,7 +137,7 @@ fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
             found.push(format!(
                 "bodies[{second}].shape: begins {gap:.4e} m from {:?}{axis}, less than one of the {noun} of \
                  {width} m. The two bodies interact across the gap from the start. Close the gap, or make \
-                 the gap larger or {key} smaller",
+                 the gap larger or {case_key} smaller",
                 case.bodies[first].name
             ));
         }
@@ -190,7 +190,7 @@ mod tests {
     use serde_json::{Value, json};
 
     /// Case of a body of 1 m with this output, and its plan with steps of 0.02 s and a total point volume `volume` (m).
-    fn planned(output: &Value, volume: f64) -> (Case, Plan) {
+    fn case_and_plan(output: &Value, volume: f64) -> (Case, Plan) {
         let case = json!({
             "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 3, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -217,14 +217,14 @@ mod tests {
 
     #[test]
     fn output_intervals_that_shorten_the_steps_cause_a_warning() {
-        let (case, plan) = planned(&json!({ "frames": 0.01, "measures": 0.1 }), 1.0);
+        let (case, plan) = case_and_plan(&json!({ "frames": 0.01, "measures": 0.1 }), 1.0);
         let warnings = plan.all_warnings(&case);
         assert!(warnings.len() == 1 && warnings[0].starts_with("output.frames: 0.01 s"), "{warnings:?}");
     }
 
     #[test]
     fn missing_volume_of_points_causes_a_warning_except_for_grains() {
-        let (case, mut plan) = planned(&json!({}), 0.5);
+        let (case, mut plan) = case_and_plan(&json!({}), 0.5);
         let warnings = plan.all_warnings(&case);
         assert!(warnings.len() == 1 && warnings[0].contains("have 50.0 % of its volume"), "{warnings:?}");
         assert_eq!(plan.masses(&case), [1.5]);
@@ -249,10 +249,11 @@ mod tests {
             width: 0.2,
             point_distance: 0.1,
             axes: 2,
-            key: "methods.mpm.cell_size",
+            case_key: "methods.mpm.cell_size",
             noun: "cells",
         };
-        let plan = Plan { volumes: Vec::new(), resolution: Some(resolution), ..planned(&json!({}), 1.0).1 };
+        let plan =
+            Plan { volumes: Vec::new(), resolution: Some(resolution), ..case_and_plan(&json!({}), 1.0).1 };
         plan.all_warnings(&case)
     }
 

@@ -66,7 +66,7 @@ impl Snapshot {
     }
 
     /// Values of the scalar field with a role, one per point; `None` without such a field.
-    pub fn amounts(&self, role: FieldRole) -> Option<&[f64]> {
+    pub fn role_values(&self, role: FieldRole) -> Option<&[f64]> {
         self.scalars(role.name())
     }
 

@@ -21,9 +21,9 @@ impl StepLimit {
     /// Drag between skeleton and pore fluid.
     pub const SEEPAGE_DRAG: Self = Self::new("seepage drag");
     /// Fixed step of the case.
-    pub const FIXED: Self = Self::new("fixed by the case");
+    pub const FIXED_STEP: Self = Self::new("fixed by the case");
     /// No limit: nothing moves.
-    pub const NOTHING: Self = Self::new("nothing");
+    pub const NO_MOTION: Self = Self::new("nothing");
 
     /// Limit with this name.
     #[must_use]
@@ -86,14 +86,14 @@ pub struct TimeStep {
 
 impl TimeStep {
     /// Share of the first step of a run below which a step leads to a warning.
-    const COLLAPSED: f64 = 1e-3;
+    const COLLAPSE_RATIO: f64 = 1e-3;
 
     /// Warning about a step at `time` (s) that has become a small part of the `first` one (s), so that the run hardly advances.
     #[must_use]
     pub fn collapse(&self, first: f64, time: f64) -> Option<String> {
         let Self { dt, limit, point, position } = self;
         let place = point.map_or_else(String::new, |point| format!(" of point {point} at {position:?} m"));
-        (*dt < Self::COLLAPSED * first).then(|| {
+        (*dt < Self::COLLAPSE_RATIO * first).then(|| {
             format!(
                 "t = {time} s: the time step has fallen to {dt:.3e} s from {first:.3e} s at the start, \
                  limited by: {limit}{place}. If the step stays so small, the run hardly advances. Check the \
@@ -126,7 +126,7 @@ impl TimeStep {
     pub fn or_fixed(self, fixed: Option<f64>) -> Self {
         match fixed {
             Some(dt) if dt <= self.dt => {
-                Self { dt, limit: StepLimit::FIXED, point: None, position: [0.0; 3] }
+                Self { dt, limit: StepLimit::FIXED_STEP, point: None, position: [0.0; 3] }
             }
             _ => self,
         }
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_last_two_steps_before_an_output_are_equal() {
-        let limit = TimeStep { dt: 1.0, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
+        let limit = TimeStep { dt: 1.0, limit: StepLimit::NO_MOTION, point: None, position: [0.0; 3] };
         for (rest, step) in
             [(0.3, 0.3), (1.0, 1.0), (1.0 + 1e-10, 1.0 + 1e-10), (1.5, 0.75), (2.0, 1.0), (7.3, 1.0)]
         {

@@ -169,7 +169,7 @@ impl ErrorCollector<'_> {
         };
         let mut inside =
             (0..SAMPLES.pow(dimension as u32)).map(at).filter(|x| shape.contains(&x[..dimension]));
-        if let Some(place) = inside.find(|x| !formula.at(*x).is_finite()) {
+        if let Some(place) = inside.find(|x| !formula.evaluate(*x).is_finite()) {
             self.report(path, format!("has no finite value at {:?} m", &place[..dimension]));
         }
     }

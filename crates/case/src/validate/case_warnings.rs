@@ -103,7 +103,7 @@ impl Case {
     /// Warns of walls with material on both sides.
     fn warn_of_walls(&self, warnings: &mut Vec<String>) {
         for (number, boundary) in self.boundaries.iter().enumerate() {
-            let (axis, place) = (boundary.side.axis(), boundary.position(&self.domain));
+            let (axis, place) = (boundary.side.axis(), boundary.wall_coordinate(&self.domain));
             let slack = PROBE_DISTANCE * (self.domain.max[axis] - self.domain.min[axis]);
             let stands_in = |body: &&Body| {
                 let (low, high) = body.shape.bounds(self.dimension());
@@ -184,14 +184,14 @@ impl Case {
     /// Warns of loads on a side that is not, or not entirely, free and flat.
     fn warn_of_load(&self, number: usize, load: &Load, warnings: &mut Vec<String>) {
         let Some(body) = self.bodies.iter().find(|body| body.name == load.body()) else { return };
-        let (Some(side), dimension) = (load.side(), self.dimension()) else { return };
+        let (Some(side), dimension) = (load.loaded_side(), self.dimension()) else { return };
         let (axis, outwards) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
         let (low, high) = body.shape.bounds(dimension);
         let face = if side.is_max() { high[axis] } else { low[axis] };
         let step = outwards * PROBE_DISTANCE * (self.domain.max[axis] - self.domain.min[axis]);
         let mut warn = |problem: String| warnings.push(format!("loads[{number}].side: {problem}"));
         let holds = |boundary: &&Boundary| {
-            let place = boundary.position(&self.domain);
+            let place = boundary.wall_coordinate(&self.domain);
             boundary.side == side
                 && outwards * (place - face) <= step.abs()
                 && supports_load(&boundary.wall, load, axis)

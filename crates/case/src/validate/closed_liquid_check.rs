@@ -40,7 +40,7 @@ mod tests {
 
     use crate::Case;
 
-    fn warned(top: f64, change: &dyn Fn(&mut Value)) -> bool {
+    fn has_warning(top: f64, change: &dyn Fn(&mut Value)) -> bool {
         let mut text = json!({
             "title": "box", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1 } },
@@ -56,11 +56,11 @@ mod tests {
 
     #[test]
     fn a_liquid_without_tensile_strength_in_a_full_box_causes_a_warning() {
-        assert!(warned(1.0, &|_| {}));
-        assert!(!warned(0.9, &|_| {}), "it has a free surface");
-        assert!(!warned(1.0, &|case| case["gravity"] = json!([0, -9.81])), "weight presses it together");
-        assert!(!warned(1.0, &|case| case["materials"]["m"]["cavitation_strength"] = json!(1e6)));
+        assert!(has_warning(1.0, &|_| {}));
+        assert!(!has_warning(0.9, &|_| {}), "it has a free surface");
+        assert!(!has_warning(1.0, &|case| case["gravity"] = json!([0, -9.81])), "weight presses it together");
+        assert!(!has_warning(1.0, &|case| case["materials"]["m"]["cavitation_strength"] = json!(1e6)));
         let pressed = json!({ "kind": "uniform", "value": [-1e4, -1e4, -1e4, 0, 0, 0] });
-        assert!(!warned(1.0, &|case| case["bodies"][0]["stress"] = pressed.clone()));
+        assert!(!has_warning(1.0, &|case| case["bodies"][0]["stress"] = pressed.clone()));
     }
 }

@@ -38,13 +38,13 @@ impl ErrorCollector<'_> {
                 load.body()
             );
             self.require(!rigid, format!("{path}.body"), problem);
-            if let Some(side) = load.side() {
-                self.side(&format!("{path}.side"), side);
+            if let Some(side) = load.loaded_side() {
+                self.check_side(&format!("{path}.side"), side);
             }
             if let Some(stage) = load.stage() {
                 self.name(&format!("{path}.stage"), stage, &stages, "the name of a stage");
             }
-            if load.begins(&case.stages).is_some_and(|stage| case.is_removed(load.body(), stage)) {
+            if load.first_stage(&case.stages).is_some_and(|stage| case.is_removed(load.body(), stage)) {
                 let key = if load.stage().is_some() { "stage" } else { "body" };
                 let problem = format!("the body {:?} is removed by then", load.body());
                 self.report(format!("{path}.{key}"), problem);
@@ -59,7 +59,7 @@ impl ErrorCollector<'_> {
                 Load::Surface { .. } => self.surface_load(&path, load),
             }
             self.not_negative(format!("{path}.ramp"), load.ramp().0, " (s)");
-            if let (Some(profile), Some(side)) = (load.profile(), load.side()) {
+            if let (Some(profile), Some(side)) = (load.profile(), load.loaded_side()) {
                 self.profile(&format!("{path}.profile"), profile, side);
             }
         }
@@ -98,8 +98,8 @@ impl ErrorCollector<'_> {
         else {
             return;
         };
-        let ((low, high), (least, most)) = (region.bounds(dimension), shape.bounds(dimension));
-        let apart = (0..dimension).any(|c| low[c] > most[c] || high[c] < least[c]);
+        let ((low, high), (smallest, largest)) = (region.bounds(dimension), shape.bounds(dimension));
+        let apart = (0..dimension).any(|c| low[c] > largest[c] || high[c] < smallest[c]);
         self.require(!apart, format!("{path}.within"), format!("does not overlap the body {body:?}"));
     }
 
@@ -125,7 +125,7 @@ impl ErrorCollector<'_> {
 
     /// Checks a pore pressure, which needs a pore fluid and no wall that prescribes the motion of the fluid.
     fn pore_load(&mut self, path: &str, load: &Load) {
-        let (case, Some(side)) = (self.case, load.side()) else { return };
+        let (case, Some(side)) = (self.case, load.loaded_side()) else { return };
         let Some(body) = case.bodies.iter().find(|body| body.name == load.body()) else { return };
         let problem = format!("the body {:?} has no pore_fluid", body.name);
         self.require(body.pore_fluid.is_some(), format!("{path}.body"), problem);
@@ -137,7 +137,7 @@ impl ErrorCollector<'_> {
         let face = if side.is_max() { high } else { low }[side.axis()];
         let Some((min, max)) = self.extent(side.axis()) else { return };
         let shut = case.boundaries.iter().find(|boundary| {
-            let at_face = (boundary.position(&case.domain) - face).abs() < 1e-9 * (max - min);
+            let at_face = (boundary.wall_coordinate(&case.domain) - face).abs() < 1e-9 * (max - min);
             boundary.side == side && at_face && !boundary.drained
         });
         if let Some(wall) = shut {

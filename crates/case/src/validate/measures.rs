@@ -16,7 +16,7 @@ impl ErrorCollector<'_> {
                 Measure::Front { side, quantile, cell, bodies }
                 | Measure::RunOut { side, quantile, cell, bodies, .. } => {
                     self.counted_bodies(&path, bodies.as_deref());
-                    self.side(&format!("{path}.side"), *side);
+                    self.check_side(&format!("{path}.side"), *side);
                     self.quantile(&path, *quantile);
                     if let Some(cell) = cell {
                         self.positive(format!("{path}.cell"), *cell, "m");
@@ -159,7 +159,7 @@ impl ErrorCollector<'_> {
     fn places_inside(&mut self, path: &str, place: &[f64]) {
         for (axis, x) in place.iter().enumerate().take(self.case.dimension()) {
             if x.is_finite() {
-                self.inside(format!("{path}[{axis}]"), axis, *x);
+                self.require_inside(format!("{path}[{axis}]"), axis, *x);
             } else {
                 self.finite(format!("{path}[{axis}]"), *x);
             }

@@ -40,7 +40,7 @@ struct ErrorCollector<'a> {
 /// Every violation found, with its JSON path.
 pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     let mut findings = ErrorCollector { case, errors: Vec::new(), origin: [0.0; 3] };
-    findings.space();
+    findings.check_space();
     findings.materials();
     findings.bodies();
     findings.boundaries();
@@ -99,7 +99,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Ends of the domain along an axis (m); `None` where they are missing or invalid, which [`ErrorCollector::space`] reports.
+    /// Ends of the domain along an axis (m); `None` where they are missing or invalid, which [`ErrorCollector::check_space`] reports.
     fn extent(&self, axis: usize) -> Option<(f64, f64)> {
         let domain = &self.case.domain;
         let (min, max) = (*domain.min.get(axis)?, *domain.max.get(axis)?);
@@ -107,14 +107,14 @@ impl ErrorCollector<'_> {
     }
 
     /// Requires coordinate `value` along an axis in the domain.
-    fn inside(&mut self, path: String, axis: usize, value: f64) {
+    fn require_inside(&mut self, path: String, axis: usize, value: f64) {
         if let Some((min, max)) = self.extent(axis) {
             let problem = format!("{value} is outside the domain, {min} to {max} m");
             self.require((min..=max).contains(&value), path, problem);
         }
     }
 
-    fn side(&mut self, path: &str, side: Side) {
+    fn check_side(&mut self, path: &str, side: Side) {
         let dimension = self.case.dimension();
         let problem =
             format!("{side} is normal to an axis that a space of {dimension} dimensions does not have");
@@ -128,7 +128,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    fn space(&mut self) {
+    fn check_space(&mut self) {
         let case = self.case;
         self.vector("domain.min", &case.domain.min);
         self.vector("domain.max", &case.domain.max);
@@ -148,10 +148,10 @@ impl ErrorCollector<'_> {
             self.require(!radial, path, "the distance from the axis of symmetry cannot be periodic");
         }
         if case.space == Space::Axisymmetric {
-            let least = case.domain.min.first().copied().unwrap_or(0.0);
+            let smallest = case.domain.min.first().copied().unwrap_or(0.0);
             let problem =
-                format!("{least} must not be negative: in axisymmetry x is the distance from the axis");
-            self.require(least >= 0.0, "domain.min[0]", problem);
+                format!("{smallest} must not be negative: in axisymmetry x is the distance from the axis");
+            self.require(smallest >= 0.0, "domain.min[0]", problem);
             let radial = case.gravity.first().copied().unwrap_or(0.0);
             self.require(radial == 0.0, "gravity[0]", "must be 0: radial gravity is not axisymmetric");
         }
@@ -206,10 +206,10 @@ impl ErrorCollector<'_> {
     fn boundaries(&mut self) {
         let case = self.case;
         let mut names = HashSet::new();
-        let mut seen: Vec<(Side, f64)> = Vec::new();
+        let mut known_walls: Vec<(Side, f64)> = Vec::new();
         for (number, boundary) in case.boundaries.iter().enumerate() {
             let path = format!("boundaries[{number}]");
-            self.side(&format!("{path}.side"), boundary.side);
+            self.check_side(&format!("{path}.side"), boundary.side);
             if !names.insert(boundary.name()) {
                 self.report(
                     format!("{path}.name"),
@@ -226,8 +226,8 @@ impl ErrorCollector<'_> {
                 self.report(format!("{path}.position"), problem);
             }
             if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
-                let position = boundary.position(&case.domain);
-                self.inside(format!("{path}.position"), boundary.side.axis(), position);
+                let position = boundary.wall_coordinate(&case.domain);
+                self.require_inside(format!("{path}.position"), boundary.side.axis(), position);
                 if case.space == Space::Axisymmetric
                     && (boundary.side, position) == (Side::XMin, 0.0)
                     && boundary.wall != Wall::Smooth
@@ -236,10 +236,10 @@ impl ErrorCollector<'_> {
                                    leave it out";
                     self.report(format!("{path}.wall.kind"), problem);
                 }
-                if seen.contains(&(boundary.side, position)) {
+                if known_walls.contains(&(boundary.side, position)) {
                     self.report(format!("{path}.side"), "another wall has the same side and position");
                 }
-                seen.push((boundary.side, position));
+                known_walls.push((boundary.side, position));
             }
             if let Wall::Frictional { friction_coefficient: value, bilateral } = boundary.wall {
                 self.not_negative(format!("{path}.wall.friction_coefficient"), value, "");
@@ -250,7 +250,7 @@ impl ErrorCollector<'_> {
                 self.vector(&format!("{path}.velocity"), velocity);
             }
             self.absorbing(&path, boundary);
-            self.drained(&path, boundary.drained);
+            self.check_drainage(&path, boundary.drained);
         }
     }
 
@@ -266,12 +266,12 @@ impl ErrorCollector<'_> {
             if let Err(error) = patch.region.validate(case.dimension()) {
                 self.report(format!("{path}.region.{}", error.path), error.problem);
             }
-            self.drained(&path, patch.drained);
+            self.check_drainage(&path, patch.drained);
         }
     }
 
     /// Requires a pore fluid for drainage.
-    fn drained(&mut self, path: &str, drained: bool) {
+    fn check_drainage(&mut self, path: &str, drained: bool) {
         let saturated = self.case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let problem = "no body has a pore_fluid that could drain";
         self.require(saturated || !drained, format!("{path}.drained"), problem);

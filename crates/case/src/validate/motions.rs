@@ -11,7 +11,7 @@ impl ErrorCollector<'_> {
     pub(super) fn motions(&mut self, path: &str, stage: &Stage) {
         let case = self.case;
         let driven = movable_names(case);
-        let mut seen = HashSet::new();
+        let mut known_targets = HashSet::new();
         for (number, motion) in stage.motions.iter().enumerate() {
             let path = format!("{path}.motions[{number}]");
             let of = format!("{path}.target");
@@ -37,7 +37,7 @@ impl ErrorCollector<'_> {
                 _ => self.name(&of, &motion.target, &driven, "the name of a rigid body or of a patch"),
             }
             let problem = format!("{:?} has two motions in the stage", motion.target);
-            self.require(seen.insert(&motion.target), format!("{path}.target"), problem);
+            self.require(known_targets.insert(&motion.target), format!("{path}.target"), problem);
             let dimension = case.dimension();
             let count = motion.velocity.len();
             let problem = format!("has {count} entries, the space has {dimension} dimensions");

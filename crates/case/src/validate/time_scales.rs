@@ -34,7 +34,7 @@ pub struct TimeScales {
     /// Consolidation time `h²/c_v` of the slowest body, `c_v = (k/γ_w) / (1/M + n/K_f)`; `None` without pore fluid.
     pub consolidation: Option<f64>,
     /// Wave travel time `h/c` in the softest body, with skeleton and fluid moving together; `None` where laws have no stiffness.
-    pub wave: Option<f64>,
+    pub wave_time: Option<f64>,
     /// Fall time `√(h/g)`; `None` without gravity.
     pub fall_time: Option<f64>,
 }
@@ -58,7 +58,7 @@ impl Case {
         let gravity = self.gravity_magnitude();
         let height = self.height();
         let own = self.bodies.iter().filter(|body| !body.rigid);
-        let (mut consolidation, mut wave) = (None::<f64>, None::<f64>);
+        let (mut consolidation, mut wave_time) = (None::<f64>, None::<f64>);
         for (body, modulus) in own.filter_map(|body| Some((body, self.modulus(body)?))) {
             let h = extent(self, body);
             let mut stiffness = modulus;
@@ -66,14 +66,14 @@ impl Case {
                 // sheet: mpm §2.3.
                 let compliance = 1.0 / modulus + fluid.porosity / fluid.bulk_modulus;
                 let time = h * h * compliance * fluid.resistance(gravity);
-                consolidation = longer(consolidation, time);
+                consolidation = longer_time(consolidation, time);
                 stiffness += fluid.bulk_modulus / fluid.porosity;
             }
             let time = h / (stiffness / self.bulk_density(body)).sqrt();
-            wave = longer(wave, time);
+            wave_time = longer_time(wave_time, time);
         }
         let fall = (height / gravity).sqrt();
-        TimeScales { height, consolidation, wave, fall_time: fall.is_finite().then_some(fall) }
+        TimeScales { height, consolidation, wave_time, fall_time: fall.is_finite().then_some(fall) }
     }
 
     /// Extent of all bodies along gravity, or along the first axis without gravity; the largest thickness of layers on terrain (m).
@@ -142,7 +142,7 @@ impl Case {
 }
 
 /// Longer of two times (s), of which the second may be not-a-number.
-fn longer(known: Option<f64>, time: f64) -> Option<f64> {
+fn longer_time(known: Option<f64>, time: f64) -> Option<f64> {
     if time.is_finite() { Some(known.map_or(time, |known| known.max(time))) } else { known }
 }
 
@@ -175,13 +175,13 @@ mod tests {
 
     #[test]
     fn time_scales_follow_their_closed_forms() {
-        let TimeScales { height, consolidation, wave, fall_time: fall } = column(1590.0).time_scales();
+        let TimeScales { height, consolidation, wave_time, fall_time: fall } = column(1590.0).time_scales();
         assert_eq!(height, 2.0);
         // c_v = k / (γ_w (1/M + n/K)), with M = E.
         let exact = 4.0 / (1e-3 / (1e4 * (1e-7 + 0.4 / 2e9)));
         assert!((consolidation.unwrap() / exact - 1.0).abs() < 1e-12, "{consolidation:?}");
         let exact = 2.0 / ((1e7 + 2e9 / 0.4) / 1990.0_f64).sqrt();
-        assert!((wave.unwrap() / exact - 1.0).abs() < 1e-12, "{wave:?}");
+        assert!((wave_time.unwrap() / exact - 1.0).abs() < 1e-12, "{wave_time:?}");
         assert!((fall.unwrap() - 0.2_f64.sqrt()).abs() < 1e-12);
     }
 

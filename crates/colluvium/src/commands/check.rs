@@ -99,10 +99,13 @@ fn print_body_masses(case: &Case, plan: &Plan) -> Result<(), CommandError> {
 
 /// Text with the characteristic times of a case beside its duration (s); those of stiffness only where the method `has_laws`.
 fn time_scales(case: &Case, has_laws: bool) -> String {
-    let TimeScales { height, consolidation, wave, fall_time: fall } = case.time_scales();
+    let TimeScales { height, consolidation, wave_time, fall_time: fall } = case.time_scales();
     let of_law = |time: Option<f64>| time.filter(|_| has_laws);
-    let named =
-        [("consolidation h²/c_v", of_law(consolidation)), ("wave h/c", of_law(wave)), ("fall √(h/g)", fall)];
+    let named = [
+        ("consolidation h²/c_v", of_law(consolidation)),
+        ("wave h/c", of_law(wave_time)),
+        ("fall √(h/g)", fall),
+    ];
     let known = named.into_iter().filter_map(|(name, time)| Some(format!("{name} {:.3e} s, ", time?)));
     let known: String = known.collect();
     format!("{known}run {:.4} s; h = {height:.4} m", case.end_time())
@@ -110,9 +113,9 @@ fn time_scales(case: &Case, has_laws: bool) -> String {
 
 /// Text with the cost of the search `name` for a factor of safety, beside the duration of the stages.
 fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
-    let SearchCost { trials: [likely, most], blocks, block, seconds } = cost;
+    let SearchCost { trials: [likely, largest], blocks, block, seconds } = cost;
     let trials =
-        format!("search         {name}: {likely} trials, {most} at most, of {blocks} blocks at most");
+        format!("search         {name}: {likely} trials, {largest} at most, of {blocks} blocks at most");
     if block.is_nan() {
         return format!(
             "{trials}; the duration of a block is unknown until the bodies are at rest without yielding"

@@ -50,13 +50,13 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
         })?;
     let out = files.output_folder(&arguments.case, "compare");
     let options = CompareOptions {
-        out: out.clone(),
+        output_folder: out.clone(),
         resume: files.resume,
         overwrite: files.overwrite,
         show_progress: !files.quiet,
         jobs: arguments.jobs.into(),
         free_memory: free_memory(),
-        stop: Some(stop_on_interrupt()),
+        stop_flag: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
         on_warning: (!files.quiet).then_some(|remark| print_error_line!("warning: {remark}")),
     };
@@ -72,7 +72,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed(_));
     match results.iter().filter(failed).count() {
         0 => Ok(()),
-        _ => Err(CommandError::Other("the run of at least one method failed".to_owned())),
+        _ => Err(CommandError::Message("the run of at least one method failed".to_owned())),
     }
 }
 

@@ -69,7 +69,7 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
         _ => "not a number".to_owned(),
     });
     print_line!("{} rows; at the end p = {p}, q = {q}; results in {}", trace.path.rows.len(), out.display());
-    trace.stopped.map_or(Ok(()), |error| Err(CommandError::Other(error.to_string())))
+    trace.stop_reason.map_or(Ok(()), |error| Err(CommandError::Message(error.to_string())))
 }
 
 /// Reads the files of an incrementalDriver test.
@@ -86,7 +86,7 @@ fn read_incremental_driver(
         initial: &json::text(&folder.join(incremental::INITIAL))?,
         test: &json::text(&folder.join(incremental::TEST))?,
         material: json::from_value::<MaterialSpec>(&json::value(material)?, "")
-            .map_err(|errors| errors.in_file(material))?,
+            .map_err(|errors| errors.with_file_name(material))?,
         stress_unit: match unit {
             Some("kPa") => 1e3,
             Some("MPa") => 1e6,
@@ -115,10 +115,10 @@ fn read_incremental_driver(
 
 /// Writes the table and the pictures, in place of those of an earlier test.
 fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Result<(), CommandError> {
-    let fail = |error: std::io::Error| CommandError::Other(format!("{}: {error}", out.display()));
+    let fail = |error: std::io::Error| CommandError::Message(format!("{}: {error}", out.display()));
     create_folder(out)?;
     let mut table = Vec::new();
-    trace.path.write_csv(&mut table).map_err(|error| CommandError::Other(error.to_string()))?;
+    trace.path.write_csv(&mut table).map_err(|error| CommandError::Message(error.to_string()))?;
     let path = out.join("path.csv");
     let pictures: Vec<PathBuf> = (StandardPlot::NAMES.iter())
         .flat_map(|name| ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))))
@@ -129,7 +129,7 @@ fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Re
     let is_table = std::fs::read(&path).is_ok_and(|earlier| earlier.starts_with(units));
     let foreign = Some(&path).filter(|path| path.exists()).or(pictures.first());
     if let Some(file) = foreign.filter(|_| !is_table) {
-        return Err(CommandError::Other(format!(
+        return Err(CommandError::Message(format!(
             "{} would be overwritten, and no element test wrote it: choose another folder with --out",
             file.display()
         )));

@@ -95,7 +95,7 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     let last = frames.last().ok_or_else(|| OutputError::new(from, "has no frame"))?;
     let snapshot = read_collection_frame(from, last)?;
     let to = from.join(POINTS_FILE);
-    let list = if snapshot.amounts(FieldRole::Bed).is_some() {
+    let list = if snapshot.role_values(FieldRole::Bed).is_some() {
         point_stacks(&case, &snapshot).map_err(|error| OutputError::new(&to, error))?
     } else {
         if read_json(&from.join("summary.json"))?["method"] == "dem" {
@@ -111,11 +111,11 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     let text = point_table(&list, case.dimension(), &kept);
     files.write(POINTS_FILE, |file| write_atomically(file, text.as_bytes()))?;
     print_line!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
-    if let Some([handed, whole]) = mass_mismatch(&snapshot, &list) {
+    if let Some([point_mass, whole]) = mass_mismatch(&snapshot, &list) {
         print_line!(
-            "the mass of the points is {handed:.6e} kg, and that of the flow {whole:.6e} kg: the points represent the grains with the fluid around them, \
+            "the mass of the points is {point_mass:.6e} kg, and that of the flow {whole:.6e} kg: the points represent the grains with the fluid around them, \
              and {:.4e} kg of fluid have no grains nearby",
-            whole - handed
+            whole - point_mass
         );
     }
     Ok(())
@@ -202,7 +202,7 @@ fn grain_columns(case: &Case, snapshot: &Snapshot) -> GrainColumns {
         radii,
         grain_types: Some(kinds.iter().map(name).collect()),
         spins: snapshot.vectors("spin").map(<[_]>::to_vec).or(snapshot.scalars("spin").map(about_z)),
-        held: snapshot.scalars("held").map(|held| held.iter().map(|own| *own == 1.0).collect()),
+        is_held: snapshot.scalars("held").map(|held| held.iter().map(|own| *own == 1.0).collect()),
         ids: Some(snapshot.ids.iter().map(|id| *id as u32).collect()),
     }
 }
@@ -222,7 +222,7 @@ fn point_table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
     heads.extend(of_grains.radii.iter().flat_map(|_| names(&["radius"], "m")));
     heads.extend(of_grains.spins.iter().flat_map(|_| names(&GrainColumns::SPIN[turning..], "rad/s")));
     heads.extend(of_grains.grain_types.iter().map(|_| "kind".to_owned()));
-    heads.extend(of_grains.held.iter().map(|_| "held".to_owned()));
+    heads.extend(of_grains.is_held.iter().map(|_| "held".to_owned()));
     heads.extend(of_grains.ids.iter().map(|_| "id".to_owned()));
     let mut text = heads.join(",") + "\n";
     for &i in kept {
@@ -236,7 +236,7 @@ fn point_table(list: &PointList, dimension: usize, kept: &[usize]) -> String {
         row.extend(of_grains.spins.iter().flat_map(|all| all[i][turning..].to_vec()));
         let mut row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
         row.extend(of_grains.grain_types.iter().map(|all| all[i].clone()));
-        row.extend(of_grains.held.iter().map(|all| u8::from(all[i]).to_string()));
+        row.extend(of_grains.is_held.iter().map(|all| u8::from(all[i]).to_string()));
         row.extend(of_grains.ids.iter().map(|all| all[i].to_string()));
         text += &(row.join(",") + "\n");
     }

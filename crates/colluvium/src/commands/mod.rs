@@ -41,7 +41,7 @@ use thiserror::Error;
 fn write_stdout(line: std::fmt::Arguments<'_>) -> Result<(), CommandError> {
     match writeln!(std::io::stdout().lock(), "{}", escape_lines(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        written => written.map_err(|error| CommandError::Other(format!("standard output: {error}"))),
+        written => written.map_err(|error| CommandError::Message(format!("standard output: {error}"))),
     }
 }
 
@@ -78,7 +78,7 @@ pub enum CommandError {
     Usage(String),
     /// Anything else that went wrong while running.
     #[error("{0}")]
-    Other(String),
+    Message(String),
     /// The run was interrupted.
     #[error("interrupted; continue with --resume")]
     Interrupted,
@@ -96,7 +96,7 @@ impl CommandError {
         match self {
             Self::Case(_) | Self::Run(RunError::Case(_)) | Self::Compare(CompareError::NoMethod(_)) => 3,
             Self::Usage(_) | Self::Compare(CompareError::UnknownMethod { .. }) => 2,
-            Self::Run(_) | Self::Sweep(_) | Self::Compare(_) | Self::Output(_) | Self::Other(_) => 1,
+            Self::Run(_) | Self::Sweep(_) | Self::Compare(_) | Self::Output(_) | Self::Message(_) => 1,
             Self::Interrupted => 4,
         }
     }
@@ -170,11 +170,11 @@ fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> 
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .build()
-        .map_err(|error| CommandError::Other(format!("threads: {error}")))
+        .map_err(|error| CommandError::Message(format!("threads: {error}")))
 }
 
 /// Method of a run: the requested one, or the only one that the case has options for.
-fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, CommandError> {
+fn select_method(case: &Case, requested: Option<&str>) -> Result<&'static dyn Method, CommandError> {
     let known: Vec<&str> = colluvium::methods().iter().map(|method| method.name()).collect();
     for name in case.methods.keys() {
         if !known.contains(&name.as_str()) {
@@ -182,7 +182,7 @@ fn select_method(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method
             return Err(CaseError::new(format!("methods.{name}"), problem).into());
         }
     }
-    let name = match (asked, case.methods.len()) {
+    let name = match (requested, case.methods.len()) {
         (Some(name), _) => name,
         (None, 1) => case.methods.keys().next().map_or("", String::as_str),
         (None, 0) => {

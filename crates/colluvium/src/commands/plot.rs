@@ -111,7 +111,7 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
             let shown = draw_pictures(arguments, (&frames, &even), field, &ground)?;
             let name = shown.first().map_or_else(String::new, |(name, ..)| name.clone());
             let shown: Vec<FramePicture> = shown.into_iter().map(|(.., picture)| picture).collect();
-            let bytes = to_gif(&shown, 0.1).map_err(CommandError::Other)?;
+            let bytes = to_gif(&shown, 0.1).map_err(CommandError::Message)?;
             let name = picture_name(arguments, &name);
             save(&|file| Ok(write_atomically(file, &bytes)?), &name, "gif")?;
             print_line!("{name}.gif shows {} of {} frames", even.len(), frames.len());
@@ -178,9 +178,9 @@ fn picture_name(arguments: &PlotArguments, field: &str) -> String {
     }
 }
 
-/// Numbers of at most `most` of `count` frames, evenly from the first to the last.
-fn evenly_spaced(count: usize, most: usize) -> Vec<usize> {
-    let shown = count.min(most);
+/// Numbers of at most `limit` of `count` frames, evenly from the first to the last.
+fn evenly_spaced(count: usize, limit: usize) -> Vec<usize> {
+    let shown = count.min(limit);
     (0..shown).map(|k| if shown > 1 { k * (count - 1) / (shown - 1) } else { 0 }).collect()
 }
 
@@ -250,7 +250,7 @@ fn line_pictures(
     }
     if found.len() > 1 {
         let shared = ForceChains::common_scales(found.iter().map(|(.., chains)| chains));
-        found.iter_mut().for_each(|(.., chains)| chains.shared = Some(shared.clone()));
+        found.iter_mut().for_each(|(.., chains)| chains.shared_scale = Some(shared.clone()));
     }
     Ok(found)
 }
@@ -279,7 +279,7 @@ fn point_pictures(
         if let Some((low, high)) = arguments.range {
             shared.values = low..high;
         }
-        found.iter_mut().for_each(|(.., cloud)| cloud.shared = Some(shared.clone()));
+        found.iter_mut().for_each(|(.., cloud)| cloud.shared_scales = Some(shared.clone()));
     }
     Ok(found)
 }

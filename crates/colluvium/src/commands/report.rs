@@ -37,7 +37,7 @@ pub fn run(arguments: &ReportArguments) -> Result<(), CommandError> {
         report::write(&arguments.folder, &options).map_err(|error| match error {
             ReportError::Output(error) => CommandError::Output(error),
             ReportError::NoRun(_) | ReportError::Field { .. } => CommandError::Usage(error.to_string()),
-            other => CommandError::Other(other.to_string()),
+            other => CommandError::Message(other.to_string()),
         })?;
     for file in missing {
         print_error_line!("warning: {file}");

@@ -51,15 +51,15 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let warnings = plan.all_warnings(&case);
     let options = RunOptions {
         method: method.name().to_owned(),
-        out: Some(out.clone()),
+        output_folder: Some(out.clone()),
         resume: files.resume,
         overwrite: files.overwrite,
         progress: !files.quiet,
         keep_frames: false,
         keep_specimen: false,
-        stop: Some(stop_on_interrupt()),
+        stop_flag: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
-        warn: (!files.quiet).then_some(|remark| print_error_line!("warning: {remark}")),
+        on_warning: (!files.quiet).then_some(|remark| print_error_line!("warning: {remark}")),
         warnings,
     };
     if !files.quiet {
@@ -77,8 +77,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         print_error_line!("warning: no map is drawn: {problem}");
     }
     if !files.quiet {
-        for remark in report.warnings_at_end.iter().filter(|remark| !report.reported.contains(remark)) {
-            print_error_line!("warning: {remark}");
+        for warning in report.warnings_at_end.iter().filter(|text| !report.reported_warnings.contains(text)) {
+            print_error_line!("warning: {warning}");
         }
         for fact in &report.notes {
             print_error_line!("note: {fact}");

@@ -88,8 +88,8 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
         method: method.name().to_owned(),
         progress: !quiet,
         keep_specimen: true,
-        stop: Some(stop_on_interrupt()),
-        warn: (!quiet).then_some(|remark| print_error_line!("warning: {remark}")),
+        stop_flag: Some(stop_on_interrupt()),
+        on_warning: (!quiet).then_some(|remark| print_error_line!("warning: {remark}")),
         warnings: plan.all_warnings(&case),
         ..RunOptions::default()
     };
@@ -98,7 +98,7 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
     }
     let report = pool.install(|| run_with_plan(method, &case, solver, &options))?;
     if report.ending == RunEnd::Interrupted {
-        return Err(CommandError::Other(
+        return Err(CommandError::Message(
             "interrupted before the specimen was ready: nothing is written".to_owned(),
         ));
     }
@@ -114,8 +114,8 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     let summary = read_json(&from.join("summary.json"))?;
     let of_run = summary["method"].as_str().unwrap_or_default();
-    if let Some(asked) = arguments.method.as_deref().filter(|asked| *asked != of_run) {
-        let problem = format!("{}: is a run of {of_run}, not of {asked}", from.display());
+    if let Some(requested) = arguments.method.as_deref().filter(|requested| *requested != of_run) {
+        let problem = format!("{}: is a run of {of_run}, not of {requested}", from.display());
         return Err(CommandError::Usage(problem));
     }
     let method = select_method(&case, Some(of_run))?;
@@ -156,7 +156,7 @@ fn missing_state_error(
     if !method.plan_and_build(case)?.1.has_specimen() {
         return Ok(no_grains_error(method));
     }
-    Ok(CommandError::Other(format!(
+    Ok(CommandError::Message(format!(
         "{}: checkpoint.bin with the history of the contacts is missing: {again} --out FILE` runs the case again; `colluvium export \
          --points {}` writes grains without contacts",
         from.display(),

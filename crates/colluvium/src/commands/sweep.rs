@@ -64,12 +64,12 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
         return Ok(());
     }
     let options = SweepOptions {
-        out: files.output_folder(&arguments.file, method.name()),
+        output_folder: files.output_folder(&arguments.file, method.name()),
         jobs,
         threads: arguments.threads.into(),
         resume: files.resume,
         overwrite: files.overwrite,
-        stop: stop_on_interrupt(),
+        stop_flag: stop_on_interrupt(),
         commit: colluvium::COMMIT.map(str::to_owned),
     };
     let tell = |number: usize, state: &SweepRunState| {
@@ -162,7 +162,7 @@ fn write_results(
     options: &SweepOptions,
     quiet: bool,
 ) -> Result<(), CommandError> {
-    let orders = results.write_convergence(&options.out)?;
+    let orders = results.write_convergence(&options.output_folder)?;
     let count = |status: &str| results.rows.iter().filter(|row| row.status == status).count();
     if !quiet {
         if let Some((number, misfit)) = results.best_run() {
@@ -176,7 +176,7 @@ fn write_results(
             "{} of {} runs complete; results in {}",
             count("completed"),
             results.rows.len(),
-            options.out.display()
+            options.output_folder.display()
         );
     }
     match count("failed") {
@@ -184,6 +184,6 @@ fn write_results(
             Err(CommandError::Interrupted)
         }
         0 => Ok(()),
-        failed => Err(CommandError::Other(format!("{failed} of {} runs failed", results.rows.len()))),
+        failed => Err(CommandError::Message(format!("{failed} of {} runs failed", results.rows.len()))),
     }
 }

@@ -28,7 +28,7 @@ pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
     }
     let (files, wrong) = (verified.files, verified.problems.len());
     if wrong > 0 {
-        return Err(CommandError::Other(format!(
+        return Err(CommandError::Message(format!(
             "{wrong} of {files} files differ from those that the run wrote"
         )));
     }

@@ -57,11 +57,11 @@ pub(super) fn profile_charts(
     let chart = |time: f64| {
         let states = frames_at(runs, time);
         let snapshots: Vec<&Snapshot> = states.iter().map(|(_, snapshot)| *snapshot).collect();
-        let columns = ProfileColumns::covering(&snapshots, axes)?;
+        let columns = ProfileColumns::spanning(&snapshots, axes)?;
         let line = |(method, snapshot): &(&'static str, &Snapshot)| {
             Series::new(*method, trim_empty_columns(columns.profile(snapshot, axes)), Style::Line)
         };
-        let measured = reference.at(time, &common);
+        let measured = reference.nearest_profile(time, &common);
         let measured = measured.map(|curve| Series::new("reference", curve.clone(), Style::Markers));
         Some(LineChart {
             title: format!("t = {} s", five_digits(time)),

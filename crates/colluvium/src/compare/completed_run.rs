@@ -72,7 +72,11 @@ impl CompletedRun {
             warnings: report.warnings_at_end.clone(),
             safety_factors: safety
                 .map(|(name, found)| {
-                    (name.clone(), [found.stable, found.failed], found.outcome() == SearchOutcome::Undecided)
+                    (
+                        name.clone(),
+                        [found.stable_factor, found.failing_factor],
+                        found.outcome() == SearchOutcome::Undecided,
+                    )
                 })
                 .collect(),
             state_hash: format!("{:016x}", report.snapshot.hash()),
@@ -117,8 +121,8 @@ impl CompletedRun {
     /// keeps moving, or never moved.
     pub fn time_at_rest(&self) -> Option<f64> {
         let energy = self.measures.pairs("time", "kinetic_energy")?;
-        let most = energy.iter().map(|(_, energy)| *energy).fold(0.0, f64::max);
-        let moving = energy.iter().rposition(|(_, energy)| *energy > 0.01 * most)?;
+        let largest = energy.iter().map(|(_, energy)| *energy).fold(0.0, f64::max);
+        let moving = energy.iter().rposition(|(_, energy)| *energy > 0.01 * largest)?;
         energy.get(moving + 1).map(|(time, _)| *time)
     }
 

@@ -98,7 +98,7 @@ pub struct ProfileColumns {
 
 impl ProfileColumns {
     /// Columns over the extent of all snapshots, none narrower than the widest point.
-    pub fn covering(snapshots: &[&Snapshot], axes: CaseAxes) -> Option<Self> {
+    pub fn spanning(snapshots: &[&Snapshot], axes: CaseAxes) -> Option<Self> {
         let ends = snapshots.iter().flat_map(|snapshot| {
             let points = snapshot.positions.iter().zip(&snapshot.extents);
             points.map(|(x, e)| {
@@ -207,14 +207,14 @@ mod tests {
     fn figures_of_a_block_are_its_edges_and_centre_at_any_spacing() {
         for spacing in [0.1, 0.02] {
             let figures = KeyFigures::of_snapshot(&block(2.0, 1.0, spacing), AXES).unwrap();
-            for (found, asked) in [
+            for (found, expected) in [
                 (figures.front, 2.0),
                 (figures.top, 1.0),
                 (figures.centre[0], 1.0),
                 (figures.centre[1], 0.5),
                 (figures.speed, 5.0),
             ] {
-                assert!((found - asked).abs() < 1e-9, "{found} for {asked}");
+                assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
             }
         }
     }
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn profiles_are_independent_of_spacing_and_differ_by_height() {
         let (coarse, fine, low) = (block(2.0, 1.0, 0.1), block(2.0, 1.0, 0.025), block(2.0, 0.5, 0.05));
-        let columns = ProfileColumns::covering(&[&coarse, &fine, &low], AXES).unwrap();
+        let columns = ProfileColumns::spanning(&[&coarse, &fine, &low], AXES).unwrap();
         let profile = |snapshot| columns.profile(snapshot, AXES);
         assert!(relative_profile_distance(&profile(&coarse), &profile(&fine)) < 1e-12);
         assert!((relative_profile_distance(&profile(&coarse), &profile(&low)) - 0.5).abs() < 1e-12);

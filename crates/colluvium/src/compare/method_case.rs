@@ -52,10 +52,10 @@ impl MethodCase {
         if options.is_empty() {
             return Self { case: own, chosen_options: String::new() };
         }
-        let told = |(key, value): (&String, &Value)| {
+        let option_text = |(key, value): (&String, &Value)| {
             format!("{key} {} m", value.as_f64().map_or(f64::NAN, rounded_to_six_digits))
         };
-        let took = options.iter().map(told).collect::<Vec<_>>().join(", ");
+        let took = options.iter().map(option_text).collect::<Vec<_>>().join(", ");
         own.methods.insert(name.to_owned(), Value::Object(options));
         Self {
             case: own,
@@ -87,11 +87,11 @@ fn fitted_cell_size(case: &Case, wanted: f64) -> f64 {
         })
     };
     let Some(first) = sides.first() else { return wanted };
-    let (fewest, most) = ((first / (1.5 * wanted)).ceil(), (first / (0.5 * wanted)).floor());
-    if !(most - fewest < 1e6) {
+    let (fewest, largest) = ((first / (1.5 * wanted)).ceil(), (first / (0.5 * wanted)).floor());
+    if !(largest - fewest < 1e6) {
         return wanted;
     }
-    let cells = (fewest.max(1.0) as u64..=most as u64)
+    let cells = (fewest.max(1.0) as u64..=largest as u64)
         .map(|count| rounded_where_fitting(first / count as f64, whole));
     let nearest = cells.filter(whole).min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()));
     nearest.unwrap_or(wanted)
@@ -118,10 +118,10 @@ fn requested_spacing(case: &Case) -> Option<SpacingChoice> {
     if let Some((name, value)) = cells {
         return Some(SpacingChoice { value, origin: format!("the spacing of points of methods.{name}") });
     }
-    let least = |(low, high): (Vec<f64>, Vec<f64>)| {
+    let minimum = |(low, high): (Vec<f64>, Vec<f64>)| {
         (0..case.dimension()).map(|c| high[c] - low[c]).fold(f64::INFINITY, f64::min)
     };
-    let extents = case.bodies.iter().map(|body| least(body.shape.bounds(case.dimension())));
+    let extents = case.bodies.iter().map(|body| minimum(body.shape.bounds(case.dimension())));
     let smallest = extents.filter(|extent| extent.is_finite() && *extent > 0.0).fold(f64::INFINITY, f64::min);
     smallest.is_finite().then(|| SpacingChoice {
         value: smallest / DEFAULT_POINTS_ACROSS,

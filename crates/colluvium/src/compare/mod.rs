@@ -32,7 +32,7 @@ pub const PAGE_FILE: &str = "index.html";
 #[derive(Clone, Debug, Default)]
 pub struct CompareOptions {
     /// Folder of the page; each method runs in a subfolder with its name.
-    pub out: PathBuf,
+    pub output_folder: PathBuf,
     /// Whether to continue interrupted runs; complete runs are kept.
     pub resume: bool,
     /// Whether to replace earlier results.
@@ -44,7 +44,7 @@ pub struct CompareOptions {
     /// Memory available to the simultaneous runs (bytes).
     pub free_memory: f64,
     /// Flag, set from elsewhere, that stops the runs at the next step.
-    pub stop: Option<Arc<AtomicBool>>,
+    pub stop_flag: Option<Arc<AtomicBool>>,
     /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
     /// Function called with each warning during a run.
@@ -137,8 +137,9 @@ pub fn run(
     options: &CompareOptions,
     tell: &(dyn Fn(&MethodResult) + Sync),
 ) -> Result<Vec<MethodResult>, CompareError> {
-    let page = options.out.join(PAGE_FILE);
-    let is_of_run = |method: &&dyn Method| options.out.join(method.name()).join("summary.json").exists();
+    let page = options.output_folder.join(PAGE_FILE);
+    let is_of_run =
+        |method: &&dyn Method| options.output_folder.join(method.name()).join("summary.json").exists();
     if page.exists() && !crate::methods().iter().any(is_of_run) {
         let problem = std::io::Error::other(
             "exists already, and no comparison wrote it: choose another folder, or move the file",
@@ -200,22 +201,22 @@ fn compare_one_method(
             Ok(plan) => plan,
             Err(refusal) => return MethodOutcome::Refused(refusal.to_string()),
         };
-        let folder = options.out.join(method.name());
+        let folder = options.output_folder.join(method.name());
         let state = completed_run::RunFolderState::of_folder(&folder, case);
         if state == completed_run::RunFolderState::Complete && options.resume {
             return read_outcome(&folder);
         }
         let run = RunOptions {
             method: method.name().to_owned(),
-            out: Some(folder.clone()),
+            output_folder: Some(folder.clone()),
             resume: options.resume && state == completed_run::RunFolderState::Incomplete,
             overwrite: options.overwrite,
             progress: options.show_progress,
             keep_frames: false,
             keep_specimen: false,
-            stop: options.stop.clone(),
+            stop_flag: options.stop_flag.clone(),
             commit: options.commit.clone(),
-            warn: options.on_warning,
+            on_warning: options.on_warning,
             warnings: plan.all_warnings(case),
         };
         match run_method(method, case, &run) {

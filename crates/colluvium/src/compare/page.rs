@@ -90,7 +90,7 @@ fn run_sections(
 ) -> Result<Markup, CompareError> {
     let (axes, ground) = (CaseAxes::of_case(case), rigid_geometry(case));
     let strip = picture_strip(runs, plane, &ground)?;
-    let player = player(case, runs, plane, ground);
+    let player = animation_html(case, runs, plane, ground);
     let profiles = charts_to_svg(&charts::profile_charts(runs, axes, PROFILE_TIMES, reference))?;
     let figures = charts_to_svg(&charts::key_figure_charts(runs, axes))?;
     let energies = charts_to_svg(&charts::energy_charts(runs))?;
@@ -137,7 +137,12 @@ fn charts_to_svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
 }
 
 /// Animation of all runs with one slider.
-fn player(case: &Case, runs: &MethodRuns<'_>, plane: [usize; 2], ground: RigidGeometry) -> Option<String> {
+fn animation_html(
+    case: &Case,
+    runs: &MethodRuns<'_>,
+    plane: [usize; 2],
+    ground: RigidGeometry,
+) -> Option<String> {
     let mut panels: Vec<Panel<'_>> = Vec::new();
     for (method, ran) in runs {
         panels.push(Panel {
@@ -148,7 +153,7 @@ fn player(case: &Case, runs: &MethodRuns<'_>, plane: [usize; 2], ground: RigidGe
     }
     let text = serde_json::to_value(case).ok()?;
     let view = View { ground, bytes: ANIMATION_BYTES, ..animation::view(&text, plane, &[]) };
-    Some(animation::player(&Animation::from_panels(&panels, &view)?))
+    Some(animation::player_html(&Animation::from_panels(&panels, &view)?))
 }
 
 /// Field that colours the points: one that every run has.
@@ -174,7 +179,7 @@ fn picture_strip(
         rows.iter().map(|states| states.iter().map(|(_, snapshot)| cloud(snapshot)).collect()).collect();
     let shared = CommonScales::of_clouds(clouds.iter().flatten().flatten());
     let picture = |cloud: &PointCloud, method: &str| -> Result<Markup, CompareError> {
-        let cloud = PointCloud { shared: Some(shared.clone()), ..cloud.clone() };
+        let cloud = PointCloud { shared_scales: Some(shared.clone()), ..cloud.clone() };
         let alt = format!("{method}, {}", cloud.title);
         crate::report::png(&cloud, &alt)
             .map(PreEscaped)
@@ -213,7 +218,7 @@ impl<'a> ProfileDifferences<'a> {
     fn new(snapshots: &[&Snapshot], axes: CaseAxes, measured: Option<&'a Vec<(f64, f64)>>) -> Self {
         let own = Self {
             axes,
-            columns: ProfileColumns::covering(snapshots, axes),
+            columns: ProfileColumns::spanning(snapshots, axes),
             first: None,
             reference: measured,
         };
@@ -276,7 +281,7 @@ fn difference_table(
     reference: &ReferenceProfiles,
 ) -> Markup {
     let common = charts::common_times(runs);
-    let measured = common.last().and_then(|end| reference.at(*end, &common));
+    let measured = common.last().and_then(|end| reference.nearest_profile(*end, &common));
     let memory = |method: &str| {
         let found = results.iter().find(|result| result.method == method);
         five_digits(found.map_or(f64::NAN, |result| result.estimated_memory / f64::from(1 << 20)))

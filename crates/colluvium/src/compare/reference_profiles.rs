@@ -104,7 +104,7 @@ impl ReferenceProfiles {
     }
 
     /// Profile whose nearest time among `frames` (s) is `time`.
-    pub(super) fn at(&self, time: f64, frames: &[f64]) -> Option<&ProfileCurve> {
+    pub(super) fn nearest_profile(&self, time: f64, frames: &[f64]) -> Option<&ProfileCurve> {
         let here = |(own, _): &&(Option<f64>, ProfileCurve)| nearest_time(frames, *own) == Some(time);
         self.profiles.iter().find(here).map(|(_, curve)| curve)
     }
@@ -152,7 +152,10 @@ mod tests {
         assert_eq!(reference.profiles[1].1, [(1.0, 3.0), (2.0, 1.0)]);
         let frames = [0.0, 0.5, 1.0];
         assert_eq!(reference.times(&frames), [0.5, 1.0]);
-        assert!(reference.at(0.0, &frames).is_none() && reference.at(1.0, &frames).is_some());
+        assert!(
+            reference.nearest_profile(0.0, &frames).is_none()
+                && reference.nearest_profile(1.0, &frames).is_some()
+        );
         std::fs::write(&path, "time (min);position (mm);height (cm)\n0,5;2000;62,5\n").unwrap();
         assert_eq!(ReferenceProfiles::read(&path).unwrap().profiles, [(Some(30.0), vec![(2.0, 0.625)])]);
         std::fs::write(&path, "position,height\n0,nan\n").unwrap();

@@ -14,7 +14,7 @@ pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
         axes.iter().copied().max_by(|a, b| size(*a).total_cmp(&size(*b))).filter(|axis| size(*axis) > 0.0);
     let last = axes.last().copied().unwrap_or(1);
     View {
-        up: against.unwrap_or(last),
+        vertical_axis: against.unwrap_or(last),
         axes,
         fields: fields.to_vec(),
         classes: vec![body_classes(case, "body", "name"), body_classes(case, "material", "material")],
@@ -39,7 +39,7 @@ fn body_classes(case: &Value, name: &str, key: &str) -> PointClasses {
 }
 
 /// HTML of an animation with its scripts. A page with several animations takes [`Animation::element`] of each and [`scripts`] once.
-pub fn player(animation: &Animation) -> String {
+pub fn player_html(animation: &Animation) -> String {
     animation.element() + &scripts()
 }
 
@@ -63,13 +63,13 @@ mod tests {
             ]
         });
         let animation_view = view(&case, [0, 2], &[]);
-        assert_eq!((animation_view.axes, animation_view.up), (vec![0, 1, 2], 1));
+        assert_eq!((animation_view.axes, animation_view.vertical_axis), (vec![0, 1, 2], 1));
         assert_eq!(animation_view.classes[0].of_body, [0, 1, 2]);
         assert_eq!(
             (animation_view.classes[1].names.join(" "), &animation_view.classes[1].of_body[..]),
             ("sand clay".into(), &[0, 1, 0][..])
         );
         let flat = view(&json!({ "space": "plane-strain", "bodies": [{}] }), [0, 1], &["depth".into()]);
-        assert_eq!((flat.axes, flat.up, flat.fields), (vec![0, 1], 1, vec!["depth".to_owned()]));
+        assert_eq!((flat.axes, flat.vertical_axis, flat.fields), (vec![0, 1], 1, vec!["depth".to_owned()]));
     }
 }

@@ -72,7 +72,7 @@ fn plane_geometry(case: &Case, standing: &[PlacedObstacle<'_, 2>]) -> RigidGeome
         let centre = rotation_centre(motion, &domain);
         ground.moving.push(MovingLines {
             lines: surface_lines(&**surface, &swept_box(case, motion, &domain), centre.map(|x| -x)),
-            about: [0, 1].map(|c| origin[c] + centre[c]),
+            reference_point: [0, 1].map(|c| origin[c] + centre[c]),
             motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
         });
     }
@@ -102,9 +102,9 @@ fn swept_box<const D: usize>(
             let end = |c: usize| if corner >> c & 1 > 0 { domain[c].end } else { domain[c].start };
             let x = frame.to_body(&std::array::from_fn(end));
             for c in 0..D {
-                let most = MAX_DISTANCE_DRAWN * (domain[c].end - domain[c].start);
-                passed[c].start = passed[c].start.min(x[c]).max(domain[c].start - most);
-                passed[c].end = passed[c].end.max(x[c]).min(domain[c].end + most);
+                let largest = MAX_DISTANCE_DRAWN * (domain[c].end - domain[c].start);
+                passed[c].start = passed[c].start.min(x[c]).max(domain[c].start - largest);
+                passed[c].end = passed[c].end.max(x[c]).min(domain[c].end + largest);
             }
         }
     }
@@ -170,7 +170,7 @@ fn space_geometry(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> RigidGeome
         ground.shells.push(MovingSurface {
             corners: corners.iter().map(|x| std::array::from_fn(|c| x[c] - centre[c])).collect(),
             faces,
-            about: std::array::from_fn(|c| case.origin()[c] + centre[c]),
+            reference_point: std::array::from_fn(|c| case.origin()[c] + centre[c]),
             motion: ObstacleMotion { centre: Vec::new(), ..motion.clone() },
         });
     }

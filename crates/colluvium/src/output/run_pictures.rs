@@ -16,8 +16,8 @@ pub fn charts(table: &Table) -> Vec<(String, LineChart)> {
     let columns = table.columns.iter().filter(|(name, _)| !COUNT_COLUMNS.contains(&name.as_str()));
     let chart = |(name, unit): &(String, String)| {
         let points = table.pairs("time", name)?;
-        let seen = points.iter().any(|(_, value)| value.is_finite());
-        seen.then(|| (name.clone(), time_chart(name, &column_heading(name, unit), points)))
+        let has_values = points.iter().any(|(_, value)| value.is_finite());
+        has_values.then(|| (name.clone(), time_chart(name, &column_heading(name, unit), points)))
     };
     columns.filter_map(chart).collect()
 }
@@ -52,18 +52,18 @@ pub(crate) fn without_rounding_noise(mut table: Table) -> Table {
         (Some(mass), Some(energy)) => (2.0 * mass * energy).sqrt(),
         _ => 0.0,
     };
-    let least = |k: usize| {
+    let smallest = |k: usize| {
         let (name, unit) = &table.columns[k];
         let of_kind = |j: &usize| table.columns[*j].1 == *unit && !unit.is_empty();
         let kind = (0..table.columns.len()).filter(of_kind).map(reach).fold(reach(k), f64::max);
         ROUNDING_SHARE * if name.starts_with("momentum") { kind.max(momentum) } else { kind }
     };
     // A time is not rounding noise of a longer one.
-    let least: Vec<f64> =
-        (0..table.columns.len()).map(|k| if table.columns[k].1 == "s" { 0.0 } else { least(k) }).collect();
+    let smallest: Vec<f64> =
+        (0..table.columns.len()).map(|k| if table.columns[k].1 == "s" { 0.0 } else { smallest(k) }).collect();
     for row in &mut table.rows {
-        for (value, least) in row.iter_mut().zip(&least) {
-            if value.abs() < *least {
+        for (value, smallest) in row.iter_mut().zip(&smallest) {
+            if value.abs() < *smallest {
                 *value = 0.0;
             }
         }
@@ -122,19 +122,19 @@ pub fn line_picture(
     chains.map(|chains| (name.to_owned(), chains)).ok_or_else(|| names.join(", "))
 }
 
-/// Axes of a view: of `asked`, `xy`, `xz` or `yz`; else x and y, or x and z in three dimensions with gravity along z, from the case in the
+/// Axes of a view: of `requested`, `xy`, `xz` or `yz`; else x and y, or x and z in three dimensions with gravity along z, from the case in the
 /// folder of the run.
 ///
 /// # Errors
 /// When the case cannot be read; a missing one is no error.
-pub fn view_plane(folder: &Path, asked: Option<&str>) -> Result<[usize; 2], OutputError> {
-    let gravity = if asked.is_none() { gravity_along_z(folder)? } else { None };
-    Ok(view_plane_for_gravity(gravity, asked))
+pub fn view_plane(folder: &Path, requested: Option<&str>) -> Result<[usize; 2], OutputError> {
+    let gravity = if requested.is_none() { gravity_along_z(folder)? } else { None };
+    Ok(view_plane_for_gravity(gravity, requested))
 }
 
 /// Axes of a view, as in [`view_plane`], where gravity along z is known (m/s²; `None` without z axis).
-pub fn view_plane_for_gravity(gravity: Option<f64>, asked: Option<&str>) -> [usize; 2] {
-    match asked {
+pub fn view_plane_for_gravity(gravity: Option<f64>, requested: Option<&str>) -> [usize; 2] {
+    match requested {
         Some("xz") => [0, 2],
         Some("yz") => [1, 2],
         None if gravity.is_some_and(|along_z| along_z != 0.0) => [0, 2],
@@ -184,9 +184,9 @@ mod tests {
     fn cases_with_gravity_along_z_are_drawn_in_the_xz_plane() {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(view_plane(folder.path(), None).unwrap(), [0, 1]);
-        let axes = |gravity: &str, asked: Option<&str>| {
+        let axes = |gravity: &str, requested: Option<&str>| {
             std::fs::write(folder.path().join("case.json"), format!("{{ \"gravity\": {gravity} }}")).unwrap();
-            view_plane(folder.path(), asked).unwrap()
+            view_plane(folder.path(), requested).unwrap()
         };
         assert_eq!(axes("[0, -9.81]", None), [0, 1]);
         assert_eq!(axes("[0, -9.81, 0]", None), [0, 1]);

@@ -151,10 +151,10 @@ struct ReportFigure {
 /// Pictures of a report.
 struct ReportPictures {
     /// Animation of the points; `None` before the second frame.
-    player: Option<String>,
+    animation: Option<String>,
     points: Vec<ReportFigure>,
     /// Measures and profiles that the case requests.
-    requested: Vec<ReportFigure>,
+    requested_charts: Vec<ReportFigure>,
     charts: Vec<ReportFigure>,
     maps: Vec<ReportFigure>,
     safety: Vec<ReportFigure>,
@@ -182,11 +182,11 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportErr
             .missing_files
             .push(format!("{}: the pictures do not show terrain and obstacles", ground.missing));
     }
-    let (asked, charts) = charts(&results)?;
+    let (requested, charts) = charts(&results)?;
     let pictures = ReportPictures {
         points: points(folder, &results, options, &ground)?,
-        player: player(folder, &results, options, ground)?,
-        requested: asked,
+        animation: animation_player(folder, &results, options, ground)?,
+        requested_charts: requested,
         charts,
         maps: maps(folder)?,
         safety: safety_factors::safety_figures(folder, &results, options.plane)?,
@@ -208,7 +208,7 @@ pub(crate) fn evenly_spaced_frames(count: usize, wanted: usize) -> Vec<usize> {
 }
 
 /// Animation of the frames.
-fn player(
+fn animation_player(
     folder: &Path,
     results: &RunResults,
     options: &ReportOptions,
@@ -223,7 +223,7 @@ fn player(
     let name = results.summary["method"].as_str().unwrap_or("points").to_owned();
     let panel = Panel { name, frames: frames.iter().collect(), frame_count: results.frames.len() };
     let view = View { ground, ..animation::view(&results.case, options.plane, &options.fields) };
-    Ok(Animation::from_panels(&[panel], &view).map(|animation| animation::player(&animation)))
+    Ok(Animation::from_panels(&[panel], &view).map(|animation| animation::player_html(&animation)))
 }
 
 /// Pictures of the points of some frames, as PNG because in SVG each point is an element. All pictures of a field have one scale of colours
@@ -263,7 +263,7 @@ fn points(
     for (_, clouds) in clouds {
         let shared = CommonScales::of_clouds(clouds.iter().map(|(_, cloud)| cloud));
         for (caption, cloud) in clouds {
-            let element = png(&PointCloud { shared: Some(shared.clone()), ..cloud }, &caption)?;
+            let element = png(&PointCloud { shared_scales: Some(shared.clone()), ..cloud }, &caption)?;
             figures.push(ReportFigure { element, caption });
         }
     }
@@ -293,7 +293,7 @@ fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>)
     let mut measures = run_pictures::charts(&results.measures);
     measures.retain(|(_, chart)| run_pictures::is_changing(&chart.series[0].points));
     measures.sort_by_key(|(name, _)| of_run(name));
-    let (asked, others): (Vec<_>, Vec<_>) =
+    let (requested, others): (Vec<_>, Vec<_>) =
         measures.into_iter().partition(|(name, _)| results.is_requested(name));
     let profiles = results.profiles.iter().map(|(name, table)| (name.clone(), profile(table)));
     let figure = |(name, chart): (String, LineChart)| {
@@ -302,9 +302,9 @@ fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>)
         let chart = LineChart { title: String::new(), ..chart };
         Ok(ReportFigure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
     };
-    let asked: Result<_, ReportError> = asked.into_iter().chain(profiles).map(figure).collect();
+    let requested: Result<_, ReportError> = requested.into_iter().chain(profiles).map(figure).collect();
     let others: Result<_, ReportError> = others.into_iter().map(figure).collect();
-    Ok((asked?, others?))
+    Ok((requested?, others?))
 }
 
 /// Chart of a profile at some of its times.

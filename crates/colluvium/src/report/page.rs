@@ -31,9 +31,9 @@ pub(super) fn page(results: &RunResults, pictures: &ReportPictures) -> Markup {
                 (warnings(&results.summary, &results.missing_files))
                 (safety_factors::safety_section(&results.summary, &pictures.safety))
                 (tables::requested_measures(results))
-                @if !pictures.requested.is_empty() { (charts(&pictures.requested)) }
+                @if !pictures.requested_charts.is_empty() { (charts(&pictures.requested_charts)) }
                 @if !pictures.maps.is_empty() { (figures("Maps", "", &pictures.maps)) }
-                @if let Some(player) = &pictures.player {
+                @if let Some(player) = &pictures.animation {
                     h2 { "Animation" }
                     (PreEscaped(player))
                 }
@@ -180,9 +180,9 @@ mod tests {
         assert_eq!(columns.map(|name| results.is_requested(name)), [false, false, true, true, false]);
         let figure = |name: &str| vec![ReportFigure { element: String::new(), caption: name.to_owned() }];
         let pictures = ReportPictures {
-            player: Some("the player".to_owned()),
+            animation: Some("the player".to_owned()),
             points: figure("the points"),
-            requested: figure("the front"),
+            requested_charts: figure("the front"),
             charts: figure("the energy"),
             maps: figure("the map"),
             safety: Vec::new(),

@@ -29,7 +29,7 @@ pub(super) fn safety_section(summary: &Value, figures: &[ReportFigure]) -> Marku
             }
         } }
         @for (name, safety) in found {
-            @if let Some(told) = safety["told"].as_str() { p class="soft" { (name) ": " (told) "." } }
+            @if let Some(message) = safety["told"].as_str() { p class="soft" { (name) ": " (message) "." } }
         }
         div class="charts" {
             @for figure in figures {

@@ -153,13 +153,13 @@ fn range_table(results: &RunResults, columns: &[usize]) -> Markup {
     let table = &results.measures;
     let line = |k: usize| {
         let values = || table.rows.iter().map(|row| row[k]).filter(|value| value.is_finite());
-        let (least, most) = (values().fold(f64::NAN, f64::min), values().fold(f64::NAN, f64::max));
+        let (smallest, largest) = (values().fold(f64::NAN, f64::min), values().fold(f64::NAN, f64::max));
         let (first, last) = (values().next(), table.rows.last().map(|row| row[k]));
         let (name, unit) = &table.columns[k];
         html! {
             tr {
                 td { (column_heading(name, unit)) }
-                @for value in [first.unwrap_or(f64::NAN), least, most, last.unwrap_or(f64::NAN)] {
+                @for value in [first.unwrap_or(f64::NAN), smallest, largest, last.unwrap_or(f64::NAN)] {
                     td class="number" { (five_digits(value)) }
                 }
             }

@@ -55,9 +55,9 @@ pub(super) fn check_threshold(case: &Case, name: &str, threshold: f64) -> Result
     if !(threshold > 0.0 && threshold.is_finite()) {
         return Err(format!("{threshold} must be positive"));
     }
-    let least = case.output.rasters.as_ref().map_or(0.0, |rasters| rasters.threshold);
-    if name.starts_with("peak_thickness") && threshold < least {
-        return Err(format!("{threshold} m is below output.rasters.threshold, {least} m"));
+    let smallest = case.output.rasters.as_ref().map_or(0.0, |rasters| rasters.threshold);
+    if name.starts_with("peak_thickness") && threshold < smallest {
+        return Err(format!("{threshold} m is below output.rasters.threshold, {smallest} m"));
     }
     Ok(())
 }

@@ -127,11 +127,13 @@ fn intensity_raster(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<
         rasters.extend(read_run_raster(name, folder)?.map(|raster| (name, raster)));
     }
     let Some(like) = rasters.values().next().cloned() else { return Ok(None) };
-    let has = |cell: usize, (name, least): (&String, &f64)| {
-        rasters.get(name).is_some_and(|raster| raster.values[cell] >= *least)
+    let has = |cell: usize, (name, smallest): (&String, &f64)| {
+        rasters.get(name).is_some_and(|raster| raster.values[cell] >= *smallest)
     };
     let strongest = |cell: usize| {
-        let all = |number: &usize| sweep.intensities[*number].thresholds.iter().all(|asked| has(cell, asked));
+        let all = |number: &usize| {
+            sweep.intensities[*number].thresholds.iter().all(|threshold| has(cell, threshold))
+        };
         (0..sweep.intensities.len()).rev().find(all).map_or(0, |number| number + 1)
     };
     let classes = (0..like.values.len()).map(strongest).collect();

@@ -128,7 +128,7 @@ impl Sweep {
         sweep.validate()?;
         let file = path.parent().unwrap_or(Path::new("")).join(&sweep.case);
         let (base, folder) = (json::value(&file)?, file.parent().unwrap_or(Path::new("")));
-        let case = Case::from_value(&base, folder).map_err(|errors| errors.in_file(&file))?;
+        let case = Case::from_value(&base, folder).map_err(|errors| errors.with_file_name(&file))?;
         sweep.check_exceedance(&case)?;
         sweep.check_intensities(&case)?;
         let members = sweep.cases(&base, folder)?;

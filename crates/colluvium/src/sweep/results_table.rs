@@ -107,7 +107,7 @@ impl SweepResults<'_> {
             return Ok(Vec::new());
         };
         let heads = ["measure", "others", "size", "value", "order", "limit", "index"];
-        let (mut lines, mut said) = (vec![heads.map(str::to_owned).to_vec()], Vec::new());
+        let (mut lines, mut messages) = (vec![heads.map(str::to_owned).to_vec()], Vec::new());
         for measure in &study.measures {
             for (others, runs) in self.parameter_series(axis, measure) {
                 for (k, (size, value)) in runs.iter().enumerate() {
@@ -123,7 +123,7 @@ impl SweepResults<'_> {
                     lines.push([text.to_vec(), estimates.map(cell_text).to_vec()].concat());
                     if let (Some(found), true) = (found, k + 1 == runs.len()) {
                         let with = if others.is_empty() { String::new() } else { format!(" ({others})") };
-                        said.push(match found.order.is_nan() {
+                        messages.push(match found.order.is_nan() {
                             true => format!("{measure}{with}: no observed order; {value:.6e} at {size}"),
                             false => format!(
                                 "{measure}{with}: order {:.2}, limit {:.6e}, uncertainty of the finest run {:.2} %",
@@ -137,7 +137,7 @@ impl SweepResults<'_> {
             }
         }
         write_lines(&out.join(TABLE_FILES[1]), &lines)?;
-        Ok(said)
+        Ok(messages)
     }
 
     /// Pairs of the numerical parameter `axis` and a measure, from the largest to the least, for each set of values of the other
@@ -233,9 +233,9 @@ pub(super) fn read_row(folder: &Path, values: Vec<Value>) -> Result<SweepRow, Ou
         measures.extend(table.columns.into_iter().zip(last).map(|((name, unit), value)| (name, unit, value)));
     }
     // Requested measures come first.
-    let asked =
+    let is_requested =
         |name: &str| summary["case"]["measures"].get(name.split('.').next().unwrap_or(name)).is_some();
-    measures.sort_by_key(|(name, ..)| !asked(name));
+    measures.sort_by_key(|(name, ..)| !is_requested(name));
     Ok(SweepRow {
         values,
         status: summary["status"].as_str().unwrap_or_default().to_owned(),

@@ -23,7 +23,7 @@ const SWEEP_FILE: &str = "sweep.json";
 #[derive(Clone, Debug, Default)]
 pub struct SweepOptions {
     /// Folder of all output.
-    pub out: PathBuf,
+    pub output_folder: PathBuf,
     /// Number of simultaneous runs.
     pub jobs: usize,
     /// Threads of each run.
@@ -33,7 +33,7 @@ pub struct SweepOptions {
     /// Whether to delete the sweep in the folder.
     pub overwrite: bool,
     /// Flag, set from elsewhere, that stops the runs with checkpoints.
-    pub stop: Arc<AtomicBool>,
+    pub stop_flag: Arc<AtomicBool>,
     /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
 }
@@ -103,23 +103,23 @@ pub fn run_sweep<'a>(
     };
     let results = Mutex::new(SweepResults { sweep, rows: members.iter().map(waiting).collect() });
     let work = |number: usize| -> Result<(), SweepError> {
-        if options.stop.load(Ordering::Relaxed) {
+        if options.stop_flag.load(Ordering::Relaxed) {
             return Ok(());
         }
-        let (member, out) = (&members[number], run_folder(&options.out, number));
+        let (member, out) = (&members[number], run_folder(&options.output_folder, number));
         let state = run_case(method, &member.case, &out, options);
         let row = result_row(&out, member, &state);
         tell(number, &state);
         let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
         results.rows[number] = row;
-        Ok(results.write(&options.out)?)
+        Ok(results.write(&options.output_folder)?)
     };
     run_in_parallel(members.len(), (options.jobs, options.threads), work, SweepError::Threads)?;
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.draw(&options.out, &scalar_measures(members))?;
-    let folder_of = |number| run_folder(&options.out, number);
-    exceedance::write_exceedance(sweep, &options.out, members, &results.rows, &folder_of)?;
-    intensity::write_intensity(sweep, &options.out, members, &results.rows, &folder_of)?;
+    results.draw(&options.output_folder, &scalar_measures(members))?;
+    let folder_of = |number| run_folder(&options.output_folder, number);
+    exceedance::write_exceedance(sweep, &options.output_folder, members, &results.rows, &folder_of)?;
+    intensity::write_intensity(sweep, &options.output_folder, members, &results.rows, &folder_of)?;
     Ok(results)
 }
 
@@ -140,7 +140,7 @@ fn scalar_measures(members: &[SweepCase]) -> Vec<String> {
 
 /// Prepares the folder of the sweep.
 fn prepare_folder(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
-    let out = &options.out;
+    let out = &options.output_folder;
     let refuse = |problem: &str| Err(SweepError::Folder { path: out.clone(), problem: problem.to_owned() });
     let fail = |error: std::io::Error| OutputError::new(out, error);
     let text = serde_json::to_string_pretty(sweep).map_err(|error| OutputError::new(out, error))?;
@@ -229,15 +229,15 @@ fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions
     }
     let run = RunOptions {
         method: method.name().to_owned(),
-        out: Some(out.to_owned()),
+        output_folder: Some(out.to_owned()),
         resume: begun && same,
         overwrite: begun && !same,
         progress: false,
         keep_frames: false,
         keep_specimen: false,
-        stop: Some(options.stop.clone()),
+        stop_flag: Some(options.stop_flag.clone()),
         commit: options.commit.clone(),
-        warn: None,
+        on_warning: None,
         warnings: case.warnings(),
     };
     match run_method(method, case, &run) {

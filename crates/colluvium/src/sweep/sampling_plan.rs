@@ -26,7 +26,7 @@ pub enum SamplingPlan {
     FullFactorial,
     /// Values in parallel: the first values of all parameters, then the second ones, …
     #[serde(rename = "together")]
-    Paired,
+    Parallel,
     /// Latin hypercube sampling: random values, one in each of `runs` equal parts of each parameter's range (McKay, Beckman and Conover
     /// 1979).
     LatinHypercube {
@@ -53,7 +53,7 @@ impl SamplingPlan {
         parameters: &BTreeMap<String, SweepParameter>,
     ) -> Vec<(String, String)> {
         let mut wrong = Vec::new();
-        if let Self::FullFactorial | Self::Paired = self {
+        if let Self::FullFactorial | Self::Parallel = self {
             let ranges = parameters.iter().filter(|(_, parameter)| parameter.range.is_some());
             let problem = "applies to the plans latin-hypercube and sobol only; give values";
             wrong.extend(ranges.map(|(name, _)| (format!("parameters.{name}.range"), problem.to_owned())));
@@ -66,7 +66,7 @@ impl SamplingPlan {
                     wrong.push(("plan".into(), format!("has more than {MAX_RUNS} runs")));
                 }
             }
-            Self::Paired => {
+            Self::Parallel => {
                 let Some((first, count)) = counts.next() else { return wrong };
                 wrong.extend(counts.filter(|(_, other)| *other != count).map(|(name, other)| {
                     let problem =
@@ -105,7 +105,7 @@ impl SamplingPlan {
         };
         match self {
             Self::FullFactorial => full_factorial(parameters),
-            Self::Paired => {
+            Self::Parallel => {
                 let runs = parameters.values().map(|parameter| parameter.values.len()).min().unwrap_or(0);
                 let of_run = |run: usize| parameters.values().map(|p| p.values[run].clone()).collect();
                 (0..runs).map(of_run).collect()

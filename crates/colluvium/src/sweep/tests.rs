@@ -148,8 +148,10 @@ fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<S
     let states = std::sync::Mutex::new(vec![SweepRunState::Interrupted; members.len()]);
     let on_state = |number: usize, state: &SweepRunState| states.lock().unwrap()[number] = state.clone();
     run_sweep(&sweep, &members, crate::method("mpm").unwrap(), options, &on_state)?;
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).from_path(options.out.join("runs.csv")).unwrap();
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .from_path(options.output_folder.join("runs.csv"))
+        .unwrap();
     let mut lines: Vec<Vec<String>> =
         reader.records().map(|record| record.unwrap().iter().map(str::to_owned).collect()).collect();
     let wall = lines[0].iter().position(|name| name == "wall_time (s)").unwrap();
@@ -161,7 +163,7 @@ fn table(path: &Path, options: &SweepOptions) -> Result<(Vec<Vec<String>>, Vec<S
 fn the_table_does_not_depend_on_the_number_of_jobs() {
     let (folder, path) = files(&sweep());
     let options = |name: &str, jobs, threads| SweepOptions {
-        out: folder.path().join(name),
+        output_folder: folder.path().join(name),
         jobs,
         threads,
         ..SweepOptions::default()
@@ -186,16 +188,17 @@ fn the_table_does_not_depend_on_the_number_of_jobs() {
 fn a_sweep_resumes_where_it_stopped_and_refuses_folders_of_other_sweeps() {
     let (folder, path) = files(&sweep());
     let out = folder.path().join("out");
-    let options = SweepOptions { out: out.clone(), jobs: 1, threads: 1, ..SweepOptions::default() };
+    let options = SweepOptions { output_folder: out.clone(), jobs: 1, threads: 1, ..SweepOptions::default() };
     let (whole, _) =
-        table(&path, &SweepOptions { out: folder.path().join("whole"), ..options.clone() }).unwrap();
+        table(&path, &SweepOptions { output_folder: folder.path().join("whole"), ..options.clone() })
+            .unwrap();
 
     // Stops after the second run.
     let (sweep, members) = Sweep::load(&path).unwrap();
     let stop = std::sync::Arc::new(AtomicBool::new(false));
     let on_state = |number: usize, _: &SweepRunState| stop.store(number == 1, Ordering::Relaxed);
     let method = crate::method("mpm").unwrap();
-    let stopped = SweepOptions { stop: stop.clone(), ..options.clone() };
+    let stopped = SweepOptions { stop_flag: stop.clone(), ..options.clone() };
     let results = run_sweep(&sweep, &members, method, &stopped, &on_state).unwrap();
     let status: Vec<&str> = results.rows.iter().map(|row| row.status.as_str()).collect();
     assert_eq!(status, ["completed", "completed", "", "", "", ""]);
@@ -233,7 +236,8 @@ fn a_sweep_resumes_where_it_stopped_and_refuses_folders_of_other_sweeps() {
     let foreign = folder.path().join("foreign");
     fs::create_dir(&foreign).unwrap();
     fs::write(foreign.join("runs.csv"), "mine").unwrap();
-    let refused = table(&path, &SweepOptions { out: foreign.clone(), ..options }).unwrap_err().to_string();
+    let refused =
+        table(&path, &SweepOptions { output_folder: foreign.clone(), ..options }).unwrap_err().to_string();
     assert!(refused.contains("runs.csv, which no sweep wrote"), "{refused}");
     assert_eq!(fs::read_to_string(foreign.join("runs.csv")).unwrap(), "mine");
 }
@@ -248,8 +252,12 @@ fn a_failed_run_of_a_sweep_is_reported_and_the_others_complete() {
     case["boundaries"].as_array_mut().unwrap().remove(1);
     case["stages"][0]["duration"] = json!(0.2);
     fs::write(folder.path().join("block.json"), case.to_string()).unwrap();
-    let options =
-        SweepOptions { out: folder.path().join("out"), jobs: 1, threads: 1, ..SweepOptions::default() };
+    let options = SweepOptions {
+        output_folder: folder.path().join("out"),
+        jobs: 1,
+        threads: 1,
+        ..SweepOptions::default()
+    };
     let (lines, states) = table(&path, &options).unwrap();
     assert!(matches!(&states[1], SweepRunState::Failed(why) if why.contains("domain")), "{states:?}");
     let status: Vec<&str> = lines[1..].iter().map(|line| line[1].as_str()).collect();
@@ -278,10 +286,10 @@ fn the_study_of_convergence_finds_the_order_of_each_series() {
         }
     };
     let results = SweepResults { sweep: &sweep, rows: members.iter().map(row).collect() };
-    let said = results.write_convergence(folder.path()).unwrap();
-    assert_eq!(said.len(), 2);
-    assert!(said[0].starts_with("front (friction = 20): order 1.00, limit 2.000000e-1"), "{said:?}");
-    assert!(said[1].starts_with("front (friction = 40): order 2.00, limit 2.000000e-1"), "{said:?}");
+    let messages = results.write_convergence(folder.path()).unwrap();
+    assert_eq!(messages.len(), 2);
+    assert!(messages[0].starts_with("front (friction = 20): order 1.00, limit 2.000000e-1"), "{messages:?}");
+    assert!(messages[1].starts_with("front (friction = 40): order 2.00, limit 2.000000e-1"), "{messages:?}");
     let lines = fs::read_to_string(folder.path().join("convergence.csv")).unwrap();
     assert_eq!(lines.lines().count(), 1 + 6);
 }

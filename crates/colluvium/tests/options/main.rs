@@ -190,7 +190,7 @@ fn shown(case: &Value) -> Option<u64> {
     let stopped = run().err().map(|error| error.to_string());
     let mut hasher = DefaultHasher::new();
     let outputs = (
-        solver.frame(FrameRequest::Written),
+        solver.frame(FrameRequest::Requested),
         solver.scalar_outputs(),
         solver.budget(),
         solver.time(),

@@ -25,7 +25,11 @@ fn coarse() -> Case {
 }
 
 fn options(folder: &Path) -> CompareOptions {
-    CompareOptions { out: folder.to_owned(), free_memory: f64::INFINITY, ..CompareOptions::default() }
+    CompareOptions {
+        output_folder: folder.to_owned(),
+        free_memory: f64::INFINITY,
+        ..CompareOptions::default()
+    }
 }
 
 #[test]
@@ -76,7 +80,8 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
     };
     assert_eq!(hash(&results[0]), hash(&again[0]));
     assert_eq!(hash(&results[1]), hash(&again[1]));
-    let side_by_side = CompareOptions { jobs: 2, out: folder.path().join("both"), ..options(folder.path()) };
+    let side_by_side =
+        CompareOptions { jobs: 2, output_folder: folder.path().join("both"), ..options(folder.path()) };
     let both = compare::run(&case, &methods[..2], &side_by_side, &|_| {}).unwrap();
     assert_eq!(both.iter().map(hash).collect::<Vec<_>>(), [hash(&results[0]), hash(&results[1])]);
 }

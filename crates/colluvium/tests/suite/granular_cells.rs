@@ -191,7 +191,7 @@ fn cells_of_grains_are_bit_identical_on_any_threads_and_after_a_restart() {
             pool.install(|| {
                 let mut solver = begun(method, &case);
                 stepped(&mut *solver, 4);
-                solver.saved().unwrap()
+                solver.checkpoint_bytes().unwrap()
             })
         };
         let one = on(1);

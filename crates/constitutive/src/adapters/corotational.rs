@@ -81,8 +81,8 @@ impl<L: SmallStrain> Corotational<L> {
                 ..*motion
             };
             let point = self.0.update(part, &motion, from)?;
-            let dissipated = self.0.dissipation(part, &motion, from, &point).unwrap_or(0.0);
-            Ok(SubstepResult { point, dissipated })
+            let dissipated_work = self.0.dissipation(part, &motion, from, &point).unwrap_or(0.0);
+            Ok(SubstepResult { point, dissipated_work })
         })
     }
 
@@ -287,7 +287,7 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         let (old, new) = (self.rotated(old, &rotation), self.rotated(new, &rotation.transpose()));
         let whole = self.0.dissipation(&strain, motion, &old, &new)?;
         if self.needs_substeps(&strain) {
-            return Some(self.substepped(&strain, motion, &old).ok()?.dissipated);
+            return Some(self.substepped(&strain, motion, &old).ok()?.dissipated_work);
         }
         Some(whole)
     }

@@ -101,8 +101,8 @@ impl<W: Wrapper> Law for WrappedMaterial<W> {
         self.inner.stress_tolerance()
     }
 
-    fn cost(&self) -> Option<UpdateCost> {
-        self.inner.cost()
+    fn update_cost(&self) -> Option<UpdateCost> {
+        self.inner.update_cost()
     }
 
     fn requires_plane_strain(&self) -> bool {

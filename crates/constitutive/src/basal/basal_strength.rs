@@ -32,7 +32,7 @@ pub enum CohesionForm {
 
 impl BasalStrength {
     /// Zero strength.
-    pub const NONE: Self =
+    pub const ZERO: Self =
         Self { friction: 0.0, cohesion: 0.0, form: CohesionForm::Constant, pore_pressure_ratio: 0.0 };
 
     /// Effective normal stress on the base (Pa), compression-positive, never tensile.

@@ -40,7 +40,7 @@ impl MaterialSpec {
                 let strength = BasalStrength {
                     friction: rheology.friction,
                     cohesion: rheology.cohesion,
-                    ..BasalStrength::NONE
+                    ..BasalStrength::ZERO
                 };
                 Ok(BasalRheology { strength, ..fluid(0.0, spec.viscosity)? })
             }
@@ -64,7 +64,7 @@ impl MaterialSpec {
                 let (field, reason) = self.reason_without_basal_law();
                 let rule =
                     format!("{reason}: depth-integrated flow of this material needs a basal law of its own");
-                Err(MaterialError::choice(field, rule))
+                Err(MaterialError::incompatible_options(field, rule))
             }
         }
     }

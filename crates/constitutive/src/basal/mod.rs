@@ -64,7 +64,7 @@ pub struct BasalRheology {
 impl BasalRheology {
     /// Base without shear stress.
     pub const FRICTIONLESS: Self =
-        Self { name: "none", strength: BasalStrength::NONE, drag: BasalDrag::None };
+        Self { name: "none", strength: BasalStrength::ZERO, drag: BasalDrag::None };
 
     /// Largest basal shear stress (Pa) of flow at rest; for moving flow, the limit of
     /// [`BasalRheology::moving_shear_stress`] as the speed vanishes.

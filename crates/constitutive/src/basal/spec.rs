@@ -98,7 +98,7 @@ impl BasalSpec {
                 cohesion: 500.0,
                 cohesion_form: CohesionForm::Ramms,
                 pore_pressure_ratio: 0.3,
-                ..VoellmySpec::new(15.0, MaybeInfinite::NONE)
+                ..VoellmySpec::new(15.0, MaybeInfinite::INFINITE)
             }),
             Self::Coulomb(CoulombSpec { cohesion: 300.0, ..CoulombSpec::new(15.0) }),
             Self::Granular(GranularBaseSpec::new(0.38, 0.64, 0.279, 0.01, 2450.0)),
@@ -192,7 +192,7 @@ macro_rules! frictional {
                 not_negative("cohesion", self.cohesion, "Pa")?;
                 if self.cohesion_form == CohesionForm::Ramms && friction > 1.0 {
                     let rule = "the form ramms is for friction angles up to 45 degrees";
-                    return Err(MaterialError::choice("cohesion_form", rule));
+                    return Err(MaterialError::incompatible_options("cohesion_form", rule));
                 }
                 Ok(BasalStrength {
                     friction,

@@ -123,13 +123,13 @@ impl ComponentArrays {
     #[inline(never)]
     pub(crate) fn strains_are_within(&self, largest: f64) -> bool {
         let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &self.gradient;
-        let (mut within, most) = (true, largest * largest);
+        let (mut within, maximum) = (true, largest * largest);
         for i in 0..BLOCK_SIZE {
             let (xy, yz, zx) = (g1[i] + g3[i], g5[i] + g7[i], g6[i] + g2[i]);
             let square = g0[i] * g0[i] + g4[i] * g4[i] + g8[i] * g8[i] + 0.5 * (xy * xy + yz * yz + zx * zx);
             let spin = (g1[i] - g3[i]) + (g5[i] - g7[i]) + (g6[i] - g2[i]);
             // NaN and infinity make the product NaN.
-            within &= (square <= most) & (spin * 0.0 == 0.0);
+            within &= (square <= maximum) & (spin * 0.0 == 0.0);
         }
         within
     }

@@ -21,7 +21,7 @@ pub enum MaterialError {
     },
     /// Incompatible options, or a missing part.
     #[error("{field}: {rule}{}", model_suffix(model))]
-    Choice {
+    IncompatibleOptions {
         /// Name of the model in a case file; empty where a law is built by itself.
         model: &'static str,
         /// Name of the option in a case file.
@@ -91,13 +91,13 @@ impl MaterialError {
     }
 
     /// Error of the choice of `field` against `rule`.
-    pub(crate) fn choice(field: impl Into<String>, rule: impl Into<String>) -> Self {
-        Self::Choice { model: "", field: field.into(), rule: rule.into() }
+    pub(crate) fn incompatible_options(field: impl Into<String>, rule: impl Into<String>) -> Self {
+        Self::IncompatibleOptions { model: "", field: field.into(), rule: rule.into() }
     }
 
     /// Sets the model of a parameter's error to `name`; an inner material's keeps its own name.
     pub(crate) fn with_model(mut self, name: &'static str) -> Self {
-        if let Self::Parameter { model, .. } | Self::Choice { model, .. } = &mut self
+        if let Self::Parameter { model, .. } | Self::IncompatibleOptions { model, .. } = &mut self
             && model.is_empty()
         {
             *model = name;
@@ -107,7 +107,7 @@ impl MaterialError {
 
     /// Prefixes the key of a parameter's error by `part`, the key of the material inside another.
     pub(crate) fn under_key(mut self, part: &str) -> Self {
-        if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self {
+        if let Self::Parameter { field, .. } | Self::IncompatibleOptions { field, .. } = &mut self {
             *field = format!("{part}.{field}");
         }
         self
@@ -115,7 +115,7 @@ impl MaterialError {
 
     /// Renames the parameter `from` of the error to the key `to`.
     pub(crate) fn with_key(mut self, from: &str, to: &str) -> Self {
-        if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self
+        if let Self::Parameter { field, .. } | Self::IncompatibleOptions { field, .. } = &mut self
             && field == from
         {
             *field = to.to_owned();
@@ -130,7 +130,9 @@ impl MaterialError {
             Self::Parameter { model, field, value, rule } => {
                 Some((field, format!("{value} {rule}{}", model_suffix(model))))
             }
-            Self::Choice { model, field, rule } => Some((field, format!("{rule}{}", model_suffix(model)))),
+            Self::IncompatibleOptions { model, field, rule } => {
+                Some((field, format!("{rule}{}", model_suffix(model))))
+            }
             _ => None,
         }
     }

@@ -50,7 +50,7 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
         let pick = |&old: &u32| {
             let old = old as usize;
-            typed::<S>(blocks[old / BLOCK_SIZE])[old % BLOCK_SIZE].clone()
+            downcast_states::<S>(blocks[old / BLOCK_SIZE])[old % BLOCK_SIZE].clone()
         };
         Box::new(order.iter().map(pick).collect::<Vec<S>>())
     }
@@ -64,30 +64,30 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
 
 /// States of a material around another: its own and those of the inner one.
 struct WrappedStates<S> {
-    own: Vec<S>,
+    outer_states: Vec<S>,
     inner: StateBlock,
 }
 
 impl<S: Clone + Send + Sync + 'static> ErasedBlock for WrappedStates<S> {
     fn clone_box(&self) -> Box<dyn ErasedBlock> {
-        Box::new(Self { own: self.own.clone(), inner: self.inner.clone() })
+        Box::new(Self { outer_states: self.outer_states.clone(), inner: self.inner.clone() })
     }
     fn copy_from(&mut self, other: &StateBlock) -> bool {
         let Some(other) = other.0.as_any().downcast_ref::<Self>() else { return false };
-        self.own.clone_from(&other.own);
+        self.outer_states.clone_from(&other.outer_states);
         self.inner.clone_from(&other.inner);
         true
     }
     fn len(&self) -> usize {
-        self.own.len()
+        self.outer_states.len()
     }
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
         let nested: Vec<&Self> = blocks.iter().map(|block| block.nested::<S>()).collect();
         let inner: Vec<&StateBlock> = nested.iter().map(|block| &block.inner).collect();
         let own = order
             .iter()
-            .map(|old| nested[*old as usize / BLOCK_SIZE].own[*old as usize % BLOCK_SIZE].clone());
-        Box::new(Self { own: own.collect(), inner: StateBlock(self.inner.0.gather(&inner, order)) })
+            .map(|old| nested[*old as usize / BLOCK_SIZE].outer_states[*old as usize % BLOCK_SIZE].clone());
+        Box::new(Self { outer_states: own.collect(), inner: StateBlock(self.inner.0.gather(&inner, order)) })
     }
     fn as_any(&self) -> &dyn Any {
         self
@@ -97,12 +97,13 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for WrappedStates<S> {
     }
 }
 
-fn typed<S: 'static>(block: &StateBlock) -> &[S] {
+/// States of a block as their own type.
+fn downcast_states<S: 'static>(block: &StateBlock) -> &[S] {
     let states = block.0.as_any().downcast_ref::<Vec<S>>();
     states.expect("a state block is only ever used with the material that made it")
 }
 
-fn typed_mut<S: 'static>(block: &mut StateBlock) -> &mut [S] {
+fn downcast_states_mut<S: 'static>(block: &mut StateBlock) -> &mut [S] {
     let states = block.0.as_any_mut().downcast_mut::<Vec<S>>();
     states.expect("a state block is only ever used with the material that made it")
 }
@@ -120,21 +121,21 @@ impl StateBlock {
     }
 
     /// Block of a material around another.
-    pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(own: Vec<S>, inner: Self) -> Self {
-        Self(Box::new(WrappedStates { own, inner }))
+    pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(outer_states: Vec<S>, inner: Self) -> Self {
+        Self(Box::new(WrappedStates { outer_states, inner }))
     }
 
     /// Own states of a material around another, and the block of the inner one.
     pub(crate) fn own_and_inner<S: 'static>(&self) -> (&[S], &Self) {
         let nested = self.nested::<S>();
-        (&nested.own, &nested.inner)
+        (&nested.outer_states, &nested.inner)
     }
 
     /// Mutable variant of [`StateBlock::own_and_inner`].
     pub(crate) fn own_and_inner_mut<S: 'static>(&mut self) -> (&mut [S], &mut Self) {
         let nested = self.0.as_any_mut().downcast_mut::<WrappedStates<S>>();
         let nested = nested.expect("a state block is only ever used with the material that made it");
-        (&mut nested.own, &mut nested.inner)
+        (&mut nested.outer_states, &mut nested.inner)
     }
 
     /// Number of points in the block.
@@ -364,7 +365,7 @@ impl<L: StressUpdate> Material for L {
                 motion.check(self.name()).map_err(|source| BatchError { index, source })?;
             }
         }
-        let done = self.update_batch(motions, stresses, typed_mut::<L::State>(states));
+        let done = self.update_batch(motions, stresses, downcast_states_mut::<L::State>(states));
         done.map_err(|error| error.with_step(|index| motions[index], stresses))
     }
 
@@ -380,12 +381,13 @@ impl<L: StressUpdate> Material for L {
                 motions.motion(index).check(self.name()).map_err(|source| BatchError { index, source })?;
             }
         }
-        let done = StressUpdate::update_block(self, motions, stresses, typed_mut::<L::State>(states));
+        let done =
+            StressUpdate::update_block(self, motions, stresses, downcast_states_mut::<L::State>(states));
         done.map_err(|error| error.with_step(|index| motions.motion(index), stresses))
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        PointLaw::wave_moduli_batch(self, stresses, typed::<L::State>(states), out);
+        PointLaw::wave_moduli_batch(self, stresses, downcast_states::<L::State>(states), out);
     }
 
     fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
@@ -412,7 +414,7 @@ impl<L: StressUpdate> Material for L {
         if width == 0 {
             return;
         }
-        let states = typed::<L::State>(states);
+        let states = downcast_states::<L::State>(states);
         for ((stress, state), row) in stresses.iter().zip(states).zip(out.chunks_mut(width)) {
             PointLaw::outputs(self, &Point { stress: *stress, state: state.clone() }, row);
         }
@@ -425,7 +427,7 @@ impl<L: StressUpdate> Material for L {
         states: &StateBlock,
         index: usize,
     ) -> Result<Tangent, MaterialError> {
-        let state = typed::<L::State>(states)[index].clone();
+        let state = downcast_states::<L::State>(states)[index].clone();
         StressUpdate::tangent(self, motion, &Point { stress: *stress, state })
     }
 
@@ -436,7 +438,7 @@ impl<L: StressUpdate> Material for L {
         new: (&SymTensor, &StateBlock),
     ) -> Option<f64> {
         let point = |(stress, block): (&SymTensor, &StateBlock)| {
-            Some(Point { stress: *stress, state: typed::<L::State>(block).first()?.clone() })
+            Some(Point { stress: *stress, state: downcast_states::<L::State>(block).first()?.clone() })
         };
         StressUpdate::dissipation(self, motion, &point(old)?, &point(new)?)
     }
@@ -446,7 +448,7 @@ impl<L: StressUpdate> Material for L {
     }
 
     fn save(&self, states: &States) -> Vec<u8> {
-        let all: Vec<&L::State> = states.blocks.iter().flat_map(typed::<L::State>).collect();
+        let all: Vec<&L::State> = states.blocks.iter().flat_map(downcast_states::<L::State>).collect();
         postcard::to_stdvec(&all).expect("states of plain numbers always serialise")
     }
 
@@ -462,7 +464,7 @@ fn update_each<L: StressUpdate>(
     out: &mut [f64],
     mut value: impl FnMut(&Point<L::State>) -> f64,
 ) {
-    for ((stress, state), slot) in stresses.iter().zip(typed::<L::State>(states)).zip(out) {
+    for ((stress, state), slot) in stresses.iter().zip(downcast_states::<L::State>(states)).zip(out) {
         *slot = value(&Point { stress: *stress, state: state.clone() });
     }
 }

@@ -23,7 +23,7 @@ pub enum NoneWord {
 
 impl MaybeInfinite {
     /// Infinite.
-    pub const NONE: Self = Self::Word(NoneWord::None);
+    pub const INFINITE: Self = Self::Word(NoneWord::None);
 
     /// Value of the number; infinity for `"none"`.
     pub fn or_infinity(self) -> f64 {

@@ -282,8 +282,8 @@ impl MotionBlock {
         count: usize,
         largest: f64,
     ) -> bool {
-        let most = largest * largest;
-        let small = |strain: &SymTensor| strain.dot(strain) <= most;
+        let maximum = largest * largest;
+        let small = |strain: &SymTensor| strain.dot(strain) <= maximum;
         if count < N {
             return (first..first + count).all(|i| small(&self.motion(i).strain_increment()));
         }

@@ -52,8 +52,9 @@ pub trait Law: Send + Sync {
         0.0
     }
 
-    /// Cost of an update, of laws with more than formulas; `None` where that is small against the rest of a step.
-    fn cost(&self) -> Option<UpdateCost> {
+    /// Estimated computing time of a stress update (s), of laws with more than formulas; `None` where it is small against the rest of a
+    /// step.
+    fn update_cost(&self) -> Option<UpdateCost> {
         None
     }
 

@@ -185,7 +185,7 @@ impl PathRecorder {
     }
 
     /// Returns the table, with the law's own columns last.
-    pub(super) fn finish(self, outputs: &[&'static str]) -> ElementPath {
+    pub(super) fn into_path(self, outputs: &[&'static str]) -> ElementPath {
         let mut columns = COLUMNS.to_vec();
         columns.extend(outputs.iter().map(|name| (*name, "")));
         ElementPath { columns, rows: self.rows }

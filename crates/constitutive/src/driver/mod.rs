@@ -189,7 +189,7 @@ pub struct TestTrace {
     /// Path up to the end or to the step where the test stopped.
     pub path: ElementPath,
     /// Reason why the test stopped before its end; `None` for a complete test.
-    pub stopped: Option<DriverError>,
+    pub stop_reason: Option<DriverError>,
     start: ElementSpecimen,
     end: ElementSpecimen,
 }
@@ -211,13 +211,13 @@ impl ElementTest {
     /// control. [`ElementTest::trace`] keeps what was computed before.
     pub fn run(&self) -> Result<ElementPath, DriverError> {
         let trace = self.trace()?;
-        trace.stopped.map_or(Ok(trace.path), Err)
+        trace.stop_reason.map_or(Ok(trace.path), Err)
     }
 
     /// Runs the test to its end or to the first failure.
     ///
     /// # Errors
-    /// When the description of the test is invalid; a failure during the test is in [`TestTrace::stopped`].
+    /// When the description of the test is invalid; a failure during the test is in [`TestTrace::stop_reason`].
     pub fn trace(&self) -> Result<TestTrace, DriverError> {
         self.validate()?;
         let invalid = |error| DriverError::Invalid(vec![test_checks::material_problem(&error)]);
@@ -231,9 +231,9 @@ impl ElementTest {
         }
         let start = specimen.clone();
         let mut record = PathRecorder::new(&specimen);
-        let stopped = self.stages(&mut specimen, &mut record).err();
-        let path = record.finish(specimen.material.output_names());
-        Ok(TestTrace { path, stopped, start, end: specimen })
+        let stop_reason = self.stages(&mut specimen, &mut record).err();
+        let path = record.into_path(specimen.material.output_names());
+        Ok(TestTrace { path, stop_reason, start, end: specimen })
     }
 
     fn stages(&self, specimen: &mut ElementSpecimen, record: &mut PathRecorder) -> Result<(), DriverError> {

@@ -12,7 +12,7 @@ pub(super) const NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ControlSequence {
     /// Consecutive parts, each with the stage's number of steps.
-    pub(super) parts: Vec<Control>,
+    pub(super) segments: Vec<Control>,
 }
 
 /// Control of a part of a stage: either six linear equations a step, or the whole motion.
@@ -129,7 +129,7 @@ impl ControlEquations {
     }
 
     /// Right-hand side of step `step` of `steps`.
-    pub(super) fn amounts(&self, step: usize, steps: usize) -> [f64; 6] {
+    pub(super) fn right_hand_side(&self, step: usize, steps: usize) -> [f64; 6] {
         let share = 1.0 / steps as f64;
         let sine = |row: usize, step: usize| (TAU * step as f64 * share + self.phase[row]).sin();
         std::array::from_fn(|row| {
@@ -177,8 +177,8 @@ impl Control {
 
 impl ControlSequence {
     fn reversed(&self, fraction: f64) -> Self {
-        let parts = self.parts.iter().rev().map(|part| part.reversed(fraction)).collect();
-        Self { parts }
+        let segments = self.segments.iter().rev().map(|part| part.reversed(fraction)).collect();
+        Self { segments }
     }
 }
 
@@ -191,7 +191,7 @@ impl LoadingPath {
         duration: f64,
         before: Option<&ControlSequence>,
     ) -> Option<ControlSequence> {
-        let parts = match self {
+        let segments = match self {
             Self::Reversal { fraction } => return before.map(|stage| stage.reversed(*fraction)),
             Self::Direct { control, increments, spins } => direct_control(control, increments, spins),
             Self::Flow { velocity_gradient } => {
@@ -204,7 +204,7 @@ impl LoadingPath {
             Self::Rotation { angle } => vec![Control::Rotation(angle.to_radians())],
             mixed => vec![Control::Mixed(mixed.conditions(stress))],
         };
-        Some(ControlSequence { parts })
+        Some(ControlSequence { segments })
     }
 
     /// Six equations of a path controlled by equations.

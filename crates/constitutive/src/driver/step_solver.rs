@@ -36,8 +36,8 @@ pub(super) fn run_stage(
     program: &ControlSequence,
 ) -> Result<(), DriverError> {
     let steps = place.stage.steps;
-    let dt = place.stage.duration / (steps * program.parts.len().max(1)) as f64;
-    for (part, control) in program.parts.iter().enumerate() {
+    let dt = place.stage.duration / (steps * program.segments.len().max(1)) as f64;
+    for (part, control) in program.segments.iter().enumerate() {
         for step in 0..steps {
             let result = advance(specimen, record, control, dt, (step, steps));
             record.push_if_moved(specimen);
@@ -69,8 +69,10 @@ fn advance(
     let motion = match control {
         Control::Mixed(conditions) => {
             let mixed = MixedControl {
-                equations: ControlSystem::of(conditions),
-                total: Vector7::from_iterator(conditions.amounts(step, steps).into_iter().chain([0.0])),
+                equations: ControlSystem::from_conditions(conditions),
+                total: Vector7::from_iterator(
+                    conditions.right_hand_side(step, steps).into_iter().chain([0.0]),
+                ),
                 shear_turns: conditions.is_simple_shear,
                 spin: conditions.spin(steps),
             };
@@ -111,11 +113,11 @@ struct ControlSystem {
     /// Matrix S; its last column is unused.
     stress: Matrix7,
     /// Matrix E, with P as its last column.
-    rest: Matrix7,
+    strain_coefficients: Matrix7,
 }
 
 impl ControlSystem {
-    fn of(conditions: &ControlEquations) -> Self {
+    fn from_conditions(conditions: &ControlEquations) -> Self {
         let ControlEquations { stress, strain, pore, .. } = conditions;
         let entry = |row: usize, column: usize, six: &[[f64; 6]; 6], last: &[f64; 6]| match (row, column) {
             (_, 6) => 0.0,
@@ -123,18 +125,18 @@ impl ControlSystem {
             _ => six[row][column],
         };
         let stress = Matrix7::from_fn(|i, j| entry(i, j, stress, &pore.stress));
-        let mut rest = Matrix7::from_fn(|i, j| entry(i, j, strain, &pore.strain));
+        let mut strain_coefficients = Matrix7::from_fn(|i, j| entry(i, j, strain, &pore.strain));
         for row in 0..6 {
-            rest[(row, 6)] = pore.column[row];
+            strain_coefficients[(row, 6)] = pore.column[row];
         }
-        rest[(6, 6)] = pore.pressure;
-        Self { stress, rest }
+        strain_coefficients[(6, 6)] = pore.pressure;
+        Self { stress, strain_coefficients }
     }
 
     /// Derivative of the residual by the unknowns at the stiffness `tangent`.
     fn jacobian(&self, tangent: &Tangent) -> Matrix7 {
         let stiffness = Matrix7::from_fn(|i, j| if i < 6 && j < 6 { tangent.0[i][j] } else { 0.0 });
-        self.stress * stiffness + self.rest
+        self.stress * stiffness + self.strain_coefficients
     }
 }
 
@@ -148,7 +150,7 @@ pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
         })
     });
     // The pore pressure is added to the six; against this stiffness that of a fluid is zero.
-    let mut jacobian = ControlSystem::of(conditions).jacobian(&Tangent(stiffness));
+    let mut jacobian = ControlSystem::from_conditions(conditions).jacobian(&Tangent(stiffness));
     if conditions.pore.strain != [0.0; 6] {
         jacobian[(6, 6)] = 0.0;
     }
@@ -176,8 +178,9 @@ struct StepScaling {
 impl StepScaling {
     fn new(equations: &ControlSystem, tangent: &Tangent) -> Self {
         let stiffness = (0..6).map(|i| tangent.0[i][i].abs()).fold(1.0, f64::max);
-        let ControlSystem { stress, rest } = equations;
-        let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
+        let ControlSystem { stress, strain_coefficients } = equations;
+        let of_strain =
+            |i: usize| stress.row(i).norm() == 0.0 && strain_coefficients.row(i).columns(0, 6).norm() > 0.0;
         let rows = Vector7::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
         let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
         Self { stiffness, rows, unknowns }
@@ -242,7 +245,7 @@ impl MixedControl {
     fn solve(&self, specimen: &ElementSpecimen, dt: f64) -> Result<(Motion, f64), StepError> {
         let still = specimen.motion(&Mat3::ZERO, dt).ok_or(StepError::Singular)?;
         let initial = specimen.tangent(&still).map_err(StepError::Law)?;
-        let ControlSystem { stress, rest } = &self.equations;
+        let ControlSystem { stress, strain_coefficients } = &self.equations;
         let StepScaling { stiffness, rows, unknowns } = StepScaling::new(&self.equations, &initial);
         let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
@@ -251,7 +254,7 @@ impl MixedControl {
             let motion = specimen.motion(&self.gradient(x), dt).ok_or(StepError::Singular)?;
             let (new, _) = specimen.trial_update(&motion).map_err(StepError::Law)?;
             let change = stress_vector(&(new - specimen.stress));
-            let left = stress * change + rest * x.component_mul(&unknowns);
+            let left = stress * change + strain_coefficients * x.component_mul(&unknowns);
             Ok(((left - self.total).component_mul(&rows), motion))
         };
         // With all strains prescribed only the law can fail; it counts as failed where it rejects the

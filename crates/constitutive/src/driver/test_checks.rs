@@ -97,7 +97,7 @@ impl TestProblems {
         });
         let before = self.0.len();
         let path = format!("{place}.path");
-        self.amounts(&path, &stage.path);
+        self.check_path_numbers(&path, &stage.path);
         // The following checks need finite numbers.
         if self.0.len() == before {
             self.motion(&path, stage);
@@ -105,7 +105,7 @@ impl TestProblems {
     }
 
     /// Checks that every number of a path is finite and in its range.
-    fn amounts(&mut self, place: &str, path: &LoadingPath) {
+    fn check_path_numbers(&mut self, place: &str, path: &LoadingPath) {
         let at = |key: &str| format!("{place}.{key}");
         match path {
             LoadingPath::Isotropic { pressure } => self.number(&at("pressure"), *pressure),
@@ -187,9 +187,9 @@ impl TestProblems {
     fn motion(&mut self, path: &str, stage: &TestStage) {
         let Some(program) = stage.path.program(&SymTensor::ZERO, stage.duration, None) else { return };
         let steps = stage.steps.max(1) as f64;
-        for (number, part) in program.parts.iter().enumerate() {
+        for (number, part) in program.segments.iter().enumerate() {
             let place =
-                if program.parts.len() > 1 { format!("{path}.increments[{number}]") } else { path.into() };
+                if program.segments.len() > 1 { format!("{path}.increments[{number}]") } else { path.into() };
             let strain = match part {
                 Control::Mixed(conditions) => {
                     if let Err(problem) = step_solver::check_rank(conditions) {
@@ -205,9 +205,9 @@ impl TestProblems {
                 }
             };
             self.require(strain / steps <= LARGEST_STRAIN, place, || {
-                let least = (strain / LARGEST_STRAIN).ceil();
+                let smallest = (strain / LARGEST_STRAIN).ceil();
                 format!(
-                    "the amount {strain} in {steps} steps is more than {LARGEST_STRAIN} a step: take at least {least} steps"
+                    "the amount {strain} in {steps} steps is more than {LARGEST_STRAIN} a step: take at least {smallest} steps"
                 )
             });
         }

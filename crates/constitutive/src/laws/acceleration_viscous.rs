@@ -149,7 +149,7 @@ impl<L: StressUpdate> AccelerationViscous<L> {
         Ok(Self { frictional, viscosity })
     }
 
-    fn inner(point: &Point<ViscousState<L::State>>) -> Point<L::State> {
+    fn inviscid_point(point: &Point<ViscousState<L::State>>) -> Point<L::State> {
         Point { stress: point.state.inviscid, state: point.state.frictional.clone() }
     }
 }
@@ -191,7 +191,7 @@ impl<L: StressUpdate> PointLaw for AccelerationViscous<L> {
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
         let phi = self.viscosity.phi(point.state.stretching.norm());
         let factor = (1.0 - 2.0 * phi.abs()).max(1.0 / MAX_AMPLIFICATION);
-        self.frictional.wave_modulus(&Self::inner(point)) / factor
+        self.frictional.wave_modulus(&Self::inviscid_point(point)) / factor
     }
 
     /// Effective viscosity (Pa s) at the current rate and pressure: `T_v ≈ 2 |η| p D` for a small change of `D`.
@@ -201,7 +201,7 @@ impl<L: StressUpdate> PointLaw for AccelerationViscous<L> {
     }
 
     fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
-        self.frictional.outputs(&Self::inner(point), out);
+        self.frictional.outputs(&Self::inviscid_point(point), out);
     }
 }
 
@@ -211,7 +211,7 @@ impl<L: StressUpdate> StressUpdate for AccelerationViscous<L> {
         if !(motion.dt > 0.0) {
             return Err(invalid("the time step must be positive"));
         }
-        let Point { stress: inviscid, state } = self.frictional.update(motion, &Self::inner(old))?;
+        let Point { stress: inviscid, state } = self.frictional.update(motion, &Self::inviscid_point(old))?;
         let stretching = motion.strain_increment() * (1.0 / motion.dt);
         let stress = match self.viscosity.mode {
             ViscousMode::Integrated => self.viscosity.total(&inviscid, &stretching),
@@ -239,7 +239,7 @@ impl<L: StressUpdate> StressUpdate for AccelerationViscous<L> {
         if self.viscosity.mode == ViscousMode::RateMaterial {
             return numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress));
         }
-        let inner = Self::inner(old);
+        let inner = Self::inviscid_point(old);
         let frictional = self.frictional.tangent(motion, &inner)?;
         let inviscid = self.frictional.update(motion, &inner)?.stress;
         let strain = motion.strain_increment();
@@ -268,7 +268,7 @@ impl<L: StressUpdate> StressUpdate for AccelerationViscous<L> {
 mod tests {
     use super::*;
 
-    const PLAIN: AccelerationViscosity = AccelerationViscosity {
+    const MINIMAL: AccelerationViscosity = AccelerationViscosity {
         a: -8e-4,
         m1: 0.5,
         m2: 1e-3,
@@ -285,28 +285,30 @@ mod tests {
         let faster = SymTensor([0.0, 0.0, 0.0, g, 0.0, 0.0]);
         let of = |viscosity: AccelerationViscosity| {
             viscosity.increment(&stress, &SymTensor::ZERO, &faster, dt)
-                - PLAIN.increment(&stress, &SymTensor::ZERO, &faster, dt)
+                - MINIMAL.increment(&stress, &SymTensor::ZERO, &faster, dt)
         };
-        let direct = of(AccelerationViscosity { eta1: 7.0, ..PLAIN });
+        let direct = of(AccelerationViscosity { eta1: 7.0, ..MINIMAL });
         assert!((direct - SymTensor([0.0, 0.0, 0.0, 7.0 * g, 0.0, 0.0])).norm() < 1e-14);
-        let squared = of(AccelerationViscosity { eta3: -5.0, ..PLAIN });
+        let squared = of(AccelerationViscosity { eta3: -5.0, ..MINIMAL });
         let exact = -5.0 * g * g / dt;
         assert!((squared - SymTensor::diagonal(exact, exact, 0.0)).norm() < 1e-12);
-        let eta = PLAIN.eta(0.5 * faster.norm());
-        let second = PLAIN.increment(&stress, &SymTensor::ZERO, &faster, dt) * (1.0 / eta);
+        let eta = MINIMAL.eta(0.5 * faster.norm());
+        let second = MINIMAL.increment(&stress, &SymTensor::ZERO, &faster, dt) * (1.0 / eta);
         let exact = SymTensor([2.0 * shear * g, 2.0 * shear * g, 0.0, (lateral + normal) * g, 0.0, 0.0]);
         assert!((second - exact).norm() < 1e-12);
     }
 
     #[test]
     fn the_first_term_integrates_to_a_newtonian_viscosity() {
-        let newtonian = AccelerationViscosity { a: -1e-300, eta1: 7.0, ..PLAIN };
+        let newtonian = AccelerationViscosity { a: -1e-300, eta1: 7.0, ..MINIMAL };
         let (inviscid, rate) = (SymTensor::isotropic(-10.0), SymTensor([0.1, -0.3, 0.2, 0.4, -0.1, 0.2]));
         assert!((newtonian.total(&inviscid, &rate) - (inviscid + rate * 7.0)).norm() < 1e-13);
-        let refused = AccelerationViscosity { eta3: 1.0, ..PLAIN }.validate().unwrap_err().to_string();
+        let refused = AccelerationViscosity { eta3: 1.0, ..MINIMAL }.validate().unwrap_err().to_string();
         assert!(refused.starts_with("viscous.eta3: 1"), "{refused}");
         assert!(
-            AccelerationViscosity { eta3: 1.0, mode: ViscousMode::RateMaterial, ..PLAIN }.validate().is_ok()
+            AccelerationViscosity { eta3: 1.0, mode: ViscousMode::RateMaterial, ..MINIMAL }
+                .validate()
+                .is_ok()
         );
     }
 }

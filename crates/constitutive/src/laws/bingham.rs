@@ -155,7 +155,7 @@ impl ViscoplasticParameters {
 }
 
 impl BinghamSpec {
-    fn common(&self) -> ViscoplasticParameters {
+    fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
             shear_modulus: self.shear_modulus,
@@ -170,7 +170,7 @@ impl BinghamSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn rheology(&self) -> Result<Bingham, MaterialError> {
-        self.common().validate(self.density, self.viscosity)?;
+        self.viscoplastic_parameters().validate(self.density, self.viscosity)?;
         not_negative("yield_stress", self.yield_stress, "Pa")?;
         Ok(Bingham { yield_stress: self.yield_stress, viscosity: self.viscosity })
     }
@@ -180,12 +180,12 @@ impl BinghamSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn viscoplastic(&self) -> Result<Viscoplastic<Bingham>, MaterialError> {
-        self.common().law(self.rheology()?)
+        self.viscoplastic_parameters().law(self.rheology()?)
     }
 }
 
 impl FrictionalFluidSpec {
-    fn common(&self) -> ViscoplasticParameters {
+    fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
             shear_modulus: self.shear_modulus,
@@ -200,7 +200,7 @@ impl FrictionalFluidSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn rheology(&self) -> Result<FrictionalFluid, MaterialError> {
-        self.common().validate(self.density, self.viscosity)?;
+        self.viscoplastic_parameters().validate(self.density, self.viscosity)?;
         super::check_angles(self.friction_angle, 0.0)?;
         not_negative("cohesion", self.cohesion, "Pa")?;
         let (sin, cos) = self.friction_angle.to_radians().sin_cos();
@@ -212,7 +212,7 @@ impl FrictionalFluidSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn viscoplastic(&self) -> Result<Viscoplastic<FrictionalFluid>, MaterialError> {
-        self.common().law(self.rheology()?)
+        self.viscoplastic_parameters().law(self.rheology()?)
     }
 }
 
@@ -227,11 +227,11 @@ impl Model for BinghamSpec {
     };
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        self.common().build(self.rheology()?)
+        self.viscoplastic_parameters().build(self.rheology()?)
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.common().warnings()
+        self.viscoplastic_parameters().warnings()
     }
 
     fn examples() -> Vec<Self> {
@@ -263,12 +263,12 @@ impl Model for FrictionalFluidSpec {
     };
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        self.common().build(self.rheology()?)
+        self.viscoplastic_parameters().build(self.rheology()?)
     }
 
     fn warnings(&self) -> Vec<String> {
         let mut warnings = super::angle_warnings(self.friction_angle, 0.0);
-        warnings.extend(self.common().warnings());
+        warnings.extend(self.viscoplastic_parameters().warnings());
         warnings
     }
 

@@ -83,7 +83,7 @@ struct HyperbolaPoint {
     /// Plastic opening and its derivatives by `s` and `χ`.
     opening: [f64; 3],
     /// Plastic slip; its derivative by `s` is `-1/K_s`.
-    slip: f64,
+    plastic_slip: f64,
 }
 
 /// Result of the return of a trial, with the derivatives for the stiffness.
@@ -92,7 +92,7 @@ struct BandReturn {
     shear: f64,
     softening: f64,
     opening: f64,
-    slip: f64,
+    plastic_slip: f64,
     a: f64,
     /// Derivatives of the residuals (flow, softening) by `(s, χ)`.
     jacobian: [[f64; 2]; 2],
@@ -108,9 +108,9 @@ impl CohesiveBandSpec {
         positive("band.tensile_strength", tensile_strength, "Pa")?;
         positive("band.friction_coefficient", mu, "")?;
         positive("band.cohesion", cohesion, "Pa")?;
-        let least = mu * tensile_strength;
-        let rule = format!("must be more than friction coefficient times tensile strength, {least} Pa");
-        check("band.cohesion", cohesion, cohesion > least, &rule)?;
+        let smallest = mu * tensile_strength;
+        let rule = format!("must be more than friction coefficient times tensile strength, {smallest} Pa");
+        check("band.cohesion", cohesion, cohesion > smallest, &rule)?;
         not_negative("band.dilatancy_coefficient", self.dilatancy_coefficient, "")?;
         let rule = format!("is more than the friction coefficient, {mu}");
         let dilatancy = self.dilatancy_coefficient;
@@ -119,7 +119,7 @@ impl CohesiveBandSpec {
         positive("band.sliding_energy", self.sliding_energy, "J/m²")?;
         positive("band.normal_stiffness", self.normal_stiffness, "Pa/m")?;
         positive("band.shear_stiffness", self.shear_stiffness, "Pa/m")?;
-        let offset = cohesion - least;
+        let offset = cohesion - smallest;
         let shear_strength = (cohesion * cohesion - offset * offset).sqrt();
         let rule = "must have a finite square";
         check("band.cohesion", cohesion, shear_strength.is_finite(), rule)?;
@@ -167,7 +167,7 @@ impl CohesiveBand {
                 by_shear / stiff,
                 (z * cohesion + by_softening) / stiff,
             ],
-            slip: (trial.shear - shear) / shear_stiffness,
+            plastic_slip: (trial.shear - shear) / shear_stiffness,
         }
     }
 
@@ -175,10 +175,10 @@ impl CohesiveBand {
     fn flow(&self, trial: &TractionTrial, on: &HyperbolaPoint, shear: f64) -> [f64; 3] {
         let psi = self.spec.dilatancy_coefficient;
         [
-            on.opening[0] * shear - psi * on.a[0] * on.slip,
-            on.opening[0] + shear * on.opening[1] - psi * on.a[1] * on.slip
+            on.opening[0] * shear - psi * on.a[0] * on.plastic_slip,
+            on.opening[0] + shear * on.opening[1] - psi * on.a[1] * on.plastic_slip
                 + psi * on.a[0] / trial.stiffness[1],
-            shear * on.opening[2] - psi * on.a[2] * on.slip,
+            shear * on.opening[2] - psi * on.a[2] * on.plastic_slip,
         ]
     }
 
@@ -206,7 +206,7 @@ impl CohesiveBand {
         old: f64,
     ) -> (f64, [[f64; 2]; 2]) {
         let [i, ii] = self.lengths;
-        let value = softening - old - on.opening[0] / i - on.slip / ii;
+        let value = softening - old - on.opening[0] / i - on.plastic_slip / ii;
         let [_, flow_shear, flow_softening] = self.flow(trial, on, shear);
         let by_shear = -on.opening[1] / i + 1.0 / (trial.stiffness[1] * ii);
         (value, [[flow_shear, flow_softening], [by_shear, 1.0 - on.opening[2] / i]])
@@ -238,8 +238,8 @@ impl CohesiveBand {
         if softening >= LARGEST_SOFTENING {
             jacobian[1] = [0.0, 1.0];
         }
-        let (opening, slip) = (on.opening[0].max(0.0), on.slip);
-        Ok(BandReturn { normal: on.normal, shear, softening, opening, slip, a: on.a[0], jacobian })
+        let (opening, plastic_slip) = (on.opening[0].max(0.0), on.plastic_slip);
+        Ok(BandReturn { normal: on.normal, shear, softening, opening, plastic_slip, a: on.a[0], jacobian })
     }
 
     /// Parts of a trial traction, and whether it lies outside.
@@ -277,7 +277,11 @@ impl CohesiveBand {
             traction: [end.normal, end.shear * direction[0], end.shear * direction[1]],
             state: CohesiveState {
                 softening: end.softening,
-                plastic_jump: [n + end.opening, s + end.slip * direction[0], t + end.slip * direction[1]],
+                plastic_jump: [
+                    n + end.opening,
+                    s + end.plastic_slip * direction[0],
+                    t + end.plastic_slip * direction[1],
+                ],
             },
         })
     }

@@ -56,8 +56,8 @@ impl CohesiveDamageSpec {
         let elastic = self.tensile_strength / self.stiffness;
         let tail = self.fracture_energy / self.tensile_strength - 0.5 * elastic;
         // Softening must not be steeper than the stiffness.
-        let least = self.tensile_strength * self.tensile_strength * 1.5 / self.fracture_energy;
-        let rule = format!("must be more than 3/2 f_t²/G, {least} Pa/m");
+        let smallest = self.tensile_strength * self.tensile_strength * 1.5 / self.fracture_energy;
+        let rule = format!("must be more than 3/2 f_t²/G, {smallest} Pa/m");
         check("band.stiffness", self.stiffness, tail > elastic, &rule)?;
         Ok(CohesiveDamage { spec: *self, lengths: [elastic, tail] })
     }

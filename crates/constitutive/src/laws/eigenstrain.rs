@@ -38,7 +38,7 @@ impl Model for EigenstrainSpec {
         Some(&self.material)
     }
 
-    fn wrap(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap_material(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         let strain = self.volumetric_strain;
         check("volumetric_strain", strain, strain.abs() <= 0.5, "is not between -0.5 and 0.5")?;
         positive("duration", self.duration, "s")?;

@@ -57,7 +57,7 @@ pub struct Barotropic {
 impl Barotropic {
     /// Pressure (Pa, compression-positive) at density ratio `ratio` without a limit to tension.
     #[inline]
-    pub fn unlimited(&self, ratio: f64) -> f64 {
+    pub fn unlimited_pressure(&self, ratio: f64) -> f64 {
         match self.equation {
             EquationOfState::Linear => self.bulk_modulus * (ratio - 1.0),
             EquationOfState::Tait => self.bulk_modulus / TAIT * (ratio.powi(TAIT as i32) - 1.0),
@@ -67,7 +67,7 @@ impl Barotropic {
     /// Pressure (Pa, compression-positive) at density ratio `ratio`; `None` where the material has opened.
     #[inline]
     pub fn pressure(&self, ratio: f64) -> Option<f64> {
-        let pressure = self.unlimited(ratio);
+        let pressure = self.unlimited_pressure(ratio);
         (pressure >= -self.tension).then_some(pressure)
     }
 

@@ -63,7 +63,7 @@ impl Model for ExternalSpec {
             let names: Vec<&str> = known.iter().map(|factory| factory.name()).collect();
             let rule =
                 format!("the law {:?} is not available here; there is {}", self.law, name_list(&names));
-            return Err(MaterialError::choice("law", rule));
+            return Err(MaterialError::incompatible_options("law", rule));
         };
         factory.build(self.density, &self.parameters).map_err(|error| error.under_key("parameters"))
     }

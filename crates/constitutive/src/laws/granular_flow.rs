@@ -57,7 +57,7 @@ pub enum FlowRegime {
 
 impl FlowRegime {
     /// Regime at the given inertial number.
-    pub fn of(inertial_number: f64) -> Self {
+    pub fn at_inertial_number(inertial_number: f64) -> Self {
         match inertial_number {
             i if i < 1e-3 => Self::QuasiStatic,
             i if i <= 1e-1 => Self::Dense,
@@ -79,7 +79,7 @@ pub enum BagnoldRegime {
 
 impl BagnoldRegime {
     /// Regime at the given Bagnold number.
-    pub fn of(bagnold_number: f64) -> Self {
+    pub fn at_bagnold_number(bagnold_number: f64) -> Self {
         match bagnold_number {
             n if n < 40.0 => Self::MacroViscous,
             n if n <= 450.0 => Self::Transitional,

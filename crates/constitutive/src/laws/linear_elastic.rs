@@ -84,10 +84,10 @@ pub(crate) fn snow_ratio_warnings(poissons_ratio: f64) -> Vec<String> {
     }
 }
 
-/// Warns where `value` of the parameter `name` is above `most`.
-pub(crate) fn warn_above(warnings: &mut Vec<String>, (name, value, most): (&str, f64, f64), why: &str) {
-    if value > most {
-        warnings.push(format!("{name}: {value} is above {most}: {why}"));
+/// Warns where `value` of the parameter `name` is above `limit`.
+pub(crate) fn warn_above(warnings: &mut Vec<String>, (name, value, limit): (&str, f64, f64), why: &str) {
+    if value > limit {
+        warnings.push(format!("{name}: {value} is above {limit}: {why}"));
     }
 }
 

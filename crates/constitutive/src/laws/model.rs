@@ -13,26 +13,27 @@ pub trait Model: Sized {
     /// Information for the table of models.
     const INFO: ModelInfo;
 
-    /// Builds the law, with parameters checked and angles converted. Models around another implement [`Model::wrap`] instead.
+    /// Builds the law, with parameters checked and angles converted. Models around another implement [`Model::wrap_material`] instead.
     ///
     /// # Errors
     /// The first parameter out of range.
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        let inner = self.inner().ok_or_else(|| MaterialError::choice("model", "is not implemented"))?;
-        let law = inner.build().map_err(|error| error.under_key(Self::INNER))?;
-        self.wrap(law)
+        let inner =
+            self.inner().ok_or_else(|| MaterialError::incompatible_options("model", "is not implemented"))?;
+        let law = inner.build().map_err(|error| error.under_key(Self::INNER_KEY))?;
+        self.wrap_material(law)
     }
 
     /// Wraps `inner`, the valid law of the material this one acts on, for models around another.
     ///
     /// # Errors
     /// The first parameter out of range.
-    fn wrap(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
-        Err(MaterialError::choice("model", "acts on no other material"))
+    fn wrap_material(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+        Err(MaterialError::incompatible_options("model", "acts on no other material"))
     }
 
     /// Key of the material this one acts on.
-    const INNER: &'static str = "material";
+    const INNER_KEY: &'static str = "material";
 
     /// Warnings about admissible but doubtful values, each starting with the parameter's name.
     fn warnings(&self) -> Vec<String> {

@@ -40,7 +40,7 @@ impl YieldPlane {
 
 impl ActiveSet {
     /// All sets of one, two and three of `count` planes, the small ones first.
-    fn all(count: usize) -> impl Iterator<Item = Self> {
+    fn combinations(count: usize) -> impl Iterator<Item = Self> {
         (1..=3).flat_map(move |size| (1u16..1 << count).filter(move |s| s.count_ones() == size)).map(Self)
     }
 
@@ -137,7 +137,7 @@ pub fn return_to(
 pub fn active_set(planes: &[YieldPlane], elasticity: &Elasticity, trial: [f64; 3]) -> Option<ActiveSet> {
     let size = trial.iter().fold(0.0, |s: f64, c| s.max(c.abs()));
     let slack = 1e-11 * (size + planes.iter().fold(0.0, |s: f64, plane| s.max(plane.offset.abs())));
-    ActiveSet::all(planes.len()).find(|set| {
+    ActiveSet::combinations(planes.len()).find(|set| {
         solve(planes, *set, elasticity, trial).is_some_and(|(stress, multipliers)| {
             let ordered = stress[0] >= stress[1] - slack && stress[1] >= stress[2] - slack;
             let flows = multipliers.iter().all(|m| *m >= -slack / elasticity.bulk_modulus);

@@ -116,11 +116,11 @@ impl OriginalCamClay {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
         }
         let stiffness = trial.theta + trial.chi;
-        let most = q_tr / (3.0 * trial.shear);
+        let largest = q_tr / (3.0 * trial.shear);
         // All of the trial's deviator becomes plastic inside the cone of the two limiting normals.
-        if ratio + stiffness * m * most <= 0.0 {
+        if ratio + stiffness * m * largest <= 0.0 {
             let pressure = p_tr * (trial.theta / stiffness * ratio).exp();
-            return Ok(OriginalCamClayReturn::Tip { pressure, shear: most });
+            return Ok(OriginalCamClayReturn::Tip { pressure, shear: largest });
         }
         let at = |shear: f64| {
             let a = stiffness * m * shear;
@@ -128,7 +128,7 @@ impl OriginalCamClay {
             let pressure = p_tr * (-trial.theta / stiffness * gained).exp();
             (pressure, ratio + gained, a)
         };
-        let root = falling_root(0.0, most, 0.0, |shear| {
+        let root = falling_root(0.0, largest, 0.0, |shear| {
             let (p, l, a) = at(shear);
             let l_slope = stiffness * m * (1.0 - ratio) / (1.0 + a).powi(2);
             let strength = m * l * p;
@@ -161,7 +161,7 @@ impl OriginalCamClay {
         let volume = (p_c / state.preconsolidation_pressure).ln() / trial.chi;
         state.preconsolidation_pressure = p_c;
         state.plastic_strain += shear;
-        advance.dissipated = pressure * volume + q * shear;
+        advance.dissipated_work = pressure * volume + q * shear;
         advance.point.stress = trial.radial.stress(pressure, if q > 0.0 { q / trial.q } else { 0.0 });
         Ok(advance)
     }
@@ -263,6 +263,6 @@ impl SmallStrain for OriginalCamClay {
         old: &Point<CamClayState>,
         _new: &Point<CamClayState>,
     ) -> Option<f64> {
-        self.step(strain, old).ok().map(|advance| advance.dissipated)
+        self.step(strain, old).ok().map(|advance| advance.dissipated_work)
     }
 }

@@ -93,7 +93,7 @@ impl PressureElasticSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn law(&self) -> Result<PressureElastic, MaterialError> {
-        let least = match self.stiffness {
+        let smallest = match self.stiffness {
             PressureStiffness::Sand { shear_modulus, reference_pressure, exponent } => {
                 positive("stiffness.shear_modulus", shear_modulus, "Pa")?;
                 positive("stiffness.reference_pressure", reference_pressure, "Pa")?;
@@ -107,7 +107,7 @@ impl PressureElasticSpec {
         };
         check_poissons_ratio(self.poissons_ratio)?;
         positive("void_ratio", self.void_ratio, "")?;
-        let least_pressure = self.least_pressure.unwrap_or(least);
+        let least_pressure = self.least_pressure.unwrap_or(smallest);
         positive("least_pressure", least_pressure, "Pa")?;
         let shear_ratio = shear_ratio(self.poissons_ratio);
         Ok(PressureElastic { spec: self.clone(), shear_ratio, least_pressure })

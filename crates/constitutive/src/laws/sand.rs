@@ -75,21 +75,21 @@ pub struct SandHardening {
     #[serde(default = "growth")]
     pub growth: f64,
     /// Rate `h2` of decay of the change with plastic strain, > 0; 0.2 in the source.
-    #[serde(default = "fading")]
+    #[serde(default = "default_decay_rate")]
     pub fading: f64,
     /// Difference `h3` between `friction_angle` and the initial friction angle below it (degrees), not negative, less than
     /// `friction_angle`; 10 in the source.
-    #[serde(default = "below")]
+    #[serde(default = "default_angle_difference")]
     pub below: f64,
 }
 
 fn growth() -> f64 {
     9.0
 }
-fn fading() -> f64 {
+fn default_decay_rate() -> f64 {
     0.2
 }
-fn below() -> f64 {
+fn default_angle_difference() -> f64 {
     10.0
 }
 
@@ -149,12 +149,12 @@ impl Sand {
             let kept = self.slope(flow).0 * pressure;
             return Ok((kept, (q - kept) / per_strain));
         }
-        let most = q / per_strain;
+        let largest = q / per_strain;
         let excess = |grown: f64| {
             let (slope, rate) = self.slope(flow + grown);
             (q - per_strain * grown - slope * pressure, -per_strain - rate * pressure)
         };
-        let grown = falling_root(0.0, most, 0.0, excess)
+        let grown = falling_root(0.0, largest, 0.0, excess)
             .ok_or(MaterialError::NotConverged { model: NAME, reason: "hardening return" })?;
         Ok((self.slope(flow + grown).0 * pressure, grown))
     }
@@ -302,9 +302,9 @@ impl SandSpec {
             crate::contract::parameter_checks::positive("hardening.fading", fading, "")?;
             let rule = format!("is not between 0 and the friction angle, {angle} degrees (excluded)");
             check("hardening.below", below, (0.0..angle).contains(&below), &rule)?;
-            let most = angle + hardening.max_friction_change();
-            let rule = format!("raises the friction angle to {most:.4} degrees, which must stay below 90");
-            check("hardening.growth", growth, most < 90.0, &rule)?;
+            let largest = angle + hardening.max_friction_change();
+            let rule = format!("raises the friction angle to {largest:.4} degrees, which must stay below 90");
+            check("hardening.growth", growth, largest < 90.0, &rule)?;
         }
         Ok(Sand { elasticity: self.invariants.elasticity(elasticity), spec: self.clone() })
     }
@@ -354,7 +354,11 @@ impl Model for SandSpec {
             invariants: StressInvariants::Space,
             return_initial_stress_to_yield: false,
         };
-        let hardening = SandHardening { growth: growth(), fading: fading(), below: below() };
+        let hardening = SandHardening {
+            growth: growth(),
+            fading: default_decay_rate(),
+            below: default_angle_difference(),
+        };
         vec![with(true, None), with(false, None), with(true, Some(hardening))]
     }
 }

@@ -41,19 +41,19 @@ impl Model for SaturationSoftenedSpec {
         Some(&self.material)
     }
 
-    fn wrap(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
-        let saturated = self.saturated_cohesion;
+    fn wrap_material(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+        let saturated_law = self.saturated_cohesion;
         let within = |dry: f64| {
             let rule = format!("is not between 0 and the cohesion of the material, {dry} Pa");
-            check("saturated_cohesion", saturated, (0.0..=dry).contains(&saturated), &rule)
+            check("saturated_cohesion", saturated_law, (0.0..=dry).contains(&saturated_law), &rule)
         };
         let under = |error: MaterialError| error.with_model(self.material.name()).under_key("material");
-        let refuse = |rule: &str| Err(MaterialError::choice("material", rule));
+        let refuse = |rule: &str| Err(MaterialError::incompatible_options("material", rule));
         match &*self.material {
             MaterialSpec::DruckerPrager(spec) if spec.strain_measure == StrainMeasure::Rate => {
                 within(spec.cohesion)?;
                 let law = spec.law().map_err(under)?;
-                Ok(Arc::new(Corotational(SaturationSoftened { law, dry: spec.cohesion, saturated })))
+                Ok(Arc::new(Corotational(SaturationSoftened { law, dry_law: spec.cohesion, saturated_law })))
             }
             MaterialSpec::MohrCoulomb(spec) if spec.strain_measure == StrainMeasure::Rate => {
                 within(spec.cohesion)?;
@@ -61,7 +61,7 @@ impl Model for SaturationSoftenedSpec {
                     return refuse("a tension cut-off is not available with loss of strength by saturation");
                 }
                 let law = spec.law().map_err(under)?;
-                Ok(Arc::new(Corotational(SaturationSoftened { law, dry: spec.cohesion, saturated })))
+                Ok(Arc::new(Corotational(SaturationSoftened { law, dry_law: spec.cohesion, saturated_law })))
             }
             _ => refuse("must be drucker-prager or mohr-coulomb in rate form"),
         }
@@ -100,28 +100,28 @@ impl ScalableCohesion for MohrCoulomb {
 #[derive(Clone, Debug)]
 struct SaturationSoftened<L> {
     law: L,
-    dry: f64,
-    saturated: f64,
+    dry_law: f64,
+    saturated_law: f64,
 }
 
 /// State of the inner law and saturation at the end of the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct WettedState {
-    inner: PlasticStrain,
+    plastic_strain: PlasticStrain,
     saturation: f64,
 }
 
 impl<L: ScalableCohesion> SaturationSoftened<L> {
     fn law_at_saturation(&self, saturation: f64) -> L {
-        if saturation == 0.0 || self.dry == 0.0 {
+        if saturation == 0.0 || self.dry_law == 0.0 {
             return self.law.clone();
         }
-        let cohesion = self.saturated + (self.dry - self.saturated) * (1.0 - saturation);
-        self.law.with_cohesion_share(cohesion / self.dry)
+        let cohesion = self.saturated_law + (self.dry_law - self.saturated_law) * (1.0 - saturation);
+        self.law.with_cohesion_share(cohesion / self.dry_law)
     }
 
-    fn inner(point: &Point<WettedState>) -> Point<PlasticStrain> {
-        Point { stress: point.stress, state: point.state.inner }
+    fn plastic_point(point: &Point<WettedState>) -> Point<PlasticStrain> {
+        Point { stress: point.stress, state: point.state.plastic_strain }
     }
 }
 
@@ -140,15 +140,15 @@ impl<L: ScalableCohesion> PointLaw for SaturationSoftened<L> {
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<WettedState>, MaterialError> {
         let Point { stress, state } = self.law.initial(initial)?;
-        Ok(Point { stress, state: WettedState { inner: state, saturation: 0.0 } })
+        Ok(Point { stress, state: WettedState { plastic_strain: state, saturation: 0.0 } })
     }
 
     fn wave_modulus(&self, point: &Point<WettedState>) -> f64 {
-        self.law.wave_modulus(&Self::inner(point))
+        self.law.wave_modulus(&Self::plastic_point(point))
     }
 
     fn yield_value(&self, point: &Point<WettedState>) -> Option<f64> {
-        self.law_at_saturation(point.state.saturation).yield_value(&Self::inner(point))
+        self.law_at_saturation(point.state.saturation).yield_value(&Self::plastic_point(point))
     }
 
     fn linear_elasticity(&self) -> Option<&Elasticity> {
@@ -156,7 +156,7 @@ impl<L: ScalableCohesion> PointLaw for SaturationSoftened<L> {
     }
 
     fn outputs(&self, point: &Point<WettedState>, out: &mut [f64]) {
-        self.law.outputs(&Self::inner(point), out);
+        self.law.outputs(&Self::plastic_point(point), out);
     }
 }
 
@@ -172,11 +172,11 @@ impl<L: ScalableCohesion> SmallStrain for SaturationSoftened<L> {
             return Err(MaterialError::Motion { model: NAME, reason: "saturation is not between 0 and 1" });
         }
         let Point { stress, state } =
-            self.law_at_saturation(saturation).update(strain, motion, &Self::inner(old))?;
-        Ok(Point { stress, state: WettedState { inner: state, saturation } })
+            self.law_at_saturation(saturation).update(strain, motion, &Self::plastic_point(old))?;
+        Ok(Point { stress, state: WettedState { plastic_strain: state, saturation } })
     }
 
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<WettedState>) -> Option<Tangent> {
-        self.law_at_saturation(motion.pore.saturation).tangent(strain, motion, &Self::inner(old))
+        self.law_at_saturation(motion.pore.saturation).tangent(strain, motion, &Self::plastic_point(old))
     }
 }

@@ -110,8 +110,13 @@ impl SnowSpec {
         check("critical_compression", compression, inside, "is not between 0 and 1 (exclusive)")?;
         positive("critical_stretch", self.critical_stretch, "")?;
         not_negative("hardening_factor", self.hardening_factor, "")?;
-        let least = self.least_plastic_volume;
-        check("least_plastic_volume", least, least > 0.0 && least <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        let smallest = self.least_plastic_volume;
+        check(
+            "least_plastic_volume",
+            smallest,
+            smallest > 0.0 && smallest <= 1.0,
+            "is not in 0..=1 (0 excluded)",
+        )?;
         let largest = self.largest_plastic_volume;
         check(
             "largest_plastic_volume",
@@ -325,9 +330,9 @@ impl PointLaw for Snow {
     /// Yield value (Pa): excess of a stretch over its bound, times the P-wave modulus.
     fn yield_value(&self, point: &Point<SnowState>) -> Option<f64> {
         let (low, high) = (-self.spec.critical_compression, self.spec.critical_stretch);
-        let [largest, _, least] = self.elongations(&point.state);
+        let [largest, _, smallest] = self.elongations(&point.state);
         let modulus = self.elasticity.p_wave_modulus() * self.hardening(point.state.plastic_volume);
-        Some(modulus * (largest - high).max(low - least))
+        Some(modulus * (largest - high).max(low - smallest))
     }
 
     fn stored_energy(&self, point: &Point<SnowState>) -> Option<f64> {

@@ -40,7 +40,7 @@ macro_rules! models {
             }
 
             /// Information on the model.
-            pub fn facts(&self) -> ModelInfo {
+            pub fn model_info(&self) -> ModelInfo {
                 match self { $(Self::$variant(_) => <$spec as Model>::INFO,)* }
             }
 
@@ -79,7 +79,7 @@ macro_rules! models {
             /// For models without a strength to reduce, and where the reduced peak falls below the residual.
             pub fn strength_reduced(&self, reduction: &StrengthReduction) -> Result<Self, MaterialError> {
                 crate::contract::parameter_checks::positive("factor", reduction.factor, "")?;
-                let none = || MaterialError::choice("model", format!("{} has no strength to reduce", self.name()));
+                let none = || MaterialError::incompatible_options("model", format!("{} has no strength to reduce", self.name()));
                 match self {
                     $(Self::$variant(spec) => {
                         let reduced = spec.strength_reduced(reduction).ok_or_else(none)?.map(Self::$variant);
@@ -180,7 +180,7 @@ impl MaterialSpec {
             return Ok(());
         }
         let rule = format!("more than {MAX_NESTING} materials are nested");
-        Err(MaterialError::choice("model", rule))
+        Err(MaterialError::incompatible_options("model", rule))
     }
 
     /// Parameters of the double-scale law, if the material is one, whatever materials surround it.
@@ -202,6 +202,6 @@ impl MaterialSpec {
 
     /// Whether the law is a fluid: shear stress at rest is zero, or at most the yield stress.
     pub fn is_fluid(&self) -> bool {
-        self.inner().map_or(self.facts().kind == ModelFamily::Fluid, Self::is_fluid)
+        self.inner().map_or(self.model_info().kind == ModelFamily::Fluid, Self::is_fluid)
     }
 }

@@ -102,8 +102,8 @@ impl FiniteElastic for StVenantKirchhoff {
         c.add_dyad(self.elasticity.lame(), &b, &b);
         for (row, &(i, j)) in PAIRS.iter().enumerate() {
             for (column, &(k, l)) in PAIRS.iter().enumerate() {
-                c.0[row][column] +=
-                    self.elasticity.shear_modulus * (b.at(i, k) * b.at(j, l) + b.at(i, l) * b.at(j, k));
+                c.0[row][column] += self.elasticity.shear_modulus
+                    * (b.component(i, k) * b.component(j, l) + b.component(i, l) * b.component(j, k));
             }
         }
         c

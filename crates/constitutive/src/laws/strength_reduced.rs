@@ -38,7 +38,7 @@ pub struct StrengthReduction {
 
 impl StrengthReduction {
     /// Returns a reduction of both strengths by `factor`.
-    pub fn by(factor: f64) -> Self {
+    pub fn by_factor(factor: f64) -> Self {
         Self { factor, scope: ReductionScope::Both, keep_dilatancy: false }
     }
 
@@ -84,7 +84,7 @@ pub struct StrengthReducedSpec {
 }
 
 impl StrengthReducedSpec {
-    fn reduced(&self) -> Result<MaterialSpec, MaterialError> {
+    fn reduced_material(&self) -> Result<MaterialSpec, MaterialError> {
         self.material.strength_reduced(&self.reduction())
     }
 
@@ -106,9 +106,11 @@ impl Model for StrengthReducedSpec {
         Some(&self.material)
     }
 
-    fn wrap(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap_material(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         positive("factor", self.factor, "")?;
-        self.reduced().and_then(|material| material.build()).map_err(|error| error.under_key(Self::INNER))
+        self.reduced_material()
+            .and_then(|material| material.build())
+            .map_err(|error| error.under_key(Self::INNER_KEY))
     }
 
     fn warnings(&self) -> Vec<String> {
@@ -122,7 +124,7 @@ impl Model for StrengthReducedSpec {
             return Some(check.map(|()| Self { factor: self.factor * factor, ..self.clone() }));
         }
         // For other strengths: one reduction after the other.
-        let inner = check.and_then(|()| self.reduced());
+        let inner = check.and_then(|()| self.reduced_material());
         Some(inner.map(|inner| Self { factor, scope, keep_dilatancy, material: Box::new(inner) }))
     }
 
@@ -135,7 +137,7 @@ impl Model for StrengthReducedSpec {
         };
         let mut all = Vec::new();
         for spec in MaterialSpec::examples().into_iter().filter(|spec| spec.inner().is_none()) {
-            if spec.strength_reduced(&StrengthReduction::by(1.1)).is_ok() && all.len() < 6 {
+            if spec.strength_reduced(&StrengthReduction::by_factor(1.1)).is_ok() && all.len() < 6 {
                 all.push(around(spec, ReductionScope::Both));
             }
         }

@@ -104,7 +104,7 @@ impl TensionCut {
         [plane(0), plane(1), plane(2)]
     }
 
-    fn active(&self, trial: [f64; 3]) -> Option<ActiveSet> {
+    fn active_planes(&self, trial: [f64; 3]) -> Option<ActiveSet> {
         let slack = 8.0 * f64::EPSILON * (self.strength + trial[0].abs());
         if trial[0] <= self.strength + slack {
             return None;
@@ -174,14 +174,14 @@ impl PrincipalReturn for TensionCut {
         if !trial.iter().all(|s| s.is_finite()) {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
         }
-        let Some(set) = self.active(trial) else { return Ok((trial, ())) };
+        let Some(set) = self.active_planes(trial) else { return Ok((trial, ())) };
         let planes = self.planes();
         let onto = |stress| return_to(&planes, set, &self.elasticity, stress);
         Ok((onto(onto(trial)), ()))
     }
 
     fn principal_tangent(&self, trial: [f64; 3], _state: &()) -> Option<[[f64; 3]; 3]> {
-        Some(match self.active(trial) {
+        Some(match self.active_planes(trial) {
             None => self.elasticity.principal(),
             Some(set) => tangent(&self.planes(), set, &self.elasticity),
         })

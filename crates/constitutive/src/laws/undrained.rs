@@ -41,13 +41,13 @@ impl Model for UndrainedSpec {
         tangent: "the skeleton's",
     };
 
-    const INNER: &'static str = "skeleton";
+    const INNER_KEY: &'static str = "skeleton";
 
     fn inner(&self) -> Option<&MaterialSpec> {
         Some(&self.skeleton)
     }
 
-    fn wrap(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+    fn wrap_material(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         positive("fluid_bulk_modulus", self.fluid_bulk_modulus, "Pa")?;
         let inside = self.porosity > 0.0 && self.porosity < 1.0;
         check("porosity", self.porosity, inside, "is not between 0 and 1 (both excluded)")?;
@@ -61,7 +61,7 @@ impl Model for UndrainedSpec {
         let wrapper = Undrained {
             modulus: self.fluid_bulk_modulus / self.porosity,
             start: pressure,
-            least: self.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
+            min_pore_pressure: self.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
         };
         Ok(Arc::new(WrappedMaterial::new(wrapper, inner)))
     }
@@ -113,7 +113,7 @@ struct Undrained {
     /// Modulus `K_f/n` (Pa).
     modulus: f64,
     start: f64,
-    least: f64,
+    min_pore_pressure: f64,
 }
 
 impl Wrapper for Undrained {
@@ -134,7 +134,7 @@ impl Wrapper for Undrained {
     }
 
     fn step(&self, motion: &Motion, pressure: &f64) -> (Motion, f64) {
-        (*motion, (pressure - self.modulus * motion.velocity_gradient_dt.trace()).max(self.least))
+        (*motion, (pressure - self.modulus * motion.velocity_gradient_dt.trace()).max(self.min_pore_pressure))
     }
 
     fn added_modulus(&self) -> f64 {
@@ -143,7 +143,7 @@ impl Wrapper for Undrained {
 
     fn tangent(&self, mut inner: Tangent, motion: &Motion, pressure: &f64) -> Tangent {
         // A cavitating fluid has no stiffness.
-        if self.step(motion, pressure).1 > self.least {
+        if self.step(motion, pressure).1 > self.min_pore_pressure {
             inner.add_dyad(self.modulus, &SymTensor::IDENTITY, &SymTensor::IDENTITY);
         }
         inner

@@ -49,7 +49,7 @@ pub trait FlowCurve: FlowOutputs + Send + Sync + 'static {
 /// Rejects a shear modulus that would have no effect in a viscous form; `form` is the one that uses it.
 pub(super) fn without_shear_modulus(given: Option<f64>, form: &str) -> Result<(), MaterialError> {
     let rule = || format!("has no effect on a viscous form, only on {form}");
-    given.map_or(Ok(()), |_| Err(MaterialError::choice("shear_modulus", rule())))
+    given.map_or(Ok(()), |_| Err(MaterialError::incompatible_options("shear_modulus", rule())))
 }
 
 /// Fluid with an effective viscosity.
@@ -189,9 +189,9 @@ impl<R: FlowCurve> PointLaw for Viscoplastic<R> {
         let state = self.pressure.initial(R::NAME, initial)?;
         let (stress, pressure) = (initial.stress, initial.stress.pressure());
         // Flowing material starts above the yield stress, at most at the strength that some shear rate gives.
-        let (rest, most) =
+        let (rest, largest) =
             (self.rheology.strength(0.0, pressure), self.rheology.strength(f64::MAX, pressure));
-        let excess = stress.j2().sqrt() - most.min(f64::MAX);
+        let excess = stress.j2().sqrt() - largest.min(f64::MAX);
         check_initial(R::NAME, &stress, excess, rest.max(pressure.abs()))?;
         Ok(Point { stress, state })
     }

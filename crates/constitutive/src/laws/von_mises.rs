@@ -94,7 +94,7 @@ impl VonMisesSpec {
 
     /// Checks that the parameters of softening are given together: either does nothing without the other.
     fn check_softening_pair(&self) -> Result<(), MaterialError> {
-        let refuse = |field, rule| Err(MaterialError::choice(field, rule));
+        let refuse = |field, rule| Err(MaterialError::incompatible_options(field, rule));
         match self.residual_cohesion {
             Some(_) if self.softening_rate == 0.0 => {
                 refuse("residual_cohesion", "is never reached without a softening_rate")

@@ -12,7 +12,7 @@ pub(crate) struct SubstepResult<S> {
     /// New point.
     pub point: Point<S>,
     /// Work dissipated in the step (J/m³).
-    pub dissipated: f64,
+    pub dissipated_work: f64,
 }
 
 /// Initial number of equal substeps of a strain increment: none of them is larger than `largest`.
@@ -86,7 +86,10 @@ fn run_substeps<S: Clone>(
     let mut advance = step(&part, old)?;
     for _ in 1..count {
         let next = step(&part, &advance.point)?;
-        advance = SubstepResult { point: next.point, dissipated: advance.dissipated + next.dissipated };
+        advance = SubstepResult {
+            point: next.point,
+            dissipated_work: advance.dissipated_work + next.dissipated_work,
+        };
     }
     Ok(advance)
 }
@@ -95,7 +98,7 @@ fn run_substeps<S: Clone>(
 mod tests {
     use super::*;
 
-    fn still() -> Point<u32> {
+    fn point_at_rest() -> Point<u32> {
         Point { stress: SymTensor::ZERO, state: 0 }
     }
 
@@ -105,7 +108,7 @@ mod tests {
                 return Err(MaterialError::NotConverged { model: "test", reason: "too large" });
             }
             let point = Point { stress: old.stress + *strain, state: old.state + 1 };
-            Ok(SubstepResult { point, dissipated: 0.5 })
+            Ok(SubstepResult { point, dissipated_work: 0.5 })
         }
     }
 
@@ -113,15 +116,16 @@ mod tests {
     fn a_large_step_is_divided_and_a_failing_one_divided_further() {
         let strain = SymTensor::diagonal(0.03, 0.0, 0.0);
         for (limit, parts) in [(1.0, 4), (0.004, 8), (0.0005, 64)] {
-            let advance = substepped("test", &strain, 0.01, &still(), counting(limit)).unwrap();
+            let advance = substepped("test", &strain, 0.01, &point_at_rest(), counting(limit)).unwrap();
             assert_eq!(advance.point.state, parts);
             assert!((advance.point.stress[0] - 0.03).abs() < 1e-15);
-            assert!((advance.dissipated - 0.5 * f64::from(parts)).abs() < 1e-12);
+            assert!((advance.dissipated_work - 0.5 * f64::from(parts)).abs() < 1e-12);
         }
-        let given_up = substepped("test", &strain, 0.01, &still(), counting(1e-4));
+        let given_up = substepped("test", &strain, 0.01, &point_at_rest(), counting(1e-4));
         assert!(matches!(given_up, Err(MaterialError::NotConverged { .. })));
         for wild in [1.5, f64::NAN, f64::INFINITY] {
-            let refused = substepped("test", &SymTensor::isotropic(wild), 0.01, &still(), counting(1e9));
+            let refused =
+                substepped("test", &SymTensor::isotropic(wild), 0.01, &point_at_rest(), counting(1e9));
             assert!(matches!(refused, Err(MaterialError::Motion { .. })));
         }
     }

@@ -40,7 +40,7 @@ fn largest_root(c: f64) -> f64 {
 struct ExtremeEigenvalue {
     radius: f64,
     multiple: f64,
-    largest: bool,
+    is_largest: bool,
 }
 
 fn extreme_eigenvalue(deviator: &SymTensor) -> Option<ExtremeEigenvalue> {
@@ -51,7 +51,7 @@ fn extreme_eigenvalue(deviator: &SymTensor) -> Option<ExtremeEigenvalue> {
     }
     let cos3 = deviator.determinant() / (2.0 * radius * radius * radius);
     let multiple = largest_root(cos3.abs().min(1.0));
-    Some(ExtremeEigenvalue { radius, multiple, largest: cos3 >= 0.0 })
+    Some(ExtremeEigenvalue { radius, multiple, is_largest: cos3 >= 0.0 })
 }
 
 /// Rotation `(cos, sin)` to the eigenvector of the larger eigenvalue of `[[a, c], [c, b]]`, and both
@@ -88,14 +88,14 @@ impl SymTensor {
     #[inline]
     pub fn principal_values(&self) -> [f64; 3] {
         let mean = self.trace() / 3.0;
-        let Some(ExtremeEigenvalue { radius, multiple, largest }) = extreme_eigenvalue(&self.deviator())
+        let Some(ExtremeEigenvalue { radius, multiple, is_largest }) = extreme_eigenvalue(&self.deviator())
         else {
             return [mean; 3];
         };
         let far = radius * multiple;
         let gap = radius * (12.0 - 3.0 * multiple * multiple).max(0.0).sqrt();
         let (high, low) = (0.5 * (gap - far), 0.5 * (-gap - far));
-        if largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
+        if is_largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
     }
 
     /// Least principal value where the third axis is a principal one, for loops over many tensors.
@@ -116,8 +116,8 @@ impl SymTensor {
         let multiple = largest_root(cos3.abs().min(1.0));
         let far = radius * multiple;
         let gap = radius * (12.0 - 3.0 * multiple * multiple).max(0.0).sqrt();
-        let least = if cos3 >= 0.0 { mean + 0.5 * (-gap - far) } else { mean - far };
-        if radius <= 0.0 { mean } else { least }
+        let smallest = if cos3 >= 0.0 { mean + 0.5 * (-gap - far) } else { mean - far };
+        if radius <= 0.0 { mean } else { smallest }
     }
 
     /// Principal values and directions, to the last digits of the deviator, equal values included:

@@ -41,7 +41,7 @@ mod tests {
     const RATE: Mat3 = Mat3([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.6, 0.2, -0.5]]);
     const KIRCHHOFF: SymTensor = SymTensor([-3.0, 2.0, 1.0, 0.5, -0.7, 1.2]);
 
-    fn contracted(a: &Mat3, b: &Mat3) -> f64 {
+    fn double_contraction(a: &Mat3, b: &Mat3) -> f64 {
         a.0.as_flattened().iter().zip(b.0.as_flattened()).map(|(a, b)| a * b).sum()
     }
 
@@ -51,7 +51,7 @@ mod tests {
         let rate = RATE * F;
         let power = KIRCHHOFF.dot(&RATE.sym());
         let first = first_piola_kirchhoff(&KIRCHHOFF, &F).unwrap();
-        assert!((contracted(&first, &rate) - power).abs() < 1e-13);
+        assert!((double_contraction(&first, &rate) - power).abs() < 1e-13);
         let second = second_piola_kirchhoff(&KIRCHHOFF, &F).unwrap();
         let h = 1e-6;
         let strain = (green_strain(&(F + rate * h)) - green_strain(&(F - rate * h))) * (0.5 / h);

@@ -45,7 +45,7 @@ impl SymTensor {
 
     /// Component `(row, column)`.
     #[inline]
-    pub fn at(&self, row: usize, column: usize) -> f64 {
+    pub fn component(&self, row: usize, column: usize) -> f64 {
         const MAP: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
         self.0[MAP[row][column]]
     }

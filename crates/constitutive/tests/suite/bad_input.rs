@@ -240,12 +240,15 @@ fn a_reduced_peak_below_the_residual_is_refused() {
     let soil = spec(valid_material("mohr-coulomb"));
     let reduction = StrengthReduction {
         scope: colluvium_constitutive::laws::ReductionScope::Peak,
-        ..StrengthReduction::by(50.0)
+        ..StrengthReduction::by_factor(50.0)
     };
     let error = soil.strength_reduced(&reduction).unwrap_err().to_string();
     assert!(error.starts_with("softening.residual"), "{error}");
     assert!(
-        soil.strength_reduced(&StrengthReduction::by(0.0)).unwrap_err().to_string().starts_with("factor: 0")
+        soil.strength_reduced(&StrengthReduction::by_factor(0.0))
+            .unwrap_err()
+            .to_string()
+            .starts_with("factor: 0")
     );
 }
 
@@ -280,7 +283,7 @@ fn invalid_motions_are_refused() {
             let error = refusal(motion).unwrap_or_else(|| panic!("{spec:?} takes a step without {word}"));
             assert!(error.contains(word), "{spec:?}: {error} instead of {word}");
         }
-        let rate = spec.facts().strain == "rate" && !spec.is_fluid();
+        let rate = spec.model_info().strain == "rate" && !spec.is_fluid();
         for motion in [&sheared, &unknown].into_iter().filter(|_| rate) {
             assert!(refusal(motion).is_some(), "{spec:?} takes {motion:?}");
         }

@@ -248,7 +248,7 @@ fn turbulence_by_manning_and_chezy() {
     let chezy = BasalSpec::Chezy(ChezySpec::new(0.0, 20.0)).build().unwrap();
     let voellmy = BasalSpec::Voellmy(VoellmySpec::new(0.0, 400.0.into())).build().unwrap();
     assert_eq!(chezy.moving_shear_stress(&flow), voellmy.moving_shear_stress(&flow));
-    let none = BasalSpec::Voellmy(VoellmySpec::new(0.0, MaybeInfinite::NONE)).build().unwrap();
+    let none = BasalSpec::Voellmy(VoellmySpec::new(0.0, MaybeInfinite::INFINITE)).build().unwrap();
     assert_eq!(none.moving_shear_stress(&flow), 0.0);
 }
 

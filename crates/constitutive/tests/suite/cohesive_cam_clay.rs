@@ -135,7 +135,7 @@ fn a_step_in_the_plane_is_that_of_the_sheet() {
         for (found, exact) in [(kirchhoff[0], xx), (kirchhoff[3], xy), (kirchhoff[1], yy)] {
             assert_near(found, exact, 2e-6);
         }
-        assert_near(law.ellipse(&end.state.inner).strength, p0, 2e-6);
+        assert_near(law.ellipse(&end.state.inner_state).strength, p0, 2e-6);
         // Work of the plastic strain.
         let dissipated = hencky.dissipation(&motion, &start, &end).unwrap() * jacobian;
         let exact = if integration == Explicit { 18.985_115_688 } else { 18.824_376_249 };

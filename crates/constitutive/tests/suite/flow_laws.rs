@@ -340,13 +340,13 @@ fn numbers_and_regimes_of_granular_flow() {
     assert_digits(concentration, 9.618_377_394, 10);
     let bagnold = bagnold_number(50.0, 1.3e-3, 2650.0, concentration, 1e-3);
     assert_digits(bagnold, 694.47, 5);
-    assert_eq!(BagnoldRegime::of(bagnold), BagnoldRegime::GrainInertia);
-    assert_eq!(BagnoldRegime::of(39.0), BagnoldRegime::MacroViscous);
-    assert_eq!(BagnoldRegime::of(100.0), BagnoldRegime::Transitional);
+    assert_eq!(BagnoldRegime::at_bagnold_number(bagnold), BagnoldRegime::GrainInertia);
+    assert_eq!(BagnoldRegime::at_bagnold_number(39.0), BagnoldRegime::MacroViscous);
+    assert_eq!(BagnoldRegime::at_bagnold_number(100.0), BagnoldRegime::Transitional);
     let number = inertial_number(10.0, 0.53e-3, 1000.0, 2450.0);
     assert!((savage_number(10.0, 0.53e-3, 1000.0, 2450.0).sqrt() / number - 1.0).abs() < 1e-14);
     assert_eq!(
-        [5e-4, 5e-3, 0.5].map(FlowRegime::of),
+        [5e-4, 5e-3, 0.5].map(FlowRegime::at_inertial_number),
         [FlowRegime::QuasiStatic, FlowRegime::Dense, FlowRegime::Collisional]
     );
     assert_eq!(krieger_dougherty(0.0, 0.64, 1.0, 1.6), 1.0);

@@ -27,10 +27,10 @@ fn a_weak_layer_softens_collapses_and_packs() {
     assert_near(at(0.006_299_995_4), 416.667, 0.417);
     assert_near(at(0.0198), 4_166.684, 4.17);
     // β vanishes at the collapse, and only there.
-    let switch = path.iter().position(|(.., point)| point.state.inner.collapsed).unwrap();
+    let switch = path.iter().position(|(.., point)| point.state.inner_state.collapsed).unwrap();
     let (before, after) = (&path[switch - 1].2, &path[switch].2);
-    assert_eq!(law.0.ellipse(&before.state.inner).cohesion_ratio, 0.1);
-    assert_eq!(law.0.ellipse(&after.state.inner).cohesion_ratio, 0.0);
+    assert_eq!(law.0.ellipse(&before.state.inner_state).cohesion_ratio, 0.1);
+    assert_eq!(law.0.ellipse(&after.state.inner_state).cohesion_ratio, 0.0);
     assert_near(path[switch].0, 0.004_799_995_4, 0.02 / 2000.0);
 }
 
@@ -53,7 +53,7 @@ fn a_weak_layer_follows_its_closed_form_for_any_step() {
             for steps in [1, 7, 500] {
                 let (_, found, point) = compressed(&law, total, steps).pop().unwrap();
                 assert_near(found, p, 1e-9 * p);
-                assert!(point.state.inner.collapsed);
+                assert!(point.state.inner_state.collapsed);
             }
         }
     }

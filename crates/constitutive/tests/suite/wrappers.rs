@@ -119,7 +119,7 @@ fn free_shrinkage_is_stress_free_and_restrained_shrinkage_causes_tension() {
 fn a_stress_on_the_surface_of_the_factor_of_safety_lies_on_the_reduced_surface() {
     // V-27. Stress of a slope with the factor 1.4: on the surface of strengths divided by it.
     let factor = 1.4;
-    let reduction = StrengthReduction::by(factor);
+    let reduction = StrengthReduction::by_factor(factor);
     for spec in [MaterialSpec::MohrCoulomb(mohr_coulomb()), MaterialSpec::DruckerPrager(drucker_prager())] {
         let law = spec.strength_reduced(&reduction).unwrap().build().unwrap();
         let (c, tan) = (10e3 / factor, 30f64.to_radians().tan() / factor);
@@ -147,14 +147,15 @@ fn peak_strength_reduction_keeps_the_residual_strength_and_is_refused_below_it()
         softening: Some(softening),
         ..drucker_prager()
     };
-    let peak = |factor| StrengthReduction { scope: ReductionScope::Peak, ..StrengthReduction::by(factor) };
+    let peak =
+        |factor| StrengthReduction { scope: ReductionScope::Peak, ..StrengthReduction::by_factor(factor) };
     let reduced = MaterialSpec::DruckerPrager(clay.clone()).strength_reduced(&peak(1.65)).unwrap();
     let MaterialSpec::DruckerPrager(reduced) = reduced else { panic!("the model stays") };
     assert!((reduced.cohesion - 15_151.515).abs() < 1e-2);
     assert_eq!(reduced.softening, Some(softening));
     let error = MaterialSpec::DruckerPrager(clay).strength_reduced(&peak(20.0)).unwrap_err().to_string();
     assert!(error.starts_with("softening.residual_cohesion: 1500"), "{error}");
-    let refused = elastic().strength_reduced(&StrengthReduction::by(1.2)).unwrap_err().to_string();
+    let refused = elastic().strength_reduced(&StrengthReduction::by_factor(1.2)).unwrap_err().to_string();
     assert!(refused.contains("no strength to reduce"), "{refused}");
     let wrapped = StrengthReducedSpec {
         factor: 0.0,
@@ -169,13 +170,14 @@ fn peak_strength_reduction_keeps_the_residual_strength_and_is_refused_below_it()
 #[test]
 fn dilatancy_follows_the_reduced_friction_unless_kept() {
     let associated = MaterialSpec::MohrCoulomb(MohrCoulombSpec { dilatancy_angle: 30.0, ..mohr_coulomb() });
-    let MaterialSpec::MohrCoulomb(spec) = associated.strength_reduced(&StrengthReduction::by(2.0)).unwrap()
+    let MaterialSpec::MohrCoulomb(spec) =
+        associated.strength_reduced(&StrengthReduction::by_factor(2.0)).unwrap()
     else {
         panic!("the model stays")
     };
     assert_eq!(spec.dilatancy_angle, spec.friction_angle);
     assert!((spec.friction_angle.to_radians().tan() - 30f64.to_radians().tan() / 2.0).abs() < 1e-12);
-    let keep = StrengthReduction { keep_dilatancy: true, ..StrengthReduction::by(2.0) };
+    let keep = StrengthReduction { keep_dilatancy: true, ..StrengthReduction::by_factor(2.0) };
     assert!(associated.strength_reduced(&keep).unwrap_err().to_string().starts_with("dilatancy_angle: 30"));
 }
 
@@ -279,7 +281,7 @@ fn nested_strength_reductions_multiply_up_to_a_nesting_limit() {
         point.0.q()
     };
     let once = MaterialSpec::MohrCoulomb(mohr_coulomb())
-        .strength_reduced(&StrengthReduction::by(1.05f64.powi(6)))
+        .strength_reduced(&StrengthReduction::by_factor(1.05f64.powi(6)))
         .unwrap();
     let (nested, direct) = (strength(&reduced(6)), strength(&once));
     assert!((nested / direct - 1.0).abs() < 1e-9, "{nested} for {direct}");

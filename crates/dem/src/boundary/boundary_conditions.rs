@@ -44,7 +44,7 @@ impl<const D: usize> BoundaryConditions<D> {
 
     /// Moving obstacles.
     pub fn moving_obstacles_mut(&mut self) -> impl Iterator<Item = &mut MovingObstacle<D>> {
-        self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut())
+        self.walls.iter_mut().filter_map(|wall| wall.motion.as_mut())
     }
 
     /// Area on which the stress of a servo-controlled wall acts (m²; a length in the plane, m).
@@ -74,7 +74,7 @@ impl<const D: usize> BoundaryConditions<D> {
         }
         let position = |upper: bool| {
             let of_axis =
-                |wall: &&RigidWall<D>| wall.surface.is_none() && wall.axis == axis && wall.upper == upper;
+                |wall: &&RigidWall<D>| wall.surface.is_none() && wall.axis == axis && wall.is_upper == upper;
             self.walls.iter().find(of_axis).map(|wall| wall.position)
         };
         position(true).unwrap_or(domain.max[axis]) - position(false).unwrap_or(domain.min[axis])

@@ -25,7 +25,7 @@ impl Membranes {
     }
 
     /// Finds the indices of the grains of membranes.
-    pub fn find<const D: usize, const R: usize>(&mut self, clock: &Clock, grains: &Grains<D, R>) {
+    pub fn find_grains<const D: usize, const R: usize>(&mut self, clock: &Clock, grains: &Grains<D, R>) {
         let names: BTreeSet<&String> =
             clock.options.stages.values().flat_map(|stage| stage.membranes.keys()).collect();
         let numbers = names.into_iter().filter_map(|name| clock.body_index(name));
@@ -88,7 +88,7 @@ impl Membranes {
             let axis = (0..D).fold(0, |largest, c| if areas[c] > areas[largest] { c } else { largest });
             let position = |upper: bool| {
                 let mut across = walls.iter().filter(|wall| wall.surface.is_none() && wall.axis == axis);
-                across.find(|wall| wall.upper == upper).map_or(f64::NAN, |wall| wall.position)
+                across.find(|wall| wall.is_upper == upper).map_or(f64::NAN, |wall| wall.position)
             };
             let volume = areas[axis] * (position(true) - position(false));
             outputs.push((format!("membrane.{name}.area"), "m2".to_owned(), areas[axis]));

@@ -13,7 +13,7 @@ pub struct RigidWall<const D: usize> {
     /// Surface of an obstacle at its initial position; `None` for a plane across an axis.
     pub surface: Option<Arc<dyn Surface<D>>>,
     /// Prescribed motion of a moving obstacle.
-    pub moving: Option<MovingObstacle<D>>,
+    pub motion: Option<MovingObstacle<D>>,
     /// Index into the boundaries of the case; obstacles come after them.
     pub boundary: usize,
     /// Name.
@@ -21,7 +21,7 @@ pub struct RigidWall<const D: usize> {
     /// Axis normal to the plane.
     pub axis: usize,
     /// Whether the wall bounds the grains from above.
-    pub upper: bool,
+    pub is_upper: bool,
     /// Coordinate of the plane along its axis (m).
     pub position: f64,
     /// Velocity (m/s).
@@ -49,7 +49,7 @@ pub struct WallReaction<const D: usize> {
 
 impl<const D: usize> WallReaction<D> {
     /// Zero reaction.
-    pub const NONE: Self = Self { force: [0.0; D], moment: [0.0; 3] };
+    pub const ZERO: Self = Self { force: [0.0; D], moment: [0.0; 3] };
 }
 
 impl<const D: usize> RigidWall<D> {
@@ -57,15 +57,15 @@ impl<const D: usize> RigidWall<D> {
     #[inline]
     pub fn distance(&self, x: &[f64; D]) -> (f64, [f64; D]) {
         let mut normal = [0.0; D];
-        let sign = if self.upper { -1.0 } else { 1.0 };
+        let sign = if self.is_upper { -1.0 } else { 1.0 };
         normal[self.axis] = sign;
         (sign * (x[self.axis] - self.position), normal)
     }
 
     /// Surface of an obstacle at its current position; `None` for a plane across an axis.
     pub fn current_surface(&self) -> Option<&dyn Surface<D>> {
-        match &self.moving {
-            Some(moving) => Some(&moving.placed),
+        match &self.motion {
+            Some(moving) => Some(&moving.surface),
             None => self.surface.as_deref(),
         }
     }
@@ -82,7 +82,7 @@ impl<const D: usize> RigidWall<D> {
 
     /// Axis normal to a plane, and the sign of the inward direction along it.
     pub fn inward_normal(&self) -> (usize, f64) {
-        (self.axis, if self.upper { -1.0 } else { 1.0 })
+        (self.axis, if self.is_upper { -1.0 } else { 1.0 })
     }
 
     /// Outward force of the grains on a plane (N).
@@ -94,7 +94,7 @@ impl<const D: usize> RigidWall<D> {
     /// Velocity of the wall at `x` (m/s).
     #[inline]
     pub fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
-        self.moving.as_ref().map_or(self.velocity, |moving| moving.velocity(x))
+        self.motion.as_ref().map_or(self.velocity, |moving| moving.velocity(x))
     }
 
     /// Whether a point is nearer to the wall than `reach` (m).

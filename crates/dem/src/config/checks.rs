@@ -19,22 +19,22 @@ struct RuleChecker {
 }
 
 impl RuleChecker {
-    fn rule(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
+    fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
         if !holds && self.first.is_none() {
             self.first = Some((path.into(), problem.into()));
         }
     }
 
     fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
-        self.rule(positive(value), path, format!("{value} must be finite and positive{unit}"));
+        self.require(positive(value), path, format!("{value} must be finite and positive{unit}"));
     }
 
     fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
-        self.rule(not_negative(value), path, format!("{value} must be finite and not negative{unit}"));
+        self.require(not_negative(value), path, format!("{value} must be finite and not negative{unit}"));
     }
 
-    fn within(&mut self, path: impl Into<String>, value: f64, low: f64, high: f64) {
-        self.rule((low..=high).contains(&value), path, format!("{value} is not in {low}..={high}"));
+    fn in_range(&mut self, path: impl Into<String>, value: f64, low: f64, high: f64) {
+        self.require((low..=high).contains(&value), path, format!("{value} is not in {low}..={high}"));
     }
 
     fn normal(&mut self, path: &str, law: &NormalLaw) {
@@ -43,7 +43,7 @@ impl RuleChecker {
                 match (stiffness, grain_modulus) {
                     (Some(value), None) => self.positive(format!("{path}.stiffness"), *value, " (N/m)"),
                     (None, Some(value)) => self.positive(format!("{path}.grain_modulus"), *value, " (Pa)"),
-                    _ => self.rule(
+                    _ => self.require(
                         false,
                         format!("{path}.stiffness"),
                         "give either stiffness or grain_modulus",
@@ -70,7 +70,7 @@ impl RuleChecker {
                 ] {
                     let Some(value) = value else { continue };
                     let holds = value > -1.0 && value <= 0.5;
-                    self.rule(
+                    self.require(
                         holds,
                         format!("{path}.{key}"),
                         format!("{value} is not in -1..=0.5 (-1 excluded)"),
@@ -81,9 +81,13 @@ impl RuleChecker {
         };
         if let Some(value) = restitution {
             let holds = *value > 0.0 && *value <= 1.0;
-            self.rule(holds, format!("{path}.restitution"), format!("{value} is not in 0..=1 (0 excluded)"));
+            self.require(
+                holds,
+                format!("{path}.restitution"),
+                format!("{value} is not in 0..=1 (0 excluded)"),
+            );
             let problem = "restitution is given too: leave one of them out";
-            self.rule(ratio.is_none(), format!("{path}.damping_ratio"), problem);
+            self.require(ratio.is_none(), format!("{path}.damping_ratio"), problem);
         }
         if let Some(value) = ratio {
             self.not_negative(format!("{path}.damping_ratio"), *value, "");
@@ -95,12 +99,12 @@ impl RuleChecker {
         if let Some(at_rest) = friction.at_rest {
             let holds = at_rest.is_finite() && at_rest >= friction.coefficient;
             let problem = format!("{at_rest} must not be below the coefficient, {}", friction.coefficient);
-            self.rule(holds, format!("{path}.at_rest"), problem);
+            self.require(holds, format!("{path}.at_rest"), problem);
         }
     }
 
     fn tangential(&mut self, path: &str, spec: &TangentialSpec) {
-        self.within(format!("{path}.stiffness_ratio"), spec.stiffness_ratio.unwrap_or(0.0), 0.0, 3.0);
+        self.in_range(format!("{path}.stiffness_ratio"), spec.stiffness_ratio.unwrap_or(0.0), 0.0, 3.0);
         self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio.unwrap_or(0.0), "");
     }
 
@@ -116,7 +120,7 @@ impl RuleChecker {
                 self.not_negative(format!("{path}.tension"), *tension, "");
                 self.not_negative(format!("{path}.shear"), *shear, "");
                 let linear = matches!(normal, NormalLaw::Linear { .. });
-                self.rule(
+                self.require(
                     linear,
                     format!("{path}.kind"),
                     "cohesive requires the linear normal law, whose spring transmits tension",
@@ -125,14 +129,14 @@ impl RuleChecker {
             Adhesion::Jkr { work_of_adhesion } => {
                 self.positive(format!("{path}.work_of_adhesion"), *work_of_adhesion, " (J/m²)");
                 let hertz = matches!(normal, NormalLaw::Hertz { .. });
-                self.rule(hertz, format!("{path}.kind"), "jkr requires the hertz normal law");
+                self.require(hertz, format!("{path}.kind"), "jkr requires the hertz normal law");
             }
             Adhesion::Capillary { surface_tension, contact_angle, volume_ratio } => {
                 self.positive(format!("{path}.surface_tension"), *surface_tension, " (N/m)");
                 self.positive(format!("{path}.volume_ratio"), *volume_ratio, "");
                 let holds = (0.0..90.0).contains(contact_angle);
                 let problem = format!("{contact_angle} is not in 0..90 degrees (90 excluded)");
-                self.rule(holds, format!("{path}.contact_angle"), problem);
+                self.require(holds, format!("{path}.contact_angle"), problem);
             }
         }
     }
@@ -141,8 +145,8 @@ impl RuleChecker {
         self.positive(format!("{path}.normal_stiffness"), bond.normal_stiffness, " (Pa/m)");
         self.positive(format!("{path}.shear_stiffness"), bond.shear_stiffness, " (Pa/m)");
         self.positive(format!("{path}.radius_factor"), bond.radius_factor, "");
-        self.within(format!("{path}.moment_factor"), bond.moment_factor, 0.0, 1.0);
-        self.within(format!("{path}.scatter"), bond.scatter, 0.0, 1.0);
+        self.in_range(format!("{path}.moment_factor"), bond.moment_factor, 0.0, 1.0);
+        self.in_range(format!("{path}.scatter"), bond.scatter, 0.0, 1.0);
         self.not_negative(format!("{path}.gap"), bond.gap, "");
         for (key, value) in [("tensile_strength", bond.tensile_strength), ("cohesion", bond.cohesion)] {
             if let Some(value) = value {
@@ -151,7 +155,7 @@ impl RuleChecker {
         }
         let angle = bond.friction_angle;
         let problem = format!("{angle} is not in 0..90 degrees (90 excluded)");
-        self.rule((0.0..90.0).contains(&angle), format!("{path}.friction_angle"), problem);
+        self.require((0.0..90.0).contains(&angle), format!("{path}.friction_angle"), problem);
     }
 
     fn pair(&mut self, path: &str, pair: &PairSpec) {
@@ -175,7 +179,7 @@ impl RuleChecker {
 
     fn fraction(&mut self, path: String, fraction: f64) {
         let problem = format!("{fraction} is not in 0..1 (both excluded)");
-        self.rule(fraction > 0.0 && fraction < 1.0, path, problem);
+        self.require(fraction > 0.0 && fraction < 1.0, path, problem);
     }
 
     fn fill(&mut self, path: &str, fill: &super::Fill) {
@@ -183,7 +187,7 @@ impl RuleChecker {
             super::Fill::Single | super::Fill::DropAndRoll => {}
             super::Fill::Sleeve { columns } => {
                 let problem = format!("{columns} is less than three grains around a sleeve");
-                self.rule(*columns >= 3, format!("{path}.columns"), problem);
+                self.require(*columns >= 3, format!("{path}.columns"), problem);
             }
             super::Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
                 self.fraction(format!("{path}.solid_fraction"), *solid_fraction);
@@ -191,15 +195,15 @@ impl RuleChecker {
                 let problem =
                     format!("{first_solid_fraction} must not be above solid_fraction, {solid_fraction}");
                 let looser = first_solid_fraction <= solid_fraction;
-                self.rule(looser, format!("{path}.first_solid_fraction"), problem);
+                self.require(looser, format!("{path}.first_solid_fraction"), problem);
                 let problem = format!("{layers} is not in 1..=100");
-                self.rule((1..=100).contains(layers), format!("{path}.layers"), problem);
+                self.require((1..=100).contains(layers), format!("{path}.layers"), problem);
             }
             super::Fill::Lattice { pitch, jitter, .. } => {
                 if let Some(pitch) = pitch {
                     self.positive(format!("{path}.pitch"), *pitch, " (m)");
                 }
-                self.within(format!("{path}.jitter"), *jitter, 0.0, 0.5);
+                self.in_range(format!("{path}.jitter"), *jitter, 0.0, 0.5);
             }
             super::Fill::Random { solid_fraction } => {
                 self.fraction(format!("{path}.solid_fraction"), *solid_fraction);
@@ -213,15 +217,17 @@ impl RuleChecker {
             membrane.pressure,
             if dimension == 2 { " (N/m)" } else { " (Pa)" },
         );
-        let least = if membrane.closed { 3 } else { 2 };
+        let smallest = if membrane.closed { 3 } else { 2 };
         let (columns, problem) = match membrane.columns {
             None => (dimension == 2, "is missing: give the number of grains in a row of the membrane"),
             Some(_) if dimension == 2 => (false, "a membrane in the plane is one row: leave it out"),
-            Some(columns) => (columns >= least, "a row needs at least two grains, or three if it is closed"),
+            Some(columns) => {
+                (columns >= smallest, "a row needs at least two grains, or three if it is closed")
+            }
         };
-        self.rule(columns, format!("{path}.columns"), problem);
+        self.require(columns, format!("{path}.columns"), problem);
         let problem = "a membrane in the plane is one row: leave it out";
-        self.rule(dimension == 3 || !membrane.closed, format!("{path}.closed"), problem);
+        self.require(dimension == 3 || !membrane.closed, format!("{path}.closed"), problem);
     }
 
     fn stage(&mut self, path: &str, stage: &super::GrainStage, dimension: usize) {
@@ -242,7 +248,11 @@ impl RuleChecker {
         }
         let mut vector = |key: String, vector: &[f64], unit: &str| {
             let fits = vector.len() == dimension && vector.iter().all(|c| c.is_finite());
-            self.rule(fits, format!("{path}.{key}"), format!("must be {dimension} finite numbers ({unit})"));
+            self.require(
+                fits,
+                format!("{path}.{key}"),
+                format!("must be {dimension} finite numbers ({unit})"),
+            );
         };
         if let Some(gravity) = &stage.gravity {
             vector("gravity".to_owned(), gravity, "m/s²");
@@ -260,7 +270,7 @@ impl RuleChecker {
             self.membrane(&format!("{path}.membranes.{body}"), membrane, dimension);
         }
         self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
-        self.rule(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");
+        self.require(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");
         for (name, press) in &stage.walls {
             let path = format!("{path}.walls.{name}");
             let pushes = press.stress.is_finite() && press.stress < 0.0;
@@ -268,14 +278,14 @@ impl RuleChecker {
                 "{} must be finite and negative (Pa): grains can push a wall but not pull it",
                 press.stress
             );
-            self.rule(pushes, format!("{path}.stress"), problem);
+            self.require(pushes, format!("{path}.stress"), problem);
             self.positive(format!("{path}.speed"), press.speed, " (m/s)");
             self.positive(format!("{path}.area"), press.area.unwrap_or(1.0), " (m²)");
             let problem = "is given together with area: leave one of them out";
-            self.rule(press.area.is_none() || press.sleeve.is_none(), format!("{path}.sleeve"), problem);
+            self.require(press.area.is_none() || press.sleeve.is_none(), format!("{path}.sleeve"), problem);
             let stable = press.gain > 0.0 && press.gain <= 0.1;
             let problem = format!("{} is not in 0..=0.1 (0 excluded): the wall would oscillate", press.gain);
-            self.rule(stable, format!("{path}.gain"), problem);
+            self.require(stable, format!("{path}.gain"), problem);
         }
     }
 }
@@ -292,7 +302,7 @@ impl DemOptions {
             rules.pair(&format!("pairs[{number}]"), pair);
             let flat = dimension == 2 && pair.twisting.is_some();
             let problem = "disks have no twisting: leave it out, or use space 3d";
-            rules.rule(!flat, format!("pairs[{number}].twisting"), problem);
+            rules.require(!flat, format!("pairs[{number}].twisting"), problem);
         }
         for (name, stage) in &self.stages {
             rules.stage(&format!("stages.{name}"), stage, dimension);
@@ -301,10 +311,10 @@ impl DemOptions {
             rules.positive(format!("regions.{name}.radius"), region.radius, " (m)");
             let fits = region.centre.len() == dimension && region.centre.iter().all(|x| x.is_finite());
             let problem = format!("must be {dimension} finite numbers");
-            rules.rule(fits, format!("regions.{name}.centre"), problem);
+            rules.require(fits, format!("regions.{name}.centre"), problem);
         }
-        rules.within("skin", self.skin, 0.01, 2.0);
-        rules.rule(
+        rules.in_range("skin", self.skin, 0.01, 2.0);
+        rules.require(
             self.step_fraction > 0.0 && self.step_fraction <= 0.12,
             "step_fraction",
             format!("{} is not in 0..=0.12 (0 excluded)", self.step_fraction),
@@ -312,9 +322,13 @@ impl DemOptions {
         if let Some(step) = self.time_step {
             rules.positive("time_step", step, " (s)");
         }
-        rules.rule(!self.voronoi || dimension == 2, "voronoi", "is available only for disks in plane-strain");
-        rules.within("coarse_graining", self.coarse_graining, 0.5, 20.0);
-        rules.within("initial_overlap", self.initial_overlap, 0.0, 0.3);
+        rules.require(
+            !self.voronoi || dimension == 2,
+            "voronoi",
+            "is available only for disks in plane-strain",
+        );
+        rules.in_range("coarse_graining", self.coarse_graining, 0.5, 20.0);
+        rules.in_range("initial_overlap", self.initial_overlap, 0.0, 0.3);
         rules.first.map_or(Ok(()), Err)
     }
 
@@ -324,13 +338,13 @@ impl DemOptions {
             let path = format!("grains.{name}");
             rules.positive(format!("{path}.density"), kind.density, " (kg/m³)");
             if let Some((key, problem)) = kind.diameter.as_ref().and_then(super::Diameters::problem) {
-                rules.rule(false, format!("{path}.diameter.{key}"), problem);
+                rules.require(false, format!("{path}.diameter.{key}"), problem);
             }
             if let Some(fill) = &kind.fill {
                 rules.fill(&format!("{path}.fill"), fill);
             }
         }
-        rules.rule(!self.grains.is_empty(), "grains", "at least one kind is needed");
+        rules.require(!self.grains.is_empty(), "grains", "at least one kind is needed");
         for (name, body) in &self.bodies {
             let path = format!("bodies.{name}");
             if let Some(fill) = &body.fill {
@@ -339,21 +353,21 @@ impl DemOptions {
             let count = if dimension == 2 { 1 } else { 3 };
             let fits = body.spin.is_empty() || body.spin.len() == count;
             let problem = format!("has {} entries, {count} needed", body.spin.len());
-            rules.rule(fits, format!("{path}.spin"), problem);
+            rules.require(fits, format!("{path}.spin"), problem);
             if let Some(rain) = &body.pluviation {
                 let path = format!("{path}.rain");
                 rules.positive(format!("{path}.rate"), rain.rate, " (kg/s)");
                 rules.not_negative(format!("{path}.start"), rain.start, " (s)");
                 let problem = format!("must come after the start, {} s", rain.start);
                 let ends = rain.end.is_none_or(|end| end.is_finite() && end > rain.start);
-                rules.rule(ends, format!("{path}.end"), problem);
-                rules.rule(!body.held, path.clone(), "held grains cannot enter: leave held out");
+                rules.require(ends, format!("{path}.end"), problem);
+                rules.require(!body.held, path.clone(), "held grains cannot enter: leave held out");
                 let problem = "a body with rain is empty at the start, and its grains enter one by one: \
                                leave fill out";
-                rules.rule(body.fill.is_none(), format!("bodies.{name}.fill"), problem);
+                rules.require(body.fill.is_none(), format!("bodies.{name}.fill"), problem);
             }
             let finite = body.spin.iter().all(|spin| spin.is_finite());
-            rules.rule(finite, format!("{path}.spin"), "must be finite (rad/s)");
+            rules.require(finite, format!("{path}.spin"), "must be finite (rad/s)");
         }
     }
 }

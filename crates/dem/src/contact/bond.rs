@@ -169,7 +169,7 @@ impl Beam {
         if section.torsion > 0.0 {
             sheared += self.moments * bond.twist.abs() * section.radius / section.torsion;
         }
-        let borne = self.cohesion * bond.strength + (-tension).max(0.0) * self.friction;
-        outer > self.tensile_strength * bond.strength || sheared > borne
+        let shear_strength = self.cohesion * bond.strength + (-tension).max(0.0) * self.friction;
+        outer > self.tensile_strength * bond.strength || sheared > shear_strength
     }
 }

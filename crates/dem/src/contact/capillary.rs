@@ -24,13 +24,13 @@ impl Capillary {
     /// Attraction (N) across a gap (m); that at zero gap where the spheres overlap.
     pub fn force(&self, radius: f64, gap: f64) -> f64 {
         let curvature = 2.0 * radius;
-        let most = 2.0 * PI * curvature * self.tension;
+        let largest = 2.0 * PI * curvature * self.tension;
         if gap <= 0.0 {
-            return most;
+            return largest;
         }
         let volume = self.volume * radius.powi(3);
         let depth = 0.5 * gap * ((1.0 + 2.0 * volume / (PI * curvature * gap * gap)).sqrt() - 1.0);
-        most / (1.0 + gap / (2.0 * depth))
+        largest / (1.0 + gap / (2.0 * depth))
     }
 }
 

@@ -11,7 +11,7 @@ pub struct Cohesion {
     /// Shear force over the smaller radius to the power `D - 1`.
     pub shear: f64,
     /// Whether shear beyond the cap breaks the contact.
-    pub fragile: bool,
+    pub is_fragile: bool,
     /// Whether contacts that form later are cohesive too.
     pub new_contacts: bool,
     /// Rupture distance (m): tension over stiffness, of the largest grains.
@@ -58,7 +58,7 @@ pub fn break_by_shear<const R: usize>(
     let Some(AttractionLaw::Cohesion(cohesion)) = &law.attraction else { return };
     let limit = law.friction.coefficient * cap.0 + cap.1;
     let slips = dot(tangential, tangential).sqrt() >= limit * (1.0 - 1e-12);
-    if cohesion.fragile && history.state == ContactState::Bonded && slips {
+    if cohesion.is_fragile && history.state == ContactState::Bonded && slips {
         history.state = ContactState::Touching;
     }
 }

@@ -21,7 +21,7 @@ pub struct ContactEnergies {
     /// Energy dissipated by rolling and torsion resistance beyond its cap (J).
     pub rolling: f64,
     /// Energy lost where tangential springs are rescaled or end with their contact (J).
-    pub rescaled: f64,
+    pub spring_loss: f64,
     /// Work against attraction (J); negative where attraction does the work.
     pub attraction: f64,
     /// Energy of bonds that broke (J).
@@ -52,7 +52,7 @@ impl ContactEnergies {
         self.friction += other.friction;
         self.dashpots += other.dashpots;
         self.rolling += other.rolling;
-        self.rescaled += other.rescaled;
+        self.spring_loss += other.spring_loss;
         self.attraction += other.attraction;
         self.broken += other.broken;
         self.boundary += other.boundary;

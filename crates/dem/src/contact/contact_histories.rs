@@ -35,9 +35,9 @@ pub struct HistoryColumns {
 
 impl HistoryColumns {
     /// Returns the columns that these laws need.
-    pub fn of(laws: &[PairLaw]) -> Self {
+    pub fn for_laws(laws: &[PairLaw]) -> Self {
         Self {
-            has_rolling: laws.iter().any(|law| law.rolling.is_some() || law.twisting.is_some()),
+            has_rolling: laws.iter().any(|law| law.rolling.is_some() || law.torsion.is_some()),
             bonds: laws.iter().any(|law| law.bond.is_some()),
         }
     }
@@ -73,7 +73,7 @@ impl<const R: usize> ContactHistories<R> {
     }
 
     /// Copies the history of another contact, seen from its second grain where `flip` is set.
-    pub fn take(&mut self, k: usize, from: &Self, of: usize, flip: bool) {
+    pub fn copy_from(&mut self, k: usize, from: &Self, of: usize, flip: bool) {
         // Seen from the other grain, in the plane slip is unchanged and a rotation changes sign; in space both change sign.
         let (slide, turn) = match (flip, R) {
             (false, _) => (1.0, 1.0),
@@ -144,7 +144,7 @@ pub struct ContactHistoriesMut<'a, const R: usize> {
     pub bond: &'a mut [Bond<R>],
 }
 
-fn cut<T>(column: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
+fn split_column<T>(column: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
     let at = at.min(column.len());
     column.split_at_mut(at)
 }
@@ -163,11 +163,11 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
 
     /// Splits the view into the parts before contact `at` and from it on.
     pub fn split_at(self, at: usize) -> (Self, Self) {
-        let (a, b) = cut(self.state, at);
-        let (c, d) = cut(self.spring, at);
-        let (g, h) = cut(self.roll, at);
-        let (i, j) = cut(self.twist, at);
-        let (k, l) = cut(self.bond, at);
+        let (a, b) = split_column(self.state, at);
+        let (c, d) = split_column(self.spring, at);
+        let (g, h) = split_column(self.roll, at);
+        let (i, j) = split_column(self.twist, at);
+        let (k, l) = split_column(self.bond, at);
         (
             Self { state: a, spring: c, roll: g, twist: i, bond: k },
             Self { state: b, spring: d, roll: h, twist: j, bond: l },
@@ -205,9 +205,9 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
 #[derive(Clone, Debug, Default)]
 pub struct PairList<const R: usize> {
     /// First pair of each grain, and the number of pairs.
-    pub starts: Vec<u32>,
+    pub row_offsets: Vec<u32>,
     /// Second grain of each pair.
-    pub other: Vec<u32>,
+    pub second: Vec<u32>,
     /// Image index of the second grain; empty in a cell that is not periodic.
     pub image: Vec<u8>,
     /// Contact histories of the pairs.
@@ -218,9 +218,9 @@ pub struct PairList<const R: usize> {
 #[derive(Clone, Copy)]
 pub struct PairListView<'a> {
     /// First pair of each grain, and the number of pairs.
-    pub starts: &'a [u32],
+    pub row_offsets: &'a [u32],
     /// Second grain of each pair.
-    pub other: &'a [u32],
+    pub second: &'a [u32],
     /// Image index of the second grain; empty in a cell that is not periodic.
     pub image: &'a [u8],
 }
@@ -228,13 +228,13 @@ pub struct PairListView<'a> {
 impl<const R: usize> PairList<R> {
     /// Views of the pairs and of their contact histories.
     pub fn view_and_histories(&mut self) -> (PairListView<'_>, ContactHistoriesMut<'_, R>) {
-        let Self { starts, other, image, histories: history } = self;
-        (PairListView { starts, other, image }, history.view())
+        let Self { row_offsets, second, image, histories: history } = self;
+        (PairListView { row_offsets, second, image }, history.view())
     }
 
     /// First grain of each pair, with the number of the pair.
-    pub fn firsts(&self) -> impl Iterator<Item = (usize, usize)> {
-        let rows = self.starts.windows(2).enumerate();
+    pub fn first_grains(&self) -> impl Iterator<Item = (usize, usize)> {
+        let rows = self.row_offsets.windows(2).enumerate();
         rows.flat_map(|(i, ends)| (ends[0] as usize..ends[1] as usize).map(move |k| (i, k)))
     }
 }

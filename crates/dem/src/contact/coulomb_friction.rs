@@ -84,8 +84,8 @@ impl Coulomb {
         }
         let slide: [f64; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
         let size = dot(&slide, &slide).sqrt();
-        let most = compliance * limit;
-        if size > most { scaled(most / size, &slide) } else { slide }
+        let largest = compliance * limit;
+        if size > largest { scaled(largest / size, &slide) } else { slide }
     }
 }
 
@@ -100,10 +100,10 @@ pub fn slip_dissipation<T: SimdNumber, const R: usize>(
     (stiffness, dashpot): (T, T),
     (old, left): (&[T; R], &[T; R]),
 ) -> T {
-    let none = T::of(0.0);
+    let none = T::broadcast(0.0);
     let both: [T; R] =
-        std::array::from_fn(|c| force[c] + dashpot.above(none, force[c], none - stiffness * old[c]));
-    T::of(0.5) * (stiffness * (dot(old, old) - dot(left, left)) - dt * dot(&both, sliding))
+        std::array::from_fn(|c| force[c] + dashpot.select_above(none, force[c], none - stiffness * old[c]));
+    T::broadcast(0.5) * (stiffness * (dot(old, old) - dot(left, left)) - dt * dot(&both, sliding))
 }
 
 /// Rescaled elongation (m) of a spring whose stiffness follows the overlap: the force is kept in loading, the elongation in
@@ -123,10 +123,10 @@ fn rescaled_displacement<const R: usize>(
     // The stiffness is proportional to the square root of the overlap.
     let ratio = (before / overlap.max(f64::MIN_POSITIVE)).sqrt();
     if ratio < 1.0 {
-        energies.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
+        energies.spring_loss += 0.5 * stiffness * square * ratio * (1.0 - ratio);
         scaled(ratio, &old)
     } else {
-        energies.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
+        energies.spring_loss += 0.5 * stiffness * square * (ratio - 1.0);
         old
     }
 }
@@ -143,11 +143,11 @@ pub fn remaining_displacement_simd<const R: usize>(
     let compliance = Lanes::ONE / stiffness;
     let slide: [Lanes; R] = std::array::from_fn(|c| -compliance * (force[c] + dashpot * sliding[c]));
     let size = dot(&slide, &slide).sqrt();
-    let most = compliance * limit;
-    let clipped = scaled(most / size, &slide);
+    let largest = compliance * limit;
+    let clipped = scaled(largest / size, &slide);
     let plain = scaled(-compliance, force);
     let whole = spring | dashpot.simd_eq(Lanes::ZERO);
-    let (longer, stiff) = (size.simd_gt(most), stiffness.simd_gt(Lanes::ZERO));
+    let (longer, stiff) = (size.simd_gt(largest), stiffness.simd_gt(Lanes::ZERO));
     std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))
 }
 

@@ -9,27 +9,27 @@ pub struct StepLengths<T = f64> {
     /// Last step (s); zero at the start.
     pub last: T,
     /// Following step (s).
-    pub next: T,
+    pub next_step: T,
     /// Step by half of which lagged velocities are behind: the last one, also for a probe without a following step.
     pub lag_step: T,
 }
 
 impl<T: SimdNumber> StepLengths<T> {
-    /// Creates the lengths of the steps `last` and `next` (s).
+    /// Creates the lengths of the steps `last` and `next_step` (s).
     #[inline(always)]
-    pub fn between(last: T, next: T) -> Self {
-        Self { last, next, lag_step: last }
+    pub fn from_steps(last: T, next_step: T) -> Self {
+        Self { last, next_step, lag_step: last }
     }
 
     /// Creates the lengths for a probe of contacts after a step of this length (s), without a following step.
-    pub fn after(behind: T) -> Self {
-        Self { last: T::of(0.0), next: T::of(0.0), lag_step: behind }
+    pub fn for_probe(behind: T) -> Self {
+        Self { last: T::broadcast(0.0), next_step: T::broadcast(0.0), lag_step: behind }
     }
 
     /// Time over which a force acts (s).
     #[inline(always)]
-    fn kick(&self) -> T {
-        T::of(0.5) * (self.last + self.next)
+    fn force_time(&self) -> T {
+        T::broadcast(0.5) * (self.last + self.next_step)
     }
 
     /// Factor on the dashpot of a contact that lasts for `time` (s) before or after the time of the forces and for `half` (s), half a step,
@@ -37,8 +37,8 @@ impl<T: SimdNumber> StepLengths<T> {
     #[inline(always)]
     fn factor(&self, time: T, half: T, is_hertz: bool) -> T {
         let both = time + half;
-        let share = both / self.kick();
-        if is_hertz { T::of(0.8) * share * (both / time).root().root() } else { share }
+        let share = both / self.force_time();
+        if is_hertz { T::broadcast(0.8) * share * (both / time).root().root() } else { share }
     }
 }
 
@@ -65,8 +65,8 @@ pub fn dashpot_in_step<const D: usize, const R: usize>(
 /// current velocity: the lag reduces the mass in the equation of motion by `dashpot × lag / 2`, and the damping ratio contains its root.
 #[inline(always)]
 pub fn lagged_dashpot<T: SimdNumber>(dashpot: T, mass: T, lag: T) -> T {
-    let share = T::of(0.25) * dashpot * lag / mass;
-    dashpot * ((T::of(1.0) + share * share).root() - share)
+    let share = T::broadcast(0.25) * dashpot * lag / mass;
+    dashpot * ((T::broadcast(1.0) + share * share).root() - share)
 }
 
 /// Dashpot in the first step of a contact (N s/m): the impulse is that of the time since first contact, `overlap / |v_n|`, and of the
@@ -80,10 +80,10 @@ pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
 ) -> T {
     let time = -geometry.overlap / geometry.separation_velocity;
     // First contact a step ago: the time is bounded by the last step.
-    let time = time.above(steps.last, steps.last, time);
-    let way = -geometry.separation_velocity * steps.last;
-    let factor = steps.factor(time, T::of(0.5) * steps.next, is_hertz);
-    (way + way).above(geometry.overlap, dashpot * factor, dashpot)
+    let time = time.select_above(steps.last, steps.last, time);
+    let approach = -geometry.separation_velocity * steps.last;
+    let factor = steps.factor(time, T::broadcast(0.5) * steps.next_step, is_hertz);
+    (approach + approach).select_above(geometry.overlap, dashpot * factor, dashpot)
 }
 
 /// Dashpot in the last step of a contact that may be in tension as it opens (N s/m): the impulse is that of the half step before and of
@@ -95,21 +95,22 @@ pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     steps: &StepLengths<T>,
     is_hertz: bool,
 ) -> T {
-    let (dt, kick) = (steps.next, steps.kick() / geometry.mass);
+    let (dt, kick) = (steps.next_step, steps.force_time() / geometry.mass);
     let whole = dt
         * (geometry.separation_velocity + kick * (base.force - base.damping * geometry.separation_velocity));
     // Dashpots with which the overlap just ends, and just persists.
     let [ends, stays] = [1.0 + 1e-9, 1.0 - 1e-9].map(|share| {
-        base.damping + (whole - geometry.overlap * T::of(share)) / (dt * kick * geometry.separation_velocity)
+        base.damping
+            + (whole - geometry.overlap * T::broadcast(share)) / (dt * kick * geometry.separation_velocity)
     });
     let time = geometry.overlap * dt / whole;
-    let wanted = base.damping * steps.factor(time, T::of(0.5) * steps.last, is_hertz);
+    let wanted = base.damping * steps.factor(time, T::broadcast(0.5) * steps.last, is_hertz);
     // A contact that persists loses as much again as one that opens at once: take the nearer of the two.
-    let again = base.damping * T::of(if is_hertz { HALF_STEP_OF_HERTZ } else { 0.5 });
-    let most = (wanted - ends).above(T::of(0.5) * again, stays, ends);
-    let ending = wanted.above(ends, most, wanted);
-    let ending = whole.above(geometry.overlap, ending, base.damping);
-    geometry.separation_velocity.above(T::of(0.0), ending, base.damping)
+    let again = base.damping * T::broadcast(if is_hertz { HALF_STEP_OF_HERTZ } else { 0.5 });
+    let largest = (wanted - ends).select_above(T::broadcast(0.5) * again, stays, ends);
+    let ending = wanted.select_above(ends, largest, wanted);
+    let ending = whole.select_above(geometry.overlap, ending, base.damping);
+    geometry.separation_velocity.select_above(T::broadcast(0.0), ending, base.damping)
 }
 
 /// Impulse, over half a step before the end, of a dashpot proportional to the fourth root of the time before the end, over the

@@ -35,13 +35,13 @@ impl<T: SimdNumber> Hertz<T> {
     ) -> NormalResponse<T> {
         let overlap = geometry.overlap.or_zero();
         let width = (geometry.radius * overlap).root();
-        let stiffness = T::of(2.0) * self.modulus * width;
-        let across = T::of(8.0) * self.shear_modulus * width;
-        let force = T::of(2.0 / 3.0) * stiffness * overlap;
+        let stiffness = T::broadcast(2.0) * self.modulus * width;
+        let across = T::broadcast(8.0) * self.shear_modulus * width;
+        let force = T::broadcast(2.0 / 3.0) * stiffness * overlap;
         let root = (stiffness * geometry.mass).root();
         NormalResponse {
             force,
-            energy: T::of(0.4) * force * overlap,
+            energy: T::broadcast(0.4) * force * overlap,
             damping: self.damping * root,
             tangential_stiffness: across,
             tangential_damping: self.tangential_damping * self.tangential_stiffness_root * root,

@@ -38,17 +38,17 @@ impl Jkr {
     /// Repulsive force (N) at an overlap (m), and the pull-off force (N).
     pub fn force(&self, hertz: &Hertz, radius: f64, overlap: f64) -> (f64, f64) {
         let modulus = hertz.modulus;
-        let least = self.tear_radius(radius);
+        let smallest = self.tear_radius(radius);
         let overlap = overlap.max(-self.rupture_distance(radius));
         // Start from above: the function is convex there, and the iterates stay above the root.
-        let mut a = (radius * overlap.max(0.0)).sqrt() + 4.0 * least;
+        let mut a = (radius * overlap.max(0.0)).sqrt() + 4.0 * smallest;
         for _ in 0..MAX_ITERATIONS {
             let root = (2.0 * PI * self.work * a / modulus).sqrt();
             let (value, slope) = (a * a / radius - root - overlap, 2.0 * a / radius - 0.5 * root / a);
             if slope <= 0.0 {
                 break;
             }
-            let next = (a - value / slope).max(least);
+            let next = (a - value / slope).max(smallest);
             if (next - a).abs() <= 1e-15 * a {
                 a = next;
                 break;
@@ -71,8 +71,9 @@ mod tests {
         let (radius, law) = (1e-3, Jkr { work: 0.05, modulus: hertz.modulus });
         let bridge = law.rupture_distance(radius);
         let sweep = (0..20_000).map(|k| -bridge + 3.0 * bridge * f64::from(k) / 20_000.0);
-        let least = sweep.map(|overlap| law.force(&hertz, radius, overlap).0).fold(f64::INFINITY, f64::min);
-        assert!((least / -law.pull_off(radius) - 1.0).abs() < 1e-6, "{least}");
+        let smallest =
+            sweep.map(|overlap| law.force(&hertz, radius, overlap).0).fold(f64::INFINITY, f64::min);
+        assert!((smallest / -law.pull_off(radius) - 1.0).abs() < 1e-6, "{smallest}");
         // At separation the force is 5/9 of the pull-off force.
         let torn = law.force(&hertz, radius, -bridge).0;
         assert!((torn / -law.pull_off(radius) - 5.0 / 9.0).abs() < 1e-6, "{torn}");

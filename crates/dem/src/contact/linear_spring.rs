@@ -34,7 +34,7 @@ impl<T: SimdNumber> LinearSpring<T> {
         geometry: &ContactGeometry<D, R, T>,
     ) -> NormalResponse<T> {
         let stiffness = self.stiffness(geometry.radius);
-        let (half, two, force) = (T::of(0.5), T::of(2.0), stiffness * geometry.overlap);
+        let (half, two, force) = (T::broadcast(0.5), T::broadcast(2.0), stiffness * geometry.overlap);
         let root = two * (stiffness * geometry.mass).root();
         NormalResponse {
             force,

@@ -42,7 +42,7 @@ pub struct Contact<const D: usize> {
     /// First grain.
     pub grain: usize,
     /// Second grain; `None` for a wall.
-    pub other: Option<usize>,
+    pub second: Option<usize>,
     /// Branch vector from the centre of the second grain, or the contact point on the wall, to the centre of the first (m).
     pub branch: [f64; D],
     /// Force on the first grain (N).
@@ -117,7 +117,7 @@ pub struct PairLaw {
     /// Rolling resistance.
     pub rolling: Option<RollingResistance>,
     /// Torsion resistance.
-    pub twisting: Option<RollingResistance>,
+    pub torsion: Option<RollingResistance>,
     /// Attraction.
     pub attraction: Option<AttractionLaw>,
     /// Parallel bond.
@@ -164,7 +164,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
     /// Geometry of two grains, whose centres are at a `distance` along `apart` (m), with the image velocity `drift` (m/s); and their
     /// lever arms over their radii, which are one where `radii` are the arms. One division gives the normal, the arms and the mass.
     #[inline(always)]
-    pub fn between(
+    pub fn of_grains(
         [one, two]: [&ContactBody<D, R, T>; 2],
         (apart, distance): (&[T; D], T),
         drift: Option<&[T; D]>,
@@ -172,10 +172,10 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
     ) -> (Self, T) {
         let (a, b) = (one.radius, two.radius);
         let (sum, inverse) = (a + b, one.inverse_mass + two.inverse_mass);
-        let part = T::of(1.0) / (distance * sum * inverse);
+        let part = T::broadcast(1.0) / (distance * sum * inverse);
         let normal = scaled(part * (sum * inverse), apart);
         let per_sum = part * (distance * inverse);
-        let arm = if radii { T::of(1.0) } else { per_sum * distance };
+        let arm = if radii { T::broadcast(1.0) } else { per_sum * distance };
         let mut relative = difference(&one.velocity, &two.velocity);
         if let Some(drift) = drift {
             relative = difference(&relative, drift);
@@ -192,10 +192,10 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
                 &spin_cross_normal(&both, &normal),
             ),
             relative_spin: difference(&one.spin, &two.spin),
-            spin: T::of(0.5) * normal_spin(&sum_of_spins, &normal),
+            spin: T::broadcast(0.5) * normal_spin(&sum_of_spins, &normal),
             mass: part * (distance * sum),
             radius: a * b * per_sum,
-            min_radius: a.above(b, b, a),
+            min_radius: a.select_above(b, b, a),
         };
         (geometry, arm)
     }
@@ -221,7 +221,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
             separation_velocity: dot(&relative, normal),
             sliding_velocity: difference(&tangential_part(&relative, normal), &rolling),
             relative_spin: one.spin,
-            spin: T::of(0.5) * normal_spin(&one.spin, normal),
+            spin: T::broadcast(0.5) * normal_spin(&one.spin, normal),
             mass,
             radius,
             min_radius: radius,
@@ -337,7 +337,7 @@ pub fn contact_force<const D: usize, const R: usize>(
         cohesion::break_by_shear(law, &tangential, (cap, shear), history);
     }
     let mut moment = [0.0; R];
-    if law.rolling.is_some() || law.twisting.is_some() {
+    if law.rolling.is_some() || law.torsion.is_some() {
         rolling_resistance::add_rolling_moments(
             law,
             geometry,
@@ -407,7 +407,7 @@ pub fn release_contact<const D: usize, const R: usize>(
             ..*geometry
         };
         let across = law.normal_response(&last).tangential_stiffness;
-        energies.rescaled +=
+        energies.spring_loss +=
             0.5 * across * (held + dot(&history.shear_displacement, &geometry.sliding_velocity) * dt);
     }
     *history = ContactHistory::default();
@@ -445,7 +445,7 @@ pub fn rolling_and_twisting<const D: usize, const R: usize, T: SimdNumber>(
     n: &[T; D],
 ) -> ([T; R], T) {
     if D == 2 {
-        return (*turning, T::of(0.0));
+        return (*turning, T::broadcast(0.0));
     }
     let twist = normal_spin(turning, n);
     let mut roll = *turning;

@@ -42,7 +42,7 @@ pub fn add_rolling_moments<const D: usize, const R: usize>(
             moment[c] += force[c];
         }
     }
-    if let (3, Some(resistance)) = (D, &law.twisting) {
+    if let (3, Some(resistance)) = (D, &law.torsion) {
         let (force, angle) =
             resistance.moment(geometry, base, normal, &[history.torsion_angle], &[twist], dt, energies);
         history.torsion_angle = angle[0];
@@ -99,7 +99,7 @@ pub struct RollingResponse<const N: usize> {
     /// Elongation of the spring (rad).
     pub angle: [Lanes; N],
     /// Energy dissipated beyond the cap (J).
-    pub dissipated: Lanes,
+    pub dissipated_energy: Lanes,
     /// Energy dissipated by dashpots (J).
     pub dashpots: Lanes,
     /// Elastic energy of springs (J).
@@ -145,7 +145,7 @@ impl RollingResistance<Lanes> {
         RollingResponse {
             moment,
             angle,
-            dissipated: slips & lost,
+            dissipated_energy: slips & lost,
             dashpots: slips.bitselect(Lanes::ZERO, dashpot * dot(rate, rate) * dt),
             elastic: Lanes::HALF * stiffness * dot(&angle, &angle),
         }

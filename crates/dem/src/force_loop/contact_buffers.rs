@@ -20,5 +20,5 @@ pub struct ContactBuffers<const D: usize, const R: usize> {
     /// Records of the grains for the SIMD kernels.
     pub records: GrainRecords,
     /// Forces and moments of the grains.
-    pub received: Vec<ForceTorque>,
+    pub forces: Vec<ForceTorque>,
 }

@@ -27,33 +27,33 @@ pub fn find_forces<const D: usize, const R: usize>(
     cell.geometry.shifts(&mut buffers.shifts);
     // Unused lanes read the first grain.
     let single = grains.mass.is_empty() || laws.scalar_only;
-    let kernel = if single { ForceKernel::Scalar } else { ForceKernel::of(laws.stage.pairs.iter()) };
+    let kernel = if single { ForceKernel::Scalar } else { ForceKernel::for_laws(laws.stage.pairs.iter()) };
     match kernel {
         ForceKernel::Scalar => neighbours.pairs.clear_active(),
         _ => neighbours.select_active_pairs(laws, cell, grains, extremes, &buffers.shifts),
     }
     let slabs = neighbours.pairs.slab_count();
-    let ContactBuffers { slab_energies, reactions, shifts, velocity, spin, records, received } = buffers;
+    let ContactBuffers { slab_energies, reactions, shifts, velocity, spin, records, forces } = buffers;
     slab_energies.clear();
     slab_energies.resize(slabs + 1, (ContactEnergies::default(), [[0.0; D]; D]));
     reactions.clear();
-    reactions.resize(slabs * walls.len(), WallReaction::NONE);
+    reactions.resize(slabs * walls.len(), WallReaction::ZERO);
     let (grains, (force, torque)) = grains.view_and_forces();
     let mut input = ContactInput::new(grains, &laws.stage.pairs, laws.kinds.len());
     (input.shifts, input.growth) = (shifts, cell.growth_rate(clock));
-    (input.dt, input.next) = (clock.last_step, next);
+    (input.dt, input.next_step) = (clock.last_step, next);
     input.radii = clock.options.lever_arm == LeverArm::Radius;
     if clock.options.velocity == ContactVelocity::Predicted {
         (input.velocity, input.spin) = (velocity, spin);
     }
     input.kernel = kernel;
     if !single {
-        input.plane_kernel = ForceKernel::of(walls.iter().flat_map(|wall| &wall.laws));
+        input.plane_kernel = ForceKernel::for_laws(walls.iter().flat_map(|wall| &wall.laws));
     }
-    grain_records(grains, (input.velocity, input.spin), (&mut *records, &mut *received));
-    input.records = (&records.place, &records.motion);
-    input.contacts(&mut neighbours.pairs, received, slab_energies);
-    scatter_forces(received, grains.radius, (&mut *force, &mut *torque));
+    grain_records(grains, (input.velocity, input.spin), (&mut *records, &mut *forces));
+    input.records = (&records.position_and_radius, &records.motion);
+    input.contacts(&mut neighbours.pairs, forces, slab_energies);
+    scatter_forces(forces, grains.radius, (&mut *force, &mut *torque));
     let WallList { grain, wall, slabs: of_slabs, history, facet, .. } = &mut neighbours.walls;
     if !grain.is_empty() {
         let view = WallListView { grain, wall, slabs: of_slabs, facet };

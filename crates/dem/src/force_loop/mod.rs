@@ -39,7 +39,7 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     /// Masses (kg).
     pub mass: &'a [f64],
     /// Whether a grain is held.
-    pub held: &'a [bool],
+    pub is_held: &'a [bool],
     /// Kind of each grain.
     pub kind: &'a [u32],
     /// Contact law of each pair of kinds, row by row.
@@ -51,7 +51,7 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     /// Time since the last forces (s).
     pub dt: f64,
     /// Time until the next forces (s).
-    pub next: f64,
+    pub next_step: f64,
     /// Whether lever arms are the radii.
     pub radii: bool,
     /// Rate at which radii grow (1/s).
@@ -91,11 +91,11 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
 impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
     /// Splits the accumulators into the parts before and from these grains, pairs and slabs on.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
-        let (received, more_received) = self.forces.split_at_mut(grain - self.first);
+        let (forces, more_received) = self.forces.split_at_mut(grain - self.first);
         let (history, more_memory) = self.history.split_at(pair - self.pair);
         let (slab_energies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
         (
-            Self { forces: received, history, energies: slab_energies, ..self },
+            Self { forces, history, energies: slab_energies, ..self },
             Self {
                 first: grain,
                 forces: more_received,
@@ -111,20 +111,20 @@ impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// Creates the input of these grains in a cell that is not periodic, without a step.
     pub fn new(grains: GrainView<'a, D, R>, laws: &'a [PairLaw], kinds: usize) -> Self {
-        let GrainView { kind, held, radius, mass, position, velocity, spin } = grains;
+        let GrainView { kind, is_held, radius, mass, position, velocity, spin } = grains;
         Self {
             position,
             velocity,
             spin,
             radius,
             mass,
-            held,
+            is_held,
             kind,
             laws,
             kinds,
             shifts: &[],
             dt: 0.0,
-            next: 0.0,
+            next_step: 0.0,
             radii: false,
             growth: 0.0,
             kernel: ForceKernel::Scalar,
@@ -135,7 +135,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
 
     /// Steps before and after the forces.
     pub fn steps(&self) -> StepLengths {
-        StepLengths::between(self.dt, self.next)
+        StepLengths::from_steps(self.dt, self.next_step)
     }
 
     /// Contact law of two grains.
@@ -147,7 +147,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// Motion and size of a grain.
     #[inline]
     pub fn contact_body(&self, i: usize) -> ContactBody<D, R> {
-        let inverse_mass = if self.held[i] { 0.0 } else { 1.0 / self.mass[i] };
+        let inverse_mass = if self.is_held[i] { 0.0 } else { 1.0 / self.mass[i] };
         ContactBody { velocity: self.velocity[i], spin: self.spin[i], radius: self.radius[i], inverse_mass }
     }
 
@@ -162,7 +162,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         code: usize,
     ) -> (ContactGeometry<D, R>, f64) {
         let drift = (code > 0).then(|| &self.shifts[code].1);
-        ContactGeometry::between(
+        ContactGeometry::of_grains(
             [&self.contact_body(i), &self.contact_body(j)],
             (apart, distance),
             drift,
@@ -206,13 +206,13 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         let (mut energies, mut virial) = accumulators.energies[slab - accumulators.slab];
         let periodic = !pairs.image.is_empty();
         for i in rows {
-            let ends = pairs.starts[i] as usize..pairs.starts[i + 1] as usize;
+            let ends = pairs.row_offsets[i] as usize..pairs.row_offsets[i + 1] as usize;
             if ends.is_empty() {
                 continue;
             }
             let (x, r) = (self.position[i], self.radius[i]);
             for k in ends {
-                let j = pairs.other[k] as usize;
+                let j = pairs.second[k] as usize;
                 let code = if periodic { pairs.image[k] as usize } else { 0 };
                 let mut apart = difference(&x, &self.position[j]);
                 if code > 0 {
@@ -303,7 +303,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             let middle = groups.start + groups.len() / 2;
             let slab = 2 * middle + parity;
             let grain = lists.slabs[slab] as usize;
-            let (left, right) = accumulators.split_at(grain, lists.pairs.starts[grain] as usize, slab);
+            let (left, right) = accumulators.split_at(grain, lists.pairs.row_offsets[grain] as usize, slab);
             rayon::join(
                 || self.coloured_slabs(lists, groups.start..middle, parity, left),
                 || self.coloured_slabs(lists, middle..groups.end, parity, right),
@@ -319,7 +319,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     pub fn contacts(
         &self,
         lists: &mut VerletLists<D, R>,
-        received: &mut [ForceTorque],
+        forces: &mut [ForceTorque],
         slab_energies: &mut [(ContactEnergies, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
@@ -332,7 +332,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             let groups = 0..(slabs + 1 - parity) / 2;
             let accumulators = ForceAccumulators {
                 first: 0,
-                forces: &mut *received,
+                forces: &mut *forces,
                 pair: 0,
                 history: histories.reborrow(),
                 slab: 0,
@@ -340,10 +340,10 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             };
             self.coloured_slabs(lists, groups, parity, accumulators);
         }
-        if !periodic_pairs.other.is_empty() {
+        if !periodic_pairs.second.is_empty() {
             let mut accumulators = ForceAccumulators {
                 first: 0,
-                forces: received,
+                forces,
                 pair: 0,
                 history: periodic_histories,
                 slab: 0,
@@ -389,7 +389,7 @@ pub fn probe_contact<const D: usize, const R: usize>(
         geometry.overlap > 0.0 || geometry.overlap > -law.rupture_distance(history.state, geometry.radius);
     let bonded = bond.is_some_and(crate::contact::bond::Bond::is_intact);
     if in_contact {
-        contact = contact_force(law, geometry, &mut history, &StepLengths::after(behind), &mut energies);
+        contact = contact_force(law, geometry, &mut history, &StepLengths::for_probe(behind), &mut energies);
     }
     if let (true, Some(bond)) = (bonded, bond) {
         law.add_bond_force(geometry, &mut { *bond }, &mut contact, 0.0, &mut energies);

@@ -14,7 +14,7 @@ use crate::points::vector::WIDTH;
 #[derive(Clone, Debug, Default)]
 pub struct GrainRecords {
     /// Position and radius of each grain: all that the search for contacts reads, stored close together.
-    pub place: Vec<Lanes>,
+    pub position_and_radius: Vec<Lanes>,
     /// Motion of each grain.
     pub motion: Vec<GrainMotion>,
 }
@@ -33,7 +33,7 @@ pub struct GrainMotion {
 #[repr(align(64))]
 pub struct ForceTorque {
     force: Lanes,
-    lever: Lanes,
+    torque_over_radius: Lanes,
 }
 
 impl ForceTorque {
@@ -44,8 +44,11 @@ impl ForceTorque {
             self.force.as_mut_array()[c] += force[c];
         }
         for c in 0..R {
-            let own =
-                if D == 3 { &mut self.lever.as_mut_array()[c] } else { &mut self.force.as_mut_array()[D] };
+            let own = if D == 3 {
+                &mut self.torque_over_radius.as_mut_array()[c]
+            } else {
+                &mut self.force.as_mut_array()[D]
+            };
             *own += lever[c];
         }
     }
@@ -54,7 +57,7 @@ impl ForceTorque {
     #[inline]
     pub fn add(&mut self, other: &Self) {
         self.force += other.force;
-        self.lever += other.lever;
+        self.torque_over_radius += other.torque_over_radius;
     }
 
     /// Force (N).
@@ -67,14 +70,14 @@ impl ForceTorque {
     /// Moment (N m) on a grain of this radius (m).
     #[inline]
     pub fn moment<const R: usize>(&self, radius: f64) -> [f64; R] {
-        let all = if R == 3 { self.lever.as_array() } else { self.force.as_array() };
+        let all = if R == 3 { self.torque_over_radius.as_array() } else { self.force.as_array() };
         std::array::from_fn(|c| radius * if R == 3 { all[c] } else { all[2] })
     }
 
     /// Forces and moments over the radius on the first and the second grains of four contacts: the moments of the tangential force
     /// are equal on both, those of rolling and torsion resistance, where there are any, are given for each.
     #[inline(always)]
-    pub fn of_four<const D: usize, const R: usize>(
+    pub fn gather_group<const D: usize, const R: usize>(
         force: &[Lanes; D],
         lever: &[Lanes; R],
         resistance: Option<[[Lanes; R]; 2]>,
@@ -83,7 +86,7 @@ impl ForceTorque {
         let [one, two] =
             resistance.map_or([*lever; 2], |of| of.map(|of| std::array::from_fn(|c| lever[c] + of[c])));
         let side = |force: [Lanes; WIDTH], lever: [Lanes; WIDTH]| -> [Self; WIDTH] {
-            std::array::from_fn(|k| Self { force: force[k], lever: lever[k] })
+            std::array::from_fn(|k| Self { force: force[k], torque_over_radius: lever[k] })
         };
         if D == 3 {
             let on = Lanes::transpose([force[0], force[1], force[2], zero]);
@@ -129,9 +132,9 @@ pub enum ForceKernel {
 
 impl ForceKernel {
     /// Selects the kernel for contacts with any of these laws.
-    pub fn of<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
+    pub fn for_laws<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
         let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
-        let turns = laws.clone().any(|law| law.rolling.is_some() || law.twisting.is_some());
+        let turns = laws.clone().any(|law| law.rolling.is_some() || law.torsion.is_some());
         if !laws.clone().all(plain) {
             Self::Scalar
         } else if laws.clone().all(|law| matches!(law.normal, NormalForceLaw::Linear(_))) {
@@ -151,17 +154,19 @@ pub fn grain_records<const D: usize, const R: usize>(
     (out, received): (&mut GrainRecords, &mut Vec<ForceTorque>),
 ) {
     use rayon::prelude::*;
-    let GrainView { position, mass, radius, held, .. } = grains;
-    out.place.resize(mass.len(), Lanes::ZERO);
+    let GrainView { position, mass, radius, is_held, .. } = grains;
+    out.position_and_radius.resize(mass.len(), Lanes::ZERO);
     out.motion.resize(mass.len(), GrainMotion::default());
     received.resize(mass.len(), ForceTorque::default());
-    let blocks =
-        out.place.par_chunks_mut(MIN_GRAINS_PER_TASK).zip(out.motion.par_chunks_mut(MIN_GRAINS_PER_TASK));
+    let blocks = out
+        .position_and_radius
+        .par_chunks_mut(MIN_GRAINS_PER_TASK)
+        .zip(out.motion.par_chunks_mut(MIN_GRAINS_PER_TASK));
     blocks.zip(received.par_chunks_mut(MIN_GRAINS_PER_TASK)).enumerate().for_each(
         |(block, ((places, motions), received))| {
             received.fill(ForceTorque::default());
             for (i, (place, motion)) in (block * MIN_GRAINS_PER_TASK..).zip(places.iter_mut().zip(motions)) {
-                let inverse = if held[i] { 0.0 } else { 1.0 / mass[i] };
+                let inverse = if is_held[i] { 0.0 } else { 1.0 / mass[i] };
                 let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
                 if D == 3 {
                     *place = Lanes::new([x[0], x[1], x[2], radius[i]]);
@@ -208,7 +213,7 @@ pub struct SimdLaws {
 }
 
 impl SimdLaws {
-    pub fn of(laws: [&PairLaw; WIDTH]) -> Self {
+    pub fn gather(laws: [&PairLaw; WIDTH]) -> Self {
         let lane = |of: &dyn Fn(&PairLaw) -> f64| Lanes::new(laws.map(of));
         let mask =
             |of: &dyn Fn(&PairLaw) -> bool| lane(&|law| f64::from(u8::from(of(law)))).simd_gt(Lanes::ZERO);
@@ -249,7 +254,7 @@ impl SimdLaws {
             coefficient: lane(&|law| law.friction.coefficient),
             at_rest: lane(&|law| law.friction.at_rest),
             spring: mask(&|law| law.friction.reset == SpringReset::Spring),
-            resistance: [resistance(|law| &law.rolling), resistance(|law| &law.twisting)],
+            resistance: [resistance(|law| &law.rolling), resistance(|law| &law.torsion)],
         }
     }
 }

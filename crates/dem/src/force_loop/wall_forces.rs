@@ -66,16 +66,16 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             &of_wall,
             self.radii,
         );
-        if let Some(moving) = &wall.moving {
+        if let Some(moving) = &wall.motion {
             geometry.relative_spin = difference(&self.spin[i], &moving.angular_velocity());
             geometry.spin += 0.5 * normal_spin(&moving.angular_velocity::<R>(), &normal);
         }
         (geometry, arm)
     }
 
-    /// Sums over the contacts of wall `number`: normal stiffness (N/m), normal dashpots (N s/m), and stiffness times the inward velocity
-    /// of the grain (N/s).
-    pub fn wall_resistance(&self, number: usize, wall: &RigidWall<D>, list: &WallList<R>) -> [f64; 3] {
+    /// Contact sums of wall `number`: normal stiffness (N/m), normal dashpots (N s/m), and stiffness times the inward velocity of the grain
+    /// (N/s).
+    pub fn wall_stiffness_sums(&self, number: usize, wall: &RigidWall<D>, list: &WallList<R>) -> [f64; 3] {
         let (axis, inward) = wall.inward_normal();
         let touching = (0..list.grain.len())
             .filter(|&k| list.wall[k] as usize == number && list.history.state[k] != ContactState::Apart);
@@ -172,7 +172,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         let mut laws = walls.iter().flat_map(|wall| &wall.laws);
         let first = laws.next();
         let common =
-            first.filter(|first| laws.all(|law| law == *first)).map(|law| SimdLaws::of([law; WIDTH]));
+            first.filter(|first| laws.all(|law| law == *first)).map(|law| SimdLaws::gather([law; WIDTH]));
         let (mut waiting, mut count, mut sums) = ([0; WIDTH], 0, PlaneSums::default());
         for k in list.slabs[slab] as usize..list.slabs[slab + 1] as usize {
             let (i, wall) = (list.grain[k] as usize, &walls[list.wall[k] as usize]);
@@ -258,7 +258,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 let at = contact_position(&self.position[i], arm, &geometry.normal);
                 let (turn, own) = (cross(&spatial(&at), &spatial(&on)), moment_in_space(&contact.moment));
                 (0..3).for_each(|c| reaction.moment[c] -= turn[c] + own[c]);
-                if let Some(moving) = &wall.moving {
+                if let Some(moving) = &wall.motion {
                     energies.boundary += (dot(&on, &moving.velocity(&at))
                         + dot(&contact.moment, &moving.angular_velocity()))
                         * self.dt;

@@ -188,7 +188,7 @@ fn servo<const D: usize, const R: usize>(
         if step % STEPS_PER_CHECK == 0 {
             let now = stress(solver);
             let error = components.iter().map(|&c| (now[c] - target[c]).abs()).fold(0.0, f64::max);
-            if error <= allowed && solver.view().unbalanced() <= REST_RATIO {
+            if error <= allowed && solver.view().unbalanced_ratio() <= REST_RATIO {
                 set_cell(solver, None);
                 return Ok(());
             }
@@ -256,14 +256,20 @@ fn largest_rate<const D: usize, const R: usize>(
 /// Grain updates per second on one thread, disks and spheres, and time to load and store the cell (s) per grain: measured on
 /// cells of 200 disks on a desktop computer (docs/theory/dem.md), for spheres twice as long as for disks.
 const UPDATES: [f64; 2] = [1.2e6, 6e5];
-const HANDLING: f64 = 1.5e-6;
+const LOAD_AND_STORE_TIME: f64 = 1.5e-6;
 
-/// Cost of an update of a point: steps of the grains, loading and storing of the cell (s).
-pub fn cost<const D: usize, const R: usize>(solver: &DemSolver<D, R>, spec: &GranularCellSpec) -> UpdateCost {
+/// Estimated computing time of a stress update (s): steps of the grains, loading and storing of the cell.
+pub fn update_cost<const D: usize, const R: usize>(
+    solver: &DemSolver<D, R>,
+    spec: &GranularCellSpec,
+) -> UpdateCost {
     let grains = solver.grains.len() as f64;
     let step = grains / UPDATES[D - 2];
     let rate = largest_rate(solver, spec, spec.preparation.pressure);
-    UpdateCost { update: grains * HANDLING + step, strain: step / (rate * solver.critical_step().dt) }
+    UpdateCost {
+        update: grains * LOAD_AND_STORE_TIME + step,
+        strain: step / (rate * solver.critical_step().dt),
+    }
 }
 
 /// Deforms the cell by `f` at a rate that its grains allow; `before` is its stress (Pa).

@@ -65,7 +65,7 @@ pub struct CellState {
     /// Contacts per grain.
     coordination: f64,
     /// Mean unbalanced force over mean contact force.
-    unbalanced: f64,
+    unbalanced_ratio: f64,
     /// Friction coefficient of the preparation.
     friction: f64,
 }
@@ -92,13 +92,13 @@ type PreparedCell = Result<(SymTensor, CellState), MaterialError>;
 pub struct GranularCell<const D: usize, const R: usize> {
     spec: GranularCellSpec,
     case: CellCase,
-    cost: UpdateCost,
+    update_cost: UpdateCost,
     /// Solvers that are not in use by a thread.
-    idle: Mutex<Vec<DemSolver<D, R>>>,
+    idle_solvers: Mutex<Vec<DemSolver<D, R>>>,
     /// Specimen under its preparation pressure.
-    prepared: OnceLock<PreparedCell>,
+    prepared_cell: OnceLock<PreparedCell>,
     /// Cells loaded to the initial stresses of points, by the bits of those stresses.
-    started: Mutex<HashMap<[u64; 6], PreparedCell>>,
+    initial_cells: Mutex<HashMap<[u64; 6], PreparedCell>>,
 }
 
 fn lock<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -114,12 +114,12 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         let frame = CellCase::new(&spec)?;
         let first = frame.solver()?;
         Ok(Self {
-            cost: cell_operations::cost(&first, &spec),
+            update_cost: cell_operations::update_cost(&first, &spec),
             spec,
             case: frame,
-            idle: Mutex::new(vec![first]),
-            prepared: OnceLock::new(),
-            started: Mutex::default(),
+            idle_solvers: Mutex::new(vec![first]),
+            prepared_cell: OnceLock::new(),
+            initial_cells: Mutex::default(),
         })
     }
 
@@ -129,58 +129,62 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         state: &CellState,
         use_it: impl FnOnce(&mut DemSolver<D, R>) -> Result<T, MaterialError>,
     ) -> Result<T, MaterialError> {
-        let idle = lock(&self.idle).pop();
+        let idle = lock(&self.idle_solvers).pop();
         let mut solver = idle.map_or_else(|| self.case.solver(), Ok)?;
         cell_operations::restore(&mut solver, &state.bytes.0)?;
         let result = use_it(&mut solver);
-        lock(&self.idle).push(solver);
+        lock(&self.idle_solvers).push(solver);
         result
     }
 
     fn state(&self, solver: &DemSolver<D, R>) -> Result<CellState, MaterialError> {
-        let base = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
-        let (least, friction) = base.map_or((0.0, 0.0), |(_, base)| (base.modulus, base.friction));
+        let base = self.prepared_cell.get().and_then(|prepared| prepared.as_ref().ok());
+        let (smallest, friction) = base.map_or((0.0, 0.0), |(_, base)| (base.modulus, base.friction));
         Ok(CellState {
             bytes: SharedBytes(cell_operations::bytes(solver)?.into()),
-            modulus: cell_operations::modulus(solver).max(least),
+            modulus: cell_operations::modulus(solver).max(smallest),
             porosity: 1.0 - cell_operations::solid_fraction(solver),
             coordination: cell_operations::coordination(solver),
-            unbalanced: solver.view().unbalanced(),
+            unbalanced_ratio: solver.view().unbalanced_ratio(),
             friction,
         })
     }
 
-    fn prepared(&self) -> PreparedCell {
+    fn prepare_cell(&self) -> PreparedCell {
         let with_friction = |friction: f64| {
             let mut solver = self.case.solver()?;
             cell_operations::prepare(&mut solver, &self.spec, friction)?;
             let state = CellState { friction, ..self.state(&solver)? };
             let found = Ok((cell_operations::stress(&solver), state));
-            lock(&self.idle).push(solver);
+            lock(&self.idle_solvers).push(solver);
             found
         };
-        let asked = self.spec.preparation;
-        let prepare = || match asked.porosity {
+        let preparation = self.spec.preparation;
+        let prepare = || match preparation.porosity {
             Some(porosity) => porosity_search::friction(porosity, with_friction, |(_, state)| state.porosity),
-            None => with_friction(asked.friction.unwrap_or(0.0)),
+            None => with_friction(preparation.friction.unwrap_or(0.0)),
         };
-        self.prepared.get_or_init(prepare).clone()
+        self.prepared_cell.get_or_init(prepare).clone()
     }
 
-    fn started(&self, target: &SymTensor) -> PreparedCell {
+    fn initial_cell(&self, target: &SymTensor) -> PreparedCell {
         let key = target.0.map(f64::to_bits);
-        if let Some(known) = lock(&self.started).get(&key) {
+        if let Some(known) = lock(&self.initial_cells).get(&key) {
             return known.clone();
         }
-        let (_, base) = self.prepared()?;
+        let (_, base) = self.prepare_cell()?;
         let made = self.with_solver(&base, |solver| {
             cell_operations::load(solver, &self.spec, target)?;
             Ok((cell_operations::stress(solver), self.state(solver)?))
         });
-        lock(&self.started).entry(key).or_insert(made).clone()
+        lock(&self.initial_cells).entry(key).or_insert(made).clone()
     }
 
-    fn deformed(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
+    fn deform_cell(
+        &self,
+        motion: &Motion,
+        old: &Point<CellState>,
+    ) -> Result<Point<CellState>, MaterialError> {
         self.with_solver(&old.state, |solver| {
             cell_operations::deform(solver, &self.spec, &motion.deformation, &old.stress)?;
             Ok(Point { stress: cell_operations::stress(solver), state: self.state(solver)? })
@@ -205,8 +209,8 @@ impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
         self.spec.tolerance
     }
 
-    fn cost(&self) -> Option<UpdateCost> {
-        Some(self.cost)
+    fn update_cost(&self) -> Option<UpdateCost> {
+        Some(self.update_cost)
     }
 
     fn requires_plane_strain(&self) -> bool {
@@ -223,7 +227,7 @@ impl<const D: usize, const R: usize> PointLaw for GranularCell<D, R> {
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CellState>, MaterialError> {
         cell_operations::check_initial::<D>(&initial.stress)?;
-        let (stress, state) = self.started(&initial.stress)?;
+        let (stress, state) = self.initial_cell(&initial.stress)?;
         Ok(Point { stress, state })
     }
 
@@ -232,8 +236,8 @@ impl<const D: usize, const R: usize> PointLaw for GranularCell<D, R> {
     }
 
     fn outputs(&self, point: &Point<CellState>, out: &mut [f64]) {
-        let CellState { porosity, coordination, unbalanced, friction, .. } = point.state;
-        out.copy_from_slice(&[porosity, coordination, unbalanced, friction]);
+        let CellState { porosity, coordination, unbalanced_ratio, friction, .. } = point.state;
+        out.copy_from_slice(&[porosity, coordination, unbalanced_ratio, friction]);
     }
 }
 
@@ -243,11 +247,11 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
         if motion.deformation == colluvium_constitutive::Mat3::IDENTITY {
             return Ok(old.clone());
         }
-        self.deformed(motion, old)
+        self.deform_cell(motion, old)
     }
 
     fn state_size(&self) -> usize {
-        let bytes = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
+        let bytes = self.prepared_cell.get().and_then(|prepared| prepared.as_ref().ok());
         size_of::<CellState>() + bytes.map_or(self.case.bytes, |(_, state)| state.bytes.0.len())
     }
 

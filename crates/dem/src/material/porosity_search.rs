@@ -23,10 +23,10 @@ pub fn friction<T>(
 ) -> Result<T, MaterialError> {
     let (mut low, mut high) = (0.0, MAX_FRICTION);
     let ends = (prepare(low)?, prepare(high)?);
-    let (least, largest) = (porosity(&ends.0), porosity(&ends.1));
-    if target < least - POROSITY_TOLERANCE || target > largest + POROSITY_TOLERANCE {
+    let (smallest, largest) = (porosity(&ends.0), porosity(&ends.1));
+    if target < smallest - POROSITY_TOLERANCE || target > largest + POROSITY_TOLERANCE {
         let rule = format!(
-            "{target} is not between {least:.4}, the porosity after compression without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
+            "{target} is not between {smallest:.4}, the porosity after compression without friction, and {largest:.4}, with a friction of {MAX_FRICTION}"
         );
         return Err(parameter_error("preparation.porosity", rule));
     }
@@ -62,12 +62,12 @@ mod tests {
     fn the_friction_of_a_porosity_is_found_within_its_bounds() {
         // Porosities as a closed form of the friction.
         let of = |friction: f64| 0.16 + 0.04 * friction.sqrt();
-        for asked in [0.16, 0.171, 0.19, 0.2, 0.2015] {
-            let found = friction(asked, Ok, |found| of(*found)).unwrap();
-            assert!((of(found) - asked).abs() <= POROSITY_TOLERANCE, "{asked}: {found}");
+        for requested in [0.16, 0.171, 0.19, 0.2, 0.2015] {
+            let found = friction(requested, Ok, |found| of(*found)).unwrap();
+            assert!((of(found) - requested).abs() <= POROSITY_TOLERANCE, "{requested}: {found}");
         }
-        for asked in [0.15, 0.21] {
-            let refusal = friction(asked, Ok, |found| of(*found)).unwrap_err().to_string();
+        for requested in [0.15, 0.21] {
+            let refusal = friction(requested, Ok, |found| of(*found)).unwrap_err().to_string();
             assert!(
                 refusal.contains("is not between 0.1600, the porosity")
                     && refusal.contains("and 0.2000, with"),

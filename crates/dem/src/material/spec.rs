@@ -92,7 +92,7 @@ fn tolerance() -> f64 {
 
 /// Returns an error about a parameter of the cell.
 pub fn parameter_error(field: &str, rule: impl Into<String>) -> MaterialError {
-    MaterialError::Choice { model: "external", field: field.to_owned(), rule: rule.into() }
+    MaterialError::IncompatibleOptions { model: "external", field: field.to_owned(), rule: rule.into() }
 }
 
 impl GranularCellSpec {

@@ -14,14 +14,14 @@ use crate::material::cell_operations::CellCase;
 const SIZE: f64 = 1e-3;
 const DENSITY: f64 = 2600.0;
 const STIFFNESS: f64 = 5e4;
-const ACROSS: f64 = 0.8;
+const STIFFNESS_RATIO: f64 = 0.8;
 
 fn spec(dimension: usize, grains: usize, diameter: &Value, damping_ratio: f64) -> GranularCellSpec {
     let spec = json!({
         "dimension": dimension, "grains": grains, "grain_density": DENSITY, "seed": 3, "diameter": diameter,
         "contact": {
             "normal": { "law": "linear", "stiffness": STIFFNESS, "damping_ratio": damping_ratio },
-            "tangential": { "stiffness_ratio": ACROSS },
+            "tangential": { "stiffness_ratio": STIFFNESS_RATIO },
             "friction": { "coefficient": 5.0 }
         },
         "preparation": { "pressure": 0.1 * STIFFNESS / SIZE.powi(dimension as i32 - 2) * 0.02 }
@@ -29,12 +29,12 @@ fn spec(dimension: usize, grains: usize, diameter: &Value, damping_ratio: f64) -
     serde_json::from_value(spec).unwrap()
 }
 
-fn equal(dimension: usize, grains: usize, damping_ratio: f64) -> GranularCellSpec {
+fn equal_grains(dimension: usize, grains: usize, damping_ratio: f64) -> GranularCellSpec {
     spec(dimension, grains, &json!({ "distribution": "equal", "value": SIZE }), damping_ratio)
 }
 
 /// Cell with grains at these places and these cell vectors.
-fn placed<const D: usize, const R: usize>(
+fn lattice_cell<const D: usize, const R: usize>(
     spec: &GranularCellSpec,
     places: &[[f64; D]],
     vectors: [f64; D],
@@ -67,7 +67,7 @@ fn stretch(rates: [f64; 3], shear: f64, time: f64) -> Mat3 {
 }
 
 /// Deforms a cell like that of a material point, in ten updates.
-fn deformed<const D: usize, const R: usize>(
+fn deformed_cell<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     spec: &GranularCellSpec,
     f: &Mat3,
@@ -84,7 +84,7 @@ const APART: f64 = 0.998 * SIZE;
 
 /// Elongation of the tangential spring of a contact whose grains do not rotate, when its branch changes from (`x`, `from`) to
 /// (`x`, `to`): the integral of x dz over the length.
-fn across(x: f64, from: f64, to: f64) -> f64 {
+fn spring_elongation(x: f64, from: f64, to: f64) -> f64 {
     x * ((to / x).asinh() - (from / x).asinh())
 }
 
@@ -101,7 +101,7 @@ fn face_centred(spec: &GranularCellSpec) -> DemSolver<3, 3> {
             }
         }
     }
-    placed(spec, &places, [4.0 * half; 3])
+    lattice_cell(spec, &places, [4.0 * half; 3])
 }
 
 /// Disks in rows along x, four by four.
@@ -115,28 +115,29 @@ fn rows_of_disks(spec: &GranularCellSpec, lean: f64, height: f64) -> DemSolver<2
             ]);
         }
     }
-    placed(spec, &places, [4.0 * APART, 4.0 * height * APART])
+    lattice_cell(spec, &places, [4.0 * APART, 4.0 * height * APART])
 }
 
 #[test]
 fn a_lattice_of_spheres_has_its_stress_under_isotropic_and_uniaxial_strain() {
-    let spec = equal(3, 32, 0.0);
+    let spec = equal_grains(3, 32, 0.0);
     let strain = 3e-3;
     // p = (1/3V) Σ k δ l with six contacts a grain in l³/√2.
     let pressure = |apart: f64| 2.0 * 2f64.sqrt() * STIFFNESS * (SIZE - apart) / (apart * apart);
     let mut cube = face_centred(&spec);
     assert_relative(-cell_operations::stress(&cube)[0], pressure(APART), 1e-9);
-    let stress = deformed(&mut cube, &spec, &stretch([-strain; 3], 0.0, 0.1));
+    let stress = deformed_cell(&mut cube, &spec, &stretch([-strain; 3], 0.0, 0.1));
     for c in 0..3 {
         assert_relative(-stress[c], pressure(APART * (-strain).exp()), 1e-4);
     }
 
     let mut cube = face_centred(&spec);
-    let stress = deformed(&mut cube, &spec, &stretch([0.0, 0.0, -strain], 0.0, 0.1));
+    let stress = deformed_cell(&mut cube, &spec, &stretch([0.0, 0.0, -strain], 0.0, 0.1));
     let (x, before) = (APART / 2f64.sqrt(), APART / 2f64.sqrt());
     let z = before * (-strain).exp();
     let (long, volume) = (x.hypot(z), 2.0 * x * x * z);
-    let (pushed, slid) = (STIFFNESS * (SIZE - long), ACROSS * STIFFNESS * across(x, before, z));
+    let (pushed, slid) =
+        (STIFFNESS * (SIZE - long), STIFFNESS_RATIO * STIFFNESS * spring_elongation(x, before, z));
     let along = 2.0 * x * (pushed * x + slid * z) / long;
     let side = (STIFFNESS * (SIZE - APART) * APART + along) / volume;
     let axial = 4.0 * z * (pushed * z - slid * x) / long / volume;
@@ -147,21 +148,22 @@ fn a_lattice_of_spheres_has_its_stress_under_isotropic_and_uniaxial_strain() {
 
 #[test]
 fn a_lattice_of_disks_has_its_stress_under_isotropic_uniaxial_and_simple_shear_strain() {
-    let spec = equal(2, 16, 0.0);
+    let spec = equal_grains(2, 16, 0.0);
     let strain = 3e-3;
     let high = 0.75f64.sqrt();
     let pressure = |apart: f64| 3f64.sqrt() * STIFFNESS * (SIZE - apart) / apart;
     let mut cell = rows_of_disks(&spec, 0.5, high);
-    let stress = deformed(&mut cell, &spec, &stretch([-strain, -strain, 0.0], 0.0, 0.1));
+    let stress = deformed_cell(&mut cell, &spec, &stretch([-strain, -strain, 0.0], 0.0, 0.1));
     assert_relative(-stress[0], pressure(APART * (-strain).exp()), 1e-4);
     assert_relative(-stress[1], pressure(APART * (-strain).exp()), 1e-4);
 
     let mut cell = rows_of_disks(&spec, 0.5, high);
-    let stress = deformed(&mut cell, &spec, &stretch([0.0, -strain, 0.0], 0.0, 0.1));
+    let stress = deformed_cell(&mut cell, &spec, &stretch([0.0, -strain, 0.0], 0.0, 0.1));
     let (x, before) = (0.5 * APART, high * APART);
     let y = before * (-strain).exp();
     let (long, volume) = (x.hypot(y), APART * y);
-    let (pushed, slid) = (STIFFNESS * (SIZE - long), ACROSS * STIFFNESS * across(x, before, y));
+    let (pushed, slid) =
+        (STIFFNESS * (SIZE - long), STIFFNESS_RATIO * STIFFNESS * spring_elongation(x, before, y));
     let side = (STIFFNESS * (SIZE - APART) * APART + 2.0 * x * (pushed * x + slid * y) / long) / volume;
     assert_relative(-stress[0], side, 1e-4);
     assert_relative(-stress[1], 2.0 * y * (pushed * y - slid * x) / long / volume, 1e-4);
@@ -169,15 +171,15 @@ fn a_lattice_of_disks_has_its_stress_under_isotropic_uniaxial_and_simple_shear_s
     // Columns of a square lattice tilt by the strain, and its disks rotate by half of it, so that the moments of their contacts cancel: the
     // springs are elongated by half of it, and the normal forces of the columns increase the tilt.
     let mut cell = rows_of_disks(&spec, 0.0, 1.0);
-    let stress = deformed(&mut cell, &spec, &stretch([0.0; 3], strain, 0.1));
-    let exact = strain * STIFFNESS * (0.5 * ACROSS - (SIZE - APART) / APART);
+    let stress = deformed_cell(&mut cell, &spec, &stretch([0.0; 3], strain, 0.1));
+    let exact = strain * STIFFNESS * (0.5 * STIFFNESS_RATIO - (SIZE - APART) / APART);
     assert_relative(stress[3], exact, 3e-3);
 }
 
 #[test]
 fn dashpots_add_the_share_of_stress_that_the_inertial_number_sets() {
     let ratio = 0.4;
-    let spec = equal(3, 32, ratio);
+    let spec = equal_grains(3, 32, ratio);
     let mut cube = face_centred(&spec);
     let before = cell_operations::stress(&cube);
     cell_operations::deform(&mut cube, &spec, &stretch([-1e-4; 3], 0.0, 1.0), &before).unwrap();
@@ -223,7 +225,7 @@ fn case_of(spec: &GranularCellSpec, side: f64, rates: [[f64; 3]; 3]) -> Case {
 }
 
 /// Deforms a specimen as the cell of a point and as a cell of the method, and compares all that both store.
-fn same<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
+fn compare_cells<const D: usize, const R: usize>(spec: &GranularCellSpec, f: &Mat3) {
     let mut law: DemSolver<D, R> = CellCase::new(spec).unwrap().solver().unwrap();
     let side = law.cell.geometry.h[0][0];
     cell_operations::prepare(&mut law, spec, 0.0).unwrap();
@@ -252,9 +254,9 @@ fn a_cell_deforms_to_the_bits_of_the_same_specimen_in_the_method() {
     let sizes = json!({ "distribution": "uniform", "min": 0.8e-3, "max": 1.2e-3 });
     let (disks, spheres) = (spec(2, 60, &sizes, 0.4), spec(3, 60, &sizes, 0.4));
     for (rates, shear) in [([-1.0, -1.0, -1.0], 0.0), ([0.5, 0.5, -1.0], 0.0), ([0.0; 3], 1.0)] {
-        same::<3, 3>(&spheres, &stretch(rates, shear, 1e-3));
+        compare_cells::<3, 3>(&spheres, &stretch(rates, shear, 1e-3));
     }
     for (rates, shear) in [([-1.0, -1.0, 0.0], 0.0), ([1.0, -1.0, 0.0], 0.0), ([0.0; 3], 1.0)] {
-        same::<2, 1>(&disks, &stretch(rates, shear, 1e-3));
+        compare_cells::<2, 1>(&disks, &stretch(rates, shear, 1e-3));
     }
 }

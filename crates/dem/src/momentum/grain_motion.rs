@@ -51,7 +51,7 @@ pub fn predict_velocities<const D: usize, const R: usize>(
     let half = 0.5 * clock.last_step;
     buffers.velocity.clone_from(&grains.velocity);
     buffers.spin.clone_from(&grains.spin);
-    for i in (0..grains.len()).filter(|&i| !grains.held[i]) {
+    for i in (0..grains.len()).filter(|&i| !grains.is_held[i]) {
         add(&mut buffers.velocity[i], half / grains.mass[i], &grains.force[i]);
         add(&mut buffers.velocity[i], half, &gravity);
         if let Some(applied) = applied.get(i) {
@@ -87,7 +87,7 @@ pub fn move_grains<const D: usize, const R: usize>(
         dt,
         last_step: clock.last_step,
         gravity: clock.gravity_at(0.0),
-        applied: &applied,
+        applied_force: &applied,
         damping: stage.damping_of_axes(),
         form: options.map_or_else(Default::default, |options| options.damping_form),
         viscous: stage.rayleigh_damping,
@@ -96,7 +96,7 @@ pub fn move_grains<const D: usize, const R: usize>(
         gradient_change: moves.then_some((change, now.origin)),
     };
     let sums = integrate_grains(grains, &actions, buffer);
-    if let Some(grain) = sums.lost {
+    if let Some(grain) = sums.not_finite {
         let reason = "its position or velocity is not finite".to_owned();
         return Err(clock.grain_error(grains, grain as usize, reason));
     }
@@ -123,8 +123,8 @@ pub fn grow_grains<const D: usize, const R: usize>(
         return;
     }
     let factor = 1.0 + rate * dt;
-    let Grains { radius, mass, held, .. } = &mut *grains;
-    for ((radius, mass), _) in radius.iter_mut().zip(mass).zip(held).filter(|(_, held)| !**held) {
+    let Grains { radius, mass, is_held, .. } = &mut *grains;
+    for ((radius, mass), _) in radius.iter_mut().zip(mass).zip(is_held).filter(|(_, is_held)| !**is_held) {
         *radius *= factor;
         *mass *= factor.powi(D as i32);
     }

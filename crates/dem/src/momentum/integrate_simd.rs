@@ -16,7 +16,7 @@ pub(crate) struct GrainBlock<'a, const D: usize, const R: usize> {
     pub(crate) mass: &'a [f64],
     pub(crate) force: &'a [[f64; D]],
     pub(crate) torque: &'a [[f64; R]],
-    pub(crate) listed: &'a [[f64; D]],
+    pub(crate) listed_position: &'a [[f64; D]],
 }
 
 /// Number of grains that are moved at once.
@@ -24,7 +24,7 @@ const SIMD_GRAINS: usize = 4;
 
 /// Entries `4 c` to `4 c + 3` of the components of four grains, `N` each: the number of the grain of each entry.
 #[inline(always)]
-fn spread_by_grain<const N: usize>(numbers: Lanes, c: usize) -> Lanes {
+fn repeat_per_grain<const N: usize>(numbers: Lanes, c: usize) -> Lanes {
     let numbers = numbers.to_array();
     Lanes::new(std::array::from_fn(|k| numbers[(SIMD_GRAINS * c + k) / N]))
 }
@@ -55,12 +55,12 @@ fn sum_lanes(lanes: Lanes) -> f64 {
 }
 
 /// First grain whose position or velocity is not finite, or the first of all.
-fn first_lost<const D: usize>(position: &[[f64; D]], velocity: &[[f64; D]]) -> usize {
+fn first_not_finite<const D: usize>(position: &[[f64; D]], velocity: &[[f64; D]]) -> usize {
     let mut sizes = position.iter().zip(velocity).map(|(x, v)| dot(x, x) + dot(v, v));
     sizes.position(|size| !size.is_finite()).unwrap_or(0)
 }
 
-fn largest(lanes: Lanes) -> f64 {
+fn largest_lane(lanes: Lanes) -> f64 {
     lanes.to_array().into_iter().fold(0.0, f64::max)
 }
 
@@ -79,9 +79,9 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
         for c in 0..R {
             let old = entries(w, c);
             let new = kick.damping_factor * old
-                + kick.force_time * entries(torques, c) * spread_by_grain::<R>(per_inertia, c);
-            let now = old + kick.share * (new - old);
-            *rotation += spread_by_grain::<R>(inertia, c) * now * now;
+                + kick.force_time * entries(torques, c) * repeat_per_grain::<R>(per_inertia, c);
+            let now = old + kick.share_before * (new - old);
+            *rotation += repeat_per_grain::<R>(inertia, c) * now * now;
             w[SIMD_GRAINS * c..][..SIMD_GRAINS].copy_from_slice(new.as_array());
         }
     }
@@ -110,15 +110,15 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
             let (mut speeds, mut displacements) = ([Lanes::ZERO; D], [Lanes::ZERO; D]);
             let (x, v) = (position[own.clone()].as_flattened_mut(), velocity[own.clone()].as_flattened_mut());
             let (forces, listed) =
-                (self.force[own.clone()].as_flattened(), self.listed[own.clone()].as_flattened());
+                (self.force[own.clone()].as_flattened(), self.listed_position[own.clone()].as_flattened());
             for c in 0..D {
                 let old = entries(v, c);
-                let mass = spread_by_grain::<D>(mass, c);
+                let mass = repeat_per_grain::<D>(mass, c);
                 let weight = mass * gravity[c];
                 let force = entries(forces, c) + weight;
                 let new =
-                    kick.damping_factor * old + kick.force_time * force * spread_by_grain::<D>(per_mass, c);
-                let now = old + kick.share * (new - old);
+                    kick.damping_factor * old + kick.force_time * force * repeat_per_grain::<D>(per_mass, c);
+                let now = old + kick.share_before * (new - old);
                 let place = entries(x, c) + new * actions.dt;
                 let displacement = place - entries(listed, c);
                 squares += force * force;
@@ -138,10 +138,10 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
         sums.rotation += 0.5 * sum_lanes(rotation);
         sums.gravity += sum_lanes(work) * kick.time;
         sums.squares += sum_lanes(squares);
-        sums.max_speed_squared = sums.max_speed_squared.max(largest(fastest));
-        sums.max_travel_squared = sums.max_travel_squared.max(largest(moved));
+        sums.max_speed_squared = sums.max_speed_squared.max(largest_lane(fastest));
+        sums.max_travel_squared = sums.max_travel_squared.max(largest_lane(moved));
         if !(sums.kinetic + sum_lanes(places)).is_finite() {
-            sums.lost = Some((self.first + first_lost(position, velocity)) as u32);
+            sums.not_finite = Some((self.first + first_not_finite(position, velocity)) as u32);
         }
         count
     }
@@ -163,18 +163,18 @@ mod tests {
             grains.spin[k] = std::array::from_fn(|c| wave(7 * k + c));
             grains.force[k] = std::array::from_fn(|c| wave(11 * k + c));
             grains.torque[k] = std::array::from_fn(|c| 0.01 * wave(13 * k + c));
-            grains.held[k] = k > 1400;
+            grains.is_held[k] = k > 1400;
         }
         grains
     }
 
     /// Actions of gravity and applied forces, without damping.
-    fn drive<const D: usize>(applied: &[[f64; D]]) -> ExternalActions<'_, D> {
+    fn drive<const D: usize>(applied_force: &[[f64; D]]) -> ExternalActions<'_, D> {
         ExternalActions {
             dt: 1e-4,
             last_step: 0.9e-4,
             gravity: std::array::from_fn(|c| 1.0 - 5.0 * c as f64),
-            applied,
+            applied_force,
             damping: [0.0; 3],
             form: DampingForm::Components,
             viscous: 0.0,
@@ -184,7 +184,7 @@ mod tests {
         }
     }
 
-    fn moved<const D: usize, const R: usize>(applied: &[[f64; D]]) -> (Grains<D, R>, GrainSums<D>) {
+    fn moved_grains<const D: usize, const R: usize>(applied: &[[f64; D]]) -> (Grains<D, R>, GrainSums<D>) {
         let mut grains = grains::<D, R>();
         let sums = integrate_grains(&mut grains, &drive(applied), &mut Vec::new());
         (grains, sums)
@@ -192,11 +192,11 @@ mod tests {
 
     fn compare<const D: usize, const R: usize>() {
         // Zero applied forces select the scalar path.
-        let (together, own) = moved::<D, R>(&[]);
-        let (apart, other) = moved::<D, R>(&[[0.0; D]; 1500]);
+        let (together, own) = moved_grains::<D, R>(&[]);
+        let (apart, other) = moved_grains::<D, R>(&[[0.0; D]; 1500]);
         assert_eq!(together, apart);
         assert_eq!(
-            (own.max_speed_squared, own.max_travel_squared, own.lost),
+            (own.max_speed_squared, own.max_travel_squared, own.not_finite),
             (other.max_speed_squared, other.max_travel_squared, None)
         );
         for (one, two) in [
@@ -204,7 +204,7 @@ mod tests {
             (own.rotation, other.rotation),
             (own.gravity, other.gravity),
             (own.squares, other.squares),
-            (own.held, other.held),
+            (own.held_work, other.held_work),
         ] {
             assert!((one - two).abs() < 1e-12 * two.abs(), "{one} {two}");
         }
@@ -220,7 +220,7 @@ mod tests {
     fn a_grain_with_non_finite_force_is_reported_by_its_index() {
         let mut grains = grains::<3, 3>();
         grains.force[1030] = [f64::NAN; 3];
-        grains.held.fill(false);
-        assert_eq!(integrate_grains(&mut grains, &drive(&[]), &mut Vec::new()).lost, Some(1030));
+        grains.is_held.fill(false);
+        assert_eq!(integrate_grains(&mut grains, &drive(&[]), &mut Vec::new()).not_finite, Some(1030));
     }
 }

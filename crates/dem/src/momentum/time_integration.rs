@@ -19,7 +19,7 @@ pub struct ExternalActions<'a, const D: usize> {
     /// Gravitational acceleration (m/s²).
     pub gravity: [f64; D],
     /// Applied forces on the grains, without gravity and contacts (N); empty where there are none.
-    pub applied: &'a [[f64; D]],
+    pub applied_force: &'a [[f64; D]],
     /// Local damping coefficient of each axis.
     pub damping: [f64; 3],
     /// Form of the local damping.
@@ -46,11 +46,11 @@ pub struct GrainSums<const D: usize> {
     /// Work of gravity in this step (J).
     pub gravity: f64,
     /// Work of applied forces (J).
-    pub applied: f64,
+    pub applied_work: f64,
     /// Energy dissipated by damping (J).
     pub damping: f64,
     /// Work of held grains (J).
-    pub held: f64,
+    pub held_work: f64,
     /// Work of the change of the velocity gradient of the cell, right after the time of the forces (J).
     pub cell: f64,
     /// Square of the largest velocity (m²/s²).
@@ -60,7 +60,7 @@ pub struct GrainSums<const D: usize> {
     /// Sum of the squares of forces (N²).
     pub squares: f64,
     /// First grain whose velocity is not finite.
-    pub lost: Option<u32>,
+    pub not_finite: Option<u32>,
 }
 
 impl<const D: usize> Default for GrainSums<D> {
@@ -70,14 +70,14 @@ impl<const D: usize> Default for GrainSums<D> {
             rotation: 0.0,
             kinetic_stress: [[0.0; D]; D],
             gravity: 0.0,
-            applied: 0.0,
+            applied_work: 0.0,
             damping: 0.0,
-            held: 0.0,
+            held_work: 0.0,
             cell: 0.0,
             max_speed_squared: 0.0,
             max_travel_squared: 0.0,
             squares: 0.0,
-            lost: None,
+            not_finite: None,
         }
     }
 }
@@ -90,14 +90,14 @@ impl<const D: usize> GrainSums<D> {
             row.iter_mut().zip(more).for_each(|(sum, value)| *sum += value);
         }
         self.gravity += other.gravity;
-        self.applied += other.applied;
+        self.applied_work += other.applied_work;
         self.damping += other.damping;
-        self.held += other.held;
+        self.held_work += other.held_work;
         self.cell += other.cell;
         self.max_speed_squared = self.max_speed_squared.max(other.max_speed_squared);
         self.max_travel_squared = self.max_travel_squared.max(other.max_travel_squared);
         self.squares += other.squares;
-        self.lost = self.lost.or(other.lost);
+        self.not_finite = self.not_finite.or(other.not_finite);
         self
     }
 }
@@ -110,8 +110,10 @@ pub fn integrate_grains<const D: usize, const R: usize>(
 ) -> GrainSums<D> {
     buffer.clear();
     buffer.resize(grains.len().div_ceil(MIN_GRAINS_PER_TASK), GrainSums::default());
-    let Grains { id: _, held, radius, mass, position, listed, velocity, spin, force, torque, .. } = grains;
-    let kick = LeapfrogKick::of(actions);
+    let Grains {
+        id: _, is_held, radius, mass, position, listed_position, velocity, spin, force, torque, ..
+    } = grains;
+    let kick = LeapfrogKick::from_actions(actions);
     let moving = position
         .par_chunks_mut(MIN_GRAINS_PER_TASK)
         .zip(velocity.par_chunks_mut(MIN_GRAINS_PER_TASK))
@@ -122,33 +124,34 @@ pub fn integrate_grains<const D: usize, const R: usize>(
     moving.for_each(|(block, (((position, velocity), spin), sums))| {
         let own = block * MIN_GRAINS_PER_TASK..block * MIN_GRAINS_PER_TASK + position.len();
         let mut done = 0;
-        if glides && !held[own.clone()].iter().any(|held| *held) {
+        if glides && !is_held[own.clone()].iter().any(|is_held| *is_held) {
             let still = GrainBlock {
                 first: own.start,
                 radius: &radius[own.clone()],
                 mass: &mass[own.clone()],
                 force: &force[own.clone()],
                 torque: &torque[own.clone()],
-                listed: &listed[own],
+                listed_position: &listed_position[own],
             };
             done = still.integrate((actions, &kick), position, velocity, spin, sums);
         }
         for k in done..position.len() {
             let i = block * MIN_GRAINS_PER_TASK + k;
-            let (force, torque, applied) = (&force[i], &torque[i], actions.applied.get(i));
-            let grain = Grain { held: held[i], radius: radius[i], mass: mass[i], force, torque, applied };
+            let (force, torque, applied_force) = (&force[i], &torque[i], actions.applied_force.get(i));
+            let grain =
+                Grain { is_held: is_held[i], radius: radius[i], mass: mass[i], force, torque, applied_force };
             grain.advance((actions, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
             let reference = match &actions.cell_map {
-                None => listed[i],
+                None => listed_position[i],
                 Some((map, corner)) => {
-                    let carried = apply(map, &difference(&listed[i], corner));
+                    let carried = apply(map, &difference(&listed_position[i], corner));
                     std::array::from_fn(|c| carried[c] + corner[c])
                 }
             };
             let displacement = difference(&position[k], &reference);
             sums.max_travel_squared = sums.max_travel_squared.max(dot(&displacement, &displacement));
-            if !(sums.kinetic + dot(&position[k], &position[k])).is_finite() && sums.lost.is_none() {
-                sums.lost = Some(i as u32);
+            if !(sums.kinetic + dot(&position[k], &position[k])).is_finite() && sums.not_finite.is_none() {
+                sums.not_finite = Some(i as u32);
             }
         }
     });
@@ -160,7 +163,7 @@ pub(crate) struct LeapfrogKick {
     /// Time over which forces act (s).
     pub(crate) time: f64,
     /// Share of that time before the time of the forces.
-    pub(crate) share: f64,
+    pub(crate) share_before: f64,
     /// Factor of mass-proportional damping on a velocity.
     pub(crate) damping_factor: f64,
     /// Time over which forces act on the velocity, reduced by mass-proportional damping (s).
@@ -170,13 +173,13 @@ pub(crate) struct LeapfrogKick {
 }
 
 impl LeapfrogKick {
-    fn of<const D: usize>(actions: &ExternalActions<'_, D>) -> Self {
+    fn from_actions<const D: usize>(actions: &ExternalActions<'_, D>) -> Self {
         let time = 0.5 * (actions.last_step + actions.dt);
         let slow = 1.0 / (1.0 + 0.5 * actions.viscous * time);
         let keep = (1.0 - 0.5 * actions.viscous * time) * slow;
         // Position of the time of the forces, half a step after the old velocity.
-        let share = if time > 0.0 { 0.5 * actions.last_step / time } else { 0.0 };
-        Self { time, share, damping_factor: keep, force_time: slow * time, viscous: actions.viscous }
+        let share_before = if time > 0.0 { 0.5 * actions.last_step / time } else { 0.0 };
+        Self { time, share_before, damping_factor: keep, force_time: slow * time, viscous: actions.viscous }
     }
 
     /// Velocities after the step and at the time of the forces, for this inertia: all components at once.
@@ -185,7 +188,7 @@ impl LeapfrogKick {
         let lanes = |of: &[f64; N]| Lanes::new(std::array::from_fn(|c| if c < N { of[c] } else { 0.0 }));
         let old = lanes(v);
         let new = self.damping_factor * old + self.force_time * lanes(force) * Lanes::splat(1.0 / inertia);
-        let now = (old + self.share * (new - old)).to_array();
+        let now = (old + self.share_before * (new - old)).to_array();
         let new = new.to_array();
         (std::array::from_fn(|c| new[c]), std::array::from_fn(|c| now[c]))
     }
@@ -211,18 +214,18 @@ impl<const D: usize> ExternalActions<'_, D> {
     /// Whether only contacts and gravity act on the grains.
     fn is_gravity_only(&self) -> bool {
         let damped = self.damping != [0.0; 3] || self.viscous != 0.0;
-        self.applied.is_empty() && !damped && self.gradient_change.is_none() && self.cell_map.is_none()
+        self.applied_force.is_empty() && !damped && self.gradient_change.is_none() && self.cell_map.is_none()
     }
 }
 
 /// State of one grain.
 struct Grain<'a, const D: usize, const R: usize> {
-    held: bool,
+    is_held: bool,
     radius: f64,
     mass: f64,
     force: &'a [f64; D],
     torque: &'a [f64; R],
-    applied: Option<&'a [f64; D]>,
+    applied_force: Option<&'a [f64; D]>,
 }
 
 /// Local damping force opposed to one velocity component (N).
@@ -243,8 +246,8 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
     ) {
         let dt = actions.dt;
         sums.max_speed_squared = sums.max_speed_squared.max(dot(v, v));
-        if self.held {
-            sums.held -= dot(self.force, v) * kick.time;
+        if self.is_held {
+            sums.held_work -= dot(self.force, v) * kick.time;
             for c in 0..D {
                 x[c] += v[c] * dt;
             }
@@ -252,7 +255,7 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
         }
         let gravity = actions.gravity.map(|g| self.mass * g);
         let mut force: [f64; D] = std::array::from_fn(|c| self.force[c] + gravity[c]);
-        if let Some(applied) = self.applied {
+        if let Some(applied) = self.applied_force {
             force = std::array::from_fn(|c| force[c] + applied[c]);
         }
         let mut torque = *self.torque;
@@ -275,7 +278,7 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
         *w = new;
         sums.damping += lost;
         sums.gravity += dot(&gravity, &now) * kick.time;
-        sums.applied += self.applied.map_or(0.0, |applied| dot(applied, &now) * kick.time);
+        sums.applied_work += self.applied_force.map_or(0.0, |applied| dot(applied, &now) * kick.time);
         sums.kinetic += 0.5 * self.mass * dot(&now, &now);
         sums.rotation += 0.5 * inertia * dot(&turning, &turning);
         self.add_cell_motion(actions, &now, x, v, sums);

@@ -31,7 +31,7 @@ pub fn update_servo_walls<const D: usize, const R: usize>(
         let area = boundary.servo_area(clock, &cell.geometry, grains, servo, axis);
         let missing = -servo.stress * area - wall.outward_force();
         let input = ContactInput::new(grains.view(), &laws.stage.pairs, laws.kinds.len());
-        let [stiffness, dashpots, carried] = input.wall_resistance(number, wall, wall_list);
+        let [stiffness, dashpots, carried] = input.wall_stiffness_sums(number, wall, wall_list);
         let free = if stiffness > 0.0 {
             let known = dt * carried + dashpots * inward * wall.velocity[axis];
             (servo.gain * missing + known) / (dt * stiffness + dashpots)

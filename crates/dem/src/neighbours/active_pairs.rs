@@ -47,35 +47,35 @@ pub struct ActivePairLists {
     /// Active periodic pairs.
     pub periodic_pairs: ActivePairs,
     /// Approach of two grains since the list build for which the selection is valid (m); `None` before the first selection.
-    reach: Option<f64>,
+    valid_approach: Option<f64>,
 }
 
 impl ActivePairLists {
     /// Invalidates the selection, so that the next step makes a new one.
     pub fn clear(&mut self) {
-        self.reach = None;
+        self.valid_approach = None;
     }
 }
 
 impl ActivePairs {
     /// Groups of four pairs, and the number of valid ones in each.
-    pub fn in_fours(&self) -> impl Iterator<Item = (&[ActivePair; WIDTH], usize)> {
+    pub fn groups_of_four(&self) -> impl Iterator<Item = (&[ActivePair; WIDTH], usize)> {
         let (groups, _) = self.pairs.as_chunks();
         groups.iter().enumerate().map(|(n, group)| (group, (self.count - WIDTH * n).min(WIDTH)))
     }
 
     /// Selects those pairs of some grains that have a contact history, or were `near` at the list build.
-    fn choose<const R: usize>(
+    fn select<const R: usize>(
         &mut self,
         pairs: &PairList<R>,
         rows: Range<usize>,
         near: impl Fn(usize, usize, usize) -> bool,
     ) {
         self.pairs.clear();
-        let (row, pair) = (rows.start, pairs.starts.get(rows.start).map_or(0, |start| *start));
+        let (row, pair) = (rows.start, pairs.row_offsets.get(rows.start).map_or(0, |start| *start));
         for i in rows {
-            for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
-                let (second, code) = (pairs.other[k], pairs.image.get(k).map_or(0, |code| u32::from(*code)));
+            for k in pairs.row_offsets[i] as usize..pairs.row_offsets[i + 1] as usize {
+                let (second, code) = (pairs.second[k], pairs.image.get(k).map_or(0, |code| u32::from(*code)));
                 if pairs.histories.state[k] != ContactState::Apart || near(i, second as usize, code as usize)
                 {
                     let first = (i - row) as u32;
@@ -106,14 +106,14 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         closer: f64,
         skin: f64,
     ) {
-        if self.active_pairs.reach.is_some_and(|reach| closer < ROUND_OFF_FACTOR * reach) {
+        if self.active_pairs.valid_approach.is_some_and(|reach| closer < ROUND_OFF_FACTOR * reach) {
             return;
         }
         // Twice the present approach, so that few selections are made when displacements grow steadily.
         let doubled = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
         let reach = if doubled < skin && shifts.is_some() { doubled } else { f64::INFINITY };
         let near = |i: usize, j: usize, code: usize| {
-            let mut apart = difference(&grains.listed[i], &grains.listed[j]);
+            let mut apart = difference(&grains.listed_position[i], &grains.listed_position[j]);
             if let (Some(shifts), true) = (shifts, code > 0) {
                 apart = difference(&apart, &shifts[code].0);
             }
@@ -124,11 +124,11 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         let count = slabs.len().saturating_sub(1);
         self.active_pairs.slabs.resize_with(count, ActivePairs::default);
         self.active_pairs.slabs.par_iter_mut().zip(slabs.par_windows(2)).for_each(|(run, ends)| {
-            run.choose(slab_pairs, ends[0] as usize..ends[1] as usize, near);
+            run.select(slab_pairs, ends[0] as usize..ends[1] as usize, near);
         });
-        let count = self.periodic_pairs.starts.len().saturating_sub(1);
-        self.active_pairs.periodic_pairs.choose(&self.periodic_pairs, 0..count, near);
-        self.active_pairs.reach = Some(reach);
+        let count = self.periodic_pairs.row_offsets.len().saturating_sub(1);
+        self.active_pairs.periodic_pairs.select(&self.periodic_pairs, 0..count, near);
+        self.active_pairs.valid_approach = Some(reach);
     }
 }
 
@@ -145,7 +145,7 @@ mod tests {
 
     const SKIN: f64 = 0.3;
 
-    fn drawn() -> (Grains<3, 3>, VerletLists<3, 3>, ChaCha8Rng) {
+    fn random_grains() -> (Grains<3, 3>, VerletLists<3, 3>, ChaCha8Rng) {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut grains = Grains::default();
         for _ in 0..800 {
@@ -159,9 +159,9 @@ mod tests {
         (grains, lists, random)
     }
 
-    fn chosen(lists: &VerletLists<3, 3>) -> Vec<u32> {
+    fn selected_pairs(lists: &VerletLists<3, 3>) -> Vec<u32> {
         let slots = |(slab, run): (usize, &ActivePairs)| {
-            let from = lists.slab_pairs.starts[lists.slabs[slab] as usize];
+            let from = lists.slab_pairs.row_offsets[lists.slabs[slab] as usize];
             run.pairs[..run.count].iter().map(move |pair| from + pair.slot).collect::<Vec<_>>()
         };
         lists.active_pairs.slabs.iter().enumerate().flat_map(slots).collect()
@@ -169,11 +169,11 @@ mod tests {
 
     #[test]
     fn pairs_that_can_meet_within_the_allowed_approach_are_active() {
-        let (mut grains, mut lists, mut random) = drawn();
-        let listed = lists.slab_pairs.other.len();
+        let (mut grains, mut lists, mut random) = random_grains();
+        let listed = lists.slab_pairs.second.len();
         for closer in [0.0, 0.01, 0.04, 0.1, 0.2, SKIN] {
             lists.select_active(&grains, Some(&[]), closer, SKIN);
-            let chosen = chosen(&lists);
+            let chosen = selected_pairs(&lists);
             assert!(chosen.is_sorted());
             assert_eq!(
                 chosen.len() == listed,
@@ -181,14 +181,14 @@ mod tests {
                 "{closer}: {} of {listed}",
                 chosen.len()
             );
-            grains.position.clone_from(&grains.listed);
+            grains.position.clone_from(&grains.listed_position);
             for x in &mut grains.position {
                 // Half of the approach of the two, along a diagonal.
                 let shift = 0.5 * closer / 3f64.sqrt();
                 x.iter_mut().for_each(|c| *c += if random.random() { shift } else { -shift });
             }
-            for (i, k) in lists.slab_pairs.firsts() {
-                let j = lists.slab_pairs.other[k] as usize;
+            for (i, k) in lists.slab_pairs.first_grains() {
+                let j = lists.slab_pairs.second[k] as usize;
                 let apart = difference(&grains.position[i], &grains.position[j]);
                 if dot(&apart, &apart).sqrt() < grains.radius[i] + grains.radius[j] {
                     assert!(chosen.binary_search(&(k as u32)).is_ok(), "{closer}: {k}");
@@ -199,21 +199,21 @@ mod tests {
 
     #[test]
     fn pairs_with_contact_history_are_active_at_any_distance() {
-        let (grains, mut lists, _) = drawn();
+        let (grains, mut lists, _) = random_grains();
         lists.select_active(&grains, Some(&[]), 0.0, SKIN);
-        let before = chosen(&lists);
+        let before = selected_pairs(&lists);
         let far = (0..).find(|k| !before.contains(k)).unwrap();
         lists.slab_pairs.histories.state[far as usize] = ContactState::Touching;
         lists.active_pairs.clear();
         lists.select_active(&grains, Some(&[]), 0.0, SKIN);
-        assert_eq!(chosen(&lists).len(), before.len() + 1);
-        assert!(chosen(&lists).contains(&far));
+        assert_eq!(selected_pairs(&lists).len(), before.len() + 1);
+        assert!(selected_pairs(&lists).contains(&far));
     }
 
     #[test]
     fn all_pairs_are_active_after_a_deformation_of_the_periodic_cell() {
-        let (grains, mut lists, _) = drawn();
+        let (grains, mut lists, _) = random_grains();
         lists.select_active(&grains, None, 0.0, SKIN);
-        assert_eq!(chosen(&lists).len(), lists.slab_pairs.other.len());
+        assert_eq!(selected_pairs(&lists).len(), lists.slab_pairs.second.len());
     }
 }

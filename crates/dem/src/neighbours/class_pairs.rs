@@ -11,7 +11,7 @@ const MIN_SIZE_RATIO: f64 = 3.0;
 #[derive(Clone, Debug, Default)]
 pub(super) struct FoundPairs {
     pairs: Vec<(u32, u8, u32, u8, bool)>,
-    starts: Vec<u32>,
+    row_offsets: Vec<u32>,
     order: Vec<u32>,
     keys: Vec<u32>,
 }
@@ -25,36 +25,36 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 
     /// Lists the pairs found by size classes, in the order of uniform cells.
-    pub(super) fn find_by_class(&mut self, criterion: &PairCriterion<'_, D, R>, all: bool) {
+    pub(super) fn list_by_size_class(&mut self, criterion: &PairCriterion<'_, D, R>, all: bool) {
         let grains = criterion.grains;
-        let Self { found, classes, slab_pairs, periodic_pairs, keys, order, counts, axes, .. } = self;
+        let Self { found_pairs, classes, slab_pairs, periodic_pairs, keys, order, counts, axes, .. } = self;
         let cells = UniformCells { counts: *counts, axes: *axes, keys, order };
         // Positions are finite: `build` has checked them.
         let built = classes.build(&grains.position, &grains.radius, criterion.cell, criterion.gap);
         debug_assert!(built.is_ok(), "{built:?}");
-        let FoundPairs { pairs, starts, order, keys } = found;
+        let FoundPairs { pairs, row_offsets, order, keys } = found_pairs;
         pairs.clear();
         classes.visit(&grains.radius, |i, j, steps| {
-            if let Some(code) = criterion.near(i, j, steps) {
-                pairs.extend(cells.listed((i, j), steps, code, all));
+            if let Some(code) = criterion.near_image(i, j, steps) {
+                pairs.extend(cells.list_position((i, j), steps, code, all));
             }
         });
         keys.clear();
         keys.extend(pairs.iter().map(|pair| pair.0));
-        count_sort(keys, grains.len(), starts, order);
+        count_sort(keys, grains.len(), row_offsets, order);
         for i in 0..grains.len() {
-            let own = &mut order[starts[i] as usize..starts[i + 1] as usize];
+            let own = &mut order[row_offsets[i] as usize..row_offsets[i + 1] as usize];
             own.sort_unstable_by_key(|&k| (pairs[k as usize].1, pairs[k as usize].2));
             for &k in &*own {
                 let (.., other, code, is_periodic) = pairs[k as usize];
                 let list = if is_periodic { &mut *periodic_pairs } else { &mut *slab_pairs };
-                list.other.push(other);
+                list.second.push(other);
                 if criterion.periodic {
                     list.image.push(code);
                 }
             }
-            slab_pairs.starts.push(slab_pairs.other.len() as u32);
-            periodic_pairs.starts.push(periodic_pairs.other.len() as u32);
+            slab_pairs.row_offsets.push(slab_pairs.second.len() as u32);
+            periodic_pairs.row_offsets.push(periodic_pairs.second.len() as u32);
         }
     }
 }
@@ -69,7 +69,7 @@ struct UniformCells<'a> {
 
 impl UniformCells<'_> {
     /// Place in the list of uniform cells of a pair whose second grain is `steps` cells away: `None` where they would not list it.
-    fn listed<const D: usize>(
+    fn list_position<const D: usize>(
         &self,
         (i, j): (usize, usize),
         steps: [i32; D],
@@ -129,7 +129,7 @@ mod tests {
             let x = apply(&cell.h, &s);
             grains.push(0, 0, std::array::from_fn(|c| cell.origin[c] + x[c]), radius, 1.0);
             let last = grains.len() - 1;
-            grains.held[last] = random.random::<f64>() < 0.1;
+            grains.is_held[last] = random.random::<f64>() < 0.1;
         }
         grains
     }
@@ -141,8 +141,8 @@ mod tests {
     ) -> Vec<(u32, u32)> {
         let mut all = Vec::new();
         for pairs in [&lists.slab_pairs, &lists.periodic_pairs] {
-            for (i, k) in pairs.firsts() {
-                let (a, b) = (grains.id[i], grains.id[pairs.other[k] as usize]);
+            for (i, k) in pairs.first_grains() {
+                let (a, b) = (grains.id[i], grains.id[pairs.second[k] as usize]);
                 all.push((a.min(b), a.max(b)));
             }
         }
@@ -150,7 +150,7 @@ mod tests {
     }
 
     /// Pairs by a search over all grains and all images.
-    fn brute<const D: usize, const R: usize>(
+    fn all_pairs<const D: usize, const R: usize>(
         grains: &Grains<D, R>,
         cell: &PeriodicCell<D>,
         gap: f64,
@@ -159,7 +159,7 @@ mod tests {
         cell.shifts(&mut shifts);
         let mut all = BTreeSet::new();
         for i in 0..grains.len() {
-            for j in (0..i).filter(|&j| !(grains.held[i] && grains.held[j])) {
+            for j in (0..i).filter(|&j| !(grains.is_held[i] && grains.is_held[j])) {
                 let limit = grains.radius[i] + grains.radius[j] + gap;
                 let apart = difference(&grains.position[i], &grains.position[j]);
                 let near = (0..PeriodicCell::<D>::images()).filter(|&code| {
@@ -201,13 +201,13 @@ mod tests {
         let found = ids(&classes, &by_class);
         let set: BTreeSet<(u32, u32)> = found.iter().copied().collect();
         prop_assert_eq!(set.len(), found.len());
-        prop_assert_eq!(set, brute(&drawn, &cell, gap));
+        prop_assert_eq!(set, all_pairs(&drawn, &cell, gap));
         // The lists are equal to those of uniform cells, in the same order.
         prop_assert_eq!(&by_class.id, &by_cell.id);
         for (a, b) in [(&classes.slab_pairs, &one.slab_pairs), (&classes.periodic_pairs, &one.periodic_pairs)]
         {
-            prop_assert_eq!(&a.starts, &b.starts);
-            prop_assert_eq!(&a.other, &b.other);
+            prop_assert_eq!(&a.row_offsets, &b.row_offsets);
+            prop_assert_eq!(&a.second, &b.second);
             prop_assert_eq!(&a.image, &b.image);
         }
         Ok(())

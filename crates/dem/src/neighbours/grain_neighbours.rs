@@ -88,7 +88,7 @@ impl<const D: usize, const R: usize> GrainNeighbours<D, R> {
 
     /// Finds the obstacle facets in contact with grains at their present positions.
     pub fn find_facets(&mut self, laws: &ContactLaws, grains: &Grains<D, R>, walls: &[RigidWall<D>]) {
-        if !self.walls.key.is_empty() {
+        if !self.walls.facet_key.is_empty() {
             let rupture = laws.stage.rupture_distance;
             self.walls.find_facets(walls, &grains.position, &grains.radius, rupture, &mut self.facets);
         }

@@ -37,7 +37,7 @@ pub fn build_lists<const D: usize, const R: usize>(
     let slabs = &neighbours.pairs.slabs;
     neighbours.walls.build(grains.view(), &grains.id, &boundary.walls, gap, slabs, columns);
     neighbours.find_facets(laws, grains, &boundary.walls);
-    boundary.membranes.find(clock, grains);
+    boundary.membranes.find_grains(clock, grains);
     neighbours.since_build =
         SinceListBuild { cell: Some(cell.geometry.h), grain_travel: 0.0, wall_travel: 0.0 };
     Ok(())
@@ -60,7 +60,7 @@ fn wrap<const D: usize, const R: usize>(
                 continue;
             }
             if !cell.periodic[axis] {
-                if !grains.held[i] && !(-1e-9..=1.0 + 1e-9).contains(&s[axis]) {
+                if !grains.is_held[i] && !(-1e-9..=1.0 + 1e-9).contains(&s[axis]) {
                     let reason = "has left the domain: enlarge it, or add a wall there".to_owned();
                     return Err(clock.grain_error(grains, i, reason));
                 }
@@ -77,7 +77,7 @@ fn wrap<const D: usize, const R: usize>(
         grains.position[i] = difference(&grains.position[i], &shift);
         grains.origin[i] = difference(&grains.origin[i], &shift);
         grains.velocity[i] = difference(&grains.velocity[i], &jump);
-        if !grains.held[i] {
+        if !grains.is_held[i] {
             let after = dot(&grains.velocity[i], &grains.velocity[i]);
             *boundary_work += 0.5 * grains.mass[i] * (after - before);
         }

@@ -48,13 +48,13 @@ pub struct VerletLists<const D: usize, const R: usize> {
     counts: [usize; MAX_DIMENSION],
     axes: [usize; MAX_DIMENSION],
     keys: Vec<u32>,
-    starts: Vec<u32>,
+    cell_offsets: Vec<u32>,
     order: Vec<u32>,
-    place: Vec<u32>,
-    carried: CarriedHistories<R>,
+    positions_in_order: Vec<u32>,
+    carried_histories: CarriedHistories<R>,
     scratch: ScratchBuffers,
     classes: SizeClasses<D>,
-    found: FoundPairs,
+    found_pairs: FoundPairs,
     /// Whether uniform cells are used for grains of all sizes.
     pub uniform_cells: bool,
 }
@@ -68,9 +68,9 @@ struct CarriedHistories<const R: usize> {
     first: Vec<u32>,
     second: Vec<u32>,
     history: ContactHistories<R>,
-    starts: Vec<u32>,
+    row_offsets: Vec<u32>,
     entries: Vec<u32>,
-    used: Vec<bool>,
+    is_used: Vec<bool>,
 }
 
 /// Index of cell `number` along each axis, for these counts along each axis and this order of the axes.
@@ -130,8 +130,8 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
     /// Lists grains `i` and `j`, `steps` cells away, where they are near and not both held.
     #[inline]
     fn pair(&self, i: usize, j: usize, steps: [i32; D], pairs: &mut PairList<R>) {
-        let Some(code) = self.near(i, j, steps) else { return };
-        pairs.other.push(j as u32);
+        let Some(code) = self.near_image(i, j, steps) else { return };
+        pairs.second.push(j as u32);
         if self.periodic {
             pairs.image.push(code);
         }
@@ -139,9 +139,9 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
 
     /// Image index of grain `j`, `steps` cells away, where it is near grain `i` and not both are held.
     #[inline]
-    fn near(&self, i: usize, j: usize, steps: [i32; D]) -> Option<u8> {
+    fn near_image(&self, i: usize, j: usize, steps: [i32; D]) -> Option<u8> {
         let grains = self.grains;
-        if grains.held[i] && grains.held[j] {
+        if grains.is_held[i] && grains.is_held[j] {
             return None;
         }
         let mut apart = difference(&grains.position[i], &grains.position[j]);
@@ -154,7 +154,7 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
     }
 
     /// Lists all later grains that are near grain `i`, by their nearest image.
-    fn all(&self, i: usize, pairs: &mut PairList<R>) {
+    fn list_all(&self, i: usize, pairs: &mut PairList<R>) {
         let own = self.cell.reduced(&self.unit, &self.grains.position[i]);
         for j in i + 1..self.grains.len() {
             let other = self.cell.reduced(&self.unit, &self.grains.position[j]);
@@ -198,15 +198,15 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                     error => error,
                 },
             )?;
-        self.place.clear();
-        self.place.resize(grains.len(), 0);
+        self.positions_in_order.clear();
+        self.positions_in_order.resize(grains.len(), 0);
         for (new, &old) in self.order.iter().enumerate() {
-            self.place[old as usize] = new as u32;
+            self.positions_in_order[old as usize] = new as u32;
         }
         grains.reorder(&self.order, &mut self.scratch);
-        grains.listed.clone_from(&grains.position);
+        grains.listed_position.clone_from(&grains.position);
         self.cut_slabs(grains.len(), all);
-        self.find(grains, cell, reach, all);
+        self.find_pairs(grains, cell, reach, all);
         self.restore_histories(grains, columns)
     }
 
@@ -214,19 +214,19 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     pub fn remove_grains(&mut self, place: &[u32], columns: HistoryColumns) {
         let count = place.iter().filter(|place| **place != u32::MAX).count();
         for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
-            let mut left = PairList { starts: vec![0; count + 1], ..PairList::default() };
+            let mut left = PairList { row_offsets: vec![0; count + 1], ..PairList::default() };
             left.histories.clear(0, columns);
-            for (i, k) in pairs.firsts() {
-                let (i, j) = (place[i], place[pairs.other[k] as usize]);
+            for (i, k) in pairs.first_grains() {
+                let (i, j) = (place[i], place[pairs.second[k] as usize]);
                 if i != u32::MAX && j != u32::MAX {
-                    left.other.push(j);
+                    left.second.push(j);
                     left.image.extend(pairs.image.get(k));
                     left.histories.push(&pairs.histories, k);
-                    left.starts[i as usize + 1] += 1;
+                    left.row_offsets[i as usize + 1] += 1;
                 }
             }
             for i in 0..count {
-                left.starts[i + 1] += left.starts[i];
+                left.row_offsets[i + 1] += left.row_offsets[i];
             }
             *pairs = left;
         }
@@ -234,15 +234,15 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
 
     /// Stores the contact histories.
     fn store_histories(&mut self, columns: HistoryColumns) {
-        let carried = &mut self.carried;
+        let carried = &mut self.carried_histories;
         carried.first.clear();
         carried.second.clear();
         carried.history.clear(0, columns);
         for pairs in [&self.slab_pairs, &self.periodic_pairs] {
-            for (i, k) in pairs.firsts() {
+            for (i, k) in pairs.first_grains() {
                 if pairs.histories.is_kept(k) {
                     carried.first.push(i as u32);
-                    carried.second.push(pairs.other[k]);
+                    carried.second.push(pairs.second[k]);
                     carried.history.push(&pairs.histories, k);
                 }
             }
@@ -288,7 +288,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                 key * counts[axis] + place.min(counts[axis] - 1)
             }) as u32
         }));
-        count_sort(&self.keys, total as usize, &mut self.starts, &mut self.order);
+        count_sort(&self.keys, total as usize, &mut self.cell_offsets, &mut self.order);
         Ok(few)
     }
 
@@ -301,7 +301,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         let layers = self.counts[self.axes[0]];
         let per_layer: usize = self.axes[1..D].iter().map(|&axis| self.counts[axis]).product();
         for layer in 1..layers {
-            let start = self.starts[layer * per_layer];
+            let start = self.cell_offsets[layer * per_layer];
             let last = self.slabs[self.slabs.len() - 1];
             if !all
                 && (start - last) as usize >= MIN_SLAB_GRAINS
@@ -316,12 +316,12 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     }
 
     /// Lists the pairs of all grains.
-    fn find(&mut self, grains: &Grains<D, R>, cell: &PeriodicCell<D>, reach: ListReach, all: bool) {
+    fn find_pairs(&mut self, grains: &Grains<D, R>, cell: &PeriodicCell<D>, reach: ListReach, all: bool) {
         for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
-            pairs.starts.clear();
-            pairs.other.clear();
+            pairs.row_offsets.clear();
+            pairs.second.clear();
             pairs.image.clear();
-            pairs.starts.push(0);
+            pairs.row_offsets.push(0);
         }
         let mut shifts = Vec::new();
         cell.shifts(&mut shifts);
@@ -334,16 +334,16 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             unit: inverse(&cell.h).0,
         };
         if self.is_wide(&grains.radius) {
-            self.find_by_class(&criterion, all);
+            self.list_by_size_class(&criterion, all);
             return;
         }
         let slabs: Vec<[PairList<R>; 2]> =
             self.cells.par_windows(2).map(|ends| self.find_in(&criterion, ends[0]..ends[1], all)).collect();
         for slab in slabs {
             for (pairs, more) in [&mut self.slab_pairs, &mut self.periodic_pairs].into_iter().zip(slab) {
-                let before = pairs.other.len() as u32;
-                pairs.starts.extend(more.starts.iter().map(|start| before + start));
-                pairs.other.extend(more.other);
+                let before = pairs.second.len() as u32;
+                pairs.row_offsets.extend(more.row_offsets.iter().map(|start| before + start));
+                pairs.second.extend(more.second);
                 pairs.image.extend(more.image);
             }
         }
@@ -354,7 +354,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         let [mut slab_pairs, mut periodic_pairs] = [PairList::default(), PairList::default()];
         let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
         for number in cells.start as usize..cells.end as usize {
-            let (from, to) = (self.starts[number] as usize, self.starts[number + 1] as usize);
+            let (from, to) = (self.cell_offsets[number] as usize, self.cell_offsets[number + 1] as usize);
             if from == to {
                 continue;
             }
@@ -363,7 +363,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
             }
             for i in from..to {
                 if all {
-                    criterion.all(i, &mut slab_pairs);
+                    criterion.list_all(i, &mut slab_pairs);
                 } else {
                     for j in i + 1..to {
                         criterion.pair(i, j, [0; D], &mut slab_pairs);
@@ -373,13 +373,13 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
                             .iter()
                             .fold(0, |key, &axis| key * self.counts[axis] + near.cell[axis]);
                         let pairs = if near.is_periodic { &mut periodic_pairs } else { &mut slab_pairs };
-                        for j in self.starts[key]..self.starts[key + 1] {
+                        for j in self.cell_offsets[key]..self.cell_offsets[key + 1] {
                             criterion.pair(i, j as usize, near.steps, pairs);
                         }
                     }
                 }
-                slab_pairs.starts.push(slab_pairs.other.len() as u32);
-                periodic_pairs.starts.push(periodic_pairs.other.len() as u32);
+                slab_pairs.row_offsets.push(slab_pairs.second.len() as u32);
+                periodic_pairs.row_offsets.push(periodic_pairs.second.len() as u32);
             }
         }
         [slab_pairs, periodic_pairs]
@@ -414,56 +414,56 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
     /// Restores the histories of contacts that are listed again.
     fn restore_histories(&mut self, grains: &Grains<D, R>, columns: HistoryColumns) -> Result<(), ListError> {
         let count = grains.len();
-        let carried = &mut self.carried;
+        let carried = &mut self.carried_histories;
         for column in [&mut carried.first, &mut carried.second] {
-            column.iter_mut().for_each(|grain| *grain = self.place[*grain as usize]);
+            column.iter_mut().for_each(|grain| *grain = self.positions_in_order[*grain as usize]);
         }
         // Entries under both grains.
-        carried.starts.clear();
-        carried.starts.resize(count + 1, 0);
+        carried.row_offsets.clear();
+        carried.row_offsets.resize(count + 1, 0);
         for &grain in carried.first.iter().chain(&carried.second) {
-            carried.starts[grain as usize + 1] += 1;
+            carried.row_offsets[grain as usize + 1] += 1;
         }
         for grain in 0..count {
-            carried.starts[grain + 1] += carried.starts[grain];
+            carried.row_offsets[grain + 1] += carried.row_offsets[grain];
         }
         let kept = carried.first.len();
         carried.entries.clear();
         carried.entries.resize(2 * kept, 0);
         for side in [&carried.first, &carried.second] {
             for (entry, &grain) in side.iter().enumerate() {
-                let slot = &mut carried.starts[grain as usize];
+                let slot = &mut carried.row_offsets[grain as usize];
                 carried.entries[*slot as usize] = entry as u32;
                 *slot += 1;
             }
         }
-        carried.starts.rotate_right(1);
-        carried.starts[0] = 0;
-        carried.used.clear();
-        carried.used.resize(kept, false);
+        carried.row_offsets.rotate_right(1);
+        carried.row_offsets[0] = 0;
+        carried.is_used.clear();
+        carried.is_used.resize(kept, false);
         for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
-            pairs.histories.clear(pairs.other.len(), columns);
+            pairs.histories.clear(pairs.second.len(), columns);
             for i in 0..count {
-                let own = carried.starts[i] as usize..carried.starts[i + 1] as usize;
+                let own = carried.row_offsets[i] as usize..carried.row_offsets[i + 1] as usize;
                 if own.is_empty() {
                     continue;
                 }
-                for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
-                    let j = pairs.other[k];
+                for k in pairs.row_offsets[i] as usize..pairs.row_offsets[i + 1] as usize {
+                    let j = pairs.second[k];
                     for &entry in &carried.entries[own.clone()] {
                         let entry = entry as usize;
                         let ends = (carried.first[entry], carried.second[entry]);
                         let flip = ends == (j, i as u32);
                         if flip || ends == (i as u32, j) {
-                            pairs.histories.take(k, &carried.history, entry, flip);
-                            carried.used[entry] = true;
+                            pairs.histories.copy_from(k, &carried.history, entry, flip);
+                            carried.is_used[entry] = true;
                         }
                     }
                 }
             }
         }
         let lost = |entry: &usize| {
-            !carried.used[*entry] && carried.history.bond.get(*entry).is_some_and(Bond::is_intact)
+            !carried.is_used[*entry] && carried.history.bond.get(*entry).is_some_and(Bond::is_intact)
         };
         match (0..kept).find(lost) {
             Some(entry) => Err(ListError::Stretched(grains.id[carried.first[entry] as usize])),

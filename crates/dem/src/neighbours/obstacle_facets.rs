@@ -5,7 +5,7 @@ use colluvium_points::surface::{ContactQuery, NearestPoint};
 use crate::boundary::walls::RigidWall;
 use crate::contact::ContactState;
 use crate::neighbours::wall_list::WallList;
-use crate::obstacles::facet::{Facet, MAX_FACETS, NO_FACET};
+use crate::obstacles::facet::{FacetContact, MAX_FACETS, NO_FACET};
 
 /// Smallest cosine between two facet normals for which a contact continues from one facet to the other.
 const MIN_NORMAL_COSINE: f64 = 0.999;
@@ -22,7 +22,7 @@ impl<const R: usize> WallList<R> {
         query: &mut ContactQuery<D>,
     ) {
         let mut k = 0;
-        while k < self.key.len() {
+        while k < self.facet_key.len() {
             let (i, wall) = (self.grain[k] as usize, &walls[self.wall[k] as usize]);
             let Some(surface) = wall.current_surface() else {
                 k += 1;
@@ -31,7 +31,7 @@ impl<const R: usize> WallList<R> {
             query.clear();
             let reach = radius[i] + rupture;
             surface.query_contacts(&position[i], reach, query);
-            self.match_slots(k, query.all(), reach);
+            self.match_slots(k, query.contacts(), reach);
             k += MAX_FACETS;
         }
     }
@@ -42,16 +42,16 @@ impl<const R: usize> WallList<R> {
         let mut is_used = [false; MAX_FACETS];
         let mut unmatched = [None; MAX_FACETS];
         for (number, point) in points.iter().take(MAX_FACETS).enumerate() {
-            match slots.clone().find(|&k| self.key[k] == point.feature_id) {
+            match slots.clone().find(|&k| self.facet_key[k] == point.feature_id) {
                 Some(k) => {
-                    self.facet[k] = Facet::of(point);
+                    self.facet[k] = FacetContact::from_nearest_point(point);
                     is_used[k - first] = true;
                 }
                 None => unmatched[number] = Some(point),
             }
         }
         for point in unmatched.into_iter().flatten() {
-            let facet = Facet::of(point);
+            let facet = FacetContact::from_nearest_point(point);
             let along = |k: usize| (0..3).map(|c| self.facet[k].normal[c] * facet.normal[c]).sum::<f64>();
             let open = |k: &usize| !is_used[*k - first];
             let continued = slots
@@ -60,7 +60,7 @@ impl<const R: usize> WallList<R> {
                 .find(|&k| self.history.state[k] != ContactState::Apart && along(k) > MIN_NORMAL_COSINE);
             let new = || slots.clone().filter(open).find(|&k| self.history.state[k] == ContactState::Apart);
             if let Some(k) = continued.or_else(new) {
-                (self.key[k], self.facet[k]) = (point.feature_id, facet);
+                (self.facet_key[k], self.facet[k]) = (point.feature_id, facet);
                 is_used[k - first] = true;
             }
         }
@@ -68,7 +68,7 @@ impl<const R: usize> WallList<R> {
             // Facet no longer near: the remaining contact ends, with its last normal.
             self.facet[k].distance = reach;
             if self.history.state[k] == ContactState::Apart {
-                self.key[k] = NO_FACET;
+                self.facet_key[k] = NO_FACET;
             }
         }
     }

@@ -26,7 +26,7 @@ struct ClassGrid<const D: usize> {
     counts: Vec<usize>,
     /// Cells per unit of each reduced coordinate.
     scale: Vec<f64>,
-    starts: Vec<u32>,
+    cell_offsets: Vec<u32>,
     /// Grains by cell, ascending within one.
     members: Vec<u32>,
 }
@@ -35,9 +35,9 @@ struct ClassGrid<const D: usize> {
 #[derive(Clone, Debug, Default)]
 pub struct SizeClasses<const D: usize> {
     grids: Vec<ClassGrid<D>>,
-    class: Vec<u8>,
+    size_class: Vec<u8>,
     /// Reduced coordinates, along axes that are not periodic relative to the lowest grain.
-    place: Vec<[f64; D]>,
+    reduced_position: Vec<[f64; D]>,
     periodic: Vec<bool>,
     /// Reduced coordinate per metre across the sides of the cell (1/m).
     per_metre: Vec<f64>,
@@ -75,20 +75,20 @@ impl<const D: usize> SizeClasses<D> {
         self.gap = gap;
         self.periodic = cell.periodic.to_vec();
         self.per_metre = widths.iter().map(|width| 1.0 / width).collect();
-        self.place.clear();
-        self.place.extend(positions.iter().map(|x| cell.reduced(&unit, x)));
+        self.reduced_position.clear();
+        self.reduced_position.extend(positions.iter().map(|x| cell.reduced(&unit, x)));
         let mut extent = [1.0; D];
         for axis in (0..D).filter(|&axis| !cell.periodic[axis]) {
-            let along = self.place.iter().map(|s| s[axis]);
+            let along = self.reduced_position.iter().map(|s| s[axis]);
             let (low, high) =
                 along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s), b.max(s)));
-            self.place.iter_mut().for_each(|s| s[axis] -= low);
+            self.reduced_position.iter_mut().for_each(|s| s[axis] -= low);
             extent[axis] = (high - low).max(0.0);
         }
         let max_radius = radii.iter().copied().fold(0.0, f64::max);
-        self.class.clear();
-        self.class.extend(radii.iter().map(|radius| class_of(*radius, max_radius)));
-        let last = self.class.iter().copied().max().unwrap_or(0);
+        self.size_class.clear();
+        self.size_class.extend(radii.iter().map(|radius| class_of(*radius, max_radius)));
+        let last = self.size_class.iter().copied().max().unwrap_or(0);
         self.grids.resize(usize::from(last) + 1, ClassGrid::default());
         for class in 0..=last {
             self.bin(class, radii, &extent);
@@ -97,7 +97,7 @@ impl<const D: usize> SizeClasses<D> {
     }
 
     fn bin(&mut self, class: u8, radii: &[f64], extent: &[f64; D]) {
-        let members: Vec<usize> = (0..radii.len()).filter(|i| self.class[*i] == class).collect();
+        let members: Vec<usize> = (0..radii.len()).filter(|i| self.size_class[*i] == class).collect();
         let radius = members.iter().map(|&i| radii[i]).fold(0.0, f64::max);
         let grid = &mut self.grids[usize::from(class)];
         (grid.radius, grid.counts, grid.scale) = (radius, vec![1; D], vec![1.0; D]);
@@ -121,13 +121,13 @@ impl<const D: usize> SizeClasses<D> {
         self.keys.clear();
         let place = |i: &usize| {
             (0..D).fold(0usize, |key, c| {
-                let cell = (self.place[*i][c] * grid.scale[c]).max(0.0) as usize;
+                let cell = (self.reduced_position[*i][c] * grid.scale[c]).max(0.0) as usize;
                 key * grid.counts[c] + cell.min(grid.counts[c] - 1)
             }) as u32
         };
         self.keys.extend(members.iter().map(place));
         let total = grid.counts.iter().product();
-        crate::neighbours::count_sort(&self.keys, total, &mut grid.starts, &mut grid.members);
+        crate::neighbours::count_sort(&self.keys, total, &mut grid.cell_offsets, &mut grid.members);
         grid.members.iter_mut().for_each(|member| *member = members[*member as usize] as u32);
     }
 
@@ -135,12 +135,12 @@ impl<const D: usize> SizeClasses<D> {
     /// second one near the first. Where a cell is narrower than four reaches there may be two such images.
     pub fn visit(&self, radii: &[f64], mut visit: impl FnMut(usize, usize, [i32; D])) {
         for (i, radius) in radii.iter().enumerate() {
-            let own = usize::from(self.class[i]);
+            let own = usize::from(self.size_class[i]);
             for (class, grid) in self.grids[..=own].iter().enumerate() {
                 if grid.members.is_empty() {
                     continue;
                 }
-                self.around(grid, i, radius + grid.radius + self.gap, |j, steps| {
+                self.visit_balls_within(grid, i, radius + grid.radius + self.gap, |j, steps| {
                     // Of two grains in one class the first finds the second.
                     if class < own || j > i {
                         visit(i, j, steps);
@@ -152,10 +152,16 @@ impl<const D: usize> SizeClasses<D> {
 
     /// Visits the balls in the grid cells within `reach` (m) of ball `i`.
     #[inline]
-    fn around(&self, grid: &ClassGrid<D>, i: usize, reach: f64, mut visit: impl FnMut(usize, [i32; D])) {
+    fn visit_balls_within(
+        &self,
+        grid: &ClassGrid<D>,
+        i: usize,
+        reach: f64,
+        mut visit: impl FnMut(usize, [i32; D]),
+    ) {
         let (mut low, mut spans) = ([0i64; D], [1i64; D]);
         for c in 0..D {
-            let at = self.place[i][c] * grid.scale[c];
+            let at = self.reduced_position[i][c] * grid.scale[c];
             let distance = reach * self.per_metre[c] * grid.scale[c] + ROUND_OFF;
             let last = grid.counts[c] as i64 - 1;
             let (mut from, mut to) = ((at - distance).floor() as i64, (at + distance).floor() as i64);
@@ -174,7 +180,7 @@ impl<const D: usize> SizeClasses<D> {
                 (key[c], steps[c]) = (place.rem_euclid(count) as usize, place.div_euclid(count) as i32);
             }
             let key = (0..D).fold(0, |sum, c| sum * grid.counts[c] + key[c]);
-            for &j in &grid.members[grid.starts[key] as usize..grid.starts[key + 1] as usize] {
+            for &j in &grid.members[grid.cell_offsets[key] as usize..grid.cell_offsets[key + 1] as usize] {
                 visit(j as usize, steps);
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::boundary::walls::RigidWall;
 use crate::contact::contact_histories::{ContactHistories, HistoryColumns};
-use crate::obstacles::facet::{Facet, MAX_FACETS, NO_FACET};
+use crate::obstacles::facet::{FacetContact, MAX_FACETS, NO_FACET};
 use crate::points::grains::GrainView;
 
 /// List of grains near walls.
@@ -17,27 +17,27 @@ pub struct WallList<const R: usize> {
     /// Contact histories.
     pub history: ContactHistories<R>,
     /// Facet key of each entry at an obstacle, which has several entries in a row; empty without obstacles.
-    pub key: Vec<u64>,
+    pub facet_key: Vec<u64>,
     /// Distance and normal of the facet of each entry at an obstacle.
-    pub facet: Vec<Facet>,
-    kept: Vec<(u32, u32, u64)>,
+    pub facet: Vec<FacetContact>,
+    stored_contacts: Vec<(u32, u32, u64)>,
     /// Normals of the contacts whose histories are stored.
-    normals: Vec<Facet>,
-    carried: ContactHistories<R>,
+    normals: Vec<FacetContact>,
+    stored_histories: ContactHistories<R>,
 }
 
 impl<const R: usize> WallList<R> {
     /// Stores the contact histories by the ids of their grains, before grains are sorted.
     pub fn store_histories(&mut self, ids: &[u32], columns: HistoryColumns) {
-        self.kept.clear();
+        self.stored_contacts.clear();
         self.normals.clear();
-        self.carried.clear(0, columns);
+        self.stored_histories.clear(0, columns);
         for k in 0..self.grain.len() {
             if self.history.is_kept(k) {
-                let key = self.key.get(k).copied().unwrap_or(NO_FACET);
-                self.kept.push((ids[self.grain[k] as usize], self.wall[k], key));
+                let key = self.facet_key.get(k).copied().unwrap_or(NO_FACET);
+                self.stored_contacts.push((ids[self.grain[k] as usize], self.wall[k], key));
                 self.normals.extend(self.facet.get(k));
-                self.carried.push(&self.history, k);
+                self.stored_histories.push(&self.history, k);
             }
         }
     }
@@ -51,7 +51,7 @@ impl<const R: usize> WallList<R> {
             if grain != u32::MAX && wall != u32::MAX {
                 left.grain.push(grain);
                 left.wall.push(wall);
-                left.key.extend(self.key.get(k));
+                left.facet_key.extend(self.facet_key.get(k));
                 left.facet.extend(self.facet.get(k));
                 left.history.push(&self.history, k);
             }
@@ -76,7 +76,7 @@ impl<const R: usize> WallList<R> {
             self.slabs.push(self.grain.len() as u32);
             for i in ends[0] as usize..ends[1] as usize {
                 for (number, wall) in walls.iter().enumerate() {
-                    if grains.held[i] || !wall.is_near(&grains.position[i], grains.radius[i] + gap) {
+                    if grains.is_held[i] || !wall.is_near(&grains.position[i], grains.radius[i] + gap) {
                         continue;
                     }
                     for _ in 0..if wall.surface.is_some() { MAX_FACETS } else { 1 } {
@@ -90,27 +90,29 @@ impl<const R: usize> WallList<R> {
         self.history.clear(self.grain.len(), columns);
         let facetted = walls.iter().any(|wall| wall.surface.is_some());
         let entries = if facetted { self.grain.len() } else { 0 };
-        self.key.clear();
-        self.key.resize(entries, NO_FACET);
+        self.facet_key.clear();
+        self.facet_key.resize(entries, NO_FACET);
         self.facet.clear();
-        self.facet.resize(entries, Facet::NONE);
-        if self.kept.is_empty() {
+        self.facet.resize(entries, FacetContact::OUT_OF_REACH);
+        if self.stored_contacts.is_empty() {
             return;
         }
-        let mut order: Vec<usize> = (0..self.kept.len()).collect();
-        order.sort_unstable_by_key(|&entry| self.kept[entry]);
+        let mut order: Vec<usize> = (0..self.stored_contacts.len()).collect();
+        order.sort_unstable_by_key(|&entry| self.stored_contacts[entry]);
         let mut slot = 0;
         for k in 0..self.grain.len() {
             let (id, wall) = (ids[self.grain[k] as usize], self.wall[k]);
             // The slots of a grain at an obstacle receive its stored contacts one after another.
             let again = k > 0 && self.grain[k - 1] == self.grain[k] && self.wall[k - 1] == wall;
             slot = if again { slot + 1 } else { 0 };
-            let first = order.partition_point(|&entry| (self.kept[entry].0, self.kept[entry].1) < (id, wall));
+            let first = order.partition_point(|&entry| {
+                (self.stored_contacts[entry].0, self.stored_contacts[entry].1) < (id, wall)
+            });
             let Some(&entry) = order.get(first + slot) else { continue };
-            if (self.kept[entry].0, self.kept[entry].1) == (id, wall) {
-                self.history.take(k, &self.carried, entry, false);
-                if let (Some(key), Some(facet)) = (self.key.get_mut(k), self.facet.get_mut(k)) {
-                    *key = self.kept[entry].2;
+            if (self.stored_contacts[entry].0, self.stored_contacts[entry].1) == (id, wall) {
+                self.history.copy_from(k, &self.stored_histories, entry, false);
+                if let (Some(key), Some(facet)) = (self.facet_key.get_mut(k), self.facet.get_mut(k)) {
+                    *key = self.stored_contacts[entry].2;
                     self.normals.get(entry).inspect(|known| *facet = **known);
                 }
             }
@@ -128,5 +130,5 @@ pub struct WallListView<'a> {
     /// First entry of each slab, and the number of entries.
     pub slabs: &'a [u32],
     /// Distances and normals of the facets of entries at obstacles.
-    pub facet: &'a [Facet],
+    pub facet: &'a [FacetContact],
 }

@@ -8,21 +8,21 @@ pub const MAX_FACETS: usize = 6;
 /// Key of a contact without a facet.
 pub const NO_FACET: u64 = u64::MAX;
 
-/// Facet of a list entry, by distance and normal.
+/// Contact of a grain with a facet of an obstacle: distance (m) and normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Facet {
+pub struct FacetContact {
     /// Distance of the grain centre (m).
     pub distance: f64,
     /// Normal towards the grain.
     pub normal: [f64; 3],
 }
 
-impl Facet {
+impl FacetContact {
     /// Facet out of reach.
-    pub const NONE: Self = Self { distance: f64::INFINITY, normal: [0.0; 3] };
+    pub const OUT_OF_REACH: Self = Self { distance: f64::INFINITY, normal: [0.0; 3] };
 
     /// Returns the facet at a nearest point of a surface.
-    pub fn of<const D: usize>(place: &NearestPoint<D>) -> Self {
+    pub fn from_nearest_point<const D: usize>(place: &NearestPoint<D>) -> Self {
         let normal = std::array::from_fn(|c| place.normal.get(c).copied().unwrap_or(0.0));
         Self { distance: place.distance, normal }
     }

@@ -85,7 +85,7 @@ impl<const D: usize> CoarseGrainingNodes<D> {
     }
 
     /// Position of node number `index` (m).
-    pub fn place(&self, index: usize) -> [f64; D] {
+    pub fn node_position(&self, index: usize) -> [f64; D] {
         let mut rest = index;
         std::array::from_fn(|c| {
             let k = rest % self.count[c];
@@ -119,7 +119,7 @@ impl<const D: usize> CoarseGrainingNodes<D> {
                 rest /= number[c];
                 stride *= self.count[c];
             }
-            let weight = kernel.value(&difference(&self.place(node), x));
+            let weight = kernel.value(&difference(&self.node_position(node), x));
             if weight > 0.0 {
                 visit(node, weight);
             }

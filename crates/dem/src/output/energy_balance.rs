@@ -14,7 +14,7 @@ pub struct BrokenBond {
     /// Ids of the two grains.
     pub ids: [u32; 2],
     /// Midpoint of the two grains, or the centre of the first one for a pair across a periodic boundary (m).
-    pub place: [f64; 3],
+    pub midpoint: [f64; 3],
 }
 
 /// Energy balance of a run (J).
@@ -35,11 +35,11 @@ pub struct EnergyBalance {
     /// Work of gravity since the start.
     pub gravity: f64,
     /// Work of forces on bodies and of membranes since the start.
-    pub applied: f64,
+    pub applied_work: f64,
     /// Work of walls, held grains, a moving cell and growth since the start.
     pub boundary: f64,
     /// Kinetic energy of grains that entered since the start.
-    pub entered: f64,
+    pub inflow: f64,
     /// Energy changes between stages: other laws, velocities set.
     pub stage_changes: f64,
     /// Energy dissipated by friction.
@@ -49,7 +49,7 @@ pub struct EnergyBalance {
     /// Energy dissipated by rolling and torsion resistance.
     pub rolling: f64,
     /// Energy lost where springs are rescaled or end with their contact.
-    pub rescaled: f64,
+    pub spring_loss: f64,
     /// Work against attraction; negative where attraction does the work.
     pub attraction: f64,
     /// Energy of bonds that broke.
@@ -88,7 +88,7 @@ impl EnergyBalance {
         self.friction
             + self.dashpots
             + self.rolling
-            + self.rescaled
+            + self.spring_loss
             + self.attraction
             + self.broken
             + self.damping
@@ -98,9 +98,9 @@ impl EnergyBalance {
     pub fn balance(&self) -> f64 {
         let came = self.start.unwrap_or(0.0)
             + self.gravity
-            + self.applied
+            + self.applied_work
             + self.boundary
-            + self.entered
+            + self.inflow
             + self.stage_changes;
         self.stored() + self.dissipated() - came
     }
@@ -109,9 +109,9 @@ impl EnergyBalance {
     pub fn input(&self) -> f64 {
         self.start.unwrap_or(0.0)
             + self.gravity.abs()
-            + self.applied.abs()
+            + self.applied_work.abs()
             + self.boundary.abs()
-            + self.entered
+            + self.inflow
             + self.stage_changes.abs()
     }
 
@@ -136,7 +136,7 @@ impl EnergyBalance {
         self.friction += energies.friction;
         self.dashpots += energies.dashpots;
         self.rolling += energies.rolling;
-        self.rescaled += energies.rescaled;
+        self.spring_loss += energies.spring_loss;
         self.attraction += energies.attraction;
         self.broken += energies.broken;
         self.boundary += energies.boundary;
@@ -148,11 +148,11 @@ impl EnergyBalance {
 
     /// Adds the sums over grains of a step, of which `share` lies before the time of the forces.
     pub fn add_grains<const D: usize>(&mut self, sums: &GrainSums<D>, share: f64) {
-        let now = [sums.gravity, sums.damping, sums.held, sums.applied];
+        let now = [sums.gravity, sums.damping, sums.held_work, sums.applied_work];
         let sum = |k: usize| self.next_half_step[k] + share * now[k];
         let [gravity, damping, held, applied] = [sum(0), sum(1), sum(2), sum(3)];
         self.gravity += gravity;
-        self.applied += applied;
+        self.applied_work += applied;
         self.damping += damping;
         self.boundary += held;
         self.next_half_step = now.map(|value| (1.0 - share) * value);
@@ -177,14 +177,14 @@ impl EnergyBalance {
             ("energy.rolling", self.elastic_rolling),
             ("energy.bonds", self.elastic_bonds),
             ("work.gravity", self.gravity),
-            ("work.forces", self.applied),
+            ("work.forces", self.applied_work),
             ("work.boundaries", self.boundary),
-            ("energy.entered", self.entered),
+            ("energy.entered", self.inflow),
             ("work.stages", self.stage_changes),
             ("dissipated.friction", self.friction),
             ("dissipated.dashpots", self.dashpots),
             ("dissipated.rolling", self.rolling),
-            ("dissipated.rescaling", self.rescaled),
+            ("dissipated.rescaling", self.spring_loss),
             ("dissipated.attraction", self.attraction),
             ("dissipated.bonds", self.broken),
             ("dissipated.damping", self.damping),

@@ -73,7 +73,7 @@ fn alignment<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> f64 {
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Fabric of the present contacts; `None` without contacts between grains. Held grains are never rattlers and are not counted.
     pub fn fabric(&self) -> Option<Fabric<D>> {
-        let held = &self.grains.held;
+        let held = &self.grains.is_held;
         let FabricSample { pairs, forces, dyads, stress_volume: pressed } = self.fabric_sample();
         if forces.is_empty() {
             return None;
@@ -111,17 +111,17 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
 
     /// Contact data for the fabric.
     pub(crate) fn fabric_sample(&self) -> FabricSample<D> {
-        let held = &self.grains.held;
+        let held = &self.grains.is_held;
         // The capacity follows the last step. A list of whole contacts would need as much memory as all else for many grains.
         let all = self.records.energy_balance.contacts[0] as usize + self.neighbours.walls.grain.len();
         let (mut pairs, mut forces) = (Vec::with_capacity(all), Vec::with_capacity(all));
         let (mut dyads, mut pressed) = (SymTensor::ZERO, [[0.0; D]; D]);
         self.for_each_contact(|contact, _, _| {
-            pairs.push(match contact.other {
+            pairs.push(match contact.second {
                 Some(j) if held[contact.grain] => (j as u32, None),
                 other => (contact.grain as u32, other.filter(|j| !held[*j]).map(|j| j as u32)),
             });
-            if contact.other.is_none() {
+            if contact.second.is_none() {
                 return;
             }
             let normal = spatial(&scaled(1.0 / norm(&contact.branch), &contact.branch));
@@ -168,7 +168,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         let times = FieldData::Scalar(self.records.broken_bonds.iter().map(|one| one.time).collect());
         let points = FramePoints {
             ids: (0..self.records.broken_bonds.len() as u64).collect(),
-            positions: self.records.broken_bonds.iter().map(|one| one.place).collect(),
+            positions: self.records.broken_bonds.iter().map(|one| one.midpoint).collect(),
             ..FramePoints::default()
         };
         Dataset {
@@ -202,7 +202,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
                 scalar("normal_force", "N", &|contact| contact.normal),
                 scalar("tangential_force", "N", &across),
                 scalar("overlap", "m", &|contact| contact.overlap),
-                scalar("wall", "", &|contact| f64::from(u8::from(contact.other.is_none()))),
+                scalar("wall", "", &|contact| f64::from(u8::from(contact.second.is_none()))),
             ],
         }
     }
@@ -212,7 +212,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     pub fn contact_rose(&self, bins: usize) -> Vec<f64> {
         let mut counts = vec![0.0; bins];
         let mut total = 0.0;
-        for contact in self.contacts().iter().filter(|contact| contact.other.is_some()) {
+        for contact in self.contacts().iter().filter(|contact| contact.second.is_some()) {
             let angle = contact.branch[1].atan2(contact.branch[0]).rem_euclid(std::f64::consts::PI);
             let bin = (angle / std::f64::consts::PI * bins as f64) as usize;
             if let Some(last) = bins.checked_sub(1) {

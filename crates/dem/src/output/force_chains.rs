@@ -31,12 +31,12 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
                 (-spectrum.values[2], std::array::from_fn(|c| direction[c]))
             })
             .collect();
-        let free = (0..count).filter(|&i| !self.grains.held[i]);
+        let free = (0..count).filter(|&i| !self.grains.is_held[i]);
         let mean = free.clone().map(|i| major[i].0).sum::<f64>() / free.count().max(1) as f64;
-        let strong = |i: usize| major[i].0 > mean && major[i].0 > 0.0 && !self.grains.held[i];
+        let strong = |i: usize| major[i].0 > mean && major[i].0 > 0.0 && !self.grains.is_held[i];
         let mut chains = UnionFind::new(count);
         self.for_each_contact(|contact, _, _| {
-            let (i, Some(j)) = (contact.grain, contact.other) else { return };
+            let (i, Some(j)) = (contact.grain, contact.second) else { return };
             let along = |k: usize| {
                 dot(&major[k].1, &contact.branch).abs() >= MIN_ALIGNMENT_COSINE * norm(&contact.branch)
             };
@@ -54,7 +54,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Scalar outputs of the force chains.
     pub(crate) fn chain_outputs(&self) -> Vec<ScalarOutput> {
         let chains = self.force_chains();
-        let free = self.grains.held.iter().filter(|held| !**held).count() as f64;
+        let free = self.grains.is_held.iter().filter(|held| !**held).count() as f64;
         let inside = chains.iter().map(Vec::len).sum::<usize>() as f64;
         let longest = chains.first().map_or(0.0, |grains| grains.len() as f64);
         [("chains.count", chains.len() as f64), ("chains.longest", longest), ("chains.grains", inside / free)]

@@ -30,7 +30,7 @@ pub struct Tessellation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum CellEdge {
     /// Wall, or boundary of the domain.
-    End,
+    Boundary,
     /// Another grain, or an image of it.
     Grain { number: usize, image: bool },
 }
@@ -80,7 +80,7 @@ struct GrainBins<'a> {
     count: [i64; 2],
     /// Smallest width of a bin (m).
     width: f64,
-    starts: Vec<usize>,
+    bin_offsets: Vec<usize>,
     order: Vec<usize>,
 }
 
@@ -94,24 +94,24 @@ impl<'a> GrainBins<'a> {
         };
         let position: Vec<[f64; 2]> = position.iter().map(back).collect();
         let widths = cell.widths();
-        let most = (position.len() as f64).sqrt().ceil().max(1.0) * 4.0;
-        let count = widths.map(|width| (width / (BIN_WIDTH * mean)).floor().clamp(1.0, most) as i64);
+        let largest = (position.len() as f64).sqrt().ceil().max(1.0) * 4.0;
+        let count = widths.map(|width| (width / (BIN_WIDTH * mean)).floor().clamp(1.0, largest) as i64);
         let width = (widths[0] / count[0] as f64).min(widths[1] / count[1] as f64);
-        let (starts, order) = (vec![0; (count[0] * count[1]) as usize + 1], vec![0; position.len()]);
-        let mut bins = Self { position, cell, unit, count, width, starts, order };
+        let (bin_offsets, order) = (vec![0; (count[0] * count[1]) as usize + 1], vec![0; position.len()]);
+        let mut bins = Self { position, cell, unit, count, width, bin_offsets, order };
         let keys: Vec<usize> = bins
             .position
             .iter()
             .map(|x| {
-                let [a, b] = bins.of(x);
+                let [a, b] = bins.bin_index(x);
                 (b * count[0] + a) as usize
             })
             .collect();
-        keys.iter().for_each(|key| bins.starts[key + 1] += 1);
-        for key in 1..bins.starts.len() {
-            bins.starts[key] += bins.starts[key - 1];
+        keys.iter().for_each(|key| bins.bin_offsets[key + 1] += 1);
+        for key in 1..bins.bin_offsets.len() {
+            bins.bin_offsets[key] += bins.bin_offsets[key - 1];
         }
-        let mut next = bins.starts.clone();
+        let mut next = bins.bin_offsets.clone();
         for (i, key) in keys.iter().enumerate() {
             bins.order[next[*key]] = i;
             next[*key] += 1;
@@ -119,14 +119,15 @@ impl<'a> GrainBins<'a> {
         bins
     }
 
-    fn of(&self, x: &[f64; 2]) -> [i64; 2] {
+    /// Index of the bin of a position along both axes.
+    fn bin_index(&self, x: &[f64; 2]) -> [i64; 2] {
         let s = self.cell.reduced(&self.unit, x);
         std::array::from_fn(|c| ((s[c] * self.count[c] as f64).floor() as i64).clamp(0, self.count[c] - 1))
     }
 
     /// Calls `visit` with each grain in the bins `ring` bins away, its position relative to `x`, and whether it is an image.
     fn ring(&self, x: &[f64; 2], ring: i64, mut visit: impl FnMut(usize, [f64; 2], bool)) {
-        let own = self.of(x);
+        let own = self.bin_index(x);
         for b in -ring..=ring {
             let step = if b.abs() == ring || ring == 0 { 1 } else { 2 * ring };
             for a in (-ring..=ring).step_by(step as usize) {
@@ -138,7 +139,7 @@ impl<'a> GrainBins<'a> {
                 let shift = self.cell.shift(&steps.map(|step| step as i32));
                 let inner: [i64; 2] = std::array::from_fn(|c| place[c].rem_euclid(self.count[c]));
                 let key = (inner[1] * self.count[0] + inner[0]) as usize;
-                for &j in &self.order[self.starts[key]..self.starts[key + 1]] {
+                for &j in &self.order[self.bin_offsets[key]..self.bin_offsets[key + 1]] {
                     let apart = difference(&self.position[j], x);
                     visit(j, [apart[0] + shift[0], apart[1] + shift[1]], steps != [0; 2]);
                 }
@@ -158,17 +159,17 @@ fn polygon(
     let x = bins.position[i];
     let half = 2.0 * (bins.cell.widths()[0] + bins.cell.widths()[1]);
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
-    let mut polygon: Vec<CellCorner> = corners.map(|corner| (corner, CellEdge::End)).to_vec();
+    let mut polygon: Vec<CellCorner> = corners.map(|corner| (corner, CellEdge::Boundary)).to_vec();
     let mut room = Vec::new();
     for (normal, limit) in ends {
-        clip(&mut polygon, &mut room, normal, limit - dot(normal, &x), CellEdge::End);
+        clip(&mut polygon, &mut room, normal, limit - dot(normal, &x), CellEdge::Boundary);
     }
-    let most = 2 * bins.count[0].max(bins.count[1]) + 2;
-    for ring in 0..=most {
-        let least = (ring - 1) as f64 * bins.width;
+    let maximum = 2 * bins.count[0].max(bins.count[1]) + 2;
+    for ring in 0..=maximum {
+        let smallest = (ring - 1) as f64 * bins.width;
         let reach = polygon.iter().map(|(x, _)| dot(x, x)).fold(0.0, f64::max).sqrt();
         // No disk beyond this distance cuts the cell.
-        if ring > 1 && 0.5 * (least + (radius[i].powi(2) - largest.powi(2)) / least) > reach {
+        if ring > 1 && 0.5 * (smallest + (radius[i].powi(2) - largest.powi(2)) / smallest) > reach {
             break;
         }
         bins.ring(&x, ring, |j, apart, image| {
@@ -257,7 +258,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             }
         }
         for wall in self.boundary.walls.iter().filter(|wall| wall.surface.is_none()) {
-            let (sign, mut normal) = (if wall.upper { 1.0 } else { -1.0 }, [0.0; 2]);
+            let (sign, mut normal) = (if wall.is_upper { 1.0 } else { -1.0 }, [0.0; 2]);
             normal[wall.axis] = sign;
             ends.push((normal, sign * wall.position));
         }

@@ -31,14 +31,14 @@ pub fn overlap_volume(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 
 }
 
 /// Share of a cell by which a grain may be outside.
-const BEYOND: f64 = 0.5;
+const OUTSIDE_TOLERANCE: f64 = 0.5;
 
 impl<const D: usize> PeriodicCell<D> {
     /// Shifts (m) of all images that may have grains within `reach` (m) of a point.
     fn shifts_around(&self, place: &[f64; D], reach: f64) -> Vec<[f64; D]> {
         let (middle, widths) = (self.reduced(&inverse(&self.h).0, place), self.widths());
         let ends = |c: usize| {
-            let far = reach / widths[c] + BEYOND;
+            let far = reach / widths[c] + OUTSIDE_TOLERANCE;
             let ends = [(middle[c] - far - 1.0).ceil() as i32, (middle[c] + far).floor() as i32];
             if self.periodic[c] { ends } else { [0, 0] }
         };

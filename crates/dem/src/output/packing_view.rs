@@ -66,8 +66,10 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
                         self.grains.radius[i] + self.laws.stage.rupture_distance,
                         &mut facets,
                     );
-                    let own =
-                        facets.all().iter().find(|place| place.feature_id == self.neighbours.walls.key[k]);
+                    let own = facets
+                        .contacts()
+                        .iter()
+                        .find(|place| place.feature_id == self.neighbours.walls.facet_key[k]);
                     let Some(place) = own else { continue };
                     (place.distance, place.normal)
                 }
@@ -87,7 +89,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             add(&mut force, contact.normal, &geometry.normal);
             let branch = scaled(self.grains.radius[i] - geometry.overlap, &geometry.normal);
             let (normal, overlap) = (contact.normal, geometry.overlap);
-            visit(Contact { grain: i, other: None, branch, force, normal, overlap }, &contact, &energies);
+            visit(Contact { grain: i, second: None, branch, force, normal, overlap }, &contact, &energies);
         }
     }
 
@@ -97,8 +99,8 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         pairs: &PairList<R>,
         visit: &mut impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
     ) {
-        for (i, k) in pairs.firsts() {
-            let j = pairs.other[k] as usize;
+        for (i, k) in pairs.first_grains() {
+            let j = pairs.second[k] as usize;
             let code = pairs.image.get(k).map_or(0, |code| *code as usize);
             let mut apart = difference(&self.grains.position[i], &self.grains.position[j]);
             apart = difference(&apart, &input.shifts[code].0);
@@ -114,7 +116,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             add(&mut force, contact.normal, &geometry.normal);
             let (normal, overlap) = (contact.normal, geometry.overlap);
             visit(
-                Contact { grain: i, other: Some(j), branch: apart, force, normal, overlap },
+                Contact { grain: i, second: Some(j), branch: apart, force, normal, overlap },
                 &contact,
                 &energies,
             );
@@ -124,7 +126,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Overlap of a contact over the smaller radius.
     pub(crate) fn overlap_of(&self, contact: &Contact<D>) -> f64 {
         let radius = &self.grains.radius;
-        let small = contact.other.map_or(radius[contact.grain], |j| radius[contact.grain].min(radius[j]));
+        let small = contact.second.map_or(radius[contact.grain], |j| radius[contact.grain].min(radius[j]));
         contact.overlap / small
     }
 
@@ -151,7 +153,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
                     }
                 }
             };
-            match contact.other {
+            match contact.second {
                 None => take(i, 1.0),
                 Some(j) => {
                     let share = g.radius[i] / (g.radius[i] + g.radius[j]);

@@ -48,17 +48,17 @@ impl Records {
     ) {
         for pairs in [&mut lists.slab_pairs, &mut lists.periodic_pairs] {
             for i in 0..grains.len() {
-                for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
+                for k in pairs.row_offsets[i] as usize..pairs.row_offsets[i + 1] as usize {
                     let bond = &mut pairs.histories.bond[k];
                     if bond.strength < 0.0 {
                         bond.strength = 0.0;
-                        let other = pairs.other[k] as usize;
+                        let other = pairs.second[k] as usize;
                         let across = pairs.image.get(k).is_some_and(|image| *image != 0);
                         let (x, y) = (&grains.position[i], &grains.position[if across { i } else { other }]);
                         self.broken_bonds.push(BrokenBond {
                             time: clock.time,
                             ids: [grains.id[i], grains.id[other]],
-                            place: spatial(&std::array::from_fn::<f64, D, _>(|c| 0.5 * (x[c] + y[c]))),
+                            midpoint: spatial(&std::array::from_fn::<f64, D, _>(|c| 0.5 * (x[c] + y[c]))),
                         });
                     }
                 }

@@ -43,7 +43,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Velocity at the time of the positions (m/s): the one half a step behind, extrapolated.
     fn velocity(&self, i: usize, (gravity, applied): (&[f64; D], &[[f64; D]]), ahead: f64) -> [f64; D] {
         let g = &self.grains;
-        if g.held[i] {
+        if g.is_held[i] {
             return g.velocity[i];
         }
         let mut v: [f64; D] =
@@ -56,7 +56,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
 
     fn spin(&self, i: usize, ahead: f64) -> [f64; R] {
         let g = &self.grains;
-        if g.held[i] {
+        if g.is_held[i] {
             return g.spin[i];
         }
         std::array::from_fn(|c| g.spin[i][c] + ahead * g.torque[i][c] / g.inertia(i))
@@ -67,8 +67,8 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         let g = self.grains;
         let order = IdOrder::new(g);
         let mut fields = self.main_fields(&order);
-        if g.held.contains(&true) {
-            fields.push(field("held", "", order.scalar(|i| f64::from(u8::from(g.held[i])))));
+        if g.is_held.contains(&true) {
+            fields.push(field("held", "", order.scalar(|i| f64::from(u8::from(g.is_held[i])))));
         }
         if self.clock.options.voronoi {
             fields.extend(self.cell_fields(&order));
@@ -138,7 +138,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Frame with the grains, and the further data sets that the case requests.
     pub(crate) fn collect_frame(&self, wanted: FrameRequest) -> Frame {
         let mut frame = Frame::from(self.collect_snapshot());
-        if wanted == FrameRequest::Written {
+        if wanted == FrameRequest::Requested {
             frame.datasets.extend(self.clock.case.lattice().map(|nodes| self.coarse_grained_dataset(nodes)));
             frame.datasets.extend(self.clock.case.output.contacts.then(|| self.contacts_dataset()));
             let lists_broken = self.clock.case.output.contacts && !self.records.broken_bonds.is_empty();
@@ -187,7 +187,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     pub(crate) fn reaction_of_body(&self, name: &str) -> Option<Reaction> {
         let body = self.clock.case.bodies.iter().position(|body| body.name == name)? as u32;
         let mut force = [0.0; D];
-        for i in (0..self.grains.len()).filter(|&i| self.grains.body[i] == body && self.grains.held[i]) {
+        for i in (0..self.grains.len()).filter(|&i| self.grains.body[i] == body && self.grains.is_held[i]) {
             add(&mut force, 1.0, &self.grains.force[i]);
         }
         Some(Reaction { force: spatial(&force), impulse: [f64::NAN; 3], moment: None })
@@ -196,7 +196,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     /// Kinetic and elastic energy at present (J).
     fn energies(&self) -> (f64, f64) {
         let g = &self.grains;
-        let free = (0..g.len()).filter(|&i| !g.held[i]);
+        let free = (0..g.len()).filter(|&i| !g.is_held[i]);
         let of = |i: usize| {
             0.5 * g.mass[i] * dot(&g.velocity[i], &g.velocity[i])
                 + 0.5 * g.inertia(i) * dot(&g.spin[i], &g.spin[i])
@@ -217,7 +217,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         let mut read = |name: &str, unit: &str, value: f64| {
             outputs.push((name.to_owned(), unit.to_owned(), value));
         };
-        let count = self.grains.held.iter().filter(|held| !**held).count() as f64;
+        let count = self.grains.is_held.iter().filter(|held| !**held).count() as f64;
         read("coordination", "", 2.0 * self.records.energy_balance.contacts[0] as f64 / count);
         if self.clock.options.voronoi {
             read("inner_solid_fraction", "", self.inner_solid_fraction());
@@ -246,8 +246,8 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     }
 
     /// Mean unbalanced force over the mean contact force (Ng 2006; sheet: dem §3.1).
-    pub(crate) fn unbalanced(&self) -> f64 {
-        let free = self.grains.held.iter().filter(|held| !**held).count() as f64;
+    pub(crate) fn unbalanced_ratio(&self) -> f64 {
+        let free = self.grains.is_held.iter().filter(|held| !**held).count() as f64;
         let [grains, contacts] = self.records.energy_balance.squares;
         if grains == 0.0 {
             return 0.0;

@@ -14,7 +14,7 @@ const STRAIN: f64 = 0.01;
 /// window is larger.
 const TIME: f64 = 10.0;
 /// Relative difference of the mean from the target stress above which the run warns.
-const ALLOWED: f64 = 0.02;
+const STRESS_TOLERANCE: f64 = 0.02;
 
 /// Record of a controlled stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ impl ControlledStress {
 
     /// Records the error of a step, over the stress, with its strain and its length over the smallest averaging time.
     fn record(&mut self, error: f64, strain: f64, time: f64, stage: usize) {
-        self.is_met |= error.abs() <= ALLOWED;
+        self.is_met |= error.abs() <= STRESS_TOLERANCE;
         if !self.is_met {
             return;
         }
@@ -126,7 +126,7 @@ fn record_walls<const D: usize, const R: usize>(
     let mut rates = [0.0f64; D];
     for wall in boundary.walls.iter().filter(|wall| wall.surface.is_none()) {
         if !stage.walls.contains_key(&wall.name) {
-            let towards = if wall.upper { -1.0 } else { 1.0 } * wall.velocity[wall.axis];
+            let towards = if wall.is_upper { -1.0 } else { 1.0 } * wall.velocity[wall.axis];
             rates[wall.axis] += towards / boundary.extent(clock, &cell.geometry, wall.axis);
         }
     }
@@ -154,7 +154,7 @@ pub fn missed_stress_warnings<const D: usize>(clock: &Clock, stresses: &[Control
         }
     };
     let missed = |(slot, own): (usize, &ControlledStress)| {
-        (own.max_mean_error.abs() > ALLOWED).then(|| {
+        (own.max_mean_error.abs() > STRESS_TOLERANCE).then(|| {
             format!(
                 "stage {:?}: {} was {:.2} times its target, as the mean over a strain of 1 %: deform the specimen \
                  more slowly in this stage",

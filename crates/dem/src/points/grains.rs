@@ -17,7 +17,7 @@ struct_of_arrays! {
         /// Index into the kinds.
         pub kind: u32,
         /// Whether only the prescribed motion of its body moves the grain.
-        pub held: bool,
+        pub is_held: bool,
         /// Radius (m).
         pub radius: f64,
         /// Mass (kg; per metre in the plane).
@@ -27,7 +27,7 @@ struct_of_arrays! {
         /// Position less displacement (m).
         pub origin: [f64; D],
         /// Position at the last list build (m).
-        pub listed: [f64; D],
+        pub listed_position: [f64; D],
         /// Velocity, half a step ahead (m/s).
         pub velocity: [f64; D],
         /// Angular velocity, half a step ahead (rad/s).
@@ -47,7 +47,7 @@ pub struct GrainView<'a, const D: usize, const R: usize> {
     /// Kinds.
     pub kind: &'a [u32],
     /// Whether a grain is held.
-    pub held: &'a [bool],
+    pub is_held: &'a [bool],
     /// Radii (m).
     pub radius: &'a [f64],
     /// Masses (kg).
@@ -80,10 +80,10 @@ impl<const D: usize, const R: usize> Grains<D, R> {
         self.id.push(self.id.len() as u32);
         self.body.push(body);
         self.kind.push(kind);
-        self.held.push(false);
+        self.is_held.push(false);
         self.radius.push(radius);
         self.mass.push(density * volume(D, radius));
-        for column in [&mut self.position, &mut self.origin, &mut self.listed] {
+        for column in [&mut self.position, &mut self.origin, &mut self.listed_position] {
             column.push(position);
         }
         self.velocity.push([0.0; D]);
@@ -94,14 +94,14 @@ impl<const D: usize, const R: usize> Grains<D, R> {
 
     /// View of the columns for the contact forces.
     pub fn view(&self) -> GrainView<'_, D, R> {
-        let Self { kind, held, radius, mass, position, velocity, spin, .. } = self;
-        GrainView { kind, held, radius, mass, position, velocity, spin }
+        let Self { kind, is_held, radius, mass, position, velocity, spin, .. } = self;
+        GrainView { kind, is_held, radius, mass, position, velocity, spin }
     }
 
     /// View of the columns for the contact forces, and the forces that they update.
     pub fn view_and_forces(&mut self) -> (GrainView<'_, D, R>, GrainForces<'_, D, R>) {
-        let Self { kind, held, radius, mass, position, velocity, spin, force, torque, .. } = self;
-        (GrainView { kind, held, radius, mass, position, velocity, spin }, (force, torque))
+        let Self { kind, is_held, radius, mass, position, velocity, spin, force, torque, .. } = self;
+        (GrainView { kind, is_held, radius, mass, position, velocity, spin }, (force, torque))
     }
 
     /// Moment of inertia (kg m²).

@@ -23,19 +23,19 @@ pub trait SimdNumber:
     + AddAssign
     + SubAssign
 {
-    /// Returns the number in all lanes.
-    fn of(value: f64) -> Self;
+    /// Number in all lanes.
+    fn broadcast(value: f64) -> Self;
     /// Square root.
     fn root(self) -> Self;
-    /// Returns the number, or zero where it is negative.
+    /// Number, or zero where it is negative.
     fn or_zero(self) -> Self;
-    /// Returns `one` where the number is above `limit`, `two` elsewhere.
-    fn above(self, limit: Self, one: Self, two: Self) -> Self;
+    /// Value `above` where the number is above `limit`, `otherwise` elsewhere.
+    fn select_above(self, limit: Self, above: Self, otherwise: Self) -> Self;
 }
 
 impl SimdNumber for f64 {
     #[inline(always)]
-    fn of(value: f64) -> Self {
+    fn broadcast(value: f64) -> Self {
         value
     }
     #[inline(always)]
@@ -47,14 +47,14 @@ impl SimdNumber for f64 {
         self.max(0.0)
     }
     #[inline(always)]
-    fn above(self, limit: Self, one: Self, two: Self) -> Self {
-        if self > limit { one } else { two }
+    fn select_above(self, limit: Self, above: Self, otherwise: Self) -> Self {
+        if self > limit { above } else { otherwise }
     }
 }
 
 impl SimdNumber for f64x4 {
     #[inline(always)]
-    fn of(value: f64) -> Self {
+    fn broadcast(value: f64) -> Self {
         Self::splat(value)
     }
     #[inline(always)]
@@ -66,8 +66,8 @@ impl SimdNumber for f64x4 {
         self.fast_max(Self::ZERO)
     }
     #[inline(always)]
-    fn above(self, limit: Self, one: Self, two: Self) -> Self {
-        self.simd_gt(limit).bitselect(one, two)
+    fn select_above(self, limit: Self, above: Self, otherwise: Self) -> Self {
+        self.simd_gt(limit).bitselect(above, otherwise)
     }
 }
 
@@ -107,7 +107,7 @@ pub fn cross<const A: usize, const B: usize, const C: usize, T: SimdNumber>(
     a: &[T; A],
     b: &[T; B],
 ) -> [T; C] {
-    let mut out = [T::of(0.0); C];
+    let mut out = [T::broadcast(0.0); C];
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
     out[2] = a[0] * b[1] - a[1] * b[0];
@@ -117,7 +117,7 @@ pub fn cross<const A: usize, const B: usize, const C: usize, T: SimdNumber>(
 /// Tangential part of a vector relative to the normal `n`, in tangent coordinates.
 #[inline(always)]
 pub fn tangential_part<const D: usize, const R: usize, T: SimdNumber>(v: &[T; D], n: &[T; D]) -> [T; R] {
-    let mut out = [T::of(0.0); R];
+    let mut out = [T::broadcast(0.0); R];
     if D == 2 {
         out[0] = v[1] * n[0] - v[0] * n[1];
     } else {
@@ -144,7 +144,7 @@ pub fn moment<const D: usize, const R: usize, T: SimdNumber>(n: &[T; D], f: &[T;
 /// Vector with these tangent coordinates.
 #[inline(always)]
 pub fn from_tangential<const D: usize, const R: usize, T: SimdNumber>(f: &[T; R], n: &[T; D]) -> [T; D] {
-    let mut out = [T::of(0.0); D];
+    let mut out = [T::broadcast(0.0); D];
     if D == 2 {
         out[0] = -f[0] * n[1];
         out[1] = f[0] * n[0];
@@ -158,7 +158,7 @@ pub fn from_tangential<const D: usize, const R: usize, T: SimdNumber>(f: &[T; R]
 #[inline(always)]
 pub fn normal_spin<const D: usize, const R: usize, T: SimdNumber>(spin: &[T; R], n: &[T; D]) -> T {
     if D == 2 {
-        return T::of(0.0);
+        return T::broadcast(0.0);
     }
     let mut sum = spin[0] * n[0];
     for c in 1..D {
@@ -182,10 +182,10 @@ pub fn rotate_with_normal<const D: usize, const R: usize, T: SimdNumber>(
     let (square, off) = (dot(v, v), normal_spin(v, n));
     // The square of the remaining in-plane length, and the tangent of the angle.
     let left = square - off * off;
-    let tangent = angle + angle * angle * angle * T::of(1.0 / 3.0);
-    let grown = left * (T::of(1.0) + tangent * tangent);
+    let tangent = angle + angle * angle * angle * T::broadcast(1.0 / 3.0);
+    let grown = left * (T::broadcast(1.0) + tangent * tangent);
     // For a rotation by a right angle within a step nothing remains.
-    let kept = left.above(T::of(1e-12) * square, square / grown, T::of(0.0)).root();
+    let kept = left.select_above(T::broadcast(1e-12) * square, square / grown, T::broadcast(0.0)).root();
     let side: [T; R] = moment(n, v);
     std::array::from_fn(|c| kept * (v[c] - off * n[c] + tangent * side[c]))
 }

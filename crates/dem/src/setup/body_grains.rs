@@ -63,7 +63,7 @@ pub(super) fn fill<const D: usize, const R: usize>(
         let placed = match &listed[number] {
             Some(list) => listed_grains(list),
             None => {
-                let mut placed = place::<D>(case, options, (body, &path), kind, &mut random)?;
+                let mut placed = place_grains::<D>(case, options, (body, &path), kind, &mut random)?;
                 if !matches!(options.fill_of_body(body), Some(Fill::Single)) {
                     placed.retain(|grain| !overlaps_obstacle(obstacles, grain));
                 }
@@ -182,7 +182,7 @@ fn initialise_motion<const D: usize, const R: usize>(
     let velocities = list.and_then(|list| list.velocities.as_ref());
     let (spins, held) = (
         of_grains.and_then(|grains| grains.spins.as_ref()),
-        of_grains.and_then(|grains| grains.held.as_ref()),
+        of_grains.and_then(|grains| grains.is_held.as_ref()),
     );
     if spins.is_some() && !own.spin.is_empty() {
         let problem = format!(
@@ -194,10 +194,10 @@ fn initialise_motion<const D: usize, const R: usize>(
     for i in start..grains.len() {
         let velocity = match velocities {
             Some(velocities) => velocities[i - start],
-            None => body.velocity.at(spatial(&grains.position[i])),
+            None => body.velocity.velocity_at(spatial(&grains.position[i])),
         };
         grains.velocity[i] = std::array::from_fn(|c| velocity[c]);
-        grains.held[i] = own.held || body.rigid || held.is_some_and(|held| held[i - start]);
+        grains.is_held[i] = own.held || body.rigid || held.is_some_and(|held| held[i - start]);
         for (c, spin) in own.spin.iter().enumerate().take(R) {
             grains.spin[i][c] = *spin;
         }
@@ -213,7 +213,7 @@ fn initialise_motion<const D: usize, const R: usize>(
     Ok(())
 }
 
-fn place<const D: usize>(
+fn place_grains<const D: usize>(
     case: &Case,
     options: &DemOptions,
     (body, path): (&Body, &str),
@@ -347,7 +347,7 @@ fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
             && high[axis] >= to - 1e-9 * (to - from)
     });
     let [low, high] = [low, high].map(|corner| std::array::from_fn(|c| corner[c]));
-    Container { low, high, periodic, round: None }
+    Container { low, high, periodic, round_wall: None }
 }
 
 /// Round wall of a shape that is a ball or a cylinder.
@@ -371,8 +371,8 @@ fn in_box<const D: usize>(
     pack: impl Fn(&Container<D>, &[f64], &mut ChaCha8Rng) -> Result<Vec<[f64; D]>, String>,
 ) -> Result<Vec<PlacedGrain<D>>, String> {
     let mut container: Container<D> = container(case, body);
-    container.round = round;
-    let space = container.space();
+    container.round_wall = round;
+    let space = container.volume();
     let mean = sizes.mean_power(D, D as i32) * volume(D, 0.5);
     let count = (solid_fraction * space / mean).round().max(1.0);
     if count > MAX_GRAINS as f64 {
@@ -408,13 +408,13 @@ fn dropped_grains<const D: usize>(
     if D == 2 {
         let placed =
             drop_and_roll_2d::drop_and_roll(&container(case, body), largest, MAX_GRAINS, random, draw)?;
-        return Ok(cut_to_shape(body, placed.into_iter().map(spread)));
+        return Ok(cut_to_shape(body, placed.into_iter().map(to_dimension)));
     }
     let placed = drop_and_roll_3d::drop_and_roll(&container(case, body), largest, MAX_GRAINS, random, draw)?;
-    Ok(cut_to_shape(body, placed.into_iter().map(spread)))
+    Ok(cut_to_shape(body, placed.into_iter().map(to_dimension)))
 }
 
 /// Converts a position of `N` coordinates to one of `D` coordinates, which are equal.
-fn spread<const N: usize, const D: usize>((x, radius): ([f64; N], f64)) -> PlacedGrain<D> {
+fn to_dimension<const N: usize, const D: usize>((x, radius): ([f64; N], f64)) -> PlacedGrain<D> {
     (std::array::from_fn(|c| x[c]), radius)
 }

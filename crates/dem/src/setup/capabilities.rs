@@ -151,7 +151,7 @@ fn missing(path: String, name: &str, known: &[&str], what: &str) -> Result<(), C
 /// Names allowed in a pair.
 struct PairNames<'a> {
     /// Kinds of grains, and walls.
-    all: &'a [&'a str],
+    names: &'a [&'a str],
     walls: &'a [&'a str],
 }
 
@@ -159,9 +159,9 @@ impl PairNames<'_> {
     /// Checks the two names of a pair.
     fn pair(&self, path: &str, between: &[String; 2]) -> Result<(), CaseError> {
         for (side, name) in between.iter().enumerate() {
-            if !self.all.contains(&name.as_str()) {
+            if !self.names.contains(&name.as_str()) {
                 let path = format!("{path}.between[{side}]");
-                return missing(path, name, self.all, "a kind of grains or a wall");
+                return missing(path, name, self.names, "a kind of grains or a wall");
             }
         }
         if between.iter().all(|name| self.walls.contains(&name.as_str())) {
@@ -209,7 +209,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         return Err(CaseError::new(format!("methods.dem.grains.{name}"), problem));
     }
     let all: Vec<&str> = kinds.iter().chain(&walls).copied().collect();
-    let all: PairNames<'_> = PairNames { all: &all, walls: &walls };
+    let all: PairNames<'_> = PairNames { names: &all, walls: &walls };
     for number in 0..options.pairs.len() {
         all.options(&options.pairs, number)?;
     }
@@ -239,11 +239,11 @@ fn no_servo_reason(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Opti
         return Some(no_stress_control_message(stage));
     }
     let grains = kinds.contains(&name) || case.bodies.iter().any(|body| body.name == name);
-    let force = bonded(stage);
+    let force = bonded_stage_message(stage);
     grains.then(|| format!("grains cannot have a prescribed stress: use a wall of boundaries; {force}"))
 }
 
-fn bonded(stage: &str) -> String {
+fn bonded_stage_message(stage: &str) -> String {
     format!("to apply a force to bonded grains that are not held, use methods.dem.stages.{stage}.forces")
 }
 
@@ -252,7 +252,7 @@ fn no_stress_control_message(stage: &str) -> String {
     format!(
         "an obstacle has a prescribed `motion`, and cannot have a prescribed stress or force: for a \
          stress, use a wall of boundaries and methods.dem.stages.{stage}.walls; {}",
-        bonded(stage)
+        bonded_stage_message(stage)
     )
 }
 

@@ -83,10 +83,10 @@ fn bond_candidates<'a, const D: usize, const R: usize>(
     cell.shifts(&mut shifts);
     let (mut candidates, mut bonds) = (Vec::new(), 0usize);
     for (pairs, is_periodic) in [(&lists.slab_pairs, false), (&lists.periodic_pairs, true)] {
-        for (i, k) in pairs.firsts() {
-            let j = pairs.other[k] as usize;
-            let is_of_file = |grain: usize| source.has(g.body[grain] as usize);
-            if source.bonded && is_of_file(i) && is_of_file(j) {
+        for (i, k) in pairs.first_grains() {
+            let j = pairs.second[k] as usize;
+            let is_of_file = |grain: usize| source.has_body(g.body[grain] as usize);
+            if source.has_bonds && is_of_file(i) && is_of_file(j) {
                 // The file states that it is bonded, or broken.
                 bonds += usize::from(pairs.histories.bond.get(k).is_some_and(Bond::is_intact));
                 continue;

@@ -181,7 +181,7 @@ fn contact_laws<const D: usize, const R: usize>(
         |(name, kind): (&String, &GrainKind)| KindProperties { name: name.clone(), density: kind.density };
     let kinds: Vec<KindProperties> = options.grains.iter().map(kind).collect();
     let stage = pair_laws::laws(case, options, &kinds, grains, 0)?;
-    let columns = HistoryColumns::of(
+    let columns = HistoryColumns::for_laws(
         &stage.pairs.iter().chain(stage.walls.iter().flatten()).copied().collect::<Vec<_>>(),
     );
     Ok(ContactLaws { kinds, stage, columns, scalar_only: false })
@@ -213,7 +213,7 @@ fn check_covered<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
 ) -> Result<(), CaseError> {
     for body in 0..case.bodies.len() {
-        let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
+        let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.is_held[i]);
         let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();
         case.reject_overlapping_points(obstacles, body, &places, 0.0)?;
     }

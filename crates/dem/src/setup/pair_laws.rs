@@ -81,13 +81,13 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool
 /// Attraction law of a pair with this normal law, for grains of radius up to `largest` (m).
 fn attraction(adhesion: &Adhesion, normal: &NormalForceLaw, largest: f64, dimension: usize) -> AttractionLaw {
     match *adhesion {
-        Adhesion::Cohesive { tension, shear, fragile, new_contacts } => {
+        Adhesion::Cohesive { tension, shear, fragile: is_fragile, new_contacts } => {
             let stiffness = match normal {
                 NormalForceLaw::Linear(linear) => linear.stiffness(0.5 * largest),
                 NormalForceLaw::Hertz(_) => f64::INFINITY,
             };
             let rupture_distance = 2.0 * tension * largest.powi(dimension as i32 - 1) / stiffness;
-            AttractionLaw::Cohesion(Cohesion { tension, shear, fragile, new_contacts, rupture_distance })
+            AttractionLaw::Cohesion(Cohesion { tension, shear, is_fragile, new_contacts, rupture_distance })
         }
         Adhesion::Jkr { work_of_adhesion } => {
             let modulus = match normal {
@@ -136,7 +136,7 @@ fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usiz
         velocity_lag: if velocity == ContactVelocity::Lagged { 1.0 } else { 0.0 },
         friction,
         rolling: pair.rolling.as_ref().map(resistance),
-        twisting: pair.twisting.as_ref().map(resistance),
+        torsion: pair.twisting.as_ref().map(resistance),
         attraction,
         bond,
     }
@@ -191,7 +191,7 @@ fn mixed_law(a: &PairLaw, b: &PairLaw) -> Option<PairLaw> {
         _ => return None,
     };
     let smaller = if a.friction.coefficient < b.friction.coefficient { a } else { b };
-    Some(PairLaw { normal, attraction: None, bond: None, rolling: None, twisting: None, ..*smaller })
+    Some(PairLaw { normal, attraction: None, bond: None, rolling: None, torsion: None, ..*smaller })
 }
 
 /// Contact laws of stage number `stage`.
@@ -240,16 +240,16 @@ pub(super) fn laws<const D: usize, const R: usize>(
         }
         walls.push(of_kinds);
     }
-    let least = smallest_grains(grains, &coming, kinds.len());
-    let held = grains.held.iter().any(|held| *held);
-    let step = stable_steps::<D>(&pairs, &walls, &least, held, options.step_fraction);
+    let smallest = smallest_grains(grains, &coming, kinds.len());
+    let held = grains.is_held.iter().any(|held| *held);
+    let step = stable_steps::<D>(&pairs, &walls, &smallest, held, options.step_fraction);
     let bridge = pairs
         .iter()
         .chain(walls.iter().flatten())
         .map(|law| max_rupture_distance(law, largest))
         .fold(0.0, f64::max);
     let all = || pairs.iter().chain(walls.iter().flatten());
-    let impact = all().map(|law| impact(law, &least)).fold(0.0, f64::max);
+    let impact = all().map(|law| impact(law, &smallest)).fold(0.0, f64::max);
     Ok(StageLaws { pairs, walls, step, impact, rupture_distance: bridge })
 }
 
@@ -288,60 +288,60 @@ fn smallest_grains<const D: usize, const R: usize>(
     coming: &[(usize, [(f64, f64); 2])],
     kinds: usize,
 ) -> Vec<(f64, f64)> {
-    let mut least = vec![(f64::INFINITY, f64::INFINITY); kinds];
+    let mut smallest = vec![(f64::INFINITY, f64::INFINITY); kinds];
     for i in 0..grains.len() {
         let kind = grains.kind[i] as usize;
-        if grains.radius[i] < least[kind].0 {
-            least[kind] = (grains.radius[i], grains.mass[i]);
+        if grains.radius[i] < smallest[kind].0 {
+            smallest[kind] = (grains.radius[i], grains.mass[i]);
         }
     }
     for (kind, [low, _]) in coming {
-        if low.0 < least[*kind].0 {
-            least[*kind] = *low;
+        if low.0 < smallest[*kind].0 {
+            smallest[*kind] = *low;
         }
     }
-    least
+    smallest
 }
 
-/// Stable step of the stiffest contact (s), and the upper bound of stable steps (sheet: dem §3.5). `least` has radius (m) and mass
+/// Stable step of the stiffest contact (s), and the upper bound of stable steps (sheet: dem §3.5). `minimum` has radius (m) and mass
 /// (kg) of the smallest grain of each kind.
 fn stable_steps<const D: usize>(
     pairs: &[PairLaw],
     walls: &[Vec<PairLaw>],
-    least: &[(f64, f64)],
+    minimum: &[(f64, f64)],
     held: bool,
     fraction: f64,
 ) -> [f64; 2] {
-    let kinds = least.len();
+    let kinds = minimum.len();
     let mut limits = [f64::INFINITY; 2];
     let mut take = |law: &PairLaw, radius: f64, mass: f64, small: f64| {
         let own = limits_of::<D>(law, radius, mass, small, fraction);
         limits = [limits[0].min(own[0]), limits[1].min(own[1])];
     };
     for a in 0..kinds {
-        if !least[a].0.is_finite() {
+        if !minimum[a].0.is_finite() {
             continue;
         }
         for b in 0..kinds {
-            if !least[b].0.is_finite() {
+            if !minimum[b].0.is_finite() {
                 continue;
             }
             let law = &pairs[a * kinds + b];
-            let ((r, m), (s, n)) = (least[a], least[b]);
+            let ((r, m), (s, n)) = (minimum[a], minimum[b]);
             take(law, r * s / (r + s), if held { m.min(n) } else { m * n / (m + n) }, r.min(s));
             if held {
                 take(law, r * s / (r + s), m * n / (m + n), r.min(s));
             }
         }
-        walls.iter().for_each(|laws| take(&laws[a], least[a].0, least[a].1, least[a].0));
+        walls.iter().for_each(|laws| take(&laws[a], minimum[a].0, minimum[a].1, minimum[a].0));
     }
     limits
 }
 
-/// Impact factor, see [`StageLaws::impact`], of equal spheres with the radius (m) and the mass (kg) of any of `least`.
-fn impact(law: &PairLaw, least: &[(f64, f64)]) -> f64 {
+/// Impact factor, see [`StageLaws::impact`], of equal spheres with the radius (m) and the mass (kg) of any of `minimum`.
+fn impact(law: &PairLaw, minimum: &[(f64, f64)]) -> f64 {
     let NormalForceLaw::Hertz(hertz) = &law.normal else { return 0.0 };
-    let sizes = least.iter().filter(|(radius, _)| radius.is_finite());
+    let sizes = minimum.iter().filter(|(radius, _)| radius.is_finite());
     let of = |&(radius, mass): &(f64, f64)| {
         (hertz.max_impact_overlap(0.5 * mass, 0.5 * radius, 2.0) / radius).powf(2.5)
     };

@@ -12,7 +12,7 @@ use crate::specimen::pluviation;
 /// Memory of a grain during placement, with its neighbours (bytes).
 const BYTES_OF_PLACED: f64 = 300.0;
 /// Solid fraction of disks and of spheres placed by drop and roll (Visscher and Bolsterli 1972).
-const DROPPED: [f64; 2] = [0.82, 0.58];
+const DROP_AND_ROLL_FRACTIONS: [f64; 2] = [0.82, 0.58];
 
 /// Expected number of grains of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,7 +20,7 @@ struct ExpectedGrains {
     /// Number of grains that the body will have.
     grains: f64,
     /// Number of grains placed in the box around the body, some of which are cut away.
-    placed: f64,
+    placed_grains: f64,
     /// Time of the placement (s).
     seconds: f64,
 }
@@ -32,26 +32,26 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     let given = stored.as_ref().map(StoredSpecimen::counts).unwrap_or_default();
     let of_body = |(number, body): (usize, &Body)| match given.get(body.name.as_str()) {
         Some(count) => ExpectedGrains { grains: *count as f64, ..ExpectedGrains::default() },
-        None => expected(case, &options, number),
+        None => expected_grains(case, &options, number),
     };
     let all: Vec<ExpectedGrains> = case.bodies.iter().enumerate().map(of_body).collect();
     let end = case.end_time();
     let sources = pluviation::sources(case, &options);
-    let rain: f64 = sources.iter().map(|source| source.expected(case.dimension(), end)).sum();
+    let rain: f64 = sources.iter().map(|source| source.expected_count(case.dimension(), end)).sum();
     let points = all.iter().map(|own| own.grains).sum::<f64>() + rain;
     // Bodies are placed one after another.
-    let placed = all.iter().map(|own| own.placed).fold(0.0, f64::max);
+    let placed = all.iter().map(|own| own.placed_grains).fold(0.0, f64::max);
     Ok(ProblemSize {
         points,
         memory: (points * BYTES_OF_GRAIN[case.dimension() - 2] as f64).max(placed * BYTES_OF_PLACED),
-        key: "methods.dem.grains",
+        case_key: "methods.dem.grains",
         placing_time: all.iter().map(|own| own.seconds).sum(),
         advice: "use larger grains or smaller bodies",
         ..ProblemSize::default()
     })
 }
 
-fn expected(case: &Case, options: &DemOptions, number: usize) -> ExpectedGrains {
+fn expected_grains(case: &Case, options: &DemOptions, number: usize) -> ExpectedGrains {
     let (body, dimension) = (&case.bodies[number], case.dimension());
     let listed = |grains| ExpectedGrains { grains, ..ExpectedGrains::default() };
     if options.bodies.get(&body.name).is_some_and(|own| own.pluviation.is_some()) {
@@ -62,17 +62,17 @@ fn expected(case: &Case, options: &DemOptions, number: usize) -> ExpectedGrains 
     }
     match (options.fill_of_body(body), &options.grains[&body.material].diameter) {
         (Some(Fill::Single) | None, _) | (_, None) => listed(1.0),
-        (Some(fill), Some(sizes)) => filled(body, fill, sizes, dimension),
+        (Some(fill), Some(sizes)) => filled_box(body, fill, sizes, dimension),
     }
 }
 
-fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> ExpectedGrains {
+fn filled_box(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> ExpectedGrains {
     let (low, high) = body.shape.bounds(dimension);
     let space: f64 = low.iter().zip(&high).take(dimension).map(|(low, high)| high - low).product();
     let of_shape = body.shape.volume(dimension, false) / space;
     let solid = volume(dimension, 0.5) * sizes.mean_power(dimension, dimension as i32);
-    let of_sleeve = |grains: f64| ExpectedGrains { grains, placed: grains, seconds: 1e-5 * grains };
-    let placed = match fill {
+    let of_sleeve = |grains: f64| ExpectedGrains { grains, placed_grains: grains, seconds: 1e-5 * grains };
+    let placed_grains = match fill {
         Fill::Single => 1.0,
         Fill::Lattice { packing, pitch, .. } => {
             let pitch = pitch.unwrap_or(sizes.range().1);
@@ -84,12 +84,12 @@ fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> Expec
         Fill::Sleeve { columns } => {
             return of_sleeve(crate::setup::sleeve_rings::count(&body.shape, sizes, columns));
         }
-        Fill::DropAndRoll => DROPPED[dimension - 2] * space / solid,
+        Fill::DropAndRoll => DROP_AND_ROLL_FRACTIONS[dimension - 2] * space / solid,
     };
     ExpectedGrains {
-        grains: of_shape * placed,
-        placed,
-        seconds: placed * seconds_each(fill, dimension, placed),
+        grains: of_shape * placed_grains,
+        placed_grains,
+        seconds: placed_grains * seconds_each(fill, dimension, placed_grains),
     }
 }
 

@@ -12,7 +12,7 @@ const EQUAL_TOLERANCE: f64 = 1e-9;
 /// Tube: a cylinder less a narrower one about the same axis.
 struct Tube {
     axis: usize,
-    base: [f64; 3],
+    base_centre: [f64; 3],
     height: f64,
     /// Inner and outer radius (m).
     radii: [f64; 2],
@@ -33,7 +33,7 @@ fn tube(shape: &Shape) -> Option<Tube> {
     let through = below[*axis] <= base[*axis] + EQUAL_TOLERANCE * outer
         && below[*axis] + cut >= base[*axis] + height - EQUAL_TOLERANCE * outer;
     let is_tube = one_axis && through && inner < outer;
-    is_tube.then_some(Tube { axis: *axis, base: *base, height: *height, radii: [*inner, *outer] })
+    is_tube.then_some(Tube { axis: *axis, base_centre: *base, height: *height, radii: [*inner, *outer] })
 }
 
 /// Number of rings of a tube, at about the spacing of the grains of a ring, and at least two.
@@ -51,8 +51,8 @@ pub(super) fn rings<const D: usize>(
         "a sleeve must be the difference of two cylinders in 3d about the same axis, and the cut must \
          extend over the height of the other one",
     )?;
-    let (least, diameter) = sizes.range();
-    if least < diameter {
+    let (smallest, diameter) = sizes.range();
+    if smallest < diameter {
         return Err("the grains of a sleeve must have one size: give their diameter as equal".to_owned());
     }
     let [inner, outer] = tube.radii;
@@ -67,17 +67,17 @@ pub(super) fn rings<const D: usize>(
     let rows = rows(tube.height, chord);
     let pitch = tube.height / rows as f64;
     if chord.min(pitch) < diameter * (1.0 - EQUAL_TOLERANCE) {
-        let most = (PI / (0.5 * diameter / radius).asin()).floor();
+        let largest = (PI / (0.5 * diameter / radius).asin()).floor();
         return Err(format!(
             "{columns} grains of {diameter} m do not fit into a ring of the sleeve, or {rows} rings do not \
-             fit into its height: use at most {most} columns"
+             fit into its height: use at most {largest} columns"
         ));
     }
     let (a, b) = ((tube.axis + 1) % 3, (tube.axis + 2) % 3);
     let place = |number: usize| {
         let (row, column) = (number / columns, number % columns);
         let (sin, cos) = (2.0 * PI * column as f64 / columns as f64).sin_cos();
-        let mut x = tube.base;
+        let mut x = tube.base_centre;
         x[a] += radius * cos;
         x[b] += radius * sin;
         x[tube.axis] += pitch * (row as f64 + 0.5);

@@ -41,7 +41,7 @@ pub(crate) fn enter_stage<const D: usize, const R: usize>(
         neighbours.reset_contacts();
     }
     if options.agitation > 0.0 {
-        agitate(clock, grains, extremes, options.agitation);
+        add_random_velocity(clock, grains, extremes, options.agitation);
     }
     records.energy_balance.begin_stage();
     records.controlled_stresses.iter_mut().for_each(ControlledStress::begin_stage);
@@ -103,7 +103,7 @@ fn remove_grains<const D: usize, const R: usize>(
 }
 
 /// Adds a random velocity to all grains, drawn in the order of ids.
-fn agitate<const D: usize, const R: usize>(
+fn add_random_velocity<const D: usize, const R: usize>(
     clock: &Clock,
     g: &mut Grains<D, R>,
     extremes: &mut GrainExtremes,
@@ -115,7 +115,7 @@ fn agitate<const D: usize, const R: usize>(
     for i in order {
         for c in 0..D {
             let draw = speed * (2.0 * random.random::<f64>() - 1.0);
-            if !g.held[i] {
+            if !g.is_held[i] {
                 g.velocity[i][c] += draw;
             }
         }

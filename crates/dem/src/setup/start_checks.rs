@@ -99,17 +99,17 @@ fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resu
 pub(super) fn check_overlaps<const D: usize, const R: usize>(
     solver: &DemSolver<D, R>,
 ) -> Result<(), CaseError> {
-    let (g, most) = (&solver.grains, solver.clock.options.initial_overlap);
+    let (g, maximum) = (&solver.grains, solver.clock.options.initial_overlap);
     let mut largest: Option<(f64, usize, Option<usize>)> = None;
     let view = solver.view();
     view.for_each_contact(|contact, _, _| {
         let share = view.overlap_of(&contact);
-        let given = |grain: usize| solver.specimen.source.has(g.body[grain] as usize);
+        let given = |grain: usize| solver.specimen.source.has_body(g.body[grain] as usize);
         // A specimen is in equilibrium with its overlaps.
-        let of_file = given(contact.grain) && contact.other.is_none_or(given);
-        let most = if of_file { most.max(solver.specimen.source.overlap) } else { most };
-        if share > most * (1.0 + 1e-9) && largest.is_none_or(|(before, ..)| share > before) {
-            largest = Some((share, contact.grain, contact.other));
+        let of_file = given(contact.grain) && contact.second.is_none_or(given);
+        let maximum = if of_file { maximum.max(solver.specimen.source.overlap) } else { maximum };
+        if share > maximum * (1.0 + 1e-9) && largest.is_none_or(|(before, ..)| share > before) {
+            largest = Some((share, contact.grain, contact.second));
         }
     });
     let Some((share, i, other)) = largest else { return Ok(()) };
@@ -119,7 +119,7 @@ pub(super) fn check_overlaps<const D: usize, const R: usize>(
         None => "a wall".to_owned(),
     };
     let problem = format!(
-        "grain {} at {:.4?} m and {with} overlap by {share:.3} of the smaller radius at the start, more than {most}: fill more \
+        "grain {} at {:.4?} m and {with} overlap by {share:.3} of the smaller radius at the start, more than {maximum}: fill more \
          loosely, or raise initial_overlap",
         g.id[i], g.position[i]
     );

@@ -14,19 +14,19 @@ pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), Ca
     for (name, stage) in &options.stages {
         let path = format!("methods.dem.stages.{name}");
         let limit = largest_pressure(case.dimension(), options, stage);
-        for (key, least, most) in requested_stresses(stage) {
+        for (key, smallest, largest) in requested_stresses(stage) {
             let path = format!("{path}.{key}");
-            if !attracts && most >= 0.0 {
+            if !attracts && largest >= 0.0 {
                 let problem = format!(
-                    "{most} must be negative (Pa): grains without adhesion or bonds cannot carry tension"
+                    "{largest} must be negative (Pa): grains without adhesion or bonds cannot carry tension"
                 );
                 return Err(CaseError::new(path, problem));
             }
-            if let Some(limit) = limit.filter(|limit| -least > *limit) {
+            if let Some(limit) = limit.filter(|limit| -smallest > *limit) {
                 let problem = format!(
                     "{:.4e} Pa causes overlaps of more than {MAX_MEAN_OVERLAP} of the radius (at most \
                      {limit:.4e} Pa for this stiffness): make contacts stiffer",
-                    -least
+                    -smallest
                 );
                 return Err(CaseError::new(path, problem));
             }
@@ -39,7 +39,7 @@ pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), Ca
 fn requested_stresses(stage: &GrainStage) -> Vec<(String, f64, f64)> {
     let entries = stage.cell.iter().flat_map(|cell| [("xx", cell.xx), ("yy", cell.yy), ("zz", cell.zz)]);
     let of_cell = entries.filter_map(|(key, entry)| {
-        let (key, (least, most)) = match entry? {
+        let (key, (smallest, largest)) = match entry? {
             CellEntry::Stress(value) => (format!("cell.{key}.stress"), (value, value)),
             CellEntry::CyclicStress(own) => {
                 let size = own.amplitude.abs();
@@ -47,7 +47,7 @@ fn requested_stresses(stage: &GrainStage) -> Vec<(String, f64, f64)> {
             }
             CellEntry::Rate(_) | CellEntry::CyclicStrain(_) => return None,
         };
-        Some((key, least, most))
+        Some((key, smallest, largest))
     });
     let of_walls =
         stage.walls.iter().map(|(name, press)| (format!("walls.{name}.stress"), press.stress, press.stress));

@@ -28,12 +28,12 @@ pub(super) fn stage_walls<const D: usize>(
     let domain: ([f64; D], [f64; D]) = (corner(&case.domain.min), corner(&case.domain.max));
     let wall = |(number, boundary): (usize, &Boundary)| RigidWall {
         surface: None,
-        moving: None,
+        motion: None,
         boundary: number,
         name: boundary.name().to_owned(),
         axis: boundary.side.axis(),
-        upper: boundary.side.is_max(),
-        position: boundary.position(&case.domain),
+        is_upper: boundary.side.is_max(),
+        position: boundary.wall_coordinate(&case.domain),
         velocity: boundary.velocity.as_ref().map_or([0.0; D], |v| {
             let v = spatial(v);
             std::array::from_fn(|c| v[c])
@@ -51,11 +51,11 @@ pub(super) fn stage_walls<const D: usize>(
             surface: Some(Arc::clone(surface)),
             obstacle_laws: (!of_obstacle.is_uniform()).then(|| of_obstacle.clone()),
             regions: laws_of_regions(case, laws, number),
-            moving: motion.map(|motion| MovingObstacle::new(motion, surface, domain)),
+            motion: motion.map(|motion| MovingObstacle::new(motion, surface, domain)),
             boundary: case.boundaries.len() + number,
             name: described.name.clone(),
             axis: 0,
-            upper: false,
+            is_upper: false,
             position: 0.0,
             velocity: [0.0; D],
             laws: laws.walls[case.boundaries.len() + number].clone(),

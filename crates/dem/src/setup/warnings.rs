@@ -90,9 +90,10 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
     if size == 0.0 {
         return Vec::new();
     }
-    let down = (0..D).fold(0, |most, c| if gravity[c].abs() >= gravity[most].abs() { c } else { most });
+    let down =
+        (0..D).fold(0, |largest, c| if gravity[c].abs() >= gravity[largest].abs() { c } else { largest });
     let of_body = |body: usize| {
-        let own: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] as usize == body && !g.held[i]).collect();
+        let own: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] as usize == body && !g.is_held[i]).collect();
         let first = *own.first()?;
         let mean = 2.0 * own.iter().map(|&i| g.radius[i]).sum::<f64>() / own.len() as f64;
         let weight = size * own.iter().map(|&i| g.mass[i]).sum::<f64>();
@@ -126,7 +127,7 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
 /// Warnings about bodies whose porosity differs from the requested one.
 fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
     let is_far = |own: &&Specimen| {
-        own.requested_porosity.is_some_and(|asked| (own.porosity - asked).abs() > POROSITY_TOLERANCE)
+        own.requested_porosity.is_some_and(|requested| (own.porosity - requested).abs() > POROSITY_TOLERANCE)
     };
     let text = |own: &Specimen| {
         format!("{own}: grains that would extend beyond the shape or into obstacles are left out")

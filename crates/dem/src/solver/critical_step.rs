@@ -19,7 +19,7 @@ const DEEP_OVERLAP: f64 = 0.008;
 const CONTACT: StepLimit = StepLimit::new("contact");
 
 /// Step limit by the displacement of the fastest grain.
-const TRAVEL: StepLimit = StepLimit::new("travel");
+const GRAIN_DISPLACEMENT: StepLimit = StepLimit::new("travel");
 
 /// Largest growth factor of the step of Hertz contacts from one step to the next: by 1 % over a collision, whose restitution has errors
 /// where its steps change, although the overlap and the speed decrease.
@@ -53,15 +53,15 @@ pub fn critical_step<const D: usize>(
     balance: &EnergyBalance,
 ) -> TimeStep {
     let smallest = extremes.radii.0;
-    let moving = walls.iter().filter_map(|wall| wall.moving.as_ref());
+    let moving = walls.iter().filter_map(|wall| wall.motion.as_ref());
     let fastest = moving.map(MovingObstacle::max_speed).fold(extremes.max_speed, f64::max);
     let of_travel = if fastest > 0.0 { MAX_TRAVEL * smallest / fastest } else { f64::INFINITY };
     let fixed = clock.options.time_step;
     let of_contacts =
         fixed.unwrap_or_else(|| laws.stage.step[0] * deep_contact_factor(clock, laws, extremes, balance));
     let (dt, limit) = match (of_travel < of_contacts, fixed) {
-        (true, _) => (of_travel, TRAVEL),
-        (false, Some(_)) => (of_contacts, StepLimit::FIXED),
+        (true, _) => (of_travel, GRAIN_DISPLACEMENT),
+        (false, Some(_)) => (of_contacts, StepLimit::FIXED_STEP),
         (false, None) => (of_contacts, CONTACT),
     };
     TimeStep { dt, limit, point: None, position: [0.0; 3] }

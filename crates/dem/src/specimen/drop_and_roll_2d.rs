@@ -22,13 +22,13 @@ enum RestingOn {
     /// A side; no disk rests on a side alone.
     Side,
     /// No support: it has rolled to the height of the centre of its support, and falls.
-    Free,
+    Unsupported,
 }
 
 /// Disks at rest, sorted into columns along the floor.
 struct RestingDisks<'a> {
     container: &'a Container<2>,
-    placed: Vec<([f64; 2], f64)>,
+    disks: Vec<([f64; 2], f64)>,
     columns: Vec<Vec<u32>>,
     width: f64,
 }
@@ -38,7 +38,7 @@ impl<'a> RestingDisks<'a> {
         let length = container.width(0);
         // As wide as two of the largest disks, so that contacts of a disk are in its column or beside it.
         let count = (length / (2.0 * largest)).floor().max(1.0) as usize;
-        Self { container, placed: Vec::new(), columns: vec![Vec::new(); count], width: length / count as f64 }
+        Self { container, disks: Vec::new(), columns: vec![Vec::new(); count], width: length / count as f64 }
     }
 
     fn column(&self, x: f64) -> usize {
@@ -46,7 +46,7 @@ impl<'a> RestingDisks<'a> {
     }
 
     /// Disks within two of the largest diameters along the floor.
-    fn beside(&self, x: f64) -> impl Iterator<Item = usize> {
+    fn nearby_disks(&self, x: f64) -> impl Iterator<Item = usize> {
         let (count, own) = (self.columns.len() as i64, self.column(x) as i64);
         let round = self.container.periodic[0];
         let reach = if count < 5 { 0..=count - 1 } else { own - 2..=own + 2 };
@@ -55,8 +55,8 @@ impl<'a> RestingDisks<'a> {
     }
 
     /// Distance along the floor to a disk, over the period (m).
-    fn along(&self, x: f64, other: usize) -> f64 {
-        let offset = self.placed[other].0[0] - x;
+    fn horizontal_distance(&self, x: f64, other: usize) -> f64 {
+        let offset = self.disks[other].0[0] - x;
         if !self.container.periodic[0] {
             return offset;
         }
@@ -65,14 +65,14 @@ impl<'a> RestingDisks<'a> {
     }
 
     /// First contact of a disk that falls from a height at `x`: height of its centre (m), and the support.
-    fn fall(&self, [x, from]: [f64; 2], radius: f64) -> (f64, RestingOn) {
+    fn first_contact(&self, [x, from]: [f64; 2], radius: f64) -> (f64, RestingOn) {
         let mut found = (self.container.low[1] + radius, RestingOn::Floor);
-        for other in self.beside(x) {
-            let (offset, reach) = (self.along(x, other), radius + self.placed[other].1);
+        for other in self.nearby_disks(x) {
+            let (offset, reach) = (self.horizontal_distance(x, other), radius + self.disks[other].1);
             if offset.abs() >= reach * (1.0 - NEGLIGIBLE) {
                 continue;
             }
-            let height = self.placed[other].0[1] + (reach * reach - offset * offset).sqrt();
+            let height = self.disks[other].0[1] + (reach * reach - offset * offset).sqrt();
             if height > found.0 && height <= from + NEGLIGIBLE * reach {
                 found = (height, RestingOn::Disk(other));
             }
@@ -82,10 +82,10 @@ impl<'a> RestingDisks<'a> {
 
     /// Rolls a disk at `x` on a disk below towards one side (1 or -1): its end position (m), and the support that stops it.
     fn roll(&self, x: [f64; 2], radius: f64, on: usize, side: f64) -> ([f64; 2], RestingOn) {
-        let reach = radius + self.placed[on].1;
-        let centre = [x[0] + self.along(x[0], on), self.placed[on].0[1]];
+        let reach = radius + self.disks[on].1;
+        let centre = [x[0] + self.horizontal_distance(x[0], on), self.disks[on].0[1]];
         let start = (side * (x[0] - centre[0])).atan2(x[1] - centre[1]);
-        let mut end = (FRAC_PI_2.max(start), RestingOn::Free);
+        let mut end = (FRAC_PI_2.max(start), RestingOn::Unsupported);
         let mut stop = |angle: f64, held: RestingOn| {
             if angle >= start - NEGLIGIBLE && angle < end.0 {
                 end = (angle.max(start), held);
@@ -103,9 +103,10 @@ impl<'a> RestingDisks<'a> {
                 stop(off.max(-1.0).asin(), RestingOn::Side);
             }
         }
-        for other in self.beside(centre[0]).filter(|other| *other != on) {
-            let (offset, up) = (self.along(centre[0], other), self.placed[other].0[1] - centre[1]);
-            let (apart, to) = (offset.hypot(up), radius + self.placed[other].1);
+        for other in self.nearby_disks(centre[0]).filter(|other| *other != on) {
+            let (offset, up) =
+                (self.horizontal_distance(centre[0], other), self.disks[other].0[1] - centre[1]);
+            let (apart, to) = (offset.hypot(up), radius + self.disks[other].1);
             let cosine = (reach * reach + apart * apart - to * to) / (2.0 * reach * apart);
             if cosine.abs() < 1.0 {
                 // First intersection of the circles about both.
@@ -118,35 +119,35 @@ impl<'a> RestingDisks<'a> {
 
 impl GrainHeap<2> for RestingDisks<'_> {
     fn resting_position(&self, over: [f64; 2], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; 2]> {
-        let (height, mut held) = self.fall(over, radius);
+        let (height, mut held) = self.first_contact(over, radius);
         let mut place = [over[0], height];
         let mut side = 0.0;
         for _ in 0..MAX_ROLLS {
             let on = match held {
                 RestingOn::Floor | RestingOn::Side => return Some(place),
-                RestingOn::Free => {
-                    let (height, next) = self.fall(place, radius);
+                RestingOn::Unsupported => {
+                    let (height, next) = self.first_contact(place, radius);
                     (place[1], held, side) = (height, next, 0.0);
                     continue;
                 }
                 RestingOn::Disk(on) => on,
             };
-            let off = -self.along(place[0], on);
+            let off = -self.horizontal_distance(place[0], on);
             if side * off < 0.0 {
                 // It rests on the disk from which it has rolled and on this support, one on either side of it.
                 return Some(place);
             }
             side = if off == 0.0 { if random.random::<bool>() { 1.0 } else { -1.0 } } else { off.signum() };
             let (next, stopped) = self.roll(place, radius, on, side);
-            (place, held) = ([self.container.wrapped(0, next[0]), next[1]], stopped);
+            (place, held) = ([self.container.wrapped_coordinate(0, next[0]), next[1]], stopped);
         }
         None
     }
 
     fn add(&mut self, place: [f64; 2], radius: f64) {
         let column = self.column(place[0]);
-        self.columns[column].push(self.placed.len() as u32);
-        self.placed.push((place, radius));
+        self.columns[column].push(self.disks.len() as u32);
+        self.disks.push((place, radius));
     }
 }
 
@@ -154,18 +155,18 @@ impl GrainHeap<2> for RestingDisks<'_> {
 /// (m), the lowest first. Each rests on two disks with its centre between them, on a disk and a side, or on the floor.
 ///
 /// # Errors
-/// When the container is narrower than two of the largest disks (`largest`, m), or would hold more than `most` of them.
+/// When the container is narrower than two of the largest disks (`largest`, m), or would hold more than `limit` of them.
 pub fn drop_and_roll(
     container: &Container<2>,
     largest: f64,
-    most: usize,
+    limit: usize,
     random: &mut ChaCha8Rng,
     draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<([f64; 2], f64)>, String> {
-    container.fits(0..1, largest)?;
+    container.check_width(0..1, largest)?;
     let mut bed = RestingDisks::new(container, largest);
-    container.drop_grains(&mut bed, most, random, draw)?;
-    Ok(bed.placed)
+    container.drop_grains(&mut bed, limit, random, draw)?;
+    Ok(bed.disks)
 }
 
 #[cfg(test)]
@@ -174,9 +175,13 @@ mod tests {
 
     use super::*;
 
-    fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<2>, Vec<([f64; 2], f64)>) {
+    fn drop_and_roll_packing(
+        periodic: bool,
+        seed: u64,
+        [low, span]: [f64; 2],
+    ) -> (Container<2>, Vec<([f64; 2], f64)>) {
         let container =
-            Container { low: [-3.0, 2.0], high: [27.0, 22.0], periodic: [periodic, false], round: None };
+            Container { low: [-3.0, 2.0], high: [27.0, 22.0], periodic: [periodic, false], round_wall: None };
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |random: &mut ChaCha8Rng| low + span * random.random::<f64>();
         let placed = drop_and_roll(&container, low + span, 100_000, &mut random, draw).unwrap();
@@ -187,7 +192,7 @@ mod tests {
     fn each_disk_rests_on_two_supports_and_touches_no_other_deeper() {
         for (periodic, seed, sizes) in [(true, 1, [0.4, 0.2]), (false, 2, [0.4, 0.2]), (false, 3, [0.1, 0.6])]
         {
-            let (container, placed) = dropped(periodic, seed, sizes);
+            let (container, placed) = drop_and_roll_packing(periodic, seed, sizes);
             assert!(placed.len() > 300);
             for (i, (x, radius)) in placed.iter().enumerate() {
                 let (mut left, mut right) = (0, 0);
@@ -217,7 +222,7 @@ mod tests {
     fn a_bed_of_nearly_equal_disks_has_four_contacts_a_disk_and_is_seeded() {
         // Equal disks may have three supports in a lattice.
         let sizes = [0.25, 5e-4];
-        let (container, placed) = dropped(true, 7, sizes);
+        let (container, placed) = drop_and_roll_packing(true, 7, sizes);
         let on_floor = |(x, r): &([f64; 2], f64)| x[1] - r - container.low[1] < 1e-9;
         let mut contacts = 0;
         for (i, (x, radius)) in placed.iter().enumerate().filter(|(_, own)| !on_floor(own)) {
@@ -234,13 +239,13 @@ mod tests {
         let inner = placed.iter().filter(|(x, _)| x[1] > low && x[1] < high).count() as f64;
         let solid = inner * std::f64::consts::PI * 0.0625 / (container.width(0) * (high - low));
         assert!((0.79..0.85).contains(&solid), "{solid}");
-        assert_eq!(dropped(true, 7, sizes).1, placed);
-        assert_ne!(dropped(true, 8, sizes).1, placed);
+        assert_eq!(drop_and_roll_packing(true, 7, sizes).1, placed);
+        assert_ne!(drop_and_roll_packing(true, 8, sizes).1, placed);
     }
 
     #[test]
     fn narrow_boxes_and_too_many_grains_are_refused() {
-        let container = Container { low: [0.0; 2], high: [1.0, 9.0], periodic: [false; 2], round: None };
+        let container = Container { low: [0.0; 2], high: [1.0, 9.0], periodic: [false; 2], round_wall: None };
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let narrow = drop_and_roll(&container, 0.3, 10, &mut random, |_| 0.3).unwrap_err();
         assert!(narrow.contains("less than two"), "{narrow}");

@@ -18,7 +18,7 @@ const NEGLIGIBLE: f64 = 1e-9;
 
 /// Largest distance between the centre of a rolling sphere and that of its next support, over the largest radius: the diameter of its
 /// circle, four, and the two radii.
-const REACH: f64 = 6.0;
+const SUPPORT_DISTANCE: f64 = 6.0;
 
 type Vector3 = [f64; 3];
 
@@ -102,13 +102,13 @@ fn roll_path(normals: &[Vector3]) -> RollPath {
 struct RollCircle {
     centre: Vector3,
     radius: f64,
-    from: Vector3,
-    to: Vector3,
+    first_axis: Vector3,
+    second_axis: Vector3,
 }
 
 impl RollCircle {
     /// Circle through a position in contact with one or two supports, in a direction; `None` where they allow no circle.
-    fn of(supports: &[RollSupport], x: &Vector3, direction: &Vector3) -> Option<Self> {
+    fn through_contact(supports: &[RollSupport], x: &Vector3, direction: &Vector3) -> Option<Self> {
         let centre = match supports {
             [RollSupport::Sphere(centre, _)] => *centre,
             [RollSupport::Sphere(a, one), RollSupport::Sphere(b, other)] => {
@@ -124,21 +124,23 @@ impl RollCircle {
             }
             _ => return None,
         };
-        let from = difference(x, &centre);
-        let radius = norm(&from);
-        let from = (radius > 0.0).then(|| unit(&from))?;
+        let first_axis = difference(x, &centre);
+        let radius = norm(&first_axis);
+        let first_axis = (radius > 0.0).then(|| unit(&first_axis))?;
         let mut to = *direction;
-        add(&mut to, -dot(direction, &from), &from);
-        (norm(&to) > 0.0).then(|| Self { centre, radius, from, to: unit(&to) })
+        add(&mut to, -dot(direction, &first_axis), &first_axis);
+        (norm(&to) > 0.0).then(|| Self { centre, radius, first_axis, second_axis: unit(&to) })
     }
 
-    fn at(&self, angle: f64) -> Vector3 {
+    fn point_at_angle(&self, angle: f64) -> Vector3 {
         let (sin, cos) = angle.sin_cos();
-        std::array::from_fn(|c| self.centre[c] + self.radius * (self.from[c] * cos + self.to[c] * sin))
+        std::array::from_fn(|c| {
+            self.centre[c] + self.radius * (self.first_axis[c] * cos + self.second_axis[c] * sin)
+        })
     }
 
     /// First angle at which `a cos φ + b sin φ + c` becomes negative.
-    fn falls([a, b, c]: [f64; 3]) -> Option<f64> {
+    fn first_negative_angle([a, b, c]: [f64; 3]) -> Option<f64> {
         let size = a.hypot(b);
         if size <= c.abs() {
             return None;
@@ -150,39 +152,43 @@ impl RollCircle {
     }
 
     /// Angle at which a sphere on the circle first meets a support.
-    fn meets(&self, support: &RollSupport) -> Option<f64> {
-        Self::falls(match support {
+    fn contact_angle(&self, support: &RollSupport) -> Option<f64> {
+        Self::first_negative_angle(match support {
             RollSupport::Sphere(other, reach) => {
                 let apart = difference(&self.centre, other);
                 let both = 2.0 * self.radius;
                 let rest = dot(&apart, &apart) + self.radius * self.radius - reach * reach;
-                [both * dot(&apart, &self.from), both * dot(&apart, &self.to), rest]
+                [both * dot(&apart, &self.first_axis), both * dot(&apart, &self.second_axis), rest]
             }
             RollSupport::Plane(axis, at, away) => {
                 let distance = away * self.radius;
-                [distance * self.from[*axis], distance * self.to[*axis], away * (self.centre[*axis] - at)]
+                [
+                    distance * self.first_axis[*axis],
+                    distance * self.second_axis[*axis],
+                    away * (self.centre[*axis] - at),
+                ]
             }
         })
     }
 
     /// Angle at which it leaves the first of its supports: the contact force becomes negative.
-    fn leaves(&self, supports: &[RollSupport]) -> Option<f64> {
+    fn detachment_angle(&self, supports: &[RollSupport]) -> Option<f64> {
         // Normals as constants and factors of cos φ and sin φ.
         let parts = |support: &RollSupport| match support {
             RollSupport::Sphere(centre, reach) => {
                 let constant = difference(&self.centre, centre).map(|c| c / reach);
                 let share = self.radius / reach;
-                [self.from.map(|c| share * c), self.to.map(|c| share * c), constant]
+                [self.first_axis.map(|c| share * c), self.second_axis.map(|c| share * c), constant]
             }
-            RollSupport::Plane(..) => [[0.0; 3], [0.0; 3], support.normal(&self.at(0.0))],
+            RollSupport::Plane(..) => [[0.0; 3], [0.0; 3], support.normal(&self.point_at_angle(0.0))],
         };
         let first = parts(supports.first()?);
         // The component of the weight along a normal is minus its last entry.
         let up = first.map(|part| part[2]);
-        Self::falls(match supports.get(1) {
+        Self::first_negative_angle(match supports.get(1) {
             None => up,
             Some(second) => {
-                let x = self.at(0.0);
+                let x = self.point_at_angle(0.0);
                 let both = dot(&supports[0].normal(&x), &second.normal(&x));
                 let other = parts(second).map(|part| part[2]);
                 std::array::from_fn(|k| up[k] - both * other[k])
@@ -194,22 +200,23 @@ impl RollCircle {
 /// Spheres at rest, sorted into columns over the floor.
 struct RestingSpheres<'a> {
     container: &'a Container<3>,
-    placed: Vec<(Vector3, f64)>,
+    spheres: Vec<(Vector3, f64)>,
     columns: Vec<Vec<u32>>,
     counts: [usize; 2],
-    largest: f64,
+    max_radius: f64,
 }
 
 impl<'a> RestingSpheres<'a> {
-    fn new(container: &'a Container<3>, largest: f64) -> Self {
+    fn new(container: &'a Container<3>, max_radius: f64) -> Self {
         // As wide as the largest distance of the next support of a rolling sphere, so that all of them are in its column or beside it.
-        let counts = [0, 1].map(|axis| (container.width(axis) / (REACH * largest)).floor().max(1.0) as usize);
+        let counts = [0, 1]
+            .map(|axis| (container.width(axis) / (SUPPORT_DISTANCE * max_radius)).floor().max(1.0) as usize);
         Self {
             container,
-            placed: Vec::new(),
+            spheres: Vec::new(),
             columns: vec![Vec::new(); counts[0] * counts[1]],
             counts,
-            largest,
+            max_radius,
         }
     }
 
@@ -221,7 +228,7 @@ impl<'a> RestingSpheres<'a> {
     }
 
     /// Columns along an axis that a sphere rolling from column `own` may reach.
-    fn reach(&self, axis: usize, own: usize) -> Vec<usize> {
+    fn reachable_columns(&self, axis: usize, own: usize) -> Vec<usize> {
         let count = self.counts[axis] as i64;
         let all = if count < 3 { 0..=count - 1 } else { own as i64 - 1..=own as i64 + 1 };
         let round = self.container.periodic[axis];
@@ -232,10 +239,10 @@ impl<'a> RestingSpheres<'a> {
     fn supports(&self, x: &Vector3, radius: f64, from: f64) -> Vec<RollSupport> {
         let own = self.column(x);
         let mut all = Vec::new();
-        for j in self.reach(1, own[1]) {
-            for i in self.reach(0, own[0]) {
+        for j in self.reachable_columns(1, own[1]) {
+            for i in self.reachable_columns(0, own[0]) {
                 for &k in &self.columns[i + self.counts[0] * j] {
-                    let (other, its) = &self.placed[k as usize];
+                    let (other, its) = &self.spheres[k as usize];
                     if other[2] >= from {
                         let apart = self.container.separation(other, x);
                         let centre = std::array::from_fn(|c| if c == 2 { other[c] } else { x[c] + apart[c] });
@@ -255,7 +262,7 @@ impl<'a> RestingSpheres<'a> {
     }
 
     /// Height to which a sphere falls at a position (m).
-    fn fall(&self, x: &Vector3, radius: f64) -> f64 {
+    fn resting_height(&self, x: &Vector3, radius: f64) -> f64 {
         let mut height = self.container.low[2] + radius;
         for support in self.supports(x, radius, f64::NEG_INFINITY) {
             let RollSupport::Sphere(centre, reach) = support else { continue };
@@ -275,16 +282,16 @@ impl<'a> RestingSpheres<'a> {
 impl GrainHeap<3> for RestingSpheres<'_> {
     fn resting_position(&self, over: Vector3, radius: f64, _: &mut ChaCha8Rng) -> Option<Vector3> {
         let mut x = over;
-        x[2] = self.fall(&x, radius);
+        x[2] = self.resting_height(&x, radius);
         for _ in 0..MAX_PATHS {
-            let near = self.supports(&x, radius, x[2] - REACH * self.largest);
+            let near = self.supports(&x, radius, x[2] - SUPPORT_DISTANCE * self.max_radius);
             let touching: Vec<RollSupport> =
                 near.iter().filter(|support| support.gap(&x) < NEGLIGIBLE * radius).copied().collect();
             let normals: Vec<Vector3> = touching.iter().map(|support| support.normal(&x)).collect();
             match roll_path(&normals) {
                 RollPath::Rest => return Some(x),
                 RollPath::Fall => {
-                    let height = self.fall(&x, radius);
+                    let height = self.resting_height(&x, radius);
                     if x[2] - height < NEGLIGIBLE * radius {
                         return None;
                     }
@@ -292,18 +299,22 @@ impl GrainHeap<3> for RestingSpheres<'_> {
                 }
                 RollPath::Roll(on, direction) => {
                     let on: Vec<RollSupport> = on.into_iter().map(|k| touching[k]).collect();
-                    let circle = RollCircle::of(&on, &x, &direction)?;
+                    let circle = RollCircle::through_contact(&on, &x, &direction)?;
                     let others = near.iter().filter(|support| !on.contains(support));
-                    let met = others.filter_map(|support| circle.meets(support)).fold(PI, f64::min);
+                    let first_contact =
+                        others.filter_map(|support| circle.contact_angle(support)).fold(PI, f64::min);
                     let turned: Vec<RollSupport> = on.iter().rev().copied().collect();
-                    let ends = [circle.leaves(&on), (on.len() > 1).then(|| circle.leaves(&turned)).flatten()];
-                    let angle = ends.into_iter().flatten().fold(met, f64::min);
+                    let ends = [
+                        circle.detachment_angle(&on),
+                        (on.len() > 1).then(|| circle.detachment_angle(&turned)).flatten(),
+                    ];
+                    let angle = ends.into_iter().flatten().fold(first_contact, f64::min);
                     if angle <= NEGLIGIBLE {
                         return None;
                     }
-                    x = circle.at(angle);
+                    x = circle.point_at_angle(angle);
                     for axis in 0..2 {
-                        x[axis] = self.container.wrapped(axis, x[axis]);
+                        x[axis] = self.container.wrapped_coordinate(axis, x[axis]);
                     }
                 }
             }
@@ -313,8 +324,8 @@ impl GrainHeap<3> for RestingSpheres<'_> {
 
     fn add(&mut self, place: Vector3, radius: f64) {
         let [i, j] = self.column(&place);
-        self.columns[i + self.counts[0] * j].push(self.placed.len() as u32);
-        self.placed.push((place, radius));
+        self.columns[i + self.counts[0] * j].push(self.spheres.len() as u32);
+        self.spheres.push((place, radius));
     }
 }
 
@@ -322,23 +333,23 @@ impl GrainHeap<3> for RestingSpheres<'_> {
 /// lowest first. Each rests on three spheres or sides, its weight within them, or on the floor.
 ///
 /// # Errors
-/// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `most` of them.
+/// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `limit` of them.
 pub fn drop_and_roll(
     container: &Container<3>,
     largest: f64,
-    most: usize,
+    limit: usize,
     random: &mut ChaCha8Rng,
     draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<(Vector3, f64)>, String> {
     for axis in 0..2 {
         let width = container.width(axis);
-        if width < 2.0 * REACH * largest {
+        if width < 2.0 * SUPPORT_DISTANCE * largest {
             return Err(format!("is {width} m wide along axis {axis}, less than six of the largest grains"));
         }
     }
     let mut bed = RestingSpheres::new(container, largest);
-    container.drop_grains(&mut bed, most, random, draw)?;
-    Ok(bed.placed)
+    container.drop_grains(&mut bed, limit, random, draw)?;
+    Ok(bed.spheres)
 }
 
 #[cfg(test)]
@@ -347,12 +358,16 @@ mod tests {
 
     use super::*;
 
-    fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<3>, Vec<(Vector3, f64)>) {
+    fn drop_and_roll_packing(
+        periodic: bool,
+        seed: u64,
+        [low, span]: [f64; 2],
+    ) -> (Container<3>, Vec<(Vector3, f64)>) {
         let container = Container {
             low: [-2.0, 1.0, 3.0],
             high: [6.0, 8.0, 11.0],
             periodic: [periodic, false, false],
-            round: None,
+            round_wall: None,
         };
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |random: &mut ChaCha8Rng| low + span * random.random::<f64>();
@@ -365,7 +380,7 @@ mod tests {
         for (periodic, seed, sizes) in
             [(true, 1, [0.4, 0.15]), (false, 2, [0.3, 0.2]), (true, 3, [0.4, 1e-4])]
         {
-            let (container, placed) = dropped(periodic, seed, sizes);
+            let (container, placed) = drop_and_roll_packing(periodic, seed, sizes);
             assert!(placed.len() > 200, "{}", placed.len());
             let mut random = ChaCha8Rng::seed_from_u64(9);
             for (i, (x, radius)) in placed.iter().enumerate() {
@@ -407,8 +422,12 @@ mod tests {
 
     #[test]
     fn a_bed_of_nearly_equal_spheres_has_three_supports_each_and_is_seeded() {
-        let container =
-            Container { low: [0.0; 3], high: [12.0, 12.0, 16.0], periodic: [true, true, false], round: None };
+        let container = Container {
+            low: [0.0; 3],
+            high: [12.0, 12.0, 16.0],
+            periodic: [true, true, false],
+            round_wall: None,
+        };
         let bed = |seed: u64| {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             // Equal spheres may have four supports in a lattice.
@@ -437,7 +456,8 @@ mod tests {
 
     #[test]
     fn narrow_boxes_and_too_many_grains_are_refused() {
-        let container = Container { low: [0.0; 3], high: [1.0, 1.0, 9.0], periodic: [false; 3], round: None };
+        let container =
+            Container { low: [0.0; 3], high: [1.0, 1.0, 9.0], periodic: [false; 3], round_wall: None };
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let narrow = drop_and_roll(&container, 0.1, 10, &mut random, |_| 0.1).unwrap_err();
         assert!(narrow.contains("less than six"), "{narrow}");

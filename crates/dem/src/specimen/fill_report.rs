@@ -25,7 +25,7 @@ pub fn fill_reports<const D: usize, const R: usize>(
     let touching = contacts_of_bodies(view);
     let report = |(number, body): (usize, &colluvium_case::description::Body)| {
         let requested_porosity = match view.clock.options.fill_of_body(body)? {
-            _ if body.points.is_some() || specimen.source.has(number) => return None,
+            _ if body.points.is_some() || specimen.source.has_body(number) => return None,
             _ if specimen.sources.iter().any(|source| source.body as usize == number) => return None,
             Fill::Single | Fill::Sleeve { .. } => return None,
             Fill::Lattice { .. } | Fill::DropAndRoll => None,
@@ -52,8 +52,8 @@ fn contacts_of_bodies<const D: usize, const R: usize>(view: &PackingView<'_, D, 
     view.cell.geometry.shifts(&mut shifts);
     let lists = &view.neighbours.pairs;
     for pairs in [&lists.slab_pairs, &lists.periodic_pairs] {
-        for (i, k) in pairs.firsts() {
-            let j = pairs.other[k] as usize;
+        for (i, k) in pairs.first_grains() {
+            let j = pairs.second[k] as usize;
             let code = pairs.image.get(k).map_or(0, |code| *code as usize);
             let apart = difference(&difference(&g.position[i], &g.position[j]), &shifts[code].0);
             let reach = g.radius[i] + g.radius[j] + CONTACT_TOLERANCE * g.radius[i].min(g.radius[j]);

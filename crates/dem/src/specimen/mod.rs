@@ -32,8 +32,8 @@ const GROWTH: usize = 40;
 const PUSHES: usize = 60;
 const LAST_PUSHES: usize = 20_000;
 /// Number of iterations after which overlaps far above the tolerance must have decreased by a share for the relaxation to go on.
-const PATIENCE: usize = 1000;
-const PROGRESS: f64 = 0.02;
+const STALL_ITERATIONS: usize = 1000;
+const MIN_DECREASE: f64 = 0.02;
 const FAR_FACTOR: f64 = 1.5;
 /// Tolerance of the overlap over the smaller radius.
 const OVERLAP_TOLERANCE: f64 = 0.01;
@@ -52,7 +52,7 @@ pub struct Container<const D: usize> {
     /// Axes along which the box is periodic.
     pub periodic: [bool; D],
     /// Round wall, where there is one.
-    pub round: Option<RoundWall<D>>,
+    pub round_wall: Option<RoundWall<D>>,
 }
 
 /// Round wall: of a disk or a ball, or of a cylinder along one of the axes.
@@ -80,10 +80,10 @@ impl<const D: usize> RoundWall<D> {
     /// Moves a ball inside the wall.
     fn confine(&self, x: &mut [f64; D], radius: f64) {
         let apart = self.apart(x);
-        let (distance, most) = (dot(&apart, &apart).sqrt(), (self.radius - radius).max(0.0));
-        if distance > most {
+        let (distance, largest) = (dot(&apart, &apart).sqrt(), (self.radius - radius).max(0.0));
+        if distance > largest {
             for c in 0..D {
-                x[c] -= apart[c] * (1.0 - most / distance);
+                x[c] -= apart[c] * (1.0 - largest / distance);
             }
         }
     }
@@ -106,11 +106,11 @@ impl<const D: usize> Container<D> {
     /// Drops grains, whose radii (m) `draw` gives one by one, at random places on a heap until the container is full.
     ///
     /// # Errors
-    /// When the container would hold more than `most` of them.
+    /// When the container would hold more than `limit` of them.
     fn drop_grains(
         &self,
         heap: &mut impl GrainHeap<D>,
-        most: usize,
+        limit: usize,
         random: &mut ChaCha8Rng,
         mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
     ) -> Result<(), String> {
@@ -130,16 +130,16 @@ impl<const D: usize> Container<D> {
                 }
                 _ => above += 1,
             }
-            if count > most {
-                return Err(format!("more than {most} grains"));
+            if count > limit {
+                return Err(format!("more than {limit} grains"));
             }
         }
         Ok(())
     }
 
-    /// Volume (m³), in the plane area (m²).
-    pub fn space(&self) -> f64 {
-        match self.round {
+    /// Volume of the container (m³), in the plane its area (m²).
+    pub fn volume(&self) -> f64 {
+        match self.round_wall {
             None => (0..D).map(|axis| self.width(axis)).product(),
             Some(RoundWall { axis: None, radius, .. }) => volume(D, radius),
             Some(RoundWall { axis: Some(axis), radius, .. }) => volume(D - 1, radius) * self.width(axis),
@@ -148,7 +148,7 @@ impl<const D: usize> Container<D> {
 
     /// Area of the sections across the last axis, which are all equal (m²; m in the plane).
     fn section(&self) -> f64 {
-        match self.round {
+        match self.round_wall {
             None => (0..D - 1).map(|axis| self.width(axis)).product(),
             Some(RoundWall { radius, .. }) => volume(D - 1, radius),
         }
@@ -170,13 +170,13 @@ impl<const D: usize> Container<D> {
     }
 
     /// Coordinate wrapped into the period where the axis has one (m).
-    fn wrapped(&self, axis: usize, x: f64) -> f64 {
+    fn wrapped_coordinate(&self, axis: usize, x: f64) -> f64 {
         let (low, width) = (self.low[axis], self.width(axis));
         if self.periodic[axis] { x - width * ((x - low) / width).floor() } else { x }
     }
 
     /// Refuses a box that is narrower than two of the largest balls (radius, m) along one of some axes.
-    fn fits(&self, mut axes: Range<usize>, largest: f64) -> Result<(), String> {
+    fn check_width(&self, mut axes: Range<usize>, largest: f64) -> Result<(), String> {
         match axes.find(|&axis| self.width(axis) < 4.0 * largest) {
             Some(axis) => Err(format!(
                 "is {} m wide along axis {axis}, less than two of the largest grains",
@@ -190,12 +190,12 @@ impl<const D: usize> Container<D> {
     fn confine(&self, x: &mut [f64; D], radius: f64) {
         for c in 0..D {
             if self.periodic[c] {
-                x[c] = self.wrapped(c, x[c]);
+                x[c] = self.wrapped_coordinate(c, x[c]);
             } else {
                 x[c] = x[c].max(self.low[c] + radius).min(self.high[c] - radius);
             }
         }
-        if let Some(round) = &self.round {
+        if let Some(round) = &self.round_wall {
             round.confine(x, radius);
         }
     }
@@ -204,7 +204,7 @@ impl<const D: usize> Container<D> {
     fn random_position(&self, random: &mut ChaCha8Rng) -> [f64; D] {
         loop {
             let x = std::array::from_fn(|c| self.low[c] + self.width(c) * random.random::<f64>());
-            if self.round.is_none_or(|round| round.contains(&x)) {
+            if self.round_wall.is_none_or(|round| round.contains(&x)) {
                 return x;
             }
         }
@@ -221,8 +221,8 @@ pub fn pack<const D: usize>(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<[f64; D]>, String> {
     let largest = radii.iter().copied().fold(0.0, f64::max);
-    container.fits(0..D, largest)?;
-    let fraction = radii.iter().map(|r| volume(D, *r)).sum::<f64>() / container.space();
+    container.check_width(0..D, largest)?;
+    let fraction = radii.iter().map(|r| volume(D, *r)).sum::<f64>() / container.volume();
     let spread = largest / radii.iter().copied().fold(f64::INFINITY, f64::min);
     if fraction >= 1.0 || (spread < 1.01 && fraction > DENSEST[D - 2]) {
         return Err(format!("a solid fraction of {fraction:.4} is higher than that of any packing"));
@@ -255,7 +255,7 @@ fn relax_random<const D: usize>(
     for step in 0..=GROWTH {
         let scale = INITIAL_RADIUS_RATIO + (1.0 - INITIAL_RADIUS_RATIO) * step as f64 / GROWTH as f64;
         let pushes = if step == GROWTH { LAST_PUSHES } else { PUSHES };
-        deepest = push_apart(container, &mut positions, radii, scale, pushes)?;
+        deepest = separate_overlaps(container, &mut positions, radii, scale, pushes)?;
     }
     Ok((positions, deepest))
 }
@@ -272,7 +272,7 @@ fn check_overlap(deepest: f64, fraction: f64) -> Result<(), String> {
 }
 
 /// Pushes overlapping balls apart, half by each, at most `pushes` times; returns the largest remaining overlap over the smaller radius.
-fn push_apart<const D: usize>(
+fn separate_overlaps<const D: usize>(
     container: &Container<D>,
     positions: &mut [[f64; D]],
     radii: &[f64],
@@ -287,14 +287,14 @@ fn push_apart<const D: usize>(
     let mut near = NearPairs::default();
     let mut listed: Vec<[f64; D]> = Vec::new();
     let (mut shifts, mut deepest) = (vec![[0.0; D]; positions.len()], f64::INFINITY);
-    let mut progress = OverlapProgress { least: f64::INFINITY, before: f64::INFINITY };
+    let mut progress = OverlapProgress { min_overlap: f64::INFINITY, previous_overlap: f64::INFINITY };
     for push in 0..pushes {
         let moved = |listed: &[[f64; D]]| {
-            let way = |(x, y): (&[f64; D], &[f64; D])| {
-                let way = container.separation(x, y);
-                dot(&way, &way)
+            let displacement = |(x, y): (&[f64; D], &[f64; D])| {
+                let displacement = container.separation(x, y);
+                dot(&displacement, &displacement)
             };
-            positions.iter().zip(listed).map(way).fold(0.0, f64::max).sqrt()
+            positions.iter().zip(listed).map(displacement).fold(0.0, f64::max).sqrt()
         };
         if listed.is_empty() || 2.0 * moved(&listed) > skin {
             near.list(container, positions, &scaled, skin)?;
@@ -318,7 +318,7 @@ fn push_apart<const D: usize>(
                 shifts[j][c] -= share * apart[c];
             }
         }
-        if deepest <= 0.9 * OVERLAP_TOLERANCE || progress.ends(push, deepest) {
+        if deepest <= 0.9 * OVERLAP_TOLERANCE || progress.has_stalled(push, deepest) {
             break;
         }
         for ((x, shift), radius) in positions.iter_mut().zip(&shifts).zip(radii) {
@@ -333,20 +333,20 @@ fn push_apart<const D: usize>(
 
 /// Progress of the relaxation: smallest of the largest overlaps of the last iterations, and of those before.
 struct OverlapProgress {
-    least: f64,
-    before: f64,
+    min_overlap: f64,
+    previous_overlap: f64,
 }
 
 impl OverlapProgress {
     /// Whether iterations no longer decrease overlaps that are far above the tolerance.
-    fn ends(&mut self, push: usize, deepest: f64) -> bool {
-        self.least = self.least.min(deepest);
-        if push % PATIENCE != PATIENCE - 1 {
+    fn has_stalled(&mut self, push: usize, deepest: f64) -> bool {
+        self.min_overlap = self.min_overlap.min(deepest);
+        if push % STALL_ITERATIONS != STALL_ITERATIONS - 1 {
             return false;
         }
-        let stalls =
-            self.least > FAR_FACTOR * OVERLAP_TOLERANCE && self.least > (1.0 - PROGRESS) * self.before;
-        (self.before, self.least) = (self.least, f64::INFINITY);
+        let stalls = self.min_overlap > FAR_FACTOR * OVERLAP_TOLERANCE
+            && self.min_overlap > (1.0 - MIN_DECREASE) * self.previous_overlap;
+        (self.previous_overlap, self.min_overlap) = (self.min_overlap, f64::INFINITY);
         stalls
     }
 }
@@ -392,7 +392,8 @@ mod tests {
 
     #[test]
     fn a_packing_has_its_fraction_without_overlaps() {
-        let container = Container { low: [0.0; 2], high: [20.0, 20.0], periodic: [true, false], round: None };
+        let container =
+            Container { low: [0.0; 2], high: [20.0, 20.0], periodic: [true, false], round_wall: None };
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let radii: Vec<f64> = (0..360).map(|_| 0.4 + 0.2 * random.random::<f64>()).collect();
         let fraction: f64 = radii.iter().map(|r| std::f64::consts::PI * r * r).sum::<f64>() / 400.0;
@@ -414,7 +415,7 @@ mod tests {
 
     #[test]
     fn too_dense_a_packing_is_refused() {
-        let container = Container { low: [0.0; 3], high: [10.0; 3], periodic: [true; 3], round: None };
+        let container = Container { low: [0.0; 3], high: [10.0; 3], periodic: [true; 3], round_wall: None };
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let error = pack(&container, &[0.5; 1430], &mut random).unwrap_err();
         assert!(error.contains("0.7487"), "{error}");

@@ -25,7 +25,7 @@ pub struct GrainSource {
     /// Angular velocity of entering grains (rad/s).
     pub spin: Vec<f64>,
     /// Grains that have entered.
-    pub entered: EnteredGrains,
+    pub entered_grains: EnteredGrains,
 }
 
 /// Number and mass of the grains of a body that have entered.
@@ -52,7 +52,7 @@ pub fn sources(case: &Case, options: &DemOptions) -> Vec<GrainSource> {
             sizes: kind.diameter.clone()?,
             density: kind.density,
             spin: own.spin.clone(),
-            entered: EnteredGrains::default(),
+            entered_grains: EnteredGrains::default(),
         })
     };
     case.bodies.iter().enumerate().filter_map(source).collect()
@@ -72,13 +72,13 @@ impl GrainSource {
     }
 
     /// Approximate number of grains that will have entered by `end` (s).
-    pub fn expected(&self, dimension: usize, end: f64) -> f64 {
+    pub fn expected_count(&self, dimension: usize, end: f64) -> f64 {
         let mean = self.density * volume(dimension, 0.5) * self.sizes.mean_power(dimension, dimension as i32);
-        self.due(end) / mean
+        self.mass_by(end) / mean
     }
 
     /// Mass due by `time` (s).
-    pub fn due(&self, time: f64) -> f64 {
+    pub fn mass_by(&self, time: f64) -> f64 {
         let end = self.pluviation.end.map_or(time, |end| end.min(time));
         self.pluviation.rate * (end - self.pluviation.start).max(0.0)
     }
@@ -91,7 +91,7 @@ impl GrainSource {
     /// Random numbers of the next grain: step 0 is for its size, later ones for positions in each step.
     pub fn random_draws(&self, seed: u64, step: u64) -> ChaCha8Rng {
         let body = seed.wrapping_add(u64::from(self.body)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let count = self.entered.count.wrapping_add(1).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let count = self.entered_grains.count.wrapping_add(1).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         ChaCha8Rng::seed_from_u64(body ^ count ^ step.wrapping_mul(0x94d0_49bb_1331_11eb))
     }
 }

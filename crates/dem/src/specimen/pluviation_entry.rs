@@ -44,7 +44,7 @@ pub fn add_entering_grains<const D: usize, const R: usize>(
             let square = dot(&grains.velocity[last], &grains.velocity[last]);
             if records.energy_balance.start.is_some() {
                 let rotation = 0.5 * grains.inertia(last) * dot(&grains.spin[last], &grains.spin[last]);
-                records.energy_balance.entered +=
+                records.energy_balance.inflow +=
                     0.5 * (source.density * volume(D, radius)) * square + rotation;
             }
             extremes.max_speed = extremes.max_speed.max(square.sqrt());
@@ -63,7 +63,7 @@ fn next_grain<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
     source: &mut GrainSource,
 ) -> Option<([f64; D], f64)> {
-    let waiting_mass = source.due(clock.time) - source.entered.mass;
+    let waiting_mass = source.mass_by(clock.time) - source.entered_grains.mass;
     let radius = source.radius(D, clock.options.seed);
     let mass = source.density * volume(D, radius);
     let position = if waiting_mass < mass {
@@ -71,10 +71,13 @@ fn next_grain<const D: usize, const R: usize>(
     } else {
         free_position(clock, cell, walls, grains, (&*source, radius))
     };
-    source.entered.waiting_mass = if waiting_mass < mass { 0.0 } else { waiting_mass };
+    source.entered_grains.waiting_mass = if waiting_mass < mass { 0.0 } else { waiting_mass };
     let x = position?;
-    source.entered =
-        EnteredGrains { count: source.entered.count + 1, mass: source.entered.mass + mass, waiting_mass };
+    source.entered_grains = EnteredGrains {
+        count: source.entered_grains.count + 1,
+        mass: source.entered_grains.mass + mass,
+        waiting_mass,
+    };
     Some((x, radius))
 }
 
@@ -85,7 +88,7 @@ fn push_grain<const D: usize, const R: usize>(
     source: &GrainSource,
     (x, radius): ([f64; D], f64),
 ) -> usize {
-    let velocity = clock.case.bodies[source.body as usize].velocity.at(spatial(&x));
+    let velocity = clock.case.bodies[source.body as usize].velocity.velocity_at(spatial(&x));
     g.push(source.body, source.kind, x, radius, source.density);
     let last = g.len() - 1;
     g.velocity[last] = std::array::from_fn(|c| velocity[c]);
@@ -161,12 +164,13 @@ fn is_clear_of_grain<const D: usize, const R: usize>(
 
 /// Warning about a source that cannot keep up.
 pub fn full_source_warning(clock: &Clock, specimen: &SpecimenState) -> Option<String> {
-    let is_behind =
-        |source: &&GrainSource| source.entered.waiting_mass > REPORTED_BACKLOG * source.entered.mass;
+    let is_behind = |source: &&GrainSource| {
+        source.entered_grains.waiting_mass > REPORTED_BACKLOG * source.entered_grains.mass
+    };
     let source = specimen.sources.iter().find(is_behind)?;
     Some(format!(
         "t = {:.4e} s: {:.3e} kg of body {:?} cannot enter, because its shape is full of grains: make the shape larger, its \
          velocity higher, or rain.rate smaller",
-        clock.time, source.entered.waiting_mass, clock.case.bodies[source.body as usize].name
+        clock.time, source.entered_grains.waiting_mass, clock.case.bodies[source.body as usize].name
     ))
 }

@@ -10,13 +10,13 @@ const DRAWS: usize = 1_000_000;
 
 /// Ratio of largest to smallest diameter, to the power of the dimension, up to which sizes are drawn by rejection: beyond it nearly
 /// all draws are rejected.
-const REJECTED: f64 = 1000.0;
+const MAX_REJECTION_RATIO: f64 = 1000.0;
 
 /// Number of cells of the table for wider distributions, each with an equal ratio of diameters.
 const CELLS: usize = 4096;
 
 /// Smallest number of grains that represents a size class (sheet: dem §3.8).
-const LEAST_IN_CLASS: usize = 5;
+const MIN_GRAINS_IN_CLASS: usize = 5;
 
 /// Regularised incomplete beta function `I_x(a, b)`, by its continued fraction (Lentz).
 pub fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
@@ -143,7 +143,10 @@ impl Diameters {
             let middle = 0.5 * (from + to);
             let number = match self {
                 Self::Uniform { .. } => 1.0,
-                _ => (self.passing(to) - self.passing(from)) / middle.powi(dimension as i32),
+                _ => {
+                    (self.mass_fraction_below(to) - self.mass_fraction_below(from))
+                        / middle.powi(dimension as i32)
+                }
             };
             top += number * middle.powi(power);
             bottom += number;
@@ -152,7 +155,7 @@ impl Diameters {
     }
 
     /// Share of the mass in grains smaller than `diameter` (m); not defined for distributions by number.
-    pub fn passing(&self, diameter: f64) -> f64 {
+    pub fn mass_fraction_below(&self, diameter: f64) -> f64 {
         let (min, max) = self.range();
         let place = ((diameter - min) / (max - min)).clamp(0.0, 1.0);
         match self {
@@ -208,7 +211,8 @@ impl Diameters {
             let (from, to) = (edge(cell), edge(cell + 1));
             // Over the largest diameter, so that no power overflows or underflows double precision.
             let middle = 0.5 * (from + to) / max;
-            total += (self.passing(to) - self.passing(from)).max(0.0) / middle.powi(dimension as i32);
+            total += (self.mass_fraction_below(to) - self.mass_fraction_below(from)).max(0.0)
+                / middle.powi(dimension as i32);
             numbers.push(total);
         }
         let one = |_| {
@@ -224,7 +228,7 @@ impl Diameters {
         let (mut low, mut high) = self.range();
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if self.passing(middle) < share { low = middle } else { high = middle }
+            if self.mass_fraction_below(middle) < share { low = middle } else { high = middle }
         }
         0.5 * (low + high)
     }
@@ -242,7 +246,7 @@ impl Diameters {
         let Self::CumulativeBeta { min, max, classes: Some(classes), .. } = self else {
             let (min, max) = self.range();
             let by_mass = matches!(self, Self::CumulativeBeta { .. } | Self::Curve { .. });
-            if by_mass && (max / min).powi(dimension as i32) > REJECTED {
+            if by_mass && (max / min).powi(dimension as i32) > MAX_REJECTION_RATIO {
                 return Ok(self.draw_wide(count, dimension, random));
             }
             return Ok((0..count).map(|_| self.draw(dimension, random)).collect());
@@ -250,7 +254,8 @@ impl Diameters {
         let edge = |k: usize| min + (max - min) * k as f64 / *classes as f64;
         let weight = |k: usize| {
             let middle = 0.5 * (edge(k) + edge(k + 1));
-            (self.passing(edge(k + 1)) - self.passing(edge(k))) / middle.powi(dimension as i32)
+            (self.mass_fraction_below(edge(k + 1)) - self.mass_fraction_below(edge(k)))
+                / middle.powi(dimension as i32)
         };
         let weights: Vec<f64> = (0..*classes).map(weight).collect();
         let total: f64 = weights.iter().sum();
@@ -260,9 +265,9 @@ impl Diameters {
         order.sort_by(|&a, &b| (shares[b] % 1.0).total_cmp(&(shares[a] % 1.0)).then(a.cmp(&b)));
         let missing = count - numbers.iter().sum::<usize>();
         order.iter().take(missing).for_each(|&class| numbers[class] += 1);
-        if let Some(class) = numbers.iter().position(|number| *number < LEAST_IN_CLASS) {
+        if let Some(class) = numbers.iter().position(|number| *number < MIN_GRAINS_IN_CLASS) {
             return Err(format!(
-                "{count} grains give {} in the class from {:.4e} to {:.4e} m, but {LEAST_IN_CLASS} are \
+                "{count} grains give {} in the class from {:.4e} to {:.4e} m, but {MIN_GRAINS_IN_CLASS} are \
                  needed: use fewer classes or more grains",
                 numbers[class],
                 edge(class),

@@ -22,7 +22,7 @@ pub struct SpecimenSource {
     /// Whether the grains of each body of the case are from the file.
     pub bodies: Vec<bool>,
     /// Whether contacts were bonded, or cohesive from the start on.
-    pub bonded: bool,
+    pub has_bonds: bool,
     /// Largest overlap over the smaller radius.
     pub overlap: f64,
     /// Notes on the specimen for the user.
@@ -31,7 +31,7 @@ pub struct SpecimenSource {
 
 impl SpecimenSource {
     /// Whether the grains of body number `body` are from the file.
-    pub fn has(&self, body: usize) -> bool {
+    pub fn has_body(&self, body: usize) -> bool {
         self.bodies.get(body).is_some_and(|given| *given)
     }
 }

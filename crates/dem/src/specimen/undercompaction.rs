@@ -4,7 +4,7 @@
 use rand_chacha::ChaCha8Rng;
 
 use crate::points::grains::volume;
-use crate::specimen::{Container, LAST_PUSHES, PUSHES, check_overlap, pack, push_apart};
+use crate::specimen::{Container, LAST_PUSHES, PUSHES, check_overlap, pack, separate_overlaps};
 
 /// Initial solid fraction of a layer over the target.
 const INITIAL_FRACTION_RATIO: f64 = 0.6;
@@ -88,7 +88,7 @@ fn lower_lid<const D: usize>(
         under.high[D - 1] = from + (to - from) * step as f64 / STEPS as f64;
         let pushes = if step == STEPS { LAST_PUSHES } else { PUSHES };
         positions.iter_mut().zip(radii).for_each(|(x, radius)| under.confine(x, *radius));
-        deepest = push_apart(&under, positions, radii, 1.0, pushes)?;
+        deepest = separate_overlaps(&under, positions, radii, 1.0, pushes)?;
     }
     Ok(deepest)
 }
@@ -109,7 +109,7 @@ mod tests {
         assert!((UndercompactedLayers { count: 1, ..layers }.fraction(1) - 0.8).abs() < 1e-15);
     }
 
-    fn drawn(seed: u64) -> (Container<2>, Vec<f64>, Result<Vec<[f64; 2]>, String>) {
+    fn random_packing(seed: u64) -> (Container<2>, Vec<f64>, Result<Vec<[f64; 2]>, String>) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let radii: Vec<f64> = (0..400).map(|_| 0.4 + 0.2 * random.random::<f64>()).collect();
         let solid: f64 = radii.iter().map(|r| volume(2, *r)).sum();
@@ -117,7 +117,7 @@ mod tests {
             low: [0.0, 1.0],
             high: [20.0, 1.0 + solid / (20.0 * 0.78)],
             periodic: [true, false],
-            round: None,
+            round_wall: None,
         };
         let layers = UndercompactedLayers { count: 4, first: 0.7, last: 0.78 };
         let placed = pack_layers(&container, &radii, layers, &mut random);
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn layers_fill_their_box_in_order_without_overlaps() {
-        let (container, radii, placed) = drawn(3);
+        let (container, radii, placed) = random_packing(3);
         let placed = placed.unwrap();
         for i in 0..placed.len() {
             assert!(
@@ -145,13 +145,13 @@ mod tests {
         for (k, height) in heights.iter().enumerate() {
             assert!((height - 1.0 - quarter * (k as f64 + 0.5)).abs() < 0.25 * quarter, "{heights:?}");
         }
-        assert_eq!(drawn(3).2.unwrap(), placed);
-        assert_ne!(drawn(4).2.unwrap(), placed);
+        assert_eq!(random_packing(3).2.unwrap(), placed);
+        assert_ne!(random_packing(4).2.unwrap(), placed);
     }
 
     #[test]
     fn layers_that_are_too_thin_or_too_dense_are_refused() {
-        let (container, radii, _) = drawn(3);
+        let (container, radii, _) = random_packing(3);
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let thin = pack_layers(
             &container,

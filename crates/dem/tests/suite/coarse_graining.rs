@@ -29,7 +29,7 @@ fn fields_integrate_to_mass_momentum_and_the_stress_of_the_branch() {
     let momentum = fields.iter().map(|field| field.density * field.velocity[0]).sum::<f64>() * area;
     assert_near(momentum / budget.momentum[0], 1.0, 1e-3);
     let contact = solver.contacts()[0];
-    let whole = fields.iter().map(|field| field.contact.at(0, 0)).sum::<f64>() * area;
+    let whole = fields.iter().map(|field| field.contact.component(0, 0)).sum::<f64>() * area;
     assert_near(whole / -(contact.force[0] * contact.branch[0]), 1.0, 1e-4);
     assert!(whole < 0.0, "grains that push each other are under pressure");
 }
@@ -58,7 +58,7 @@ fn two_grains_that_pass_each_other_have_the_kinetic_stress_of_their_energy() {
     let middle = CoarseGrainingNodes { origin: [0.0; 2], spacing: 1.0, count: [1; 2] };
     let field = scene.solver().coarse_grained(&middle, 3.0)[0];
     assert_near(field.velocity[0], 0.0, 1e-12);
-    assert_near(field.kinetic.at(0, 0) / (-field.density * v * v), 1.0, 1e-12);
+    assert_near(field.kinetic.component(0, 0) / (-field.density * v * v), 1.0, 1e-12);
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn a_run_has_the_fields_on_its_grid_and_cells_of_grains_in_its_frames() {
     value["methods"]["dem"]["grains"] = json!({ "grain": { "density": 3, "diameter": { "distribution": "equal", "value": 1 },
         "fill": { "kind": "lattice", "packing": "square" } } });
     let solver = begun(disks(&read_case(&value)).unwrap());
-    let frame = solver.frame(FrameRequest::Written);
+    let frame = solver.frame(FrameRequest::Requested);
     let grid = frame.dataset("grid").unwrap();
     let nodes = Lattice { low: [0.0; 3], spacing: 0.25, count: [25, 25, 1] };
     assert_eq!(grid.geometry, DatasetGeometry::Lattice { nodes, mask: Vec::new() });

@@ -70,14 +70,14 @@ fn a_restart_of_a_heap_is_bit_identical() {
         let value = heap(dimension);
         let mut solver = begin(&value);
         advance_steps(&mut *solver, 300);
-        let saved = solver.saved().unwrap();
+        let saved = solver.checkpoint_bytes().unwrap();
         advance_steps(&mut *solver, 300);
         let mut again = begin(&value);
         again.restore(&mut &saved[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *again, 300);
         assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
-        assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
+        assert_eq!(solver.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
         assert!(again.restore(&mut &saved[..saved.len() / 2]).is_err());
     }
 }

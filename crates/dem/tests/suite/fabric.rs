@@ -75,7 +75,7 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
     case["output"] = serde_json::json!({ "contacts": true });
     let lattice = begun(disks(&read_case(&case)).unwrap());
     assert!(lattice.frame(FrameRequest::Measured).dataset("contacts").is_none());
-    let frame = lattice.frame(FrameRequest::Written);
+    let frame = lattice.frame(FrameRequest::Requested);
     let lines = frame.dataset("contacts").unwrap();
     let DatasetGeometry::Mesh(mesh) = &lines.geometry else { panic!("lines") };
     // Six disks are in contact with the floor.

@@ -130,13 +130,13 @@ fn a_restart_with_a_moving_obstacle_is_bit_identical() {
     };
     let mut whole = begun(disks(&case).unwrap());
     to(&mut whole, 0.9);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     walk(&mut whole, 200);
     let mut again = Dem.build(&case).unwrap();
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     walk(&mut *again, 200);
-    assert_eq!(whole.saved().unwrap(), again.saved().unwrap());
+    assert_eq!(whole.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn reaction_of_a_belt_has_the_force_and_moment_of_the_disk_on_it() {
     let of = |about: [f64; 3]| reaction.moment_about(&about).unwrap()[2];
     assert!((of([x[0] - 2.0, 0.0, 0.0]) / (2.0 * across) - 1.0).abs() < 1e-3);
     assert!((of([x[0], x[1], 0.0]) / (0.5 * along) - 1.0).abs() < 1e-2);
-    let saved = solver.saved().unwrap();
+    let saved = solver.checkpoint_bytes().unwrap();
     let mut again = begun(disks(&read_case(&belt(&json!({ "velocity": [1, 0] })))).unwrap());
     again.restore(&mut saved.as_slice()).unwrap();
     assert_eq!(again.reaction("belt"), Some(reaction));

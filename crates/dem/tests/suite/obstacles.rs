@@ -129,13 +129,13 @@ fn a_restart_of_a_grain_on_an_obstacle_is_bit_identical() {
     };
     let mut whole = begun(disks(&case).unwrap());
     walk(&mut whole, 3000);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     walk(&mut whole, 3000);
     let mut again = Dem.build(&case).unwrap();
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     walk(&mut *again, 3000);
-    assert_eq!(whole.saved().unwrap(), again.saved().unwrap());
+    assert_eq!(whole.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
 }
 
 #[test]

@@ -130,7 +130,7 @@ fn a_bond_breaks_at_its_strength() {
     assert_near(largest, 1.0, 2e-3);
     assert_eq!(solver.scalar_outputs().iter().find(|(name, ..)| name == "broken_bonds").unwrap().2, 0.0);
     assert!(
-        solver.frame(FrameRequest::Written).datasets.iter().all(|dataset| dataset.name != "broken-bonds")
+        solver.frame(FrameRequest::Requested).datasets.iter().all(|dataset| dataset.name != "broken-bonds")
     );
     value["bodies"][1]["velocity"]["value"] = json!([0.15, 0.0]);
     value["output"]["contacts"] = json!(true);
@@ -147,9 +147,9 @@ fn a_bond_breaks_at_its_strength() {
     assert_near(readings.iter().find(|(name, ..)| name == "energy_error").unwrap().2, 0.0, 1e-2);
     // The bond is listed as broken, and is so after a restart too.
     let mut again = begun(disks(&case).unwrap());
-    again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+    again.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
     for solver in [&solver, &again] {
-        let frame = solver.frame(FrameRequest::Written);
+        let frame = solver.frame(FrameRequest::Requested);
         let broken = frame.datasets.iter().find(|dataset| dataset.name == "broken-bonds").unwrap();
         let DatasetGeometry::Points(points) = &broken.geometry else { panic!("{broken:?}") };
         let [time, first, second] = &broken.fields[..] else { panic!("{broken:?}") };

@@ -78,7 +78,7 @@ fn a_restart_during_pluviation_is_bit_identical() {
     let case = read_case(&rained(2, 1500.0));
     let mut whole = begun(disks(&case).unwrap());
     to(&mut whole, 0.7);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     let walk = |solver: &mut dyn Solver| {
         for _ in 0..500 {
             let dt = solver.limit().dt;
@@ -90,7 +90,7 @@ fn a_restart_during_pluviation_is_bit_identical() {
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     walk(&mut *again);
-    assert_eq!(whole.saved().unwrap(), again.saved().unwrap());
+    assert_eq!(whole.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
 }
 
 #[test]

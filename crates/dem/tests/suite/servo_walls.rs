@@ -78,13 +78,13 @@ fn a_platen_does_not_reverse_each_step_in_steps_short_for_its_dashpots() {
 fn a_restart_with_a_moving_platen_is_bit_identical() {
     let mut solver = solver(&stack(3.02));
     to(&mut solver, 0.045);
-    let saved = solver.saved().unwrap();
+    let saved = solver.checkpoint_bytes().unwrap();
     to(&mut solver, 0.1);
     let mut again = self::solver(&stack(3.02));
     again.restore(&mut &saved[..]).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     to(&mut again, 0.1);
-    assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
+    assert_eq!(solver.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
 }
 
 #[test]

@@ -186,13 +186,13 @@ fn a_restart_of_a_sleeve_with_reordered_grains_is_bit_identical() {
     to(&mut solver, 0.6);
     assert!(scalar_output(&solver, "membrane.sleeve.area") < 0.8 * area);
     let mut again = made();
-    again.restore(&mut &solver.saved().unwrap()[..]).unwrap();
+    again.restore(&mut &solver.checkpoint_bytes().unwrap()[..]).unwrap();
     assert_eq!(scalar_output(&solver, "membrane.sleeve.area"), scalar_output(&again, "membrane.sleeve.area"));
     again.begin_stage(0, 0.0).unwrap();
     for solver in [&mut solver, &mut again] {
         to(solver, 0.8);
     }
-    assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
+    assert_eq!(solver.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap());
 }
 
 #[test]

@@ -28,31 +28,31 @@ pub fn parallel_transport<const D: usize>(
 pub struct BedPath<'a, const D: usize> {
     bed: &'a Bed<D>,
     walls: &'a PlanBoundaries<D>,
-    open: bool,
+    is_open: bool,
 }
 
 impl<'a, const D: usize> BedPath<'a, D> {
     /// Path over a bed between these walls and periods.
     pub fn new(bed: &'a Bed<D>, walls: &'a PlanBoundaries<D>) -> Self {
-        Self { bed, walls, open: walls.are_open() }
+        Self { bed, walls, is_open: walls.are_open() }
     }
 
     /// Bed at a position, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
     #[inline]
-    pub fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
-        if self.open {
-            return self.bed.at(x);
+    pub fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+        if self.is_open {
+            return self.bed.bed_point(x);
         }
         let (mut inside, mut origin) = (*x, [0.0; D]);
         let signs = self.walls.mirror(&mut inside);
-        self.walls.wrap(&mut inside, &mut origin);
-        self.bed.at(&inside).map(|point| point.mirrored(&signs))
+        self.walls.wrap_into_period(&mut inside, &mut origin);
+        self.bed.bed_point(&inside).map(|point| point.mirrored(&signs))
     }
 
     /// Reflects a node that has passed a wall, with its velocity and the bed below it.
     #[inline]
     pub fn reflect(&self, x: &mut PlanVector<D>, v: &mut PlanVector<D>, point: &mut BedPoint<D>) {
-        if !self.open {
+        if !self.is_open {
             let signs = self.walls.mirror(&mut { *x });
             *point = point.mirrored(&signs);
             self.walls.reflect(x, v);

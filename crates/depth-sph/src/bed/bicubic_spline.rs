@@ -51,16 +51,16 @@ impl BicubicSpline {
         };
         let changed =
             [wide(&columns, INFLUENCE_NODES, raster.columns), wide(&rows, INFLUENCE_NODES, raster.rows)];
-        let seen = [
+        let window = [
             wide(&columns, 2 * INFLUENCE_NODES, raster.columns),
             wide(&rows, 2 * INFLUENCE_NODES, raster.rows),
         ];
-        let mut patch = LevelWindow::of(raster, &seen);
+        let mut patch = LevelWindow::from_raster(raster, &window);
         patch.filter(SHARPEN);
         patch.fill();
         for j in changed[1].clone() {
             for i in changed[0].clone() {
-                let found = patch.levels[(j - seen[1].start) * patch.columns + i - seen[0].start];
+                let found = patch.levels[(j - window[1].start) * patch.columns + i - window[0].start];
                 // Never evaluated, but beside coefficients that are.
                 self.coefficients[j * self.columns + i] = if found.is_finite() { found } else { 0.0 };
             }
@@ -69,7 +69,7 @@ impl BicubicSpline {
 
     /// Surface in cell `i, j` at the fractions `s, t` of it, of nodes `dx, dy` (m) apart.
     #[inline]
-    pub fn at(&self, [i, j]: [usize; 2], [s, t]: [f64; 2], [dx, dy]: [f64; 2]) -> SplineValues {
+    pub fn evaluate(&self, [i, j]: [usize; 2], [s, t]: [f64; 2], [dx, dy]: [f64; 2]) -> SplineValues {
         let ([w, w1, w2], [u, u1, u2]) = (weights(s), weights(t));
         let mut sums = [0.0; 6];
         for b in 0..4 {
@@ -95,7 +95,7 @@ impl BicubicSpline {
 
 /// Levels after `times` means with weights 1, 2, 1 along each axis; linear extrapolation over rims and gaps.
 pub fn smoothed_raster(raster: &Raster, times: usize) -> Raster {
-    let mut patch = LevelWindow::of(raster, &[0..raster.columns + 2, 0..raster.rows + 2]);
+    let mut patch = LevelWindow::from_raster(raster, &[0..raster.columns + 2, 0..raster.rows + 2]);
     (0..times).for_each(|_| patch.filter(MEAN_WEIGHT));
     let mut result = raster.clone();
     for j in 0..raster.rows {
@@ -117,7 +117,7 @@ struct LevelWindow {
 }
 
 impl LevelWindow {
-    fn of(raster: &Raster, [columns, rows]: &[Range<usize>; 2]) -> Self {
+    fn from_raster(raster: &Raster, [columns, rows]: &[Range<usize>; 2]) -> Self {
         let mut levels = Vec::with_capacity(columns.len() * rows.len());
         for j in rows.clone() {
             for i in columns.clone() {
@@ -155,14 +155,14 @@ impl LevelWindow {
             for i in 0..self.columns {
                 let own = j * self.columns + i;
                 if !self.has_data[own] {
-                    self.levels[own] = self.continued(i, j);
+                    self.levels[own] = self.extrapolated_level(i, j);
                 }
             }
         }
     }
 
     /// Mean of linear extrapolations along the axes, or else along the diagonals; of single neighbours where no line has two.
-    fn continued(&self, i: usize, j: usize) -> f64 {
+    fn extrapolated_level(&self, i: usize, j: usize) -> f64 {
         let at = |di: isize, dj: isize| {
             let (i, j) = (i.checked_add_signed(di)?, j.checked_add_signed(dj)?);
             let inside = i < self.columns && j < self.rows;
@@ -195,16 +195,16 @@ mod tests {
         Raster::from_function([16, 13], [0.0; 2], [2.0, 3.0], z)
     }
 
-    fn at(spline: &BicubicSpline, raster: &Raster, x: [f64; 2]) -> SplineValues {
+    fn evaluate_at(spline: &BicubicSpline, raster: &Raster, x: [f64; 2]) -> SplineValues {
         let (cell, share) = raster.locate_cell(x[0], x[1]).unwrap();
-        spline.at(cell, share, raster.spacing)
+        spline.evaluate(cell, share, raster.spacing)
     }
 
     #[test]
     fn cubic_heights_are_reproduced_away_from_the_edges() {
         let z = |x: f64, y: f64| 3.0 + x - 2.0 * y + 0.01 * x * x * x - 0.02 * x * x * y + 0.003 * y * y * y;
         let raster = raster(z);
-        let (level, slope, bend) = at(&BicubicSpline::new(&raster), &raster, [13.3, 17.2]);
+        let (level, slope, bend) = evaluate_at(&BicubicSpline::new(&raster), &raster, [13.3, 17.2]);
         let [x, y] = [13.3, 17.2];
         assert!((level - z(x, y)).abs() < 1e-10, "{level} {}", z(x, y));
         let exact = [1.0 + 0.03 * x * x - 0.04 * x * y, -2.0 - 0.02 * x * x + 0.009 * y * y];
@@ -222,7 +222,7 @@ mod tests {
         assert!(raster.value(6, 5).is_nan(), "a gap stays one");
         let spline = BicubicSpline::new(&raster);
         for x in [[0.1, 0.2], [29.9, 35.8], [9.0, 15.5], [0.0, 17.0]] {
-            let (level, slope, _) = at(&spline, &raster, x);
+            let (level, slope, _) = evaluate_at(&spline, &raster, x);
             assert!((level - z(x[0], x[1])).abs() < 1e-10, "{x:?} {level}");
             assert!((slope[0] - 1.0).abs() + (slope[1] + 2.0).abs() < 1e-10, "{x:?} {slope:?}");
         }
@@ -235,7 +235,7 @@ mod tests {
         let raster = Raster::from_function([41, 5], [0.0; 2], [5.0; 2], |x, _| wave(x));
         let mean = smoothed_raster(&raster, 1);
         assert!((mean.value(20, 2) - 0.5).abs() < 1e-12, "{}", mean.value(20, 2));
-        let (crest, ..) = at(&BicubicSpline::new(&mean), &mean, [100.0, 10.0]);
+        let (crest, ..) = evaluate_at(&BicubicSpline::new(&mean), &mean, [100.0, 10.0]);
         assert!((crest - 4.0 / 9.0).abs() < 1e-12, "{crest}");
     }
 

@@ -7,7 +7,7 @@ use crate::points::phase_nodes::PlanVector;
 /// Steps between two updates of the heights: erosion in so few steps is some millimetres.
 const STEPS_PER_UPDATE: u64 = 10;
 /// Nodes along the edge of a tile, whose spline is recomputed as a whole.
-const TILE: usize = 32;
+const TILE_NODES: usize = 32;
 
 /// Terrain with erosion.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ pub struct ErosionState {
     /// Depth that the heights contain (m).
     pub in_surface: Vec<f64>,
     /// Depth that the heights do not contain yet (m).
-    pub pending: Vec<f64>,
+    pub pending_depth: Vec<f64>,
 }
 
 impl ErodibleBed {
@@ -40,8 +40,8 @@ impl ErodibleBed {
         let given = ground.raster().values.clone();
         let count = given.len();
         let raster = ground.raster();
-        let tiles = raster.columns.div_ceil(TILE) * raster.rows.div_ceil(TILE);
-        let state = ErosionState { in_surface: vec![0.0; count], pending: vec![0.0; count] };
+        let tiles = raster.columns.div_ceil(TILE_NODES) * raster.rows.div_ceil(TILE_NODES);
+        let state = ErosionState { in_surface: vec![0.0; count], pending_depth: vec![0.0; count] };
         Self {
             ground,
             lowers_surface: lowers,
@@ -63,8 +63,8 @@ impl ErodibleBed {
 
     /// Bed at a position.
     #[inline]
-    pub fn at<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
-        self.ground.at(x)
+    pub fn bed_point<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+        self.ground.bed_point(x)
     }
 
     /// Whether there is a bed at `x` (m).
@@ -104,13 +104,13 @@ impl ErodibleBed {
         let mut taken = 0.0;
         for (node, weight) in weights {
             let area = self.area::<D>(node);
-            let left = self.erodible[node] - self.state.in_surface[node] - self.state.pending[node];
+            let left = self.erodible[node] - self.state.in_surface[node] - self.state.pending_depth[node];
             let depth = (weight * wanted / area).min(left);
             if depth > 0.0 {
-                self.state.pending[node] += depth;
+                self.state.pending_depth[node] += depth;
                 taken += depth * area;
-                let tiles = columns.div_ceil(TILE);
-                self.changed_tiles[node / columns / TILE * tiles + node % columns / TILE] = true;
+                let tiles = columns.div_ceil(TILE_NODES);
+                self.changed_tiles[node / columns / TILE_NODES * tiles + node % columns / TILE_NODES] = true;
             }
         }
         taken
@@ -130,10 +130,10 @@ impl ErodibleBed {
     fn lower<const D: usize>(&mut self) {
         let raster = self.ground.raster();
         let (columns, rows) = (raster.columns, raster.rows);
-        let tiles = [columns.div_ceil(TILE), rows.div_ceil(TILE)];
+        let tiles = [columns.div_ceil(TILE_NODES), rows.div_ceil(TILE_NODES)];
         let window = |tile: usize| {
-            let [i, j] = [tile % tiles[0] * TILE, tile / tiles[0] * TILE];
-            [i..(i + TILE).min(columns), j..(j + TILE).min(rows)]
+            let [i, j] = [tile % tiles[0] * TILE_NODES, tile / tiles[0] * TILE_NODES];
+            [i..(i + TILE_NODES).min(columns), j..(j + TILE_NODES).min(rows)]
         };
         for tile in (0..self.changed_tiles.len()).filter(|tile| self.changed_tiles[*tile]) {
             let [across, mut up] = window(tile);
@@ -141,8 +141,8 @@ impl ErodibleBed {
                 up.end = up.end.min(1);
             }
             for node in up.flat_map(|row| across.clone().map(move |column| row * columns + column)) {
-                let ErosionState { in_surface: shown, pending } = &mut self.state;
-                shown[node] += std::mem::take(&mut pending[node]);
+                let ErosionState { in_surface: shown, pending_depth } = &mut self.state;
+                shown[node] += std::mem::take(&mut pending_depth[node]);
                 for row in if D == 1 { 0..rows } else { 0..1 } {
                     let copy = node + row * columns;
                     self.ground.levels_mut()[copy] = self.initial_heights[copy] - shown[node];
@@ -158,13 +158,14 @@ impl ErodibleBed {
 
     /// Eroded depth at each node of the terrain (m), row by row; in a profile in the first row.
     pub fn eroded_depths(&self) -> impl Iterator<Item = f64> + '_ {
-        self.state.in_surface.iter().zip(&self.state.pending).map(|(shown, pending)| shown + pending)
+        self.state.in_surface.iter().zip(&self.state.pending_depth).map(|(shown, pending)| shown + pending)
     }
 
     /// Eroded depth at a position in plan (m), bilinear; zero beyond the terrain.
     pub fn eroded_depth_at(&self, x: f64, y: f64) -> f64 {
-        let of =
-            |(node, weight): (usize, f64)| weight * (self.state.in_surface[node] + self.state.pending[node]);
+        let of = |(node, weight): (usize, f64)| {
+            weight * (self.state.in_surface[node] + self.state.pending_depth[node])
+        };
         self.ground.weights(x, y).map_or(0.0, |weights| weights.into_iter().map(of).sum())
     }
 
@@ -181,18 +182,18 @@ impl ErodibleBed {
     /// Restores eroded depths; `None` where they are those of another terrain.
     pub fn restore<const D: usize>(&mut self, state: ErosionState) -> Option<()> {
         let count = self.initial_heights.len();
-        if state.in_surface.len() != count || state.pending.len() != count {
+        if state.in_surface.len() != count || state.pending_depth.len() != count {
             return None;
         }
         let columns = self.ground.raster().columns;
-        let tiles = columns.div_ceil(TILE);
+        let tiles = columns.div_ceil(TILE_NODES);
         for node in 0..count {
             let source = if D == 1 { node % columns } else { node };
             if state.in_surface[source] > 0.0 {
                 self.ground.levels_mut()[node] = self.initial_heights[node] - state.in_surface[source];
             }
-            if state.pending[node] > 0.0 {
-                self.changed_tiles[node / columns / TILE * tiles + node % columns / TILE] = true;
+            if state.pending_depth[node] > 0.0 {
+                self.changed_tiles[node / columns / TILE_NODES * tiles + node % columns / TILE_NODES] = true;
             }
         }
         self.ground.update_all();
@@ -215,48 +216,50 @@ mod tests {
 
     #[test]
     fn erosion_of_a_bed_is_limited_to_its_erodible_volume() {
-        let mut worn = slope(2);
-        worn.set_erodible_depth(|x| if x[0] < 40.0 { 0.25 } else { 0.0 });
-        assert!((worn.erode(&[7.0, 9.5], 0.6) - 0.6).abs() < 1e-15);
-        assert_eq!(worn.erode(&[50.0, 9.5], 0.6), 0.0, "rock");
+        let mut eroded_bed = slope(2);
+        eroded_bed.set_erodible_depth(|x| if x[0] < 40.0 { 0.25 } else { 0.0 });
+        assert!((eroded_bed.erode(&[7.0, 9.5], 0.6) - 0.6).abs() < 1e-15);
+        assert_eq!(eroded_bed.erode(&[50.0, 9.5], 0.6), 0.0, "rock");
         // A node 2 m from its neighbours contains 1 m³: four of them have no more than that.
-        let more: f64 = (0..20).map(|_| worn.erode(&[7.0, 9.0], 0.5)).sum();
-        let (whole, all) = (0.6 + more, worn.volume::<2>());
+        let more: f64 = (0..20).map(|_| eroded_bed.erode(&[7.0, 9.0], 0.5)).sum();
+        let (whole, all) = (0.6 + more, eroded_bed.volume::<2>());
         assert!((whole - all).abs() < 1e-12 && whole < 4.0 + 1e-12, "{whole} {all}");
-        assert_eq!(worn.erode(&[7.0, 9.0], 0.5), 0.0);
-        assert!(worn.eroded_depths().all(|depth| (0.0..=0.25).contains(&depth)));
+        assert_eq!(eroded_bed.erode(&[7.0, 9.0], 0.5), 0.0);
+        assert!(eroded_bed.eroded_depths().all(|depth| (0.0..=0.25).contains(&depth)));
     }
 
     #[test]
     fn an_eroded_surface_is_lowered_and_restored_identically() {
-        let mut worn = slope(2);
-        let before = worn.at(&[7.0, 9.0]).unwrap();
-        worn.erode(&[7.0, 9.0], 2.0);
-        worn.update_surface::<2>(9);
-        assert_eq!(worn.at(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
-        worn.update_surface::<2>(10);
-        let after = worn.at(&[7.0, 9.0]).unwrap();
+        let mut eroded_bed = slope(2);
+        let before = eroded_bed.bed_point(&[7.0, 9.0]).unwrap();
+        eroded_bed.erode(&[7.0, 9.0], 2.0);
+        eroded_bed.update_surface::<2>(9);
+        assert_eq!(eroded_bed.bed_point(&[7.0, 9.0]).unwrap(), before, "not before the tenth step");
+        eroded_bed.update_surface::<2>(10);
+        let after = eroded_bed.bed_point(&[7.0, 9.0]).unwrap();
         // In the middle of four nodes that are lowered alike the spline is lowered by 10/9 along each axis.
-        assert!((before.level - after.level - worn.eroded_depth_at(7.0, 9.0) * 100.0 / 81.0).abs() < 1e-12);
+        assert!(
+            (before.level - after.level - eroded_bed.eroded_depth_at(7.0, 9.0) * 100.0 / 81.0).abs() < 1e-12
+        );
         assert!(after.curvature[0][0] > before.curvature[0][0], "a hollow");
-        worn.erode(&[62.0, 63.0], 1.0);
+        eroded_bed.erode(&[62.0, 63.0], 1.0);
         let mut other = slope(2);
-        other.restore::<2>(worn.state().clone()).unwrap();
-        worn.update_surface::<2>(20);
+        other.restore::<2>(eroded_bed.state().clone()).unwrap();
+        eroded_bed.update_surface::<2>(20);
         other.update_surface::<2>(20);
         for x in [[7.0, 9.0], [62.0, 63.0], [63.9, 64.1], [20.0, 9.0]] {
-            assert_eq!(worn.at(&x), other.at(&x));
+            assert_eq!(eroded_bed.bed_point(&x), other.bed_point(&x));
         }
     }
 
     #[test]
     fn a_profile_is_lowered_in_all_its_rows() {
         let raster = Raster::from_function([40, 4], [0.0; 2], [0.5; 2], |x, _| 20.0 - x);
-        let mut worn = ErodibleBed::new(TerrainBed::new(raster).unwrap(), true);
-        assert!((worn.erode(&[5.25], 0.1) - 0.1).abs() < 1e-15);
-        assert!((worn.volume::<1>() - 0.1).abs() < 1e-15);
-        worn.update_surface::<1>(10);
-        let bed: BedPoint<1> = worn.at(&[5.25]).unwrap();
+        let mut eroded_bed = ErodibleBed::new(TerrainBed::new(raster).unwrap(), true);
+        assert!((eroded_bed.erode(&[5.25], 0.1) - 0.1).abs() < 1e-15);
+        assert!((eroded_bed.volume::<1>() - 0.1).abs() < 1e-15);
+        eroded_bed.update_surface::<1>(10);
+        let bed: BedPoint<1> = eroded_bed.bed_point(&[5.25]).unwrap();
         // The spline is lowered by 10/9 between two lowered nodes.
         assert!(
             (bed.level - (14.75 - 0.1 / 0.9)).abs() < 1e-12,

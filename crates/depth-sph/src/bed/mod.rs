@@ -28,7 +28,7 @@ pub struct BedPoint<const D: usize> {
 
 impl<const D: usize> BedPoint<D> {
     /// A plane at `level` (m).
-    pub const fn flat(level: f64) -> Self {
+    pub const fn horizontal(level: f64) -> Self {
         Self { level, slope: [0.0; D], curvature: [[0.0; D]; D] }
     }
 
@@ -66,11 +66,11 @@ impl<const D: usize> BedPoint<D> {
 /// Bed surface that can be evaluated at any position in plan; `None` where it ends.
 pub trait BedSurface<const D: usize>: Send + Sync {
     /// Bed at `x` (m).
-    fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>>;
+    fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>>;
 
     /// Whether there is a bed at `x` (m).
     fn is_defined(&self, x: &PlanVector<D>) -> bool {
-        self.at(x).is_some()
+        self.bed_point(x).is_some()
     }
 
     /// Distance of the positions between which the surface is interpolated (m): no node moves farther in a step than half of that.
@@ -81,7 +81,7 @@ pub trait BedSurface<const D: usize>: Send + Sync {
 }
 
 impl<const D: usize, F: Fn(&PlanVector<D>) -> BedPoint<D> + Send + Sync> BedSurface<D> for F {
-    fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+    fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         Some(self(x))
     }
 }
@@ -115,11 +115,11 @@ impl<const D: usize> Bed<D> {
 
     /// Bed at `x`; `None` beyond its end.
     #[inline]
-    pub fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+    pub fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         match self {
-            Self::Flat(level) => Some(BedPoint::flat(*level)),
-            Self::Surface(surface) => surface.at(x),
-            Self::Erodible(erodible) => erodible.at(x),
+            Self::Flat(level) => Some(BedPoint::horizontal(*level)),
+            Self::Surface(surface) => surface.bed_point(x),
+            Self::Erodible(erodible) => erodible.bed_point(x),
         }
     }
 
@@ -143,8 +143,8 @@ impl<const D: usize> Bed<D> {
     }
 
     /// Bed below a node; level zero beyond its end, where nodes are only until the end of the step.
-    pub fn below(&self, x: &PlanVector<D>) -> BedPoint<D> {
-        self.at(x).unwrap_or(BedPoint::flat(0.0))
+    pub fn bed_below(&self, x: &PlanVector<D>) -> BedPoint<D> {
+        self.bed_point(x).unwrap_or(BedPoint::horizontal(0.0))
     }
 
     /// Erodible bed, where erosion is recorded.
@@ -167,7 +167,7 @@ impl<const D: usize> Bed<D> {
 pub fn paraboloid<const D: usize>(a: f64, centre: PlanVector<D>) -> Bed<D> {
     Bed::formula(move |x: &PlanVector<D>| {
         let from: PlanVector<D> = std::array::from_fn(|c| x[c] - centre[c]);
-        let mut point = BedPoint::flat(a * dot(&from, &from));
+        let mut point = BedPoint::horizontal(a * dot(&from, &from));
         for c in 0..D {
             point.slope[c] = 2.0 * a * from[c];
             point.curvature[c][c] = 2.0 * a;
@@ -178,7 +178,7 @@ pub fn paraboloid<const D: usize>(a: f64, centre: PlanVector<D>) -> Bed<D> {
 
 /// Plane `Z = slope · x`.
 pub fn incline<const D: usize>(slope: PlanVector<D>) -> Bed<D> {
-    Bed::formula(move |x: &PlanVector<D>| BedPoint { slope, ..BedPoint::flat(dot(&slope, x)) })
+    Bed::formula(move |x: &PlanVector<D>| BedPoint { slope, ..BedPoint::horizontal(dot(&slope, x)) })
 }
 
 /// Hump `Z = height exp(-|x|²/width²)` at the origin.
@@ -186,7 +186,7 @@ pub fn hump<const D: usize>(height: f64, width: f64) -> Bed<D> {
     Bed::formula(move |x: &PlanVector<D>| {
         let square = width * width;
         let level = height * (-dot(x, x) / square).exp();
-        let mut point = BedPoint::flat(level);
+        let mut point = BedPoint::horizontal(level);
         for c in 0..D {
             point.slope[c] = -2.0 * x[c] / square * level;
             for k in 0..D {
@@ -207,12 +207,12 @@ mod tests {
     /// Checks that slope and curvature are the derivatives of the level.
     fn is_consistent(bed: &Bed<2>, x: [f64; 2]) {
         let step = 1e-5;
-        let point = bed.at(&x).unwrap();
+        let point = bed.bed_point(&x).unwrap();
         for c in 0..2 {
             let beside = |sign: f64| {
                 let mut y = x;
                 y[c] += sign * step;
-                bed.at(&y).unwrap()
+                bed.bed_point(&y).unwrap()
             };
             let (after, before) = (beside(1.0), beside(-1.0));
             let slope = (after.level - before.level) / (2.0 * step);
@@ -237,19 +237,21 @@ mod tests {
             0.3 * ((x - 1.0).powi(2) + (y + 2.0).powi(2))
         });
         let bed = Bed::Surface(Arc::new(TerrainBed::new(raster).unwrap()));
-        let (found, exact) =
-            (bed.at(&[3.3, 0.8]).unwrap(), paraboloid(0.3, [1.0, -2.0]).at(&[3.3, 0.8]).unwrap());
+        let (found, exact) = (
+            bed.bed_point(&[3.3, 0.8]).unwrap(),
+            paraboloid(0.3, [1.0, -2.0]).bed_point(&[3.3, 0.8]).unwrap(),
+        );
         assert!((found.level - exact.level).abs() < 1e-12);
         for c in 0..2 {
             assert!((found.slope[c] - exact.slope[c]).abs() < 1e-12);
             assert!((0..2).all(|k| (found.curvature[c][k] - exact.curvature[c][k]).abs() < 1e-11));
         }
-        assert_eq!(bed.at(&[10.1, 0.0]), None);
+        assert_eq!(bed.bed_point(&[10.1, 0.0]), None);
     }
 
     #[test]
     fn speed_is_that_along_the_bed() {
-        let point = incline([3.0f64.sqrt(), 0.0]).at(&[0.0; 2]).unwrap();
+        let point = incline([3.0f64.sqrt(), 0.0]).bed_point(&[0.0; 2]).unwrap();
         assert!((point.speed(&[1.0, 0.0]) - 2.0).abs() < 1e-14);
         assert!((point.speed(&[0.0, 1.0]) - 1.0).abs() < 1e-14);
         assert!((point.steepness() - 4.0).abs() < 1e-14);

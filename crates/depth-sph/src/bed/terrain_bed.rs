@@ -84,9 +84,9 @@ impl TerrainBed {
 
 impl<const D: usize> BedSurface<D> for TerrainBed {
     #[inline]
-    fn at(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
+    fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         let (cell, share) = self.cell_around(x)?;
-        let (level, slope, [xx, xy, yy]) = self.spline.at(cell, share, self.raster.spacing);
+        let (level, slope, [xx, xy, yy]) = self.spline.evaluate(cell, share, self.raster.spacing);
         let curvature = [[xx, xy], [xy, yy]];
         Some(BedPoint {
             level,

@@ -15,7 +15,7 @@ pub struct RoughSlope {
     /// Tangent of the mean slope.
     pub slope: f64,
     /// Position where the roughness begins (m).
-    pub from: f64,
+    pub start: f64,
     /// Wave numbers (1/m) along x and y, phase and amplitude (m) of each wave.
     waves: Vec<[f64; 4]>,
 }
@@ -30,14 +30,16 @@ fn next_random(state: &mut u64) -> f64 {
 }
 
 impl RoughSlope {
-    /// Creates a slope of this tangent that becomes rough behind `from` (m), with waves between these lengths (m) and this root mean
+    /// Creates a slope of this tangent that becomes rough behind `start` (m), with waves between these lengths (m) and this root mean
     /// square of their slopes.
-    pub fn new(slope: f64, from: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
+    pub fn new(slope: f64, start: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
         let mut state = seed;
         let mut wave = || {
             // Wave numbers fill the plane evenly between two circles.
-            let [least, most] = [TAU / lengths[1], TAU / lengths[0]];
-            let number = (least * least + next_random(&mut state) * (most * most - least * least)).sqrt();
+            let [smallest, largest] = [TAU / lengths[1], TAU / lengths[0]];
+            let number = (smallest * smallest
+                + next_random(&mut state) * (largest * largest - smallest * smallest))
+                .sqrt();
             let (sin, cos) = (TAU * next_random(&mut state)).sin_cos();
             [number * cos, number * sin, TAU * next_random(&mut state), 1.0 / (number * number)]
         };
@@ -45,12 +47,12 @@ impl RoughSlope {
         let square = |wave: &[f64; 4]| 0.5 * wave[3] * wave[3] * (wave[0] * wave[0] + wave[1] * wave[1]);
         let factor = rms / waves.iter().map(square).sum::<f64>().sqrt();
         waves.iter_mut().for_each(|wave| wave[3] *= factor);
-        Self { slope, from, waves }
+        Self { slope, start, waves }
     }
 
     /// Level at a position (m).
     pub fn level(&self, x: f64, y: f64) -> f64 {
-        let t = ((x - self.from) / RAMP).clamp(0.0, 1.0);
+        let t = ((x - self.start) / RAMP).clamp(0.0, 1.0);
         let rough: f64 = self.waves.iter().map(|[p, q, phase, a]| a * (p * x + q * y + phase).cos()).sum();
         t * t * (3.0 - 2.0 * t) * rough - self.slope * x
     }

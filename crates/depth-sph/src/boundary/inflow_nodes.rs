@@ -9,7 +9,7 @@ use crate::phases::failure::FlowFailure;
 use crate::phases::phase::PhaseSet;
 
 /// Distance before a line within which the initial flow is sampled (distances of nodes).
-const NEAR: f64 = 2.0;
+const SAMPLING_DISTANCE: f64 = 2.0;
 
 /// Ratio of the depth of an inflow across a line to that at its largest discharge, or at the start, at which the run ends.
 pub(crate) const MAX_DEPTH_RATIO: f64 = 100.0;
@@ -49,8 +49,9 @@ pub(crate) fn add_first_rows<const D: usize>(
     initial: &[Option<(f64, f64)>],
 ) -> Result<(), FlowFailure> {
     let gravity = settings.gravity;
-    let arriving =
-        |found: &Option<(f64, f64)>| found.map(|(depth, speed)| ArrivingFlow::of(depth, speed, gravity));
+    let arriving = |found: &Option<(f64, f64)>| {
+        found.map(|(depth, speed)| ArrivingFlow::from_depth_and_speed(depth, speed, gravity))
+    };
     let arriving: ArrivingFlows = initial.iter().map(arriving).collect();
     advance_rows(time, &mut boundary.inflows, &arriving, nodes)?;
     place_waiting_nodes(time, boundary, nodes);
@@ -86,7 +87,7 @@ fn arriving_flow<const D: usize>(
         }
     }
     let within = moments.interior_fit()?;
-    Some(ArrivingFlow::of(within.depth[0], within.speed[0], within.effective_gravity))
+    Some(ArrivingFlow::from_depth_and_speed(within.depth[0], within.speed[0], within.effective_gravity))
 }
 
 /// Sets with nodes of an inflow.
@@ -102,7 +103,7 @@ pub(crate) fn initial_state_before<const D: usize>(
     sets: &[PhaseSet<D>],
     inflow: &Inflow<D>,
 ) -> Option<(f64, f64)> {
-    let (width, near) = (inflow.width(), NEAR * inflow.spacing);
+    let (width, near) = (inflow.width(), SAMPLING_DISTANCE * inflow.spacing);
     let (mut volume, mut moved, mut count) = (0.0, 0.0, 0);
     for (number, PhaseSet { nodes, .. }) in sets_of_inflow(sets, inflow).enumerate() {
         for i in 0..nodes.len() {
@@ -122,7 +123,7 @@ pub(crate) fn initial_state_before<const D: usize>(
 pub(crate) fn nodes_behind<const D: usize>(sets: &[PhaseSet<D>], inflow: &Inflow<D>) -> usize {
     let is_behind = |x: &_| {
         let (before, along) = inflow.distances(x);
-        (-inflow.reach..0.0).contains(&before) && (0.0..=inflow.width()).contains(&along)
+        (-inflow.row_extent..0.0).contains(&before) && (0.0..=inflow.width()).contains(&along)
     };
     sets_of_inflow(sets, inflow).flat_map(|set| &set.nodes.position).filter(|x| is_behind(x)).count()
 }
@@ -148,7 +149,7 @@ fn advance_rows<const D: usize>(
                  {MAX_DEPTH_RATIO} times its depth at the largest discharge, because of the flow ahead of the \
                  line: reduce `courant` or `spacing`"
             );
-            return Err(FlowFailure { node: nodes.next_id, position: inflow.from.to_vec(), reason });
+            return Err(FlowFailure { node_id: nodes.next_id, position: inflow.start.to_vec(), reason });
         }
         let (fresh, stale) = inflow.advance(time, section, &mut nodes.next_id);
         removed.extend(stale);
@@ -183,7 +184,7 @@ fn place_waiting_nodes<const D: usize>(
     waiting_nodes.nodes.sort_by_key(|node| node.0);
     for PhaseSet { nodes, .. } in &mut nodes.sets {
         for i in 0..nodes.len() {
-            if let Some((place, velocity)) = waiting_nodes.of(nodes.id[i]) {
+            if let Some((place, velocity)) = waiting_nodes.position_and_velocity(nodes.id[i]) {
                 (nodes.position[i], nodes.velocity[i]) = (place, velocity);
             }
         }
@@ -197,7 +198,7 @@ pub(crate) fn reset_inflow_columns<const D: usize>(boundary: &FlowBoundaries<D>,
     }
     for i in 0..nodes.sets[0].len() {
         let id = nodes.sets[0].nodes.id[i];
-        if boundary.waiting_nodes.of(id).is_some() || boundary.is_inlet_node(id) {
+        if boundary.waiting_nodes.position_and_velocity(id).is_some() || boundary.is_inlet_node(id) {
             nodes.pore_columns.depth[i] = f64::NAN;
         }
     }
@@ -212,7 +213,7 @@ impl<const D: usize> FlowBoundaries<D> {
         }
         for PhaseSet { nodes, .. } in sets {
             for i in 0..nodes.len() {
-                if let Some((_, velocity)) = self.waiting_nodes.of(nodes.id[i]) {
+                if let Some((_, velocity)) = self.waiting_nodes.position_and_velocity(nodes.id[i]) {
                     nodes.velocity[i] = velocity;
                 }
             }

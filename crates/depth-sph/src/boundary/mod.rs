@@ -32,65 +32,68 @@ pub struct FlowBoundaries<const D: usize> {
     /// Nodes behind the lines of inflow, which have not entered yet.
     pub waiting_nodes: WaitingNodes<D>,
     /// Sides through which waves leave, or with inflow.
-    pub open: Vec<OpenBoundary<D>>,
+    pub open_sides: Vec<OpenBoundary<D>>,
     /// Treatment of nodes that leave the bed.
     pub outside: OutsideNodes,
 }
 
 impl<const D: usize> FlowBoundaries<D> {
     /// Boundaries with these walls and periods only.
-    pub fn of(walls: PlanBoundaries<D>) -> Self {
+    pub fn from_walls(walls: PlanBoundaries<D>) -> Self {
         Self { walls, ..Self::default() }
     }
 
     /// Whether there are lines with inflow or open sides.
     pub fn has_openings(&self) -> bool {
-        !(self.inflows.is_empty() && self.open.is_empty())
+        !(self.inflows.is_empty() && self.open_sides.is_empty())
     }
 
     /// Whether there are nodes behind a line of inflow or beyond an open side.
     pub fn has_outside_nodes(&self) -> bool {
-        !(self.waiting_nodes.nodes.is_empty() && self.open.is_empty())
+        !(self.waiting_nodes.nodes.is_empty() && self.open_sides.is_empty())
     }
 
     /// Whether node number `id` has not entered yet, or is beyond an open side.
     pub fn is_outside(&self, id: u64) -> bool {
-        self.waiting_nodes.of(id).is_some() || self.is_far_field_node(id)
+        self.waiting_nodes.position_and_velocity(id).is_some() || self.is_far_field_node(id)
     }
 
     /// Whether node number `id` is beyond an open side.
     pub fn is_far_field_node(&self, id: u64) -> bool {
-        self.open.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
+        self.open_sides.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
     }
 
     /// Whether node number `id` is beyond a side with inflow.
     pub fn is_inlet_node(&self, id: u64) -> bool {
-        self.open.iter().any(|end| end.has_inlet() && end.state.ids.binary_search(&id).is_ok())
+        self.open_sides.iter().any(|end| end.has_inlet() && end.state.ids.binary_search(&id).is_ok())
     }
 
     /// Volume that has entered (m³).
-    pub fn entered(&self) -> f64 {
-        let lines: f64 = self.inflows.iter().map(Inflow::entered).sum();
-        let passed = |end: &OpenBoundary<D>| end.state.passed.iter().sum::<f64>();
-        self.open.iter().filter(|end| end.has_inlet()).fold(lines, |sum, end| sum - passed(end))
+    pub fn inflow_volume(&self) -> f64 {
+        let lines: f64 = self.inflows.iter().map(Inflow::entered_volume).sum();
+        let passed = |end: &OpenBoundary<D>| end.state.outflow.iter().sum::<f64>();
+        self.open_sides.iter().filter(|end| end.has_inlet()).fold(lines, |sum, end| sum - passed(end))
     }
 
     /// Volume of pore fluid, on nodes of its own, that has entered (m³).
     pub fn fluid_entered(&self) -> f64 {
-        let of_line = |inflow: &Inflow<D>| inflow.porosity.unwrap_or(0.0) * inflow.entered();
+        let of_line = |inflow: &Inflow<D>| inflow.porosity.unwrap_or(0.0) * inflow.entered_volume();
         let lines: f64 = self.inflows.iter().map(of_line).sum();
-        self.open.iter().filter(|end| end.has_inlet()).fold(lines, |sum, end| sum - end.state.passed[1])
+        self.open_sides
+            .iter()
+            .filter(|end| end.has_inlet())
+            .fold(lines, |sum, end| sum - end.state.outflow[1])
     }
 
     /// Volume that has passed the open sides without inflow, less that which has returned (m³).
-    pub fn passed(&self) -> f64 {
-        self.open.iter().filter(|end| !end.has_inlet()).flat_map(|end| end.state.passed).sum()
+    pub fn outflow_volume(&self) -> f64 {
+        self.open_sides.iter().filter(|end| !end.has_inlet()).flat_map(|end| end.state.outflow).sum()
     }
 
     /// Volume of the nodes that have not entered yet, and of those beyond open ends (m³).
     pub fn waiting_volume(&self, sets: &[PhaseSet<D>]) -> f64 {
         let waiting: f64 = self.inflows.iter().map(Inflow::waiting_volume).sum();
-        if self.open.is_empty() { waiting } else { waiting + self.far_field_volume(sets) }
+        if self.open_sides.is_empty() { waiting } else { waiting + self.far_field_volume(sets) }
     }
 
     /// Volume of the nodes beyond open sides (m³; m² in profiles).

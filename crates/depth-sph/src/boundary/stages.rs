@@ -6,7 +6,7 @@ use colluvium_case::description::{Stage, Wall};
 use crate::points::image_nodes::PlanBoundaries;
 
 /// Whether a stage only equilibrates stress.
-pub(crate) fn is_passed_over(stage: &Stage) -> bool {
+pub(crate) fn is_equilibration_stage(stage: &Stage) -> bool {
     stage.equilibrium.is_some() || stage.damping > 0.0 || stage.gravity_ramp > 0.0
 }
 
@@ -18,7 +18,7 @@ pub(crate) fn plan_boundaries<const D: usize>(case: &Case, stage: usize) -> Plan
         if axis >= D || matches!(boundary.wall, Wall::Absorbing { .. }) {
             continue;
         }
-        let position = boundary.position(&case.domain);
+        let position = boundary.wall_coordinate(&case.domain);
         let slot = &mut ends.walls[axis][usize::from(boundary.side.is_max())];
         // The innermost wall of a side applies.
         *slot = Some(match *slot {

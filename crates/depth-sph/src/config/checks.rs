@@ -8,7 +8,7 @@ use super::{
 use crate::config::choices::{Phases, PressureForceForm, ThicknessEquation, TimeScheme};
 use crate::laws::erosion::Erosion;
 use crate::laws::interphase_drag::InterphaseDrag;
-use crate::laws::pore_pressure_column::MOST_CELLS;
+use crate::laws::pore_pressure_column::MAX_CELLS;
 use crate::laws::pore_pressure_column::{Drainage, LowerBound};
 
 /// Option that is out of range: its key and the reason.
@@ -26,7 +26,7 @@ fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
     check(value >= 0.0 && value.is_finite(), name, || format!("{value} must not be negative{unit}"))
 }
 
-fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
+fn check_range(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
     check((low..=high).contains(&value), name, || format!("{value} is not in {low}..={high}"))
 }
 
@@ -43,7 +43,7 @@ impl DepthOptions {
     pub fn validate(&self) -> Result<(), OptionError> {
         positive("spacing", self.spacing, " (m)")?;
         if let Some(smoothing) = self.smoothing {
-            within("smoothing", smoothing, 1.0, 3.0)?;
+            check_range("smoothing", smoothing, 1.0, 3.0)?;
         }
         if let Some(length) = self.shortest_smoothing {
             positive("shortest_smoothing", length, " (m)")?;
@@ -60,13 +60,13 @@ impl DepthOptions {
         }
         not_negative("viscosity_linear", self.viscosity_linear, "")?;
         not_negative("viscosity_quadratic", self.viscosity_quadratic, "")?;
-        within("xsph", self.xsph, 0.0, 1.0)?;
+        check_range("xsph", self.xsph, 0.0, 1.0)?;
         let drifts = self.integration == TimeScheme::Leapfrog || self.xsph == 0.0;
         check(drifts, "xsph", || {
             "applies only with `integration` `leapfrog`: leave `xsph` or `integration` out".to_owned()
         })?;
         positive("courant", self.courant, "")?;
-        within("courant", self.courant, 0.0, 0.5)?;
+        check_range("courant", self.courant, 0.0, 0.5)?;
         if let Some(step) = self.max_time_step {
             positive("max_time_step", step, " (s)")?;
         }
@@ -83,15 +83,15 @@ impl DepthOptions {
         self.check_earth_pressure()?;
         self.check_momentum()?;
         positive("stop.speed", self.stop.speed, " (m/s)")?;
-        within("stop.share", self.stop.share, 0.0, 1.0)?;
-        within("stop.kinetic_ratio", self.stop.kinetic_ratio, 0.0, 1.0)?;
+        check_range("stop.share", self.stop.share, 0.0, 1.0)?;
+        check_range("stop.kinetic_ratio", self.stop.kinetic_ratio, 0.0, 1.0)?;
         not_negative("stop.hold", self.stop.hold, " (s)")
     }
 
     fn check_drainage(&self) -> Result<(), OptionError> {
         drainage("drainage", self.drainage)?;
-        let without = |key: &str, asked: bool| {
-            check(self.column.is_some() || !asked, key, || {
+        let without = |key: &str, requested: bool| {
+            check(self.column.is_some() || !requested, key, || {
                 "applies only with pore-pressure columns: give `column`, or leave this out".to_owned()
             })
         };
@@ -132,10 +132,10 @@ impl DepthOptions {
         }
         let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
         erodible("erodible_depth", self.erodible_depth, erodes)?;
-        let asked =
+        let requested =
             [("erodible_depth_raster", self.erodible_depth_raster.is_some()), ("lower_bed", self.lower_bed)];
-        asked.into_iter().try_for_each(|(key, asked)| {
-            check(erodes || !asked, key, || {
+        requested.into_iter().try_for_each(|(key, requested)| {
+            check(erodes || !requested, key, || {
                 "applies only with erosion of the bed: give `erosion`, or leave this out".to_owned()
             })
         })
@@ -168,7 +168,7 @@ impl DepthOptions {
     fn check_earth_pressure(&self) -> Result<(), OptionError> {
         let Some(earth) = &self.earth_pressure else { return Ok(()) };
         let internal = earth.internal_friction_angle;
-        within("earth_pressure.internal_friction_angle", internal, 0.0, 89.9)?;
+        check_range("earth_pressure.internal_friction_angle", internal, 0.0, 89.9)?;
         let basal = earth.basal_friction_angle;
         check((0.0..=internal).contains(&basal), "earth_pressure.basal_friction_angle", || {
             format!("{basal} is not between 0 and the internal friction angle, {internal} degrees")
@@ -256,7 +256,7 @@ impl MixtureOptions {
             "must name the bodies of the upper layer if `phases` is `layers`, and must be left out otherwise"
                 .to_owned()
         })?;
-        within(&key("interface_friction"), self.interface_friction, 0.0, 1.0)?;
+        check_range(&key("interface_friction"), self.interface_friction, 0.0, 1.0)?;
         self.fluid_resistance.validate(&key("fluid_resistance"), phases)
     }
 }
@@ -282,11 +282,11 @@ impl ColumnOptions {
         check(mixture.is_some(), "column", || {
             "requires grains and fluid: give the bodies a `pore_fluid`, or give `mixture`".to_owned()
         })?;
-        check((4..=MOST_CELLS).contains(&self.cells), &key("cells"), || {
-            format!("{} is not in 4..={MOST_CELLS}", self.cells)
+        check((4..=MAX_CELLS).contains(&self.cells), &key("cells"), || {
+            format!("{} is not in 4..={MAX_CELLS}", self.cells)
         })?;
-        within(&key("weight"), self.weight, 0.5, 1.0)?;
-        within(&key("excess_ratio"), self.excess_ratio, 0.0, 1.0)?;
+        check_range(&key("weight"), self.weight, 0.5, 1.0)?;
+        check_range(&key("excess_ratio"), self.excess_ratio, 0.0, 1.0)?;
         match (self.consolidation, &self.skeleton) {
             (Some(value), None) => not_negative(&key("consolidation"), value, " (m²/s)")?,
             (None, Some(skeleton)) => {
@@ -306,11 +306,11 @@ impl ColumnOptions {
             }
         }
         if let LowerBound::Total { cavitation } = self.lower_bound {
-            within(&key("lower_bound.cavitation"), cavitation, 0.0, 1e5)?;
+            check_range(&key("lower_bound.cavitation"), cavitation, 0.0, 1e5)?;
         }
         let Some(dilatancy) = &self.dilatancy else { return Ok(()) };
         not_negative(&key("dilatancy.slope"), dilatancy.slope, "")?;
-        within(&key("dilatancy.critical_porosity"), dilatancy.critical_porosity, 0.0, 1.0)?;
+        check_range(&key("dilatancy.critical_porosity"), dilatancy.critical_porosity, 0.0, 1.0)?;
         check(self.skeleton.is_some(), &key("dilatancy"), || {
             "requires the stiffness of the skeleton: give `skeleton`".to_owned()
         })
@@ -338,7 +338,7 @@ impl SkeletonOptions {
 mod tests {
     use super::*;
 
-    fn wrong(text: &str) -> String {
+    fn first_error(text: &str) -> String {
         let options: DepthOptions = serde_json::from_str(text).unwrap();
         options.validate().unwrap_err().0
     }
@@ -381,7 +381,7 @@ mod tests {
             ),
         ];
         for (text, key) in table {
-            assert_eq!(wrong(text), key, "{text}");
+            assert_eq!(first_error(text), key, "{text}");
         }
     }
 
@@ -415,7 +415,7 @@ mod tests {
             ),
         ];
         for (text, key) in table {
-            assert_eq!(wrong(text), key, "{text}");
+            assert_eq!(first_error(text), key, "{text}");
         }
     }
 

@@ -58,7 +58,7 @@ pub struct DepthOptions {
     #[serde(default)]
     pub integration: TimeScheme,
     /// Linear artificial viscosity (-), at least 0.
-    #[serde(default = "one")]
+    #[serde(default = "default_factor")]
     pub viscosity_linear: f64,
     /// Quadratic artificial viscosity (-), at least 0.
     #[serde(default)]
@@ -195,7 +195,7 @@ pub struct DamOptions {
     #[serde(default)]
     pub width: f64,
     /// Slope of the sides (-), fall over width, > 0. Sides steeper than 60° (1.73) do not stop a fast flow.
-    #[serde(default = "one")]
+    #[serde(default = "default_factor")]
     pub side_slope: f64,
 }
 
@@ -223,7 +223,7 @@ pub struct InflowOptions {
     pub hydrograph: Option<String>,
     /// Froude number `u/√(g h)` at the line (-). It determines depth and speed of a discharge where there is no flow before the line, and
     /// where the flow is faster than its waves. Otherwise they follow from the discharge and the flow before the line.
-    #[serde(default = "one")]
+    #[serde(default = "default_factor")]
     pub froude: f64,
     /// Distribution of the inflow along the line, at one speed. In three dimensions.
     #[serde(default)]
@@ -246,7 +246,7 @@ pub struct MixtureOptions {
     #[serde(default = "water")]
     pub fluid_density: f64,
     /// Initial porosity, between 0 and 1; without effect for two layers.
-    #[serde(default = "half")]
+    #[serde(default = "default_porosity")]
     pub porosity: f64,
     /// Initial porosities of bodies that differ, by name, between 0 and 1; for phases that are `two`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -297,7 +297,7 @@ pub struct ColumnOptions {
     #[serde(default = "default_column_cells")]
     pub cells: usize,
     /// Weight of the new time level (-): 1 is backward Euler, 0.5 Crank–Nicolson.
-    #[serde(default = "one")]
+    #[serde(default = "default_factor")]
     pub weight: f64,
     /// Discretisation of the pressure over the depth.
     #[serde(default)]
@@ -431,10 +431,10 @@ const fn default_smoothing_passes() -> usize {
     1
 }
 
-const fn one() -> f64 {
+const fn default_factor() -> f64 {
     1.0
 }
-const fn half() -> f64 {
+const fn default_porosity() -> f64 {
     0.4
 }
 const fn water() -> f64 {

@@ -68,14 +68,14 @@ pub struct Mixture {
     /// Initial porosity.
     pub porosity: f64,
     /// Whether pore fluid carries a part of the weight.
-    pub saturated: bool,
+    pub is_saturated: bool,
 }
 
 impl Mixture {
     /// Creates a single phase without pore fluid, of this density (kg/m³).
-    pub fn plain(density: f64, gravity: f64) -> Self {
+    pub fn single_phase(density: f64, gravity: f64) -> Self {
         let densities = MixtureDensities { grain: density, fluid: 0.0, gravity };
-        Self { densities, porosity: 0.0, saturated: false }
+        Self { densities, porosity: 0.0, is_saturated: false }
     }
 
     /// Initial density of the mixture (kg/m³).
@@ -118,7 +118,7 @@ pub enum Consolidation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarthPressure {
     /// Coefficient where the flow expands.
-    pub active: f64,
+    pub active_coefficient: f64,
     /// Coefficient where it contracts.
     pub passive: f64,
 }
@@ -130,13 +130,14 @@ impl EarthPressure {
         // Round-off of equal angles must not make a root of a negative number.
         let root = (1.0 - square * (1.0 + basal.tan().powi(2))).max(0.0).sqrt();
         let coefficient = |sign: f64| 2.0 / square * (1.0 + sign * root) - 1.0;
-        Self { active: coefficient(-1.0), passive: coefficient(1.0) }
+        Self { active_coefficient: coefficient(-1.0), passive: coefficient(1.0) }
     }
 
     /// Coefficient at a rate of divergence (1/s), smooth over `width` (1/s).
     #[inline]
-    pub fn at(&self, divergence: f64, width: f64) -> f64 {
-        self.active + 0.5 * (self.passive - self.active) * (1.0 - (divergence / width).tanh())
+    pub fn coefficient_at(&self, divergence: f64, width: f64) -> f64 {
+        self.active_coefficient
+            + 0.5 * (self.passive - self.active_coefficient) * (1.0 - (divergence / width).tanh())
     }
 }
 
@@ -171,7 +172,7 @@ impl FluidResistance {
 #[derive(Clone)]
 pub struct BedZone {
     /// Regions whose intersection is the zone; everywhere without one.
-    pub parts: Vec<PlanRegion>,
+    pub regions: Vec<PlanRegion>,
     /// Resistance; none when absent.
     pub law: Option<BasalRheology>,
     /// Drainage through the base.
@@ -187,15 +188,15 @@ pub struct BedZone {
 impl fmt::Debug for BedZone {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let law = self.law.as_ref().map(|law| law.name);
-        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.parts, self.drainage, self.erosion)
+        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.regions, self.drainage, self.erosion)
     }
 }
 
 impl BedZone {
     /// Creates a sealed bed of one law everywhere, without erosion.
-    pub fn everywhere(law: Option<BasalRheology>) -> Self {
+    pub fn unbounded(law: Option<BasalRheology>) -> Self {
         Self {
-            parts: Vec::new(),
+            regions: Vec::new(),
             law,
             drainage: Drainage::Sealed,
             fluid: FluidResistance::None,
@@ -207,7 +208,7 @@ impl BedZone {
     /// Whether the zone contains a position.
     #[inline]
     pub fn contains(&self, x: &[f64]) -> bool {
-        self.parts.iter().all(|part| part.contains(x))
+        self.regions.iter().all(|part| part.contains(x))
     }
 }
 
@@ -219,7 +220,7 @@ pub struct Numerics {
     /// Whether smoothing lengths follow the heights.
     pub variable_length: bool,
     /// Sums of height per step.
-    pub passes: usize,
+    pub summation_passes: usize,
     /// Bounds of the smoothing length over its initial value.
     pub length_range: (f64, f64),
     /// Lower bound of the smoothing length (m).
@@ -253,7 +254,7 @@ impl Numerics {
         Self {
             kernel: Kernel::CubicSpline,
             variable_length: true,
-            passes: 2,
+            summation_passes: 2,
             length_range: (0.5, if D == 1 { 50.0 } else { 3.0 }),
             shortest: 0.0,
             continuity: ThicknessEquation::Summation,
@@ -273,7 +274,7 @@ impl Numerics {
 
 impl<const D: usize> FlowSettings<D> {
     /// One phase of this material on a horizontal bed without resistance, gravity 9.81 m/s².
-    pub fn plain(density: f64) -> Self {
+    pub fn single_phase(density: f64) -> Self {
         let gravity = 9.81;
         Self {
             phases: Phases::One,
@@ -282,10 +283,10 @@ impl<const D: usize> FlowSettings<D> {
             frame: DepthFrame::Horizontal,
             metric: Metric::Blended,
             curvature_in_friction: true,
-            material: Mixture::plain(density, gravity),
+            material: Mixture::single_phase(density, gravity),
             drag: InterphaseDrag::None,
             column: None,
-            zones: vec![BedZone::everywhere(None)],
+            zones: vec![BedZone::unbounded(None)],
             earth_pressure: None,
             interface_friction: 0.0,
             numerics: Numerics::defaults::<D>(),
@@ -294,7 +295,7 @@ impl<const D: usize> FlowSettings<D> {
 
     /// Magnitude of gravity, that along a tilted frame included (m/s²).
     #[inline]
-    pub fn whole_gravity(&self) -> f64 {
+    pub fn total_gravity(&self) -> f64 {
         (self.gravity * self.gravity + self.plan_gravity.iter().map(|g| g * g).sum::<f64>()).sqrt()
     }
 
@@ -312,7 +313,7 @@ impl<const D: usize> FlowSettings<D> {
     }
 
     /// Whether any term needs neighbours one by one: sums of heights and forces do not.
-    pub fn asks_for_neighbours(&self) -> bool {
+    pub fn needs_neighbour_list(&self) -> bool {
         let numerics = &self.numerics;
         self.phases == Phases::Layers
             || self.earth_pressure.is_some()
@@ -367,10 +368,11 @@ mod tests {
         for (internal, basal, active, passive) in table {
             let angle = |degrees: i32| f64::from(degrees).to_radians();
             let found = EarthPressure::savage_hutter(angle(internal), angle(basal));
-            assert!((found.active - active).abs() < 1e-6, "{internal} {basal}: {found:?}");
+            assert!((found.active_coefficient - active).abs() < 1e-6, "{internal} {basal}: {found:?}");
             assert!((found.passive - passive).abs() < 1e-6, "{internal} {basal}: {found:?}");
             assert!(
-                (found.at(1e3, 0.1) - active).abs() < 1e-6 && (found.at(-1e3, 0.1) - passive).abs() < 1e-6
+                (found.coefficient_at(1e3, 0.1) - active).abs() < 1e-6
+                    && (found.coefficient_at(-1e3, 0.1) - passive).abs() < 1e-6
             );
         }
     }

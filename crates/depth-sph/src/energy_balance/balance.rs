@@ -10,7 +10,7 @@ use crate::boundary::FlowBoundaries;
 use crate::config::choices::{DepthFrame, Phases};
 use crate::config::settings::FlowSettings;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::PlanVector;
 
 /// Share of the exchanged energy by which the balance may be off without a warning.
@@ -50,7 +50,7 @@ pub struct EnergyBalance {
     /// Work of pressure in the last step.
     last_pressure_work: f64,
     /// Energy of inflow less that of outflow.
-    pub entered: f64,
+    pub inflow: f64,
     /// Largest kinetic energy so far.
     peak: f64,
 }
@@ -59,25 +59,25 @@ pub struct EnergyBalance {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyBalanceSummary {
     /// Current energy.
-    pub now: FlowEnergies,
+    pub current_energy: FlowEnergies,
     /// Excess of energy.
     pub error: f64,
     /// Work of pressure beyond the loss of pressure energy.
     pub difference: f64,
     /// Exchanged energy: the largest of drop, kinetic energy and losses.
-    pub exchanged: f64,
+    pub exchanged_energy: f64,
 }
 
 impl EnergyBalanceSummary {
     /// Whether the energy is off by more than a hundredth of the exchanged energy.
     pub fn is_off(&self) -> bool {
-        !(self.error.abs() <= BALANCE_TOLERANCE * self.exchanged)
+        !(self.error.abs() <= BALANCE_TOLERANCE * self.exchanged_energy)
     }
 }
 
-/// Slope with which motion along the bed is measured: zero where slopes are taken as small.
+/// Slope of the bed in the metric of speeds and energies (-): zero where slopes are taken as small.
 #[inline]
-pub(super) fn energy_slope<const D: usize>(settings: &FlowSettings<D>, bed: &BedPoint<D>) -> PlanVector<D> {
+pub(super) fn metric_slope<const D: usize>(settings: &FlowSettings<D>, bed: &BedPoint<D>) -> PlanVector<D> {
     if settings.frame == DepthFrame::Horizontal { bed.slope } else { [0.0; D] }
 }
 
@@ -92,12 +92,12 @@ fn node_energies<const D: usize>(
     let nodes = &set.nodes;
     let mass = density * nodes.volume[i];
     let x = &nodes.position[i];
-    let bed = path.at(x).or_else(|| set.bed.get(i).copied()).unwrap_or(BedPoint::flat(0.0));
+    let bed = path.bed_point(x).or_else(|| set.bed.get(i).copied()).unwrap_or(BedPoint::horizontal(0.0));
     let v = &nodes.velocity[i];
     let drive = &settings.plan_gravity;
     let run: f64 = (0..D).map(|c| drive[c] * (x[c] - nodes.origin[i][c])).sum();
     FlowEnergies {
-        kinetic: 0.5 * mass * dot_along_bed(&energy_slope(settings, &bed), v, v),
+        kinetic: 0.5 * mass * dot_along_bed(&metric_slope(settings, &bed), v, v),
         bed: mass * (settings.gravity * bed.level - run),
         pressure: 0.5 * mass * nodes.effective_gravity[i] * nodes.depth[i],
     }
@@ -121,7 +121,9 @@ pub fn energies<const D: usize>(
                 node_energies(settings, &path, set, i, density)
             }
         };
-        for own in (0..set.len()).into_par_iter().with_min_len(TASK).map(one).collect::<Vec<_>>() {
+        for own in
+            (0..set.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).map(one).collect::<Vec<_>>()
+        {
             sum.kinetic += own.kinetic;
             sum.bed += own.bed;
             sum.pressure += own.pressure;
@@ -152,29 +154,38 @@ impl EnergyBalance {
     pub fn summary<const D: usize>(
         &self,
         settings: &FlowSettings<D>,
-        mut now: FlowEnergies,
+        mut current_energy: FlowEnergies,
     ) -> EnergyBalanceSummary {
         // Heights are those of the middle of the last step.
-        now.pressure -= 0.5 * self.last_pressure_work;
-        let start = self.start.unwrap_or(now);
-        let difference = self.pressure_work + now.pressure - start.pressure;
-        let pressure =
-            if pressure_has_energy(settings) { now.pressure } else { start.pressure - self.pressure_work };
+        current_energy.pressure -= 0.5 * self.last_pressure_work;
+        let start = self.start.unwrap_or(current_energy);
+        let difference = self.pressure_work + current_energy.pressure - start.pressure;
+        let pressure = if pressure_has_energy(settings) {
+            current_energy.pressure
+        } else {
+            start.pressure - self.pressure_work
+        };
         let lost = self.friction + self.viscosity;
-        let error = now.kinetic + now.bed + pressure + lost - start.total() - self.entered;
-        let drop = start.bed + start.pressure - now.bed - now.pressure + self.entered;
-        let largest = drop.max(lost).max(self.peak).max(now.kinetic);
-        EnergyBalanceSummary { now, error, difference, exchanged: largest.max(STILL_FRACTION * now.pressure) }
+        let error =
+            current_energy.kinetic + current_energy.bed + pressure + lost - start.total() - self.inflow;
+        let drop = start.bed + start.pressure - current_energy.bed - current_energy.pressure + self.inflow;
+        let largest = drop.max(lost).max(self.peak).max(current_energy.kinetic);
+        EnergyBalanceSummary {
+            current_energy,
+            error,
+            difference,
+            exchanged_energy: largest.max(STILL_FRACTION * current_energy.pressure),
+        }
     }
 
     /// Adds a change from outside the flow: its energy counts as inflow.
     pub fn add_external_change(&mut self, before: f64, after: f64) {
-        self.entered += after - before;
+        self.inflow += after - before;
     }
 
     /// Adds an inflow: its energy enters, and pressure does work at the inlet, as much again as its own energy.
     pub fn add_inflow(&mut self, before: &FlowEnergies, after: &FlowEnergies) {
-        self.entered += after.total() - before.total() + after.pressure - before.pressure;
+        self.inflow += after.total() - before.total() + after.pressure - before.pressure;
     }
 
     /// Adds erosion: the kinetic energy that nodes lose counts as friction.
@@ -182,7 +193,7 @@ impl EnergyBalance {
         self.add_inflow(before, after);
         let lost = before.kinetic - after.kinetic;
         self.friction += lost;
-        self.entered += lost;
+        self.inflow += lost;
     }
 
     /// Adds works of friction, viscosity and pressure (J).

@@ -15,5 +15,5 @@ pub struct FlowRecords {
     /// Number of nodes that have left.
     pub removed_nodes: u64,
     /// Volume of each set that has been eroded from the bed.
-    pub entrained: [f64; 2],
+    pub eroded_volume: [f64; 2],
 }

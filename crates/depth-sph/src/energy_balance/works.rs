@@ -6,9 +6,9 @@ use crate::bed::bed_path::dot_along_bed;
 use crate::boundary::FlowBoundaries;
 use crate::config::choices::Phases;
 use crate::config::settings::FlowSettings;
-use crate::energy_balance::balance::{EnergyBalance, energy_slope};
+use crate::energy_balance::balance::{EnergyBalance, metric_slope};
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::PlanVector;
 
 /// Adds the works of a step: of a kick over `dt` (s) from the stored velocities, and of the resistance to it.
@@ -20,7 +20,7 @@ pub(crate) fn add_step_work<const D: usize>(
     dt: f64,
 ) {
     let works = sum_works(settings, boundary, sets, |set, i| {
-        let slope = energy_slope(settings, &set.bed[i]);
+        let slope = metric_slope(settings, &set.bed[i]);
         let (old, new) = (&set.stored_velocity[i], &set.nodes.velocity[i]);
         let mean: PlanVector<D> = std::array::from_fn(|c| 0.5 * (old[c] + new[c]));
         let held: PlanVector<D> = std::array::from_fn(|c| new[c] - old[c] - dt * set.acceleration[i][c]);
@@ -53,7 +53,7 @@ pub(crate) fn add_resistance_work<const D: usize>(
     balance: &mut EnergyBalance,
 ) {
     let works = sum_works(settings, boundary, sets, |set, i| {
-        let slope = energy_slope(settings, &set.bed[i]);
+        let slope = metric_slope(settings, &set.bed[i]);
         let (old, new) = (&set.stored_velocity[i], &set.nodes.velocity[i]);
         let work = dot_along_bed(&slope, new, new) - dot_along_bed(&slope, old, old);
         [0.5 * work, 0.0, 0.0]
@@ -72,7 +72,7 @@ fn force_works<const D: usize>(
 ) -> [f64; 2] {
     let (bed, viscous) = (&set.bed[i], &set.viscous[i]);
     let (all, reaction) = (&set.acceleration[i], set.reaction[i]);
-    let slope = energy_slope(settings, bed);
+    let slope = metric_slope(settings, bed);
     let pressure: PlanVector<D> =
         std::array::from_fn(|c| all[c] - viscous[c] + reaction * bed.slope[c] - settings.plan_gravity[c]);
     [dt * dot_along_bed(&slope, viscous, velocity), dt * dot_along_bed(&slope, &pressure, velocity)]
@@ -90,7 +90,7 @@ fn sum_works<const D: usize>(
     let (count, mut sums) = (sets.len(), [0.0; 3]);
     for (number, set) in sets.iter_mut().enumerate() {
         let density = settings.set_density(count, number);
-        let mut works = std::mem::take(&mut set.works);
+        let mut works = std::mem::take(&mut set.works_per_step);
         let of_set = &*set;
         let of_node = |i: usize| {
             if boundary.is_outside(of_set.nodes.id[i]) {
@@ -102,11 +102,15 @@ fn sum_works<const D: usize>(
             }
             works
         };
-        (0..of_set.len()).into_par_iter().with_min_len(TASK).map(of_node).collect_into_vec(&mut works);
+        (0..of_set.len())
+            .into_par_iter()
+            .with_min_len(MIN_NODES_PER_TASK)
+            .map(of_node)
+            .collect_into_vec(&mut works);
         for own in &works {
             (0..3).for_each(|k| sums[k] += own[k]);
         }
-        set.works = works;
+        set.works_per_step = works;
     }
     sums
 }

@@ -6,7 +6,7 @@ use crate::bed::Bed;
 use crate::config::settings::FlowSettings;
 use crate::inflow::Inflow;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::norm;
 
 /// Largest displacement of a node in a step, over its smoothing length and over a cell of the bed.
@@ -17,8 +17,8 @@ const LONGEST_MOVE: f64 = 0.5;
 pub struct LimitingNode {
     /// Time step (s); infinite where nothing limits it.
     pub dt: f64,
-    /// Set and index of the limiting node.
-    pub node: Option<(usize, usize)>,
+    /// Limiting node, as number of its set and index in it.
+    pub limiting_node: Option<(usize, usize)>,
 }
 
 /// Largest stable step (s): waves and motion across smoothing lengths.
@@ -32,13 +32,13 @@ pub(super) fn critical_step<const D: usize>(
     let passive = settings.earth_pressure.map_or(1.0, |k| k.passive.max(1.0));
     // Half a cell of the bed at its speed, or in free fall from rest (sheet: depth-sph §3.3).
     let cell = LONGEST_MOVE * bed.cell().unwrap_or(f64::INFINITY);
-    let fall = (2.0 * cell / settings.whole_gravity()).sqrt();
-    let mut least = LimitingNode { dt: f64::INFINITY, node: None };
+    let fall = (2.0 * cell / settings.total_gravity()).sqrt();
+    let mut smallest = LimitingNode { dt: f64::INFINITY, limiting_node: None };
     for inflow in inflows {
         // No row passes from beyond its reach across the line in a step.
         let section = inflow.max_section();
         let wave = (inflow.gravity * section.max_depth).sqrt() + section.speed;
-        least.dt = least.dt.min(numerics.courant * inflow.ratio * inflow.spacing / wave);
+        smallest.dt = smallest.dt.min(numerics.courant * inflow.ratio * inflow.spacing / wave);
     }
     for (number, set) in sets.iter().enumerate() {
         let of_node = |i: usize| {
@@ -52,11 +52,13 @@ pub(super) fn critical_step<const D: usize>(
         };
         let nodes = (0..set.nodes.len()).into_par_iter();
         let none = (f64::INFINITY, 0);
-        let (dt, i) =
-            nodes.with_min_len(TASK).map(of_node).reduce(|| none, |a, b| if b.0 < a.0 { b } else { a });
-        if dt < least.dt {
-            least = LimitingNode { dt, node: Some((number, i)) };
+        let (dt, i) = nodes
+            .with_min_len(MIN_NODES_PER_TASK)
+            .map(of_node)
+            .reduce(|| none, |a, b| if b.0 < a.0 { b } else { a });
+        if dt < smallest.dt {
+            smallest = LimitingNode { dt, limiting_node: Some((number, i)) };
         }
     }
-    least
+    smallest
 }

@@ -15,30 +15,30 @@ use crate::laws::pore_pressure_column::{LowerBound, PressureProfile};
 use crate::points::phase_nodes::NewNode;
 
 /// Share of the exchanged energy by which the balance may be off: drag and friction are split off at first order in time.
-const CLOSES: f64 = 2e-3;
+const BALANCE_TOLERANCE: f64 = 2e-3;
 
 /// One phase with 15° of friction.
 fn frictional_settings() -> FlowSettings<2> {
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     let spec: BasalSpec = serde_json::from_str(r#"{ "model": "coulomb", "friction_angle": 15 }"#).unwrap();
-    settings.zones = vec![BedZone::everywhere(Some(spec.build().unwrap()))];
+    settings.zones = vec![BedZone::unbounded(Some(spec.build().unwrap()))];
     settings
 }
 
 /// Grains and fluid, or a lower and an upper layer.
-fn paired(phases: Phases, porosity: f64) -> FlowSettings<2> {
+fn two_sets(phases: Phases, porosity: f64) -> FlowSettings<2> {
     let mut settings = frictional_settings();
     settings.phases = phases;
     let densities = MixtureDensities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
-    settings.material = Mixture { densities, porosity, saturated: phases == Phases::Two };
+    settings.material = Mixture { densities, porosity, is_saturated: phases == Phases::Two };
     settings
 }
 
 /// Columns of pore pressure on the nodes.
-fn pressed() -> FlowSettings<2> {
+fn with_pore_pressure() -> FlowSettings<2> {
     let mut settings = frictional_settings();
     let densities = MixtureDensities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
-    settings.material = Mixture { densities, porosity: 0.4, saturated: true };
+    settings.material = Mixture { densities, porosity: 0.4, is_saturated: true };
     settings.column = Some(PoreColumn {
         cells: 8,
         weight: 0.5,
@@ -82,30 +82,30 @@ fn account(settings: FlowSettings<2>, depths: &[f64], factor: f64) -> Option<Ene
 /// Checks that the balance closes, and that a resistance which adds energy is reported.
 fn check_energy_balance(name: &str, settings: &FlowSettings<2>, depths: &[f64]) {
     let own = account(settings.clone(), depths, 1.0).unwrap();
-    let off = own.error.abs() / own.exchanged;
+    let off = own.error.abs() / own.exchanged_energy;
     println!("{name}: off by {off:.1e}");
-    assert!(off < CLOSES, "{name}: {off:e}, {own:?}");
+    assert!(off < BALANCE_TOLERANCE, "{name}: {off:e}, {own:?}");
     let pushed = account(settings.clone(), depths, -0.5);
     assert!(pushed.is_none_or(|broken| broken.is_off()), "{name}: {pushed:?}");
 }
 
 #[test]
 fn energy_balance_of_grains_and_fluid_closes() {
-    let mut settings = paired(Phases::Two, 0.4);
+    let mut settings = two_sets(Phases::Two, 0.4);
     settings.drag = InterphaseDrag::Anderson { settling_velocity: 2.0.into(), exponent: 1.0 };
     check_energy_balance("two phases", &settings, &[0.3, 0.2]);
 }
 
 #[test]
 fn energy_balance_of_two_layers_closes() {
-    let mut settings = paired(Phases::Layers, 0.0);
+    let mut settings = two_sets(Phases::Layers, 0.0);
     settings.interface_friction = 0.05;
     check_energy_balance("layers", &settings, &[0.3, 0.2]);
 }
 
 #[test]
 fn energy_balance_under_pore_pressure_closes() {
-    check_energy_balance("pore pressure", &pressed(), &[0.5]);
+    check_energy_balance("pore pressure", &with_pore_pressure(), &[0.5]);
 }
 
 /// Erosion brings its energy, and slows the flow down by the energy booked as friction.

@@ -13,7 +13,7 @@ use crate::energy_balance::FlowRecords;
 use crate::energy_balance::balance::{EnergyBalance, energies};
 use crate::flow_nodes::FlowNodes;
 use crate::phases::failure::FlowFailure;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 
 /// Updates inflows and open boundaries at the beginning of a step of `dt` (s); the energy that they bring enters the balance.
 ///
@@ -33,8 +33,8 @@ pub(super) fn update_openings<const D: usize>(
     }
     let before = energies(settings, bed, boundary, &nodes.sets);
     update_inflow_nodes(settings, clock.time, boundary, nodes)?;
-    update_open_boundaries(settings, clock, &mut boundary.open, nodes, dt);
-    relax_absorbing_layers(&mut boundary.open, &mut nodes.sets, dt);
+    update_open_boundaries(settings, clock, &mut boundary.open_sides, nodes, dt);
+    relax_absorbing_layers(&mut boundary.open_sides, &mut nodes.sets, dt);
     balance.add_inflow(&before, &energies(settings, bed, boundary, &nodes.sets));
     Ok(())
 }
@@ -57,16 +57,16 @@ pub(super) fn remove_outside<const D: usize>(
         let set = &nodes.sets[number];
         let is_out = |i: &usize| !bed.is_defined(&set.nodes.position[*i]);
         let out: Vec<usize> =
-            (0..set.nodes.len()).into_par_iter().with_min_len(TASK).filter(is_out).collect();
+            (0..set.nodes.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).filter(is_out).collect();
         let Some(first) = out.first() else { continue };
         if boundary.outside == OutsideNodes::Fail {
             let reason = "it has left the terrain, which is an error by `leaving_is_an_error`";
-            return Err(FlowFailure::of(set, *first, reason.to_owned()));
+            return Err(FlowFailure::at_node(set, *first, reason.to_owned()));
         }
         records.outflow_volume[number] += out.iter().map(|&i| set.nodes.volume[i]).sum::<f64>();
         records.removed_nodes += out.len() as u64;
         change_from_outside(settings, bed, boundary, nodes, &mut records.energy_balance, |nodes| {
-            nodes.keep(number, |i| out.binary_search(&i).is_err());
+            nodes.retain_nodes(number, |i| out.binary_search(&i).is_err());
         });
     }
     Ok(())

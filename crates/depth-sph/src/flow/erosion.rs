@@ -25,7 +25,7 @@ pub(super) fn erode_bed<const D: usize>(
         return;
     }
     let before = energies(settings, bed, boundary, sets);
-    entrain(settings, bed, sets, &mut records.entrained, dt);
+    entrain(settings, bed, sets, &mut records.eroded_volume, dt);
     let is_lowered = match bed {
         Bed::Erodible(erodible) => erodible.update_surface::<D>(clock.step),
         _ => false,

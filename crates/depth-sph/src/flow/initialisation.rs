@@ -37,7 +37,7 @@ impl<const D: usize> Flow<D> {
             clock: Clock::default(),
             settings,
             bed,
-            boundary: FlowBoundaries { outside: OutsideNodes::Fail, ..FlowBoundaries::of(walls) },
+            boundary: FlowBoundaries { outside: OutsideNodes::Fail, ..FlowBoundaries::from_walls(walls) },
             nodes,
             limits: FlowLimits::default(),
             records: FlowRecords::default(),
@@ -62,8 +62,8 @@ impl<const D: usize> Flow<D> {
         }
         settings.numerics.continuity = chosen;
         find_depths(settings, limits, sets);
-        sample_bed(settings, bed, sets, BedSampling::Now);
-        *limits = FlowLimits::of(sets);
+        sample_bed(settings, bed, sets, BedSampling::Required);
+        *limits = FlowLimits::for_sets(sets);
         find_depths(settings, limits, sets);
         if !pore_columns.is_empty() {
             pore_columns.advance(settings, &sets[0], clock.time);
@@ -113,7 +113,7 @@ impl<const D: usize> Flow<D> {
         }
         let FlowNodes { sets, pore_columns, .. } = &mut *nodes;
         let limited = set_pore_pressures(settings, &sets[0], pore_columns, transferred, clock.time);
-        initialise_far_field_columns(&boundary.open, nodes);
+        initialise_far_field_columns(&boundary.open_sides, nodes);
         limited
     }
 

@@ -87,7 +87,7 @@ impl<const D: usize> Flow<D> {
 
     /// Bed below a node; level zero beyond its end, where nodes are only until the end of the step.
     pub fn bed_below(&self, x: &PlanVector<D>) -> BedPoint<D> {
-        self.bed.below(x)
+        self.bed.bed_below(x)
     }
 
     /// Totals of a set, summed in the order of the nodes' numbers.

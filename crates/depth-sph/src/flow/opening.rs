@@ -1,7 +1,7 @@
 //! Open sides of a flow, before its first step (sheet: depth-sph §3.9).
 
 use crate::boundary::open::{
-    Inlet, OpenBoundary, OpenSides, Opening, layers_of_sides, open_sides, reach_beyond, region_of,
+    Inlet, OpenBoundary, OpenSides, Opening, layers_of_sides, node_extent_beyond, open_sides, region_of,
     update_open_boundaries,
 };
 use crate::flow::Flow;
@@ -12,10 +12,10 @@ impl<const D: usize> Flow<D> {
     ///
     /// # Errors
     /// As [`Flow::new`].
-    pub fn open_end(&mut self, place: f64, outward: f64, spacing: f64) -> Result<(), FlowFailure> {
+    pub fn open_end(&mut self, coordinate: f64, outward: f64, spacing: f64) -> Result<(), FlowFailure> {
         self.open_sides(&[Opening {
             axis: 0,
-            place,
+            coordinate,
             outward,
             spacing,
             span: (0.0, 0.0),
@@ -30,19 +30,19 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// As [`Flow::new`].
     pub fn open_sides(&mut self, openings: &[Opening]) -> Result<(), FlowFailure> {
-        let known = self.boundary.open.len();
+        let known = self.boundary.open_sides.len();
         // Each of two layers has its sides.
         let layers = layers_of_sides(&self.settings);
-        let mut sides = open_sides(&self.boundary.open);
+        let mut sides = open_sides(&self.boundary.open_sides);
         for opening in openings {
-            sides.extend(layers.iter().map(|_| (opening.axis, opening.place, opening.outward)));
+            sides.extend(layers.iter().map(|_| (opening.axis, opening.coordinate, opening.outward)));
         }
         let inlets = self.add_open_sides(openings, &sides);
         let Self { clock, settings, boundary, nodes, .. } = self;
-        update_open_boundaries(settings, clock, &mut boundary.open, nodes, 0.0);
+        update_open_boundaries(settings, clock, &mut boundary.open_sides, nodes, 0.0);
         self.reinitialise_thickness()?;
         let kernel = self.settings.numerics.kernel;
-        let (open, sets) = (&mut self.boundary.open, &self.nodes.sets);
+        let (open, sets) = (&mut self.boundary.open_sides, &self.nodes.sets);
         for (number, (end, inlet)) in (known..).zip(open[known..].iter_mut().zip(inlets)) {
             end.calibrate_lattice_sum(kernel, sets, &|x| region_of(&sides, number, x));
             end.store_undisturbed(sets, &|x| region_of(&sides, number, x));
@@ -57,8 +57,8 @@ impl<const D: usize> Flow<D> {
     fn add_open_sides(&mut self, openings: &[Opening], sides: &OpenSides) -> Vec<Option<Inlet>> {
         let Self { clock, settings, boundary, nodes, limits, .. } = self;
         let longest = nodes.sets.iter().flat_map(|set| &set.nodes.first_length).copied().fold(0.0, f64::max);
-        let reach = reach_beyond(settings, longest);
-        let (gravity, time, known) = (settings.gravity, clock.time, boundary.open.len());
+        let reach = node_extent_beyond(settings, longest);
+        let (gravity, time, known) = (settings.gravity, clock.time, boundary.open_sides.len());
         let layers = layers_of_sides(settings);
         let all = openings.iter().flat_map(|opening| layers.iter().map(move |layer| (opening, *layer)));
         let mut later = Vec::new();
@@ -72,7 +72,7 @@ impl<const D: usize> Flow<D> {
             let (now, then) = if end.is_filled() { (None, inlet) } else { (inlet, None) };
             end.inlet = now;
             later.push(then);
-            boundary.open.push(end);
+            boundary.open_sides.push(end);
         }
         later
     }

@@ -51,7 +51,7 @@ impl CrossSection {
     }
 
     /// Wetted positions up to a level (m above the lowest point), and the share of each in the area.
-    pub fn shares(&self, level: f64) -> Vec<(usize, f64)> {
+    pub fn wetted_shares(&self, level: f64) -> Vec<(usize, f64)> {
         let depths = self.beds.iter().map(|bed| level - bed).enumerate();
         let wet: Vec<(usize, f64)> = depths.filter(|(_, depth)| *depth > MIN_DEPTH_RATIO * level).collect();
         let whole: f64 = wet.iter().map(|(_, depth)| depth).sum();
@@ -76,7 +76,7 @@ mod tests {
         let level = section.level(critical);
         let exact = (0.5f64 * 20.0 * 20.0 / 9.81).powf(0.2);
         assert!((level / exact - 1.0).abs() < 0.01, "{level} m for {exact}");
-        let shares = section.shares(level);
+        let shares = section.wetted_shares(level);
         assert!((shares.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(shares.iter().all(|(k, _)| heights[*k] < 7.0 + level));
         assert_eq!(section.level(|_| 0.0), 0.0);

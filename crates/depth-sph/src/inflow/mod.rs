@@ -50,7 +50,7 @@ pub struct ArrivingFlow {
 
 impl ArrivingFlow {
     /// Creates the arriving flow of a depth (m) and an outward speed (m/s) under `effective_gravity` (m/s²).
-    pub fn of(depth: f64, speed: f64, effective_gravity: f64) -> Self {
+    pub fn from_depth_and_speed(depth: f64, speed: f64, effective_gravity: f64) -> Self {
         Self { outgoing: speed + 2.0 * (effective_gravity * depth.max(0.0)).sqrt(), effective_gravity }
     }
 
@@ -92,9 +92,9 @@ pub fn inflow_section(flux: f64, arriving: Option<ArrivingFlow>, froude: f64, gr
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inflow<const D: usize> {
     /// Begin of the line (m).
-    pub from: PlanVector<D>,
+    pub start: PlanVector<D>,
     /// End of the line (m); the flow is to the right of the direction from begin to end.
-    pub to: PlanVector<D>,
+    pub end: PlanVector<D>,
     /// Times (s) and discharges (m³/s), linear between them; zero before the first and after the last.
     pub hydrograph: Vec<[f64; 2]>,
     /// Froude number `u/√(g h)` at the line where it is dry, or where the inflow is supercritical.
@@ -108,7 +108,7 @@ pub struct Inflow<const D: usize> {
     /// Smoothing length over `spacing`.
     pub ratio: f64,
     /// Extent of the rows behind the line (m).
-    pub reach: f64,
+    pub row_extent: f64,
     /// Body of the nodes.
     pub body: u32,
     /// Porosity of the inflow, of two phases; none of one.
@@ -125,7 +125,7 @@ pub struct Inflow<const D: usize> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InflowState {
     /// Rows that have crossed the line.
-    pub crossed: u64,
+    pub crossed_rows: u64,
     /// Rows behind the line, the nearest first: its number, and the positions along the line and numbers of its nodes.
     pub waiting_rows: Vec<(u64, Vec<(usize, u64)>)>,
     /// State of the flow at the line.
@@ -152,7 +152,7 @@ pub struct WaitingNodes<const D: usize> {
 
 impl<const D: usize> WaitingNodes<D> {
     /// Position and velocity of a node; `None` where it is free.
-    pub fn of(&self, id: u64) -> Option<(PlanVector<D>, PlanVector<D>)> {
+    pub fn position_and_velocity(&self, id: u64) -> Option<(PlanVector<D>, PlanVector<D>)> {
         let found = self.nodes.binary_search_by_key(&id, |node| node.0).ok()?;
         let (_, place, velocity) = self.nodes[found];
         Some((place, velocity))
@@ -160,18 +160,18 @@ impl<const D: usize> WaitingNodes<D> {
 }
 
 impl<const D: usize> Inflow<D> {
-    fn along(&self) -> PlanVector<D> {
-        std::array::from_fn(|c| self.to[c] - self.from[c])
+    fn direction(&self) -> PlanVector<D> {
+        std::array::from_fn(|c| self.end[c] - self.start[c])
     }
 
     /// Length of the line (m).
     pub fn width(&self) -> f64 {
-        self.along().iter().map(|c| c * c).sum::<f64>().sqrt()
+        self.direction().iter().map(|c| c * c).sum::<f64>().sqrt()
     }
 
     /// Direction of the flow: the normal to the right of the line.
     pub fn normal(&self) -> PlanVector<D> {
-        let (along, width) = (self.along(), self.width());
+        let (along, width) = (self.direction(), self.width());
         std::array::from_fn(|c| if c == 0 { along[D - 1] / width } else { -along[0] / width })
     }
 
@@ -187,7 +187,7 @@ impl<const D: usize> Inflow<D> {
 
     /// Distances of a position before the line (m) and along it (m).
     pub fn distances(&self, x: &PlanVector<D>) -> (f64, f64) {
-        let [normal, along] = self.normal_and_tangential(&std::array::from_fn(|c| x[c] - self.from[c]));
+        let [normal, along] = self.normal_and_tangential(&std::array::from_fn(|c| x[c] - self.start[c]));
         (normal, along)
     }
 
@@ -200,17 +200,17 @@ impl<const D: usize> Inflow<D> {
     /// Components of a vector along the normal, inward, and along the line.
     fn normal_and_tangential(&self, vector: &PlanVector<D>) -> [f64; 2] {
         let dot = |a: &PlanVector<D>| -> f64 { (0..D).map(|c| a[c] * vector[c]).sum() };
-        [dot(&self.normal()), dot(&self.along()) / self.width()]
+        [dot(&self.normal()), dot(&self.direction()) / self.width()]
     }
 
     /// State at the line at a discharge (m³/s) against the arriving flow, by the Froude number where it is dry.
     pub fn section(&self, discharge: f64, arriving: Option<ArrivingFlow>) -> InflowSection {
-        let met = |width: f64| inflow_section(discharge / width, arriving, self.froude, self.gravity);
+        let section = |width: f64| inflow_section(discharge / width, arriving, self.froude, self.gravity);
         let Some(channel) = &self.channel else {
-            let (depth, speed) = met(self.width());
+            let (depth, speed) = section(self.width());
             return InflowSection { depth, speed, max_depth: depth };
         };
-        let deepest = channel.level(|width| met(width).0);
+        let deepest = channel.level(|width| section(width).0);
         let (area, _) = channel.wetted_area_and_width(deepest);
         let speed = if area > 0.0 { discharge / area } else { 0.0 };
         InflowSection { depth: area / self.width(), speed, max_depth: deepest }
@@ -222,7 +222,7 @@ impl<const D: usize> Inflow<D> {
         let Some(channel) = &self.channel else {
             return (0..count).map(|k| (k, whole / count as f64)).collect();
         };
-        let shares = channel.shares(self.state.section.max_depth).into_iter();
+        let shares = channel.wetted_shares(self.state.section.max_depth).into_iter();
         shares.map(|(k, share)| (k, whole * share)).collect()
     }
 
@@ -248,18 +248,19 @@ impl<const D: usize> Inflow<D> {
     }
 
     /// Position of node `k` of a row `behind` the line (m).
-    pub fn place(&self, k: usize, behind: f64) -> PlanVector<D> {
-        let (share, along, normal) = ((k as f64 + 0.5) / self.count() as f64, self.along(), self.normal());
-        std::array::from_fn(|c| self.from[c] + share * along[c] - behind * normal[c])
+    pub fn node_position(&self, k: usize, behind: f64) -> PlanVector<D> {
+        let (share, along, normal) =
+            ((k as f64 + 0.5) / self.count() as f64, self.direction(), self.normal());
+        std::array::from_fn(|c| self.start[c] + share * along[c] - behind * normal[c])
     }
 
     /// Distance of row `row` behind the line (m) once `volume` (m³) has entered at `depth` (m).
-    fn behind(&self, row: u64, volume: f64, depth: f64) -> f64 {
+    fn row_distance(&self, row: u64, volume: f64, depth: f64) -> f64 {
         ((row as f64 + 0.5) * self.row_volume() - volume) / (depth * self.width())
     }
 
     /// Sets of nodes of the inflow and their shares in the volume: all of one phase or of a layer, or of grains and fluid.
-    fn shares(&self) -> Vec<(usize, f64)> {
+    fn set_shares(&self) -> Vec<(usize, f64)> {
         match (self.layer, self.porosity) {
             (Some(set), _) => vec![(set, 1.0)],
             (None, None) => vec![(0, 1.0)],
@@ -284,33 +285,34 @@ impl<const D: usize> Inflow<D> {
         self.state.section = section;
         let (volume, InflowSection { depth, speed, .. }) = (self.volume(time), self.state.section);
         let row_volume = self.row_volume();
-        while (self.state.crossed as f64 + 0.5) * row_volume <= volume {
-            let row = self.state.crossed;
+        while (self.state.crossed_rows as f64 + 0.5) * row_volume <= volume {
+            let row = self.state.crossed_rows;
             self.state.waiting_rows.retain(|(held, _)| *held != row);
-            self.state.crossed += 1;
+            self.state.crossed_rows += 1;
         }
         let (mut fresh, mut stale) = (Vec::new(), Vec::new());
-        let farthest = self.reach + MARGIN_ROWS * self.spacing;
-        let far = |inflow: &Self, row: u64| !(depth > 0.0) || inflow.behind(row, volume, depth) > farthest;
+        let farthest = self.row_extent + MARGIN_ROWS * self.spacing;
+        let far =
+            |inflow: &Self, row: u64| !(depth > 0.0) || inflow.row_distance(row, volume, depth) > farthest;
         while let Some((row, _)) = self.state.waiting_rows.last()
             && far(self, *row)
         {
             stale
                 .extend(self.state.waiting_rows.pop().into_iter().flat_map(|(_, own)| own).map(|(_, id)| id));
         }
-        let mut row = self.state.waiting_rows.last().map_or(self.state.crossed, |(row, _)| row + 1);
-        while depth > 0.0 && self.behind(row, volume, depth) <= self.reach {
-            let (behind, normal) = (self.behind(row, volume, depth), self.normal());
+        let mut row = self.state.waiting_rows.last().map_or(self.state.crossed_rows, |(row, _)| row + 1);
+        while depth > 0.0 && self.row_distance(row, volume, depth) <= self.row_extent {
+            let (behind, normal) = (self.row_distance(row, volume, depth), self.normal());
             let node = |k: usize, volume: f64| NewNode {
                 body: self.body,
-                position: self.place(k, behind),
+                position: self.node_position(k, behind),
                 velocity: normal.map(|c| c * speed),
                 volume,
                 length: self.ratio * self.spacing,
                 scale: self.ratio.powi(D as i32),
             };
             let mut own = Vec::new();
-            for (set, share) in self.shares() {
+            for (set, share) in self.set_shares() {
                 for (k, volume) in self.volumes() {
                     fresh.push((set, *next_id, node(k, share * volume)));
                     own.push((k, *next_id));
@@ -328,16 +330,16 @@ impl<const D: usize> Inflow<D> {
         let (volume, InflowSection { depth, speed, .. }) = (self.volume(time), self.state.section);
         let velocity = self.normal().map(|c| c * speed);
         let row = |(row, own): &(u64, Vec<(usize, u64)>)| {
-            let behind = self.behind(*row, volume, depth);
-            let place = move |(k, id): &(usize, u64)| (*id, self.place(*k, behind), velocity);
+            let behind = self.row_distance(*row, volume, depth);
+            let place = move |(k, id): &(usize, u64)| (*id, self.node_position(*k, behind), velocity);
             own.iter().map(place).collect::<Vec<_>>()
         };
         self.state.waiting_rows.iter().flat_map(row).collect()
     }
 
     /// Volume that has crossed the line as nodes (m³).
-    pub fn entered(&self) -> f64 {
-        self.state.crossed as f64 * self.row_volume()
+    pub fn entered_volume(&self) -> f64 {
+        self.state.crossed_rows as f64 * self.row_volume()
     }
 
     /// Volume of the nodes behind the line (m³).
@@ -352,15 +354,15 @@ mod tests {
 
     fn inflow() -> Inflow<2> {
         let mut inflow = Inflow {
-            from: [0.0, 0.0],
-            to: [0.0, 4.0],
+            start: [0.0, 0.0],
+            end: [0.0, 4.0],
             hydrograph: vec![[1.0, 0.0], [3.0, 8.0], [7.0, 0.0]],
             froude: 2.0,
             depth: 0.0,
             gravity: 9.81,
             spacing: 0.5,
             ratio: 1.3,
-            reach: 2.0,
+            row_extent: 2.0,
             body: 0,
             porosity: None,
             layer: None,
@@ -392,21 +394,27 @@ mod tests {
             let (fresh, stale) = inflow.advance(time, section, &mut next_id);
             there.extend(fresh.iter().map(|(_, id, _)| *id));
             stale.iter().for_each(|id| assert!(there.remove(id)));
-            assert!((inflow.entered() - inflow.volume(time)).abs() <= 0.5 * inflow.row_volume() + 1e-9);
+            assert!(
+                (inflow.entered_volume() - inflow.volume(time)).abs() <= 0.5 * inflow.row_volume() + 1e-9
+            );
             assert!(
                 inflow.waiting_nodes(time).iter().all(|(_, x, _)| x[0] <= 1e-9 && x[0] >= -2.0 - 0.5 - 1e-9)
             );
         }
-        assert_eq!(there.len() as u64, 8 * inflow.state.crossed, "no more and no less than have crossed");
+        assert_eq!(
+            there.len() as u64,
+            8 * inflow.state.crossed_rows,
+            "no more and no less than have crossed"
+        );
         assert!(inflow.state.waiting_rows.is_empty(), "{:?}", inflow.state);
-        assert!((inflow.entered() - 24.0).abs() < 1e-12, "{} m³", inflow.entered());
+        assert!((inflow.entered_volume() - 24.0).abs() < 1e-12, "{} m³", inflow.entered_volume());
     }
 
     /// A hydrograph gives its integral at any spacing, however few rows that is.
     #[test]
     fn inflow_volume_is_the_integral_of_the_hydrograph_at_any_spacing() {
         for spacing in [0.1, 0.5, 0.7, 1.3, 2.0, 4.0, 9.0] {
-            let mut inflow = Inflow { spacing, reach: 3.0 * spacing, ..inflow() };
+            let mut inflow = Inflow { spacing, row_extent: 3.0 * spacing, ..inflow() };
             let mut next_id = 0;
             let mut brought = std::collections::BTreeMap::new();
             for step in 0..400 {

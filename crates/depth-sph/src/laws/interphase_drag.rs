@@ -19,7 +19,7 @@ pub enum InterphaseDrag {
         /// Settling velocity of a grain in the fluid, `V_T` (m/s), > 0; `"none"` for no drag.
         settling_velocity: MaybeInfinite,
         /// Exponent `m` of the porosity (-), 0 to 10: that of Richardson and Zaki less one.
-        #[serde(default = "one")]
+        #[serde(default = "default_exponent")]
         exponent: f64,
     },
     /// Darcy's law: `C_d = n² ρ_w g / K`.
@@ -43,7 +43,7 @@ pub enum InterphaseDrag {
     },
 }
 
-const fn one() -> f64 {
+const fn default_exponent() -> f64 {
     1.0
 }
 
@@ -67,7 +67,7 @@ impl MixtureDensities {
 
     /// Submerged density `ρ' = (1 - n)(ρ_s - ρ_w)` (kg/m³).
     #[inline]
-    pub fn submerged(&self, n: f64) -> f64 {
+    pub fn submerged_density(&self, n: f64) -> f64 {
         (1.0 - n) * (self.grain - self.fluid)
     }
 }
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn wrong_parameters_are_named() {
-        let free = InterphaseDrag::Anderson { settling_velocity: MaybeInfinite::NONE, exponent: 1.0 };
+        let free = InterphaseDrag::Anderson { settling_velocity: MaybeInfinite::INFINITE, exponent: 1.0 };
         assert!(free.validate().is_ok() && free.coefficient(0.4, 1.0, &SHEET) == 0.0);
         let wrong = InterphaseDrag::Anderson { settling_velocity: (-1.0).into(), exponent: 1.0 };
         assert_eq!(wrong.validate().unwrap_err().0, "settling_velocity");

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Largest number of intervals of a column, whose elimination needs no memory of its own.
-pub const MOST_CELLS: usize = 1000;
+pub const MAX_CELLS: usize = 1000;
 
 /// Drainage condition of the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -175,7 +175,7 @@ mod tests {
         };
         (0..200).map(term).sum()
     }
-    fn drained(zeta: f64, t: f64) -> f64 {
+    fn drained_solution(zeta: f64, t: f64) -> f64 {
         let term = |k: i32| {
             let l = f64::from(k) * PI;
             2.0 / l * (l * zeta).sin() * (-l * l * t).exp()
@@ -184,7 +184,7 @@ mod tests {
     }
 
     /// Largest error at times of 0.05 and more.
-    fn worst(
+    fn max_error(
         cells: usize,
         weight: f64,
         step: f64,
@@ -212,21 +212,21 @@ mod tests {
     fn consolidation_is_that_of_the_series() {
         let start = |z: f64| 1.0 - z;
         let sealed =
-            |cells, weight, step| worst(cells, weight, step, BaseCondition::Sealed, start, triangular);
+            |cells, weight, step| max_error(cells, weight, step, BaseCondition::Sealed, start, triangular);
         let (fine, coarse) = (sealed(40, 0.5, 1e-3), sealed(20, 0.5, 1e-3));
         assert!(coarse < 1e-3 && fine < 2.5e-4, "{coarse} {fine}");
         assert!((coarse / fine).log2() > 1.8, "second order in depth: {coarse} {fine}");
         let (long, short) = (sealed(20, 1.0, 1e-3), sealed(80, 1.0, 5e-4));
         assert!(long < 3.5e-3, "{long}");
         assert!(short < 0.6 * long, "first order in time: {long} {short}");
-        let open = worst(40, 0.5, 1e-3, BaseCondition::Head(0.0), start, drained);
+        let open = max_error(40, 0.5, 1e-3, BaseCondition::Head(0.0), start, drained_solution);
         assert!(open < 1e-3, "{open}");
     }
 
     /// V13a: a uniform pressure, whose jump at the surface Crank–Nicolson does not damp within the first steps.
     #[test]
     fn a_uniform_pressure_drains_as_the_series() {
-        let found = worst(20, 1.0, 1e-3, BaseCondition::Sealed, |_| 1.0, uniform);
+        let found = max_error(20, 1.0, 1e-3, BaseCondition::Sealed, |_| 1.0, uniform);
         assert!(found < 7e-3, "{found}");
     }
 

@@ -19,7 +19,7 @@ pub(super) struct ArtificialViscosity {
 
 impl ArtificialViscosity {
     /// Viscosity of node `i`.
-    pub(super) fn of<const D: usize>(numerics: &Numerics, nodes: &PhaseNodes<D>, i: usize) -> Self {
+    pub(super) fn for_node<const D: usize>(numerics: &Numerics, nodes: &PhaseNodes<D>, i: usize) -> Self {
         let (linear, quadratic) = numerics.viscosity;
         Self {
             linear: f64x4::splat(linear),

@@ -8,7 +8,7 @@ use crate::bed::{Bed, BedPoint};
 use crate::boundary::FlowBoundaries;
 use crate::config::settings::FlowSettings;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::PlanBoundaries;
 use crate::points::phase_nodes::{PlanVector, dot};
 
@@ -24,9 +24,9 @@ fn half_drift<const D: usize>(
 ) -> (PlanVector<D>, Option<BedPoint<D>>) {
     let after = |v: &PlanVector<D>| std::array::from_fn(|c| x[c] + dt * v[c]);
     let guess = after(drift);
-    let Some(there) = path.at(&guess) else { return (guess, None) };
+    let Some(there) = path.bed_point(&guess) else { return (guess, None) };
     let place = after(&parallel_transport(drift, slope, &there.slope));
-    (place, path.at(&place))
+    (place, path.bed_point(&place))
 }
 
 /// First half of the drift, over `dt` (s), to the positions at which the bed is sampled in the middle of the step.
@@ -44,21 +44,21 @@ pub(crate) fn first_half_drift<const D: usize>(
     let has_outside = boundary.has_outside_nodes();
     for set in sets {
         let PhaseSet { nodes, bed, curvature_acceleration, scratch_vectors, .. } = set;
-        bed.resize(nodes.len(), BedPoint::flat(0.0));
+        bed.resize(nodes.len(), BedPoint::horizontal(0.0));
         curvature_acceleration.resize(nodes.len(), 0.0);
         let id = &nodes.id;
         let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).zip(&mut nodes.slope);
-        moves.zip(bed).zip(curvature_acceleration).enumerate().with_min_len(TASK).for_each(
+        moves.zip(bed).zip(curvature_acceleration).enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(
             |(i, ((((x, v), slope), point), curvature))| {
                 let drift = if smoothed { scratch_vectors[i] } else { *v };
                 *curvature = 0.0;
                 let free = carries && !(has_outside && boundary.is_outside(id[i]));
                 if free && slope[0].is_nan() {
-                    *slope = path.at(x).map_or([0.0; D], |point| point.slope);
+                    *slope = path.bed_point(x).map_or([0.0; D], |point| point.slope);
                 }
                 if !free {
                     (0..D).for_each(|c| x[c] += dt * drift[c]);
-                    if let Some(found) = path.at(x) {
+                    if let Some(found) = path.bed_point(x) {
                         *point = found;
                     }
                     path.reflect(x, v, point);
@@ -73,8 +73,8 @@ pub(crate) fn first_half_drift<const D: usize>(
                 *v = parallel_transport(v, slope, &point.slope);
                 if turns {
                     let ahead: PlanVector<D> = std::array::from_fn(|c| x[c] + dt * v[c]);
-                    *curvature =
-                        curvature_acceleration_dt(v, slope, point, path.at(&ahead).as_ref()) / (2.0 * dt);
+                    *curvature = curvature_acceleration_dt(v, slope, point, path.bed_point(&ahead).as_ref())
+                        / (2.0 * dt);
                 }
                 path.reflect(x, v, point);
                 *slope = point.slope;
@@ -99,17 +99,19 @@ pub(crate) fn second_half_drift<const D: usize>(
         let PhaseSet { nodes, bed, scratch_vectors, .. } = set;
         let id = &nodes.id;
         let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).zip(&mut nodes.slope);
-        moves.zip(&*bed).enumerate().with_min_len(TASK).for_each(|(i, (((x, v), slope), point))| {
-            let drift = if smoothed { scratch_vectors[i] } else { *v };
-            (0..D).for_each(|c| x[c] += dt * drift[c]);
-            let free = carries && !(has_outside && boundary.is_outside(id[i]));
-            let mut last = path.at(x).filter(|_| carries).unwrap_or(*point);
-            if free {
-                *v = parallel_transport(v, &point.slope, &last.slope);
-            }
-            path.reflect(x, v, &mut last);
-            *slope = last.slope;
-        });
+        moves.zip(&*bed).enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(
+            |(i, (((x, v), slope), point))| {
+                let drift = if smoothed { scratch_vectors[i] } else { *v };
+                (0..D).for_each(|c| x[c] += dt * drift[c]);
+                let free = carries && !(has_outside && boundary.is_outside(id[i]));
+                let mut last = path.bed_point(x).filter(|_| carries).unwrap_or(*point);
+                if free {
+                    *v = parallel_transport(v, &point.slope, &last.slope);
+                }
+                path.reflect(x, v, &mut last);
+                *slope = last.slope;
+            },
+        );
     }
 }
 
@@ -127,8 +129,8 @@ pub(crate) fn transport_velocities<const D: usize>(
     for set in sets {
         let nodes = &mut set.nodes;
         let moves = nodes.position.par_iter().zip(&mut nodes.velocity).zip(&mut nodes.slope);
-        moves.with_min_len(TASK).for_each(|((x, v), slope)| {
-            let Some(found) = path.at(x) else { return };
+        moves.with_min_len(MIN_NODES_PER_TASK).for_each(|((x, v), slope)| {
+            let Some(found) = path.bed_point(x) else { return };
             if !slope[0].is_nan() {
                 *v = parallel_transport(v, slope, &found.slope);
             }

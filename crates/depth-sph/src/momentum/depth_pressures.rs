@@ -6,7 +6,7 @@ use crate::config::choices::PressureForceForm;
 use crate::config::settings::FlowSettings;
 use crate::kernel::Kernel;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::copy_with_images;
 use crate::points::phase_nodes::dot;
 use crate::pore_pressure::pore_pressure_columns::PorePressureColumns;
@@ -17,7 +17,10 @@ const SWITCH_WIDTH: f64 = 1e-2;
 /// Earth-pressure coefficient of a node of this depth (m) and this rate of divergence (1/s).
 fn earth_pressure<const D: usize>(settings: &FlowSettings<D>, depth: f64, divergence: f64) -> f64 {
     let width = || SWITCH_WIDTH * (settings.gravity / depth).sqrt();
-    settings.earth_pressure.as_ref().map_or(1.0, |coefficients| coefficients.at(divergence, width()))
+    settings
+        .earth_pressure
+        .as_ref()
+        .map_or(1.0, |coefficients| coefficients.coefficient_at(divergence, width()))
 }
 
 /// Computes rates of divergence of the first set, where earth pressure depends on them (1/s).
@@ -38,7 +41,11 @@ pub(super) fn find_earth_pressure<const D: usize>(settings: &FlowSettings<D>, se
         neighbours.neighbours(i).iter().map(pair).sum()
     };
     let count = set.nodes.len();
-    (0..count).into_par_iter().with_min_len(TASK).map(divergence).collect_into_vec(&mut set.divergence);
+    (0..count)
+        .into_par_iter()
+        .with_min_len(MIN_NODES_PER_TASK)
+        .map(divergence)
+        .collect_into_vec(&mut set.divergence);
 }
 
 /// Computes pressures of a single phase, or of layers.
@@ -48,7 +55,7 @@ pub(super) fn find_single_pressures<const D: usize>(
     pore_columns: &PorePressureColumns,
 ) {
     let material = &settings.material;
-    let submerged = material.densities.submerged(material.porosity);
+    let submerged = material.densities.submerged_density(material.porosity);
     for (number, set) in sets.iter_mut().enumerate() {
         let PhaseSet {
             nodes, neighbour_data: data, images, scratch_scalars: scalars, divergence, omega, ..
@@ -59,7 +66,7 @@ pub(super) fn find_single_pressures<const D: usize>(
         } else {
             let of_node = |i: usize| {
                 let excess = earth_pressure(settings, nodes.depth[i], divergence[i]) - 1.0;
-                if !material.saturated {
+                if !material.is_saturated {
                     return 0.5 * (1.0 + excess);
                 }
                 // Only the effective part of the stress has a horizontal share other than the vertical one.
@@ -92,7 +99,7 @@ pub(super) fn find_phase_pressures<const D: usize>(
         let of_node = |i: usize| {
             let (height, depth) = (set.nodes.partial_thickness[i], set.nodes.depth[i]);
             let porosity = set.neighbour_data.porosity[i];
-            let submerged = densities.submerged(porosity);
+            let submerged = densities.submerged_density(porosity);
             let head = if role == 0 { heads[i] } else { of_fluid[i] };
             let excess = depth * submerged * head;
             let pressure = if role == 0 {
@@ -106,7 +113,7 @@ pub(super) fn find_phase_pressures<const D: usize>(
             (pressure / (height * height), excess)
         };
         let found: Vec<(f64, f64)> =
-            (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(of_node).collect();
+            (0..set.nodes.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).map(of_node).collect();
         let set = &mut sets[role];
         let (pressures, excesses): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
         copy_with_images(&set.images, &pressures, &mut set.neighbour_data.pressure);
@@ -130,5 +137,5 @@ fn heads_at_fluid<const D: usize>(
         let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
         solid.cell_sorted.mean(kernel, x, length, &sorted_heads).map_or(0.0, |[value]| value)
     };
-    (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect::<Vec<_>>()
+    (0..fluid.nodes.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).map(mean).collect::<Vec<_>>()
 }

@@ -13,7 +13,7 @@ use crate::laws::implicit_resistance::implicit_speed;
 use crate::laws::interphase_drag::relaxation_shares;
 use crate::phases::limits::FlowLimits;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{PhaseNodes, PlanVector, norm};
 use crate::pore_pressure::pore_pressure_columns::PorePressureColumns;
 
@@ -26,23 +26,23 @@ struct DragCoupling {
     /// Mass per plan area of the grains and of the fluid (kg/m²).
     masses: [f64; 2],
     /// Share of the old slip that is lost, and of the slip that the forces of the step add.
-    shares: (f64, f64),
+    slip_shares: (f64, f64),
 }
 
 impl DragCoupling {
     /// Velocity per impulse on the grains (m²/kg).
     fn mobility(&self) -> f64 {
         let [solid, fluid] = self.masses;
-        (1.0 - self.shares.1 * fluid / (solid + fluid)) / solid
+        (1.0 - self.slip_shares.1 * fluid / (solid + fluid)) / solid
     }
 
     /// Velocity of the other phase per impulse on the grains (m²/kg), with impulses per plan area.
-    fn passed(&self) -> f64 {
-        self.shares.1 / (self.masses[0] + self.masses[1])
+    fn velocity_per_impulse(&self) -> f64 {
+        self.slip_shares.1 / (self.masses[0] + self.masses[1])
     }
 
     /// Share by which slip moves the nodes of a phase, towards the other one.
-    fn part(&self, role: usize) -> f64 {
+    fn slip_share(&self, role: usize) -> f64 {
         let [solid, fluid] = self.masses;
         if role == 0 { fluid / (solid + fluid) } else { -solid / (solid + fluid) }
     }
@@ -60,36 +60,36 @@ struct ColumnsOnBed<'a, const D: usize> {
 
 impl<'a, const D: usize> ColumnsOnBed<'a, D> {
     /// Splits a set into its nodes and bed, and velocities that may change while these are read.
-    fn parts(
+    fn split_set(
         settings: &'a FlowSettings<D>,
         pore_columns: &'a PorePressureColumns,
         set: &'a mut PhaseSet<D>,
-    ) -> PhaseParts<'a, D> {
+    ) -> SplitPhase<'a, D> {
         let PhaseSet { nodes, bed, neighbour_data: data, .. } = set;
-        let PhaseNodes { position, velocity, partial_thickness: height, depth, bearing, .. } = nodes;
-        let above = Self {
+        let PhaseNodes { position, velocity, partial_thickness: height, depth, bed_gravity, .. } = nodes;
+        let columns = Self {
             settings,
             pore_columns,
             partial_thickness: height,
             depth,
-            effective_gravity: bearing,
+            effective_gravity: bed_gravity,
             bed,
         };
-        PhaseParts { above, position, porosity: &data.porosity, velocity }
+        SplitPhase { columns, position, porosity: &data.porosity, velocity }
     }
 
-    fn of(
+    fn new(
         settings: &'a FlowSettings<D>,
         pore_columns: &'a PorePressureColumns,
         set: &'a PhaseSet<D>,
     ) -> Self {
-        let PhaseNodes { partial_thickness: height, depth, bearing, .. } = &set.nodes;
+        let PhaseNodes { partial_thickness: height, depth, bed_gravity, .. } = &set.nodes;
         Self {
             settings,
             pore_columns,
             partial_thickness: height,
             depth,
-            effective_gravity: bearing,
+            effective_gravity: bed_gravity,
             bed: &set.bed,
         }
     }
@@ -103,8 +103,8 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         let densities = &material.densities;
         let (bed, bearing) = (&self.bed[i], self.effective_gravity[i]);
         let density = densities.mixture(porosity);
-        let pore_pressure = if material.saturated {
-            let excess = densities.submerged(porosity) * self.pore_columns.base(i);
+        let pore_pressure = if material.is_saturated {
+            let excess = densities.submerged_density(porosity) * self.pore_columns.base_head(i);
             bearing * (densities.fluid * depth + excess)
         } else {
             0.0
@@ -115,14 +115,14 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
             normal_stress: density * bearing * depth,
             pore_pressure,
             slope: 0.0,
-            unit_weight: density * settings.whole_gravity(),
+            unit_weight: density * settings.total_gravity(),
         }
     }
 }
 
 /// Nodes of a set, separate from their velocities.
-struct PhaseParts<'a, const D: usize> {
-    above: ColumnsOnBed<'a, D>,
+struct SplitPhase<'a, const D: usize> {
+    columns: ColumnsOnBed<'a, D>,
     position: &'a [PlanVector<D>],
     porosity: &'a [f64],
     velocity: &'a mut [PlanVector<D>],
@@ -143,13 +143,13 @@ pub(super) fn apply_resistance_single<const D: usize>(
     dt: f64,
 ) {
     let FlowNodes { sets, pore_columns, .. } = nodes;
-    let PhaseParts { above, position, velocity, .. } =
-        ColumnsOnBed::parts(settings, pore_columns, &mut sets[0]);
+    let SplitPhase { columns, position, velocity, .. } =
+        ColumnsOnBed::split_set(settings, pore_columns, &mut sets[0]);
     let porosity = settings.material.porosity;
     let along = settings.numerics.friction_along_x;
-    velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
+    velocity.par_iter_mut().enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(|(i, v)| {
         let Some(law) = &settings.zone(&position[i]).law else { return };
-        let basal = above.basal(i, v, porosity);
+        let basal = columns.basal(i, v, porosity);
         let per_stress = dt / (settings.material.density() * basal.depth);
         if along {
             v[0] -= per_stress * law.static_shear_strength(&basal);
@@ -171,7 +171,7 @@ pub(super) fn apply_drag_and_resistance<const D: usize>(
     let velocities = sorted_velocities(sets);
     let couplings: Vec<Vec<Option<DragCoupling>>> =
         (0..2).map(|role| drag_couplings(settings, limits, sets, role, dt, &velocities)).collect();
-    relax_slip(settings, sets, &couplings, SlipSelection::Whole, &velocities);
+    relax_slip(settings, sets, &couplings, SlipSelection::Total, &velocities);
     let impulses = apply_yield_resistance(settings, pore_columns, &mut sets[0], &couplings[0], dt);
     pass_impulses(settings.numerics.kernel, sets, &couplings[1], &impulses);
     // The part of the resistance that grows with the speed, for each phase by itself; the slip that it adds relaxes.
@@ -181,7 +181,7 @@ pub(super) fn apply_drag_and_resistance<const D: usize>(
     apply_rate_resistance(settings, pore_columns, &mut sets[0], 0, dt);
     apply_rate_resistance(settings, pore_columns, &mut sets[1], 1, dt);
     let velocities = sorted_velocities(sets);
-    relax_slip(settings, sets, &couplings, SlipSelection::Added, &velocities);
+    relax_slip(settings, sets, &couplings, SlipSelection::Increment, &velocities);
 }
 
 /// Masses and shares at the nodes of a phase; `None` where the other phase is absent.
@@ -196,20 +196,23 @@ fn drag_couplings<const D: usize>(
     let set = &sets[role];
     let (kernel, densities) = (settings.numerics.kernel, &settings.material.densities);
     let coupling = |i: usize| {
-        let (own, partner) = (set.nodes.partial_thickness[i], set.neighbour_data.partner[i]);
+        let (own, partner) = (set.nodes.partial_thickness[i], set.neighbour_data.partner_height[i]);
         if own < limits.min_partner_depth || partner < limits.min_partner_depth {
             return None;
         }
         let [solid, fluid] = if role == 0 { [own, partner] } else { [partner, own] };
         let porosity = fluid / (solid + fluid);
-        let slip =
-            if settings.drag.depends_on_slip() { slip(kernel, sets, role, i, velocities) } else { None };
+        let slip = if settings.drag.depends_on_slip() {
+            slip_velocity(kernel, sets, role, i, velocities)
+        } else {
+            None
+        };
         let slip = slip.map_or(0.0, |slip| norm(&slip[0]));
         let beta = settings.drag.relaxation(porosity, slip, densities);
         let masses = [densities.grain * solid, densities.fluid * fluid];
-        Some(DragCoupling { masses, shares: relaxation_shares(beta * dt) })
+        Some(DragCoupling { masses, slip_shares: relaxation_shares(beta * dt) })
     };
-    (0..set.len()).into_par_iter().with_min_len(TASK).map(coupling).collect::<Vec<_>>()
+    (0..set.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).map(coupling).collect::<Vec<_>>()
 }
 
 /// Velocities before the step and their changes in the step, of each phase in the order of its cells. The second axis of one dimension
@@ -234,7 +237,7 @@ fn sorted_velocities<const D: usize>(sets: &[PhaseSet<D>]) -> SortedVelocities {
 
 /// Slip at a node of a phase, by averages of both phases at one position with one kernel: that of the velocities
 /// before the step, and that added by the step.
-fn slip<const D: usize>(
+fn slip_velocity<const D: usize>(
     kernel: Kernel,
     sets: &[PhaseSet<D>],
     role: usize,
@@ -263,13 +266,19 @@ fn relax_slip<const D: usize>(
         .map(|role| {
             let change = |i: usize| {
                 let Some(coupling) = &couplings[role][i] else { return [0.0; D] };
-                let (old, new) = coupling.shares;
-                let Some([before, added]) = slip(kernel, sets, role, i, velocities) else { return [0.0; D] };
-                let part = coupling.part(role);
-                let old = if which == SlipSelection::Whole { old } else { 0.0 };
+                let (old, new) = coupling.slip_shares;
+                let Some([before, added]) = slip_velocity(kernel, sets, role, i, velocities) else {
+                    return [0.0; D];
+                };
+                let part = coupling.slip_share(role);
+                let old = if which == SlipSelection::Total { old } else { 0.0 };
                 std::array::from_fn(|c| part * (old * before[c] + new * added[c]))
             };
-            (0..sets[role].len()).into_par_iter().with_min_len(TASK).map(change).collect::<Vec<_>>()
+            (0..sets[role].len())
+                .into_par_iter()
+                .with_min_len(MIN_NODES_PER_TASK)
+                .map(change)
+                .collect::<Vec<_>>()
         })
         .collect();
     for (set, changes) in sets.iter_mut().zip(&changes) {
@@ -290,7 +299,7 @@ fn apply_yield_resistance<const D: usize>(
     dt: f64,
 ) -> Vec<PlanVector<D>> {
     let set = &*solid;
-    let above = ColumnsOnBed::of(settings, pore_columns, set);
+    let above = ColumnsOnBed::new(settings, pore_columns, set);
     let densities = &settings.material.densities;
     let impulse = |i: usize| {
         let v = set.nodes.velocity[i];
@@ -314,7 +323,7 @@ fn apply_yield_resistance<const D: usize>(
         (impulse, left)
     };
     let found: Vec<(PlanVector<D>, PlanVector<D>)> =
-        (0..set.len()).into_par_iter().with_min_len(TASK).map(impulse).collect();
+        (0..set.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).map(impulse).collect();
     for (v, (_, left)) in solid.nodes.velocity.iter_mut().zip(&found) {
         *v = *left;
     }
@@ -338,10 +347,10 @@ fn pass_impulses<const D: usize>(
         let Some(coupling) = &couplings[i] else { return [0.0; D] };
         let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
         let mean = solid.cell_sorted.mean(kernel, x, length, &sorted_impulses).unwrap_or([0.0; D]);
-        std::array::from_fn(|c| coupling.passed() * mean[c])
+        std::array::from_fn(|c| coupling.velocity_per_impulse() * mean[c])
     };
     let changes_of_fluid: Vec<PlanVector<D>> =
-        (0..fluid.len()).into_par_iter().with_min_len(TASK).map(changes_of_fluid).collect();
+        (0..fluid.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).map(changes_of_fluid).collect();
     for (v, changes_of_fluid) in sets[1].nodes.velocity.iter_mut().zip(&changes_of_fluid) {
         for c in 0..D {
             v[c] -= changes_of_fluid[c];
@@ -357,17 +366,18 @@ fn apply_rate_resistance<const D: usize>(
     role: usize,
     dt: f64,
 ) {
-    let PhaseParts { above, position, porosity, velocity } = ColumnsOnBed::parts(settings, pore_columns, set);
-    velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
-        let speed = above.bed[i].speed(v);
+    let SplitPhase { columns, position, porosity, velocity } =
+        ColumnsOnBed::split_set(settings, pore_columns, set);
+    velocity.par_iter_mut().enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(|(i, v)| {
+        let speed = columns.bed[i].speed(v);
         if speed == 0.0 {
             return;
         }
         let zone = settings.zone(&position[i]);
         let after = if role == 0 {
-            above.slow_solid(zone, i, porosity[i], speed, dt)
+            columns.resisted_solid_speed(zone, i, porosity[i], speed, dt)
         } else {
-            above.slow_fluid(zone.fluid, i, speed, dt)
+            columns.resisted_fluid_speed(zone.fluid, i, speed, dt)
         };
         scale_speed(v, speed, after);
     });
@@ -377,14 +387,14 @@ fn apply_rate_resistance<const D: usize>(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SlipSelection {
     /// Slip before the step, and slip added by the step.
-    Whole,
+    Total,
     /// Slip added since the velocities were last stored.
-    Added,
+    Increment,
 }
 
 impl<const D: usize> ColumnsOnBed<'_, D> {
     /// Speed of the grains after the part of their resistance that grows with it (m/s).
-    fn slow_solid(&self, zone: &BedZone, i: usize, porosity: f64, speed: f64, dt: f64) -> f64 {
+    fn resisted_solid_speed(&self, zone: &BedZone, i: usize, porosity: f64, speed: f64, dt: f64) -> f64 {
         let Some(law) = &zone.law else { return speed };
         let densities = &self.settings.material.densities;
         let (depth, steepness) = (self.depth[i], self.bed[i].steepness());
@@ -395,13 +405,13 @@ impl<const D: usize> ColumnsOnBed<'_, D> {
             normal_stress: density * self.effective_gravity[i] * depth,
             pore_pressure: 0.0,
             slope: 0.0,
-            unit_weight: density * self.settings.whole_gravity(),
+            unit_weight: density * self.settings.total_gravity(),
         };
         law.speed_after_drag(&basal, dt / (density * basal.depth))
     }
 
     /// Speed of the fluid after its resistance (m/s).
-    fn slow_fluid(&self, law: FluidResistance, i: usize, speed: f64, dt: f64) -> f64 {
+    fn resisted_fluid_speed(&self, law: FluidResistance, i: usize, speed: f64, dt: f64) -> f64 {
         let settings = self.settings;
         if law == FluidResistance::None {
             return speed;
@@ -409,6 +419,6 @@ impl<const D: usize> ColumnsOnBed<'_, D> {
         let depth = self.depth[i] / self.bed[i].steepness().sqrt();
         let density = settings.material.densities.fluid;
         // The area fraction n of the resistance and of the mass cancel.
-        implicit_speed(speed, |v| dt / depth * law.over_density(depth, v, density, settings.whole_gravity()))
+        implicit_speed(speed, |v| dt / depth * law.over_density(depth, v, density, settings.total_gravity()))
     }
 }

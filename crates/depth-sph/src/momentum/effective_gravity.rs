@@ -6,7 +6,7 @@ use crate::bed::{Bed, BedPoint};
 use crate::config::choices::DepthFrame;
 use crate::config::settings::FlowSettings;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::copy_with_images;
 
 /// Effective gravity over a bed (m/s²; sheet: depth-sph §2.9, as amended).
@@ -22,7 +22,7 @@ struct EffectiveGravity {
 impl EffectiveGravity {
     /// Effective gravity at a point of the bed, with this acceleration along its normal (m/s²). Where velocities are `carried` along the
     /// bed, the reaction leaves their rotation to that transport.
-    fn over<const D: usize>(
+    fn at_bed_point<const D: usize>(
         settings: &FlowSettings<D>,
         bed: &BedPoint<D>,
         turning: f64,
@@ -47,9 +47,9 @@ impl EffectiveGravity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum BedSampling {
     /// The bed has not been sampled since they have moved.
-    Now,
+    Required,
     /// The bed was sampled by the drift that moved them.
-    Before,
+    AlreadySampled,
 }
 
 /// Step 3: bed below each node, and effective gravity there.
@@ -74,7 +74,7 @@ pub(crate) fn sample_bed<const D: usize>(
 /// Samples the bed below all nodes, after a state was restored; nodes beyond the bed get a flat one.
 pub(crate) fn resample_bed<const D: usize>(bed: &Bed<D>, sets: &mut [PhaseSet<D>]) {
     for set in sets {
-        let below = set.nodes.position.iter().map(|x| bed.below(x));
+        let below = set.nodes.position.iter().map(|x| bed.bed_below(x));
         set.bed.clear();
         set.bed.extend(below);
     }
@@ -86,19 +86,19 @@ fn sample_bed_below<const D: usize>(
     set: &mut PhaseSet<D>,
     sampling: BedSampling,
 ) {
-    let carried = sampling == BedSampling::Before && bed.transports_velocities(settings);
+    let carried = sampling == BedSampling::AlreadySampled && bed.transports_velocities(settings);
     let PhaseSet { nodes, bed: points, reaction, curvature_acceleration, .. } = set;
-    points.resize(nodes.len(), BedPoint::flat(0.0));
+    points.resize(nodes.len(), BedPoint::horizontal(0.0));
     reaction.resize(nodes.len(), 0.0);
     curvature_acceleration.resize(nodes.len(), 0.0);
     let (position, velocity) = (&nodes.position, &nodes.velocity);
     let columns =
-        points.par_iter_mut().zip(&mut nodes.effective_gravity).zip(&mut nodes.bearing).zip(reaction);
-    columns.zip(&*curvature_acceleration).enumerate().with_min_len(TASK).for_each(
+        points.par_iter_mut().zip(&mut nodes.effective_gravity).zip(&mut nodes.bed_gravity).zip(reaction);
+    columns.zip(&*curvature_acceleration).enumerate().with_min_len(MIN_NODES_PER_TASK).for_each(
         |(i, ((((point, gravity), bearing), reaction), turning))| {
             // Nodes beyond the bed keep the last bed below them until they are removed at the end of the step.
-            if sampling == BedSampling::Now
-                && let Some(found) = bed.at(&position[i])
+            if sampling == BedSampling::Required
+                && let Some(found) = bed.bed_point(&position[i])
             {
                 *point = found;
             }
@@ -107,7 +107,7 @@ fn sample_bed_below<const D: usize>(
             } else {
                 point.curvature_acceleration(&velocity[i]) / point.steepness().sqrt()
             };
-            let effective = EffectiveGravity::over(settings, point, turning, carried);
+            let effective = EffectiveGravity::at_bed_point(settings, point, turning, carried);
             (*gravity, *bearing, *reaction) = (effective.pressure, effective.normal, effective.reaction);
         },
     );

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::bed::Bed;
 use crate::config::settings::FlowSettings;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{dot, norm};
 
 /// Adds a step of `dt` (s) to the paths of the nodes over the bed.
@@ -40,7 +40,7 @@ pub(crate) fn entrain<const D: usize>(
                 }
             }
             nodes.volume[i] += eroded;
-            nodes.eroded[i] += eroded;
+            nodes.eroded_volume[i] += eroded;
             // The node slows down while it grows.
             let speed = points[i].speed(&nodes.velocity[i]);
             nodes.path[i] -= speed * dt * (1.0 - growth.ln_1p() / growth);
@@ -59,9 +59,9 @@ fn volume_growths<const D: usize>(settings: &FlowSettings<D>, set: &PhaseSet<D>,
         let speeds = [bed.speed(&nodes.velocity[i]), norm(&nodes.velocity[i])];
         let tangent = dot(&bed.slope, &bed.slope).sqrt();
         let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
-        let submerged = densities.submerged(porosity);
+        let submerged = densities.submerged_density(porosity);
         let concentration = submerged / (submerged + densities.fluid);
         law.growth(speeds, tangent, nodes.depth[i], concentration, dt)
     };
-    (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(growth).collect::<Vec<_>>()
+    (0..set.nodes.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).map(growth).collect::<Vec<_>>()
 }

@@ -20,7 +20,7 @@ pub(crate) struct ForceSums<const D: usize> {
 }
 
 /// Solution `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
-pub fn corrected<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVector<D>) -> PlanVector<D> {
+pub fn solve_or_copy<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVector<D>) -> PlanVector<D> {
     let mut result = *vector;
     if D == 1 {
         if matrix[0][0] > ILL_CONDITIONED {
@@ -49,7 +49,7 @@ pub(super) struct SimdForceSums<const D: usize> {
 }
 
 impl<const D: usize> SimdForceSums<D> {
-    pub(super) const NONE: Self = Self {
+    pub(super) const ZERO: Self = Self {
         pressure_gradient: [f64x4::ZERO; D],
         viscous: [f64x4::ZERO; D],
         field_gradients: [[f64x4::ZERO; D]; FIELDS],
@@ -104,5 +104,5 @@ impl<const D: usize> SimdForceSums<D> {
 #[inline]
 pub(super) fn gradient_fields<const D: usize>(data: &NeighbourData<D>, i: usize) -> [f64; FIELDS] {
     let of = |column: &[f64]| column.get(i).copied().unwrap_or(0.0);
-    [data.height[i], of(&data.partner), of(&data.porosity), of(&data.excess), of(&data.level)]
+    [data.height[i], of(&data.partner_height), of(&data.porosity), of(&data.excess), of(&data.level)]
 }

@@ -7,7 +7,7 @@ use crate::config::settings::FlowSettings;
 use crate::neighbours::kernel_average::kernel_average;
 use crate::phases::limits::FlowLimits;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{PlanVector, norm};
 
 /// Friction between two layers, `τ = ½ C_f ρ₂ |v₂ - v₁| (v₂ - v₁)`, implicit in the slip.
@@ -36,7 +36,7 @@ pub(super) fn apply_interface_friction<const D: usize>(
                     return [0.0; D];
                 };
                 let slip: PlanVector<D> = std::array::from_fn(|c| there[c] - own.nodes.velocity[i][c]);
-                let heights = [own.nodes.partial_thickness[i], own.neighbour_data.partner[i]];
+                let heights = [own.nodes.partial_thickness[i], own.neighbour_data.partner_height[i]];
                 if heights[1] < limits.min_partner_depth {
                     return [0.0; D];
                 }
@@ -46,7 +46,11 @@ pub(super) fn apply_interface_friction<const D: usize>(
                 let both = stress / masses[0] + stress / masses[1];
                 std::array::from_fn(|c| stress / masses[role] / (1.0 + both) * slip[c])
             };
-            (0..own.nodes.len()).into_par_iter().with_min_len(TASK).map(change).collect::<Vec<_>>()
+            (0..own.nodes.len())
+                .into_par_iter()
+                .with_min_len(MIN_NODES_PER_TASK)
+                .map(change)
+                .collect::<Vec<_>>()
         })
         .collect();
     for (set, changes) in sets.iter_mut().zip(&changes) {

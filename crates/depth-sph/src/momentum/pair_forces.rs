@@ -31,7 +31,7 @@ pub(crate) struct PairForces<'a, const D: usize> {
 
 impl<'a, const D: usize> PairForces<'a, D> {
     /// Forces between the nodes of a set.
-    pub(super) fn of(settings: &'a FlowSettings<D>, set: &'a PhaseSet<D>) -> Self {
+    pub(super) fn for_set(settings: &'a FlowSettings<D>, set: &'a PhaseSet<D>) -> Self {
         Self {
             settings,
             nodes: &set.nodes,
@@ -53,12 +53,12 @@ impl<'a, const D: usize> PairForces<'a, D> {
         let support = kernel.support();
         let (nodes, data, sorted) = (self.nodes, self.neighbour_data, self.cell_sorted);
         let (x, length) = (&nodes.position[i], nodes.length[i]);
-        let viscosity = ArtificialViscosity::of(numerics, nodes, i);
+        let viscosity = ArtificialViscosity::for_node(numerics, nodes, i);
         let factor = f64x4::splat(kernel.factor::<D>());
-        let mut sums = SimdForceSums::NONE;
+        let mut sums = SimdForceSums::ZERO;
         sorted.for_each_neighbour(
             x,
-            support * self.max_smoothing_length.at(x).max(length),
+            support * self.max_smoothing_length.length_at(x).max(length),
             |first, apart, square| {
                 let (own, theirs) = (f64x4::splat(length), four_values(&sorted.length, first));
                 let volumes = four_values(&sorted.volume, first);
@@ -104,7 +104,7 @@ impl<'a, const D: usize> PairForces<'a, D> {
             spare.clear();
             sorted.for_each_neighbour(
                 x,
-                half * (length + self.max_smoothing_length.at(x).max(length)),
+                half * (length + self.max_smoothing_length.length_at(x).max(length)),
                 |first, _, square| {
                     spare.push(simd_neighbour_list::pack_entry(first, square));
                 },
@@ -113,14 +113,14 @@ impl<'a, const D: usize> PairForces<'a, D> {
         let entries = if listed { self.packed_neighbours.entries(i) } else { spare };
         // For the cubic spline the compiler makes a loop of its own.
         match self.settings.numerics.kernel {
-            Kernel::CubicSpline => self.sums_over::<GRADIENTS, true>(i, entries),
-            _ => self.sums_over::<GRADIENTS, false>(i, entries),
+            Kernel::CubicSpline => self.pair_sums::<GRADIENTS, true>(i, entries),
+            _ => self.pair_sums::<GRADIENTS, false>(i, entries),
         }
     }
 
     /// Sums over packed neighbours.
     #[inline]
-    fn sums_over<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> ForceSums<D> {
+    fn pair_sums<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> ForceSums<D> {
         let numerics = &self.settings.numerics;
         let kernel = if CUBIC { Kernel::CubicSpline } else { numerics.kernel };
         let product = numerics.momentum == PressureForceForm::Product;
@@ -132,13 +132,13 @@ impl<'a, const D: usize> PairForces<'a, D> {
         for c in 0..D {
             velocity[c] = f64x4::splat(nodes.velocity[i][c]);
         }
-        let viscosity = ArtificialViscosity::of(numerics, nodes, i);
+        let viscosity = ArtificialViscosity::for_node(numerics, nodes, i);
         let mut here = [f64x4::ZERO; FIELDS];
         if GRADIENTS {
             here = gradient_fields(data, i).map(f64x4::splat);
         }
         let factor = f64x4::splat(kernel.factor::<D>());
-        let mut sums = SimdForceSums::NONE;
+        let mut sums = SimdForceSums::ZERO;
         sorted.for_each_listed(x, entries, |first, apart, square| {
             let both = four_values(&sorted.length, first) + length;
             let reach = both * half_support;

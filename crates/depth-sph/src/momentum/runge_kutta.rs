@@ -38,16 +38,16 @@ pub(super) fn runge_kutta<const D: usize>(
         store_start_velocities(&mut nodes.sets);
     }
     let rates = settings.numerics.continuity.is_rate();
-    let mut sums: Vec<StageSums<D>> = nodes.sets.iter().map(StageSums::of).collect();
+    let mut sums: Vec<StageSums<D>> = nodes.sets.iter().map(StageSums::from_set).collect();
     for (number, (place, weight)) in stages.iter().enumerate() {
         if number > 0 {
             for (set, sums) in nodes.sets.iter_mut().zip(&sums) {
-                sums.put(set, place * dt, rates);
+                sums.set_stage(set, place * dt, rates);
             }
             reflect(&boundary.walls, &mut nodes.sets);
         }
         // Pore pressure stays that of the beginning of the step.
-        evaluate(context, nodes, dt, (number == 0).then_some(clock.time), BedSampling::Now)?;
+        evaluate(context, nodes, dt, (number == 0).then_some(clock.time), BedSampling::Required)?;
         if rates {
             find_thickness_rates(&settings.numerics, &mut nodes.sets);
         }
@@ -57,7 +57,7 @@ pub(super) fn runge_kutta<const D: usize>(
         }
     }
     for (set, sums) in nodes.sets.iter_mut().zip(sums) {
-        sums.finish(set, rates);
+        sums.set_result(set, rates);
     }
     reflect(&boundary.walls, &mut nodes.sets);
     store_velocities(&mut nodes.sets);
@@ -80,7 +80,7 @@ fn reflect<const D: usize>(walls: &PlanBoundaries<D>, sets: &mut [PhaseSet<D>]) 
 }
 
 impl<const D: usize> StageSums<D> {
-    fn of(set: &PhaseSet<D>) -> Self {
+    fn from_set(set: &PhaseSet<D>) -> Self {
         let zero = vec![[0.0; D]; set.nodes.len()];
         Self {
             position: set.nodes.position.clone(),
@@ -92,7 +92,7 @@ impl<const D: usize> StageSums<D> {
     }
 
     /// Sets the state after `dt` (s) under the rates of the stage before. Heights by summation are left to the next sum.
-    fn put(&self, set: &mut PhaseSet<D>, dt: f64, with_heights: bool) {
+    fn set_stage(&self, set: &mut PhaseSet<D>, dt: f64, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
             for c in 0..D {
@@ -119,7 +119,7 @@ impl<const D: usize> StageSums<D> {
     }
 
     /// Sets the state at the end of the step. Heights by summation stay those of the last stage.
-    fn finish(self, set: &mut PhaseSet<D>, with_heights: bool) {
+    fn set_result(self, set: &mut PhaseSet<D>, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
             for c in 0..D {

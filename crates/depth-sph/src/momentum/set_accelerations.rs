@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use crate::config::choices::{Phases, PressureForceForm};
 use crate::config::settings::{FlowSettings, PhaseRole};
-use crate::momentum::force_sums::{ForceSums, corrected, gradient_fields};
+use crate::momentum::force_sums::{ForceSums, gradient_fields, solve_or_copy};
 use crate::momentum::pair_forces::PairForces;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{NeighbourData, PlanVector, dot};
 
 /// Whether forces follow from pressures alone, without gradients of fields.
@@ -34,9 +34,9 @@ impl<const D: usize> PhaseSet<D> {
         let mut viscous = std::mem::take(&mut self.viscous);
         acceleration.resize(self.nodes.len(), [0.0; D]);
         viscous.resize(self.nodes.len(), [0.0; D]);
-        let pairs = PairForces::of(settings, self);
+        let pairs = PairForces::for_set(settings, self);
         let columns = acceleration.par_iter_mut().zip(&mut viscous).enumerate();
-        columns.with_min_len(TASK).for_each_init(Vec::new, |spare, (i, (a, viscous))| {
+        columns.with_min_len(MIN_NODES_PER_TASK).for_each_init(Vec::new, |spare, (i, (a, viscous))| {
             let (sums, mut force) = pairs.sums_and_pressure(role, i, &weak, spare);
             let mut gradient = pairs.depth_gradient(i, &sums, plain);
             if let Some(other) = other {
@@ -96,7 +96,7 @@ impl<const D: usize> PairForces<'_, D> {
         let (data, settings) = (self.neighbour_data, self.settings);
         let gravity = self.nodes.effective_gravity[i];
         let [height, partner, porosity, excess, _] = gradient_fields(data, i);
-        let slopes = sums.field_gradients.map(|slope| corrected(&sums.moment, &slope));
+        let slopes = sums.field_gradients.map(|slope| solve_or_copy(&sums.moment, &slope));
         let [height_slope, partner_slope, porosity_slope, excess_slope, level_slope] = slopes;
         let densities = &settings.material.densities;
         let ratio = densities.fluid / densities.grain;
@@ -191,7 +191,7 @@ mod tests {
         );
         set.nodes.effective_gravity[0] = GRAVITY;
         set.neighbour_data.height = vec![own];
-        set.neighbour_data.partner = vec![partner];
+        set.neighbour_data.partner_height = vec![partner];
         set.neighbour_data.porosity = vec![porosity];
         set.neighbour_data.excess = vec![excess];
         set.neighbour_data.depth = vec![depth];
@@ -218,9 +218,9 @@ mod tests {
     /// V20: both forms of the pressure force agree for any heights and excess pressure, and their sum is that of the mixture.
     #[test]
     fn node_form_and_symmetric_form_are_one() {
-        let mut settings = FlowSettings::<1>::plain(1000.0);
+        let mut settings = FlowSettings::<1>::single_phase(1000.0);
         settings.phases = Phases::Two;
-        settings.material = Mixture { densities: DENSITIES, porosity: 0.4, saturated: true };
+        settings.material = Mixture { densities: DENSITIES, porosity: 0.4, is_saturated: true };
         let (rho_s, rho_w, gravity) = (DENSITIES.grain, DENSITIES.fluid, GRAVITY);
         let states = [
             ([0.6, 0.4, 900.0], [0.3, -0.2, 150.0]),
@@ -232,7 +232,7 @@ mod tests {
             let [depth, depth_slope, ..] = depth_and_porosity(state);
             let force = |role: PhaseRole, by_differences: bool| {
                 let set = node_of(role, state);
-                let pairs = PairForces::of(&settings, &set);
+                let pairs = PairForces::for_set(&settings, &set);
                 pairs.pressure_force(role, 0, &sums_of(role, state), by_differences)[0]
             };
             let near = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-10 * size, "{a} {b}");

@@ -1,7 +1,7 @@
 //! Force of depth gradients over steep terrain, and reaction of the bed (sheet: depth-sph §2.9, metric as amended).
 
 use crate::config::choices::{DepthFrame, Metric};
-use crate::momentum::force_sums::{ForceSums, corrected};
+use crate::momentum::force_sums::{ForceSums, solve_or_copy};
 use crate::momentum::pair_forces::PairForces;
 use crate::points::phase_nodes::{PlanVector, dot};
 
@@ -12,7 +12,7 @@ const SHEET_SLOPE_FRACTION: f64 = 0.5;
 /// depth gradient compensates. It is even in `t`: gradients of a sheet scatter about zero, and pressure that is stronger uphill than
 /// downhill would take energy. Near a level surface nothing changes to first order.
 #[inline]
-fn levelness<const D: usize>(slope: &PlanVector<D>, gradient: &PlanVector<D>) -> f64 {
+fn surface_levelness<const D: usize>(slope: &PlanVector<D>, gradient: &PlanVector<D>) -> f64 {
     let square = dot(slope, slope);
     if square == 0.0 {
         return 1.0;
@@ -31,7 +31,7 @@ impl<const D: usize> PairForces<'_, D> {
             let both = 2.0 * self.neighbour_data.pressure[i];
             return if both > 0.0 { sums.pressure_gradient.map(|push| push / both) } else { [0.0; D] };
         }
-        let [own, partner] = [0, 1].map(|field| corrected(&sums.moment, &sums.field_gradients[field]));
+        let [own, partner] = [0, 1].map(|field| solve_or_copy(&sums.moment, &sums.field_gradients[field]));
         std::array::from_fn(|c| own[c] + partner[c])
     }
 
@@ -46,7 +46,9 @@ impl<const D: usize> PairForces<'_, D> {
             // Where gradients are those of the free surface, or no axis is vertical, nothing needs to be reduced.
             _ if settings.numerics.surface_gradient || settings.frame != DepthFrame::Horizontal => 0.0,
             Metric::Vertical => 0.0,
-            Metric::Blended => (1.0 - 1.0 / steepness) * (1.0 - levelness(&self.bed[i].slope, gradient)),
+            Metric::Blended => {
+                (1.0 - 1.0 / steepness) * (1.0 - surface_levelness(&self.bed[i].slope, gradient))
+            }
         }
     }
 
@@ -81,13 +83,13 @@ mod tests {
     #[test]
     fn levelness_is_one_for_a_level_surface_and_zero_for_a_uniform_sheet() {
         let slope = [0.6, -0.3];
-        let at = |share: f64| levelness(&slope, &slope.map(|q| -share * q));
+        let at = |share: f64| surface_levelness(&slope, &slope.map(|q| -share * q));
         assert!((at(1.0) - 1.0).abs() < 1e-12 && at(1.5) == 1.0);
         assert!([-0.4, 0.0, 0.4, 0.5].iter().all(|share| at(*share) == 0.0));
         // Uphill and downhill alike, so that a gradient returns the energy that it takes from a sheet.
         assert!([0.6, 0.8, 1.2].iter().all(|share| (at(*share) - at(-*share)).abs() < 1e-12));
         // A small error of a level surface has no effect of first order.
         assert!(1.0 - at(0.99) < 2e-3, "{}", at(0.99));
-        assert!((at(0.75) - 0.5).abs() < 1e-12 && levelness(&[0.0; 2], &[0.1, 0.0]) == 1.0);
+        assert!((at(0.75) - 0.5).abs() < 1e-12 && surface_levelness(&[0.0; 2], &[0.1, 0.0]) == 1.0);
     }
 }

@@ -6,7 +6,7 @@ use crate::config::choices::ThicknessEquation;
 use crate::config::settings::Numerics;
 use crate::kernel::Kernel;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{PlanVector, dot};
 
 /// Computes rates of height by one of the forms of the sheet (m/s).
@@ -42,6 +42,10 @@ impl<const D: usize> PhaseSet<D> {
             neighbours.neighbours(i).iter().map(pair).sum()
         };
         let count = self.nodes.len();
-        (0..count).into_par_iter().with_min_len(TASK).map(rate).collect_into_vec(&mut self.rate);
+        (0..count)
+            .into_par_iter()
+            .with_min_len(MIN_NODES_PER_TASK)
+            .map(rate)
+            .collect_into_vec(&mut self.rate);
     }
 }

@@ -18,7 +18,7 @@ use crate::momentum::thickness_rates::find_thickness_rates;
 use crate::momentum::velocities::{smooth_velocities, store_start_velocities, store_velocities};
 use crate::phases::failure::FlowFailure;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 
 /// Integrates positions and velocities over a step of `dt` (s), with drag and the resistance of the bed.
 ///
@@ -53,11 +53,11 @@ fn leapfrog<const D: usize>(
     if settings.phases == Phases::Two {
         store_start_velocities(&mut nodes.sets);
     }
-    evaluate(context, nodes, dt, Some(clock.time + 0.5 * dt), BedSampling::Before)?; // 1 to 4, 9
+    evaluate(context, nodes, dt, Some(clock.time + 0.5 * dt), BedSampling::AlreadySampled)?; // 1 to 4, 9
     store_velocities(&mut nodes.sets);
     #[cfg(test)]
     scale_pressure_for_test(settings, &mut nodes.sets);
-    kick(&mut nodes.sets, dt); // 4
+    add_accelerations(&mut nodes.sets, dt); // 4
     apply_resistance(settings, limits, nodes, dt); // 5, 6
     #[cfg(test)]
     scale_resistance_for_test(settings, &mut nodes.sets, dt);
@@ -73,10 +73,10 @@ fn leapfrog<const D: usize>(
 }
 
 /// Adds the accelerations over `dt` (s) to the velocities.
-fn kick<const D: usize>(sets: &mut [PhaseSet<D>], dt: f64) {
+fn add_accelerations<const D: usize>(sets: &mut [PhaseSet<D>], dt: f64) {
     for set in sets {
         let kicks = set.nodes.velocity.par_iter_mut().zip(&set.acceleration);
-        kicks.with_min_len(TASK).for_each(|(v, a)| {
+        kicks.with_min_len(MIN_NODES_PER_TASK).for_each(|(v, a)| {
             for c in 0..D {
                 v[c] += dt * a[c];
             }

@@ -6,7 +6,7 @@ use crate::config::settings::FlowSettings;
 use crate::phases::depths::find_neighbours;
 use crate::phases::failure::FlowFailure;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::PlanBoundaries;
 use crate::points::phase_nodes::{PlanVector, dot};
 
@@ -51,7 +51,7 @@ pub(super) fn smooth_velocities<const D: usize>(
         let count = set.nodes.len();
         (0..count)
             .into_par_iter()
-            .with_min_len(TASK)
+            .with_min_len(MIN_NODES_PER_TASK)
             .map(smoothed)
             .collect_into_vec(&mut set.scratch_vectors);
     }

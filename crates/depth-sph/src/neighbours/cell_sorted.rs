@@ -11,7 +11,7 @@ use crate::neighbours::kernel_average::NO_PARTNER;
 use crate::neighbours::kernel_sum::KernelSum;
 use crate::neighbours::search_axes::SearchAxes;
 use crate::neighbours::simd_neighbour_list;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{NeighbourData, PlanVector};
 
 /// Number of fields whose gradients are computed: height, that of the other phase, porosity, excess pressure, level of the bed.
@@ -32,7 +32,7 @@ const EMPTY_LANES: [f64x4; 4] = {
 pub struct CellSorted<const D: usize> {
     cells: CellList<D>,
     axes: SearchAxes<D>,
-    rotated: Vec<PlanVector<D>>,
+    rotated_positions: Vec<PlanVector<D>>,
     position: [Vec<f64>; D],
     /// Smoothing length before heights are summed (m).
     pub(super) previous_length: Vec<f64>,
@@ -57,7 +57,7 @@ impl<const D: usize> Default for CellSorted<D> {
         Self {
             cells: CellList::new(),
             axes: SearchAxes::PLAN,
-            rotated: Vec::new(),
+            rotated_positions: Vec::new(),
             position: std::array::from_fn(|_| Vec::new()),
             previous_length: Vec::new(),
             velocity: std::array::from_fn(|_| Vec::new()),
@@ -91,7 +91,7 @@ pub fn sum_lanes(lanes: f64x4) -> f64 {
 fn gather_column(order: &[u32], column: &mut Vec<f64>, value: impl Fn(usize) -> f64 + Sync) {
     column.resize(order.len() + 3, 0.0);
     let pairs = column.par_iter_mut().zip(order);
-    pairs.with_min_len(8 * TASK).for_each(|(entry, &j)| *entry = value(j as usize));
+    pairs.with_min_len(8 * MIN_NODES_PER_TASK).for_each(|(entry, &j)| *entry = value(j as usize));
 }
 
 impl<const D: usize> CellSorted<D> {
@@ -106,7 +106,7 @@ impl<const D: usize> CellSorted<D> {
         search: SearchOrientation,
     ) -> Result<(), SearchError> {
         let axes = if search == SearchOrientation::Turned {
-            SearchAxes::along(&data.position)
+            SearchAxes::along_longest_extent(&data.position)
         } else {
             SearchAxes::PLAN
         };
@@ -116,10 +116,10 @@ impl<const D: usize> CellSorted<D> {
             let place = |i: usize| axes.to_axes(&data.position[i]);
             (0..data.position.len())
                 .into_par_iter()
-                .with_min_len(8 * TASK)
+                .with_min_len(8 * MIN_NODES_PER_TASK)
                 .map(place)
-                .collect_into_vec(&mut self.rotated);
-            self.cells.build(&self.rotated, edge)?;
+                .collect_into_vec(&mut self.rotated_positions);
+            self.cells.build(&self.rotated_positions, edge)?;
         }
         self.axes = axes;
         let order = self.cells.order();
@@ -185,7 +185,7 @@ impl<const D: usize> CellSorted<D> {
         gather_column(order, &mut self.depth, |j| data.depth[j]);
         gather_column(order, &mut self.pressure, |j| data.pressure[j]);
         if with_fields {
-            let sources = [&data.partner, &data.porosity, &data.excess, &data.level];
+            let sources = [&data.partner_height, &data.porosity, &data.excess, &data.level];
             for (column, source) in self.fields[1..].iter_mut().zip(sources) {
                 gather_column(order, column, |j| source.get(j).copied().unwrap_or(0.0));
             }
@@ -249,11 +249,11 @@ impl<const D: usize> CellSorted<D> {
     #[inline]
     pub fn sum(&self, kernel: Kernel, x: &PlanVector<D>, length: f64) -> f64 {
         let reach = kernel.support() * length;
-        let mut part = KernelSum::<D>::of(kernel, length);
+        let mut part = KernelSum::<D>::new(kernel, length);
         self.for_each_neighbour(x, reach, |first, _, square| {
             part.add(kernel, square.sqrt(), four_values(&self.volume, first));
         });
-        part.whole()
+        part.total()
     }
 }
 

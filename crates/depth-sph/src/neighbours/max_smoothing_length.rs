@@ -11,13 +11,19 @@ pub struct MaxSmoothingLength<const D: usize> {
     low: PlanVector<D>,
     edge: f64,
     counts: [usize; D],
-    own: Vec<f64>,
-    reaching: Vec<f64>,
+    cell_lengths: Vec<f64>,
+    reaching_lengths: Vec<f64>,
 }
 
 impl<const D: usize> Default for MaxSmoothingLength<D> {
     fn default() -> Self {
-        Self { low: [0.0; D], edge: 1.0, counts: [0; D], own: Vec::new(), reaching: Vec::new() }
+        Self {
+            low: [0.0; D],
+            edge: 1.0,
+            counts: [0; D],
+            cell_lengths: Vec::new(),
+            reaching_lengths: Vec::new(),
+        }
     }
 }
 
@@ -33,12 +39,12 @@ impl<const D: usize> MaxSmoothingLength<D> {
             }
         }
         let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-        let most = CELLS_PER_NODE * places.len().max(1) as f64;
+        let largest = CELLS_PER_NODE * places.len().max(1) as f64;
         let mut edge = if mean > 0.0 && mean.is_finite() { reach * mean } else { 1.0 };
         let along = |c: usize, edge: f64| ((high[c] - low[c]) / edge).floor().max(0.0) + 1.0;
         // Bounded, so that positions that are not finite cannot keep the loop running.
         for _ in 0..200 {
-            if (0..D).map(|c| along(c, edge)).product::<f64>() <= most {
+            if (0..D).map(|c| along(c, edge)).product::<f64>() <= largest {
                 break;
             }
             edge *= 2.0;
@@ -46,23 +52,23 @@ impl<const D: usize> MaxSmoothingLength<D> {
         let counts: PlanVector<D> = std::array::from_fn(|c| along(c, edge));
         let all = counts.iter().product::<f64>();
         (self.low, self.edge) = (low, edge);
-        self.counts = if all <= most { counts.map(|count| count as usize) } else { [1; D] };
+        self.counts = if all <= largest { counts.map(|count| count as usize) } else { [1; D] };
         let cells = self.counts.iter().product();
-        for column in [&mut self.own, &mut self.reaching] {
+        for column in [&mut self.cell_lengths, &mut self.reaching_lengths] {
             column.clear();
             column.resize(cells, 0.0);
         }
         for (x, length) in places.iter().zip(lengths) {
             let cell = self.cell(x);
-            self.own[cell] = self.own[cell].max(*length);
+            self.cell_lengths[cell] = self.cell_lengths[cell].max(*length);
         }
-        self.spread(reach);
+        self.propagate(reach);
     }
 
     /// Passes the length of each cell to all cells that its nodes reach.
-    fn spread(&mut self, reach: f64) {
-        for cell in 0..self.own.len() {
-            let length = self.own[cell];
+    fn propagate(&mut self, reach: f64) {
+        for cell in 0..self.cell_lengths.len() {
+            let length = self.cell_lengths[cell];
             if length == 0.0 {
                 continue;
             }
@@ -79,7 +85,9 @@ impl<const D: usize> MaxSmoothingLength<D> {
                 // One or two axes: a line is a row.
                 let row = if D == 1 { 0 } else { (spans[0].0 + line) * self.counts[D - 1] };
                 let (a, b) = spans[D - 1];
-                self.reaching[row + a..=row + b].iter_mut().for_each(|most| *most = most.max(length));
+                self.reaching_lengths[row + a..=row + b]
+                    .iter_mut()
+                    .for_each(|largest| *largest = largest.max(length));
             }
         }
     }
@@ -93,8 +101,8 @@ impl<const D: usize> MaxSmoothingLength<D> {
 
     /// Largest smoothing length of the nodes that reach a position (m); zero without any.
     #[inline]
-    pub fn at(&self, x: &PlanVector<D>) -> f64 {
-        self.reaching.get(self.cell(x)).copied().unwrap_or(0.0)
+    pub fn length_at(&self, x: &PlanVector<D>) -> f64 {
+        self.reaching_lengths.get(self.cell(x)).copied().unwrap_or(0.0)
     }
 }
 
@@ -118,16 +126,16 @@ mod tests {
                 .zip(&lengths)
                 .filter(|(y, length)| (x[0] - y[0]).hypot(x[1] - y[1]) <= 2.8 * **length);
             let largest = reaching.map(|(_, length)| *length).fold(0.0, f64::max);
-            assert!(around.at(x) >= largest, "{x:?}");
+            assert!(around.length_at(x) >= largest, "{x:?}");
         }
-        assert!(around.at(&places[399]) < 1.0);
+        assert!(around.length_at(&places[399]) < 1.0);
     }
 
     #[test]
     fn lost_nodes_do_not_fill_the_memory() {
         let mut around = MaxSmoothingLength::default();
         around.update(&[[0.0, 0.0], [1e12, 3.0], [5.0, -1e9]], &[1.0; 3], 2.8);
-        assert!(around.own.len() <= 12 && around.at(&[0.0, 0.0]) == 1.0);
+        assert!(around.cell_lengths.len() <= 12 && around.length_at(&[0.0, 0.0]) == 1.0);
         around.update(&[[0.0, f64::NAN]], &[1.0], 2.8);
     }
 }

@@ -10,24 +10,24 @@ use crate::neighbours::simd_neighbour_list::MARGIN;
 use crate::points::phase_nodes::PlanVector;
 
 /// Largest number of packs of four neighbours that are kept for a position.
-const MAX_KEPT: usize = 32;
+const MAX_PACKS: usize = 32;
 
-/// Neighbours of a position: distances (m) and volumes in packs of four nodes, as far as `reach` (m).
+/// Neighbours of a position: distances (m) and volumes in packs of four nodes, as far as `search_radius` (m).
 pub struct NearbyNodes<'a, const D: usize> {
-    packed: &'a CellSorted<D>,
+    sorted_nodes: &'a CellSorted<D>,
     x: PlanVector<D>,
-    reach: f64,
+    search_radius: f64,
     count: usize,
-    distances: [f64x4; MAX_KEPT],
-    volumes: [f64x4; MAX_KEPT],
-    entries: [u32; MAX_KEPT],
+    distances: [f64x4; MAX_PACKS],
+    volumes: [f64x4; MAX_PACKS],
+    entries: [u32; MAX_PACKS],
 }
 
 impl<const D: usize> NearbyNodes<'_, D> {
     /// Moves to a position (m), without neighbours.
     #[inline]
     pub fn move_to(&mut self, x: PlanVector<D>) {
-        (self.x, self.reach) = (x, 0.0);
+        (self.x, self.search_radius) = (x, 0.0);
     }
 
     /// Moves to a node with this smoothing length (m), and lists all neighbours that forces can reach where no length grows by more than
@@ -42,14 +42,14 @@ impl<const D: usize> NearbyNodes<'_, D> {
     ) -> Option<&[u32]> {
         self.x = x;
         let half = 0.5 * (1.0 + MARGIN) * kernel.support();
-        let packed = self.packed;
+        let packed = self.sorted_nodes;
         let own = f64x4::splat(length);
         self.collect_if(half * (length + longest.max(length)), |first| {
             let reach = (own + four_values(&packed.previous_length, first).fast_max(own)) * half;
             reach * reach
         });
-        let fits = self.count <= MAX_KEPT;
-        self.reach = if fits { 2.0 * half * length } else { 0.0 };
+        let fits = self.count <= MAX_PACKS;
+        self.search_radius = if fits { 2.0 * half * length } else { 0.0 };
         fits.then(|| &self.entries[..self.count])
     }
 
@@ -64,14 +64,14 @@ impl<const D: usize> NearbyNodes<'_, D> {
     pub fn sum_of<const CUBIC: bool>(&mut self, kernel: Kernel, length: f64) -> f64 {
         let kernel = if CUBIC { Kernel::CubicSpline } else { kernel };
         let reach = kernel.support() * length;
-        if reach > self.reach && !self.collect((1.0 + MARGIN) * reach) {
-            return self.packed.sum(kernel, &self.x, length);
+        if reach > self.search_radius && !self.collect((1.0 + MARGIN) * reach) {
+            return self.sorted_nodes.sum(kernel, &self.x, length);
         }
-        let mut part = KernelSum::<D>::of(kernel, length);
+        let mut part = KernelSum::<D>::new(kernel, length);
         for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
             part.add(kernel, *distance, *volume);
         }
-        part.whole()
+        part.total()
     }
 
     /// Kernel sum `Σ m W` with this smoothing length (m), and its derivative with respect to that length.
@@ -86,12 +86,12 @@ impl<const D: usize> NearbyNodes<'_, D> {
             total += shape * volume;
             change += (shape * D as f64 + q * q * kernel.slope_of_four::<D>(q, f64x4::ONE / q)) * volume;
         };
-        if reach <= self.reach || self.collect((1.0 + MARGIN) * reach) {
+        if reach <= self.search_radius || self.collect((1.0 + MARGIN) * reach) {
             for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
                 add(*distance, *volume);
             }
         } else {
-            let packed = self.packed;
+            let packed = self.sorted_nodes;
             packed.for_each_neighbour(&self.x, reach, |first, _, square| {
                 add(square.sqrt(), four_values(&packed.volume, first));
             });
@@ -105,26 +105,26 @@ impl<const D: usize> NearbyNodes<'_, D> {
     fn collect(&mut self, reach: f64) -> bool {
         let within = f64x4::splat(reach * reach);
         self.collect_if(reach, |_| within);
-        let fits = self.count <= MAX_KEPT;
-        self.reach = if fits { reach } else { 0.0 };
+        let fits = self.count <= MAX_PACKS;
+        self.search_radius = if fits { reach } else { 0.0 };
         fits
     }
 
     /// Keeps packs of the cells within `radius` (m) of which one node is nearer than the root of `within` (m²).
     #[inline(always)]
     fn collect_if(&mut self, radius: f64, within: impl Fn(usize) -> f64x4) {
-        let Self { packed, x, count, distances, volumes, entries, .. } = self;
+        let Self { sorted_nodes, x, count, distances, volumes, entries, .. } = self;
         *count = 0;
         // Without a branch for each pack: which are near cannot be predicted.
-        packed.for_each_neighbour(x, radius, |first, _, square| {
-            let slot = (*count).min(MAX_KEPT - 1);
+        sorted_nodes.for_each_neighbour(x, radius, |first, _, square| {
+            let slot = (*count).min(MAX_PACKS - 1);
             (entries[slot], distances[slot]) = (first as u32, square);
             *count += usize::from(square.simd_lt(within(first)).any());
         });
-        for k in 0..(*count).min(MAX_KEPT) {
+        for k in 0..(*count).min(MAX_PACKS) {
             let (first, square) = (entries[k] as usize, distances[k]);
             entries[k] = simd_neighbour_list::pack_entry(first, square);
-            (distances[k], volumes[k]) = (square.sqrt(), four_values(&packed.volume, first));
+            (distances[k], volumes[k]) = (square.sqrt(), four_values(&sorted_nodes.volume, first));
         }
     }
 }
@@ -133,15 +133,15 @@ impl<const D: usize> CellSorted<D> {
     /// Buffer for the neighbours of one position after the other, for several sums at each.
     #[inline]
     pub fn nearby_nodes(&self) -> NearbyNodes<'_, D> {
-        let none = [f64x4::ZERO; MAX_KEPT];
+        let none = [f64x4::ZERO; MAX_PACKS];
         NearbyNodes {
-            packed: self,
+            sorted_nodes: self,
             x: [0.0; D],
-            reach: 0.0,
+            search_radius: 0.0,
             count: 0,
             distances: none,
             volumes: none,
-            entries: [0; MAX_KEPT],
+            entries: [0; MAX_PACKS],
         }
     }
 }

@@ -8,16 +8,16 @@ const MAX_SAMPLES: usize = 1000;
 /// Direction of the lines of cells; the last axis of the plan where there is none.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchAxes<const D: usize> {
-    along: Option<PlanVector<D>>,
+    direction: Option<PlanVector<D>>,
 }
 
 impl<const D: usize> SearchAxes<D> {
     /// Axes of the plan.
-    pub const PLAN: Self = Self { along: None };
+    pub const PLAN: Self = Self { direction: None };
 
     /// Axes along the longest extent of these positions: the principal axis of their covariance. Those of the plan in a profile and where a
     /// position is not finite, which the search reports.
-    pub fn along(places: &[PlanVector<D>]) -> Self {
+    pub fn along_longest_extent(places: &[PlanVector<D>]) -> Self {
         if D != 2 || places.is_empty() {
             return Self::PLAN;
         }
@@ -41,13 +41,13 @@ impl<const D: usize> SearchAxes<D> {
         let half = |sign: f64| (0.5 * (1.0 + sign * cosine)).max(0.0).sqrt();
         let mut along = [half(1.0); D];
         along[1] = half(-1.0).copysign(product);
-        Self { along: Some(along) }
+        Self { direction: Some(along) }
     }
 
     /// Position on these axes (m).
     #[inline(always)]
     pub fn to_axes(self, x: &PlanVector<D>) -> PlanVector<D> {
-        let Some(along) = self.along else { return *x };
+        let Some(along) = self.direction else { return *x };
         let mut turned = *x;
         turned[D - 1] = x[0] * along[0] + x[D - 1] * along[D - 1];
         if D == 2 {
@@ -58,7 +58,7 @@ impl<const D: usize> SearchAxes<D> {
 
     /// Whether the axes are those of the plan.
     pub fn are_those_of_the_plan(&self) -> bool {
-        self.along.is_none()
+        self.direction.is_none()
     }
 }
 
@@ -77,7 +77,7 @@ mod tests {
                     places.push([1e4 + a * cos - b * sin, a * sin + b * cos]);
                 }
             }
-            let axes = SearchAxes::along(&places);
+            let axes = SearchAxes::along_longest_extent(&places);
             let [first, last] = [axes.to_axes(&places[0]), axes.to_axes(&places[117])];
             assert!((last[0] - first[0]).abs() < 1e-9, "{degrees}: {first:?} {last:?}");
             assert!(((last[1] - first[1]).abs() - 39.0).abs() < 1e-9, "{degrees}: {first:?} {last:?}");
@@ -86,8 +86,11 @@ mod tests {
 
     #[test]
     fn points_without_a_longest_extent_keep_the_axes_of_the_plan() {
-        assert!(SearchAxes::along(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]).are_those_of_the_plan());
-        assert!(SearchAxes::along(&[[0.0, 0.0], [f64::NAN, 0.0]]).are_those_of_the_plan());
-        assert!(SearchAxes::along(&[[0.0], [1.0]]).are_those_of_the_plan());
+        assert!(
+            SearchAxes::along_longest_extent(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+                .are_those_of_the_plan()
+        );
+        assert!(SearchAxes::along_longest_extent(&[[0.0, 0.0], [f64::NAN, 0.0]]).are_those_of_the_plan());
+        assert!(SearchAxes::along_longest_extent(&[[0.0], [1.0]]).are_those_of_the_plan());
     }
 }

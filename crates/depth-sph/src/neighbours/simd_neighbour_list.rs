@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 use wide::f64x4;
 
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 
 /// Share by which lists reach beyond the smoothing lengths that they are made with: the largest growth of a length in a step.
 pub const MARGIN: f64 = 0.05;
 
-/// Packed neighbours of each node, in blocks of [`TASK`] nodes.
+/// Packed neighbours of each node, in blocks of [`MIN_NODES_PER_TASK`] nodes.
 #[derive(Debug, Default)]
 pub struct PackedNeighbours {
     blocks: Vec<NeighbourListBlock>,
@@ -19,7 +19,7 @@ pub struct PackedNeighbours {
 /// Lists of the nodes of a block, one after the other.
 #[derive(Debug, Default)]
 pub struct NeighbourListBlock {
-    ends: Vec<u32>,
+    row_ends: Vec<u32>,
     entries: Vec<u32>,
     is_incomplete: bool,
 }
@@ -39,7 +39,7 @@ pub fn unpack_entry(entry: u32) -> (usize, usize) {
 impl NeighbourListBlock {
     /// Clears the lists.
     pub fn clear(&mut self) {
-        self.ends.clear();
+        self.row_ends.clear();
         self.entries.clear();
         self.is_incomplete = false;
     }
@@ -51,7 +51,7 @@ impl NeighbourListBlock {
             Some(entries) => self.entries.extend_from_slice(entries),
             None => self.is_incomplete = true,
         }
-        self.ends.push(self.entries.len() as u32);
+        self.row_ends.push(self.entries.len() as u32);
     }
 
     /// Marks the block as incomplete: the smoothing length of a node has grown beyond the margin of the lists.
@@ -64,7 +64,7 @@ impl NeighbourListBlock {
 impl PackedNeighbours {
     /// Blocks for this number of nodes.
     pub fn blocks(&mut self, nodes: usize) -> &mut [NeighbourListBlock] {
-        self.blocks.resize_with(nodes.div_ceil(TASK), NeighbourListBlock::default);
+        self.blocks.resize_with(nodes.div_ceil(MIN_NODES_PER_TASK), NeighbourListBlock::default);
         &mut self.blocks
     }
 
@@ -86,10 +86,10 @@ impl PackedNeighbours {
     /// Entries of node `i`.
     #[inline]
     pub fn entries(&self, i: usize) -> &[u32] {
-        let block = &self.blocks[i / TASK];
-        let k = i % TASK;
-        let start = if k == 0 { 0 } else { block.ends[k - 1] };
-        &block.entries[start as usize..block.ends[k] as usize]
+        let block = &self.blocks[i / MIN_NODES_PER_TASK];
+        let k = i % MIN_NODES_PER_TASK;
+        let start = if k == 0 { 0 } else { block.row_ends[k - 1] };
+        &block.entries[start as usize..block.row_ends[k] as usize]
     }
 }
 
@@ -108,19 +108,22 @@ mod tests {
             for block in blocks {
                 block.clear();
                 let both = [whole, two];
-                (0..TASK).for_each(|k| block.push(Some(&both[..1 + k % 2])));
+                (0..MIN_NODES_PER_TASK).for_each(|k| block.push(Some(&both[..1 + k % 2])));
             }
         };
-        fill(fours.blocks(2 * TASK));
+        fill(fours.blocks(2 * MIN_NODES_PER_TASK));
         assert!(!fours.are_complete());
         fours.check_complete();
         assert!(fours.are_complete());
-        assert_eq!((fours.entries(0), fours.entries(TASK + 3)), (&[whole][..], &[whole, two][..]));
-        fours.blocks(2 * TASK)[1].mark_incomplete();
+        assert_eq!(
+            (fours.entries(0), fours.entries(MIN_NODES_PER_TASK + 3)),
+            (&[whole][..], &[whole, two][..])
+        );
+        fours.blocks(2 * MIN_NODES_PER_TASK)[1].mark_incomplete();
         fours.check_complete();
         assert!(!fours.are_complete());
-        fill(fours.blocks(2 * TASK));
-        fours.blocks(2 * TASK)[0].push(None);
+        fill(fours.blocks(2 * MIN_NODES_PER_TASK));
+        fours.blocks(2 * MIN_NODES_PER_TASK)[0].push(None);
         fours.check_complete();
         assert!(!fours.are_complete());
     }

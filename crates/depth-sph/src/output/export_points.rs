@@ -154,7 +154,10 @@ struct GrainsAndFluid<'a> {
 
 impl GrainsAndFluid<'_> {
     /// Grains within the kernel of each node of the fluid, with their weights.
-    fn near<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<Vec<(usize, f64)>>, SearchError> {
+    fn nearby_grains<const D: usize>(
+        &self,
+        snapshot: &Snapshot,
+    ) -> Result<Vec<Vec<(usize, f64)>>, SearchError> {
         let place = |node: &usize| -> [f64; D] { std::array::from_fn(|c| snapshot.positions[*node][c]) };
         let places: Vec<[f64; D]> = self.grains.iter().map(place).collect();
         let reach = |node: usize| self.kernel.support() * self.lengths[node];
@@ -182,7 +185,7 @@ impl GrainsAndFluid<'_> {
     /// lost, and these get, as near as that allows, the amount by the heights of both phases there (scaling of rows and columns in turn,
     /// after Sinkhorn). Where there are no grains a node keeps its fluid.
     fn fluid_shares<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<FluidShare>, SearchError> {
-        let near = self.near::<D>(snapshot)?;
+        let near = self.nearby_grains::<D>(snapshot)?;
         let stands = |&node: &usize| self.volumes[node] * (self.depths[node] / self.heights[node] - 1.0);
         let mut wanted: Vec<f64> = self.grains.iter().map(stands).collect();
         let given = self.fluid.iter().zip(&near).filter(|(_, near)| !near.is_empty());

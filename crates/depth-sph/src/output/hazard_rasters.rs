@@ -69,17 +69,18 @@ pub struct HazardCell {
     /// Largest `ρ |v|²` during that time (Pa).
     pub pressure: f64,
     /// First time at which the thickness was that of the threshold or more (s); not-a-number before.
-    pub arrival: f64,
+    pub arrival_time: f64,
 }
 
-const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
+const EMPTY_CELL: HazardCell =
+    HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival_time: f64::NAN };
 
 /// Current content of a cell: thickness (m), mass over area (kg/m²), momentum in plan over area (kg/(m s)).
 type CellContent = [f64; 4];
 
 /// Share of a node in the cells around it.
 struct NodeFootprint {
-    place: [f64; 2],
+    position: [f64; 2],
     columns: [usize; 2],
     rows: [usize; 2],
     length: f64,
@@ -117,7 +118,7 @@ impl HazardRasters {
         let count = grid.counts[0] * grid.counts[1];
         let slope = |number: usize| {
             let centre = grid.centre(number % grid.counts[0], number / grid.counts[0]);
-            let found = bed.at(&std::array::from_fn(|c| centre[c]));
+            let found = bed.bed_point(&std::array::from_fn(|c| centre[c]));
             found.map_or([0.0; 2], |bed| to_2d(&bed.slope))
         };
         let slopes = (0..count).into_par_iter().map(slope).collect::<Vec<_>>();
@@ -125,7 +126,7 @@ impl HazardRasters {
         Self {
             threshold,
             slopes,
-            cells: vec![UNTOUCHED; count],
+            cells: vec![EMPTY_CELL; count],
             in_mapped_outline: Vec::new(),
             mapped_beyond_cells: 0.0,
             contents: vec![[0.0; 4]; count],
@@ -156,7 +157,7 @@ impl HazardRasters {
     pub fn score(&self) -> Option<[f64; 3]> {
         let mut counts = [0.0; 3];
         for (cell, within) in self.cells.iter().zip(&self.in_mapped_outline) {
-            match (!cell.arrival.is_nan(), within) {
+            match (!cell.arrival_time.is_nan(), within) {
                 (true, true) => counts[0] += 1.0,
                 (false, true) => counts[1] += 1.0,
                 (true, false) => counts[2] += 1.0,
@@ -179,7 +180,7 @@ impl HazardRasters {
 
     /// Updates the cells with the current flow.
     pub fn update<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
-        self.spread(flow);
+        self.add_nodes(flow);
         let Self { grid, threshold, slopes, cells, contents, bands, .. } = self;
         let (width, threshold) = (grid.counts[0] * ROWS_PER_TASK, *threshold);
         let time = flow.clock.time;
@@ -194,8 +195,8 @@ impl HazardRasters {
                     let speed = speed(contents, slope);
                     cell.speed = cell.speed.max(speed);
                     cell.pressure = cell.pressure.max(contents[1] / contents[0] * speed * speed);
-                    if cell.arrival.is_nan() {
-                        cell.arrival = time;
+                    if cell.arrival_time.is_nan() {
+                        cell.arrival_time = time;
                     }
                 }
             }
@@ -203,7 +204,7 @@ impl HazardRasters {
     }
 
     /// Spreads the nodes over the cells; cells of bands without a node keep their content.
-    fn spread<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
+    fn add_nodes<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
         let kernel = flow.settings.numerics.kernel;
         let Self { grid, contents, footprints, bands, .. } = self;
         footprints.clear();
@@ -256,7 +257,7 @@ impl HazardRasters {
         along: &str,
     ) -> Vec<(String, &'static str, Raster)> {
         let mut now = Self { cells: Vec::new(), ..Self::new(self.grid.clone(), self.threshold, flow.bed) };
-        now.spread(flow);
+        now.add_nodes(flow);
         let raster = |value: &dyn Fn(usize) -> f64| Raster {
             columns: self.grid.counts[0],
             rows: self.grid.counts[1],
@@ -280,7 +281,7 @@ impl HazardRasters {
             (format!("peak_thickness_{along}"), "m", peak(|cell| cell.thickness)),
             ("peak_velocity".to_owned(), "m/s", peak(|cell| cell.speed)),
             ("peak_dynamic_pressure".to_owned(), "Pa", peak(|cell| cell.pressure)),
-            ("arrival_time".to_owned(), "s", peak(|cell| cell.arrival)),
+            ("arrival_time".to_owned(), "s", peak(|cell| cell.arrival_time)),
             (format!("final_thickness_{along}"), "m", left(&|k| now.contents[k][0])),
             ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.contents[k], &now.slopes[k]))),
         ];
@@ -298,7 +299,7 @@ impl HazardRasters {
 
     /// Whether any cell has been reached.
     pub fn are_empty(&self) -> bool {
-        self.cells.iter().all(|cell| cell.arrival.is_nan())
+        self.cells.iter().all(|cell| cell.arrival_time.is_nan())
     }
 }
 
@@ -317,7 +318,7 @@ impl NodeFootprint {
             return 1.0;
         }
         let centre = grid.centre(column, row);
-        let square = (centre[0] - self.place[0]).powi(2) + (centre[1] - self.place[1]).powi(2);
+        let square = (centre[0] - self.position[0]).powi(2) + (centre[1] - self.position[1]).powi(2);
         kernel.profile::<2>(square.sqrt() / self.length)
     }
 }
@@ -325,15 +326,22 @@ impl NodeFootprint {
 fn patch(
     grid: &PlanCells,
     kernel: Kernel,
-    (place, length, volume): ([f64; 2], f64, f64),
+    (position, length, volume): ([f64; 2], f64, f64),
     density: f64,
     velocity: [f64; 2],
 ) -> Option<NodeFootprint> {
-    let cell = grid.cell(place)?;
+    let cell = grid.cell(position)?;
     let reach = kernel.support() * length;
-    let around = |c: usize| grid.window(c, place[c], reach).unwrap_or([cell[c]; 2]);
-    let mut footprint =
-        NodeFootprint { place, columns: around(0), rows: around(1), length, factor: 0.0, density, velocity };
+    let around = |c: usize| grid.window(c, position[c], reach).unwrap_or([cell[c]; 2]);
+    let mut footprint = NodeFootprint {
+        position,
+        columns: around(0),
+        rows: around(1),
+        length,
+        factor: 0.0,
+        density,
+        velocity,
+    };
     let mut sum = 0.0;
     for row in footprint.rows[0]..=footprint.rows[1] {
         for column in footprint.columns[0]..=footprint.columns[1] {

@@ -12,7 +12,7 @@ use crate::phases::phase::PhaseSet;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RunState {
     /// Time at which the flow had stopped (s); NaN before.
-    pub stopped: f64,
+    pub stop_time: f64,
     /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
     pub departure: Option<[f64; 2]>,
 }
@@ -25,11 +25,11 @@ fn output(name: &str, unit: &str, value: f64) -> ScalarOutput {
 fn energy_outputs<const D: usize>(flow: &FlowView<'_, D>) -> [(&'static str, f64); 7] {
     let (account, ledger) = (flow.energy_balance(), &flow.records.energy_balance);
     [
-        ("energy_bed", account.now.bed),
-        ("energy_pressure", account.now.pressure),
+        ("energy_bed", account.current_energy.bed),
+        ("energy_pressure", account.current_energy.pressure),
         ("energy_friction", ledger.friction),
         ("energy_viscosity", ledger.viscosity),
-        ("energy_entered", ledger.entered),
+        ("energy_entered", ledger.inflow),
         ("energy_error", account.error),
         ("pressure_work_difference", account.difference),
     ]
@@ -42,7 +42,7 @@ pub(crate) fn scalar_outputs<const D: usize>(
     state: &RunState,
 ) -> Vec<ScalarOutput> {
     let mut outputs = flow_outputs(flow);
-    outputs.push(output("stopped", "s", state.stopped));
+    outputs.push(output("stopped", "s", state.stop_time));
     outputs.extend(energy_outputs(flow).map(|(name, value)| output(name, "J", value)));
     if let Some([largest, mean]) = state.departure {
         outputs.push(output("bed_off_raster", "m", largest));
@@ -72,7 +72,11 @@ fn flow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
     };
     vec![
         output("flow_volume", "m3", volume - boundary.waiting_volume(sets)),
-        output("volume_left", "m3", if boundary.open.is_empty() { left } else { left + boundary.passed() }),
+        output(
+            "volume_left",
+            "m3",
+            if boundary.open_sides.is_empty() { left } else { left + boundary.outflow_volume() },
+        ),
         output("largest_depth", "m", sets.iter().map(depth).fold(0.0, f64::max)),
         output("largest_speed", "m/s", sets.iter().map(speed).fold(0.0, f64::max)),
     ]
@@ -81,10 +85,10 @@ fn flow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
 /// Volumes that have entered, where there is inflow.
 fn inflow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
     let boundary = flow.boundary;
-    if boundary.inflows.is_empty() && !boundary.open.iter().any(OpenBoundary::has_inlet) {
+    if boundary.inflows.is_empty() && !boundary.open_sides.iter().any(OpenBoundary::has_inlet) {
         return Vec::new();
     }
-    let mut outputs = vec![output("volume_entered", "m3", boundary.entered())];
+    let mut outputs = vec![output("volume_entered", "m3", boundary.inflow_volume())];
     if flow.settings.phases == Phases::Two {
         outputs.push(output("fluid_entered", "m3", boundary.fluid_entered()));
     }
@@ -95,7 +99,7 @@ fn inflow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
 fn erosion_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
     let mut outputs = Vec::new();
     if flow.has_erosion() {
-        outputs.push(output("volume_eroded", "m3", flow.records.entrained.iter().sum()));
+        outputs.push(output("volume_eroded", "m3", flow.records.eroded_volume.iter().sum()));
     }
     if let Some(erodible) = flow.bed.erodible() {
         outputs.push(output("deepest_erosion", "m", erodible.eroded_depths().fold(0.0, f64::max)));
@@ -112,7 +116,7 @@ fn mean_liquefaction<const D: usize>(flow: &FlowView<'_, D>) -> Option<ScalarOut
     let (mut weighted, mut whole) = (0.0, 0.0);
     let solid = &flow.sets()[0].nodes;
     for i in (0..solid.len()).filter(|i| !flow.boundary.is_outside(solid.id[*i])) {
-        weighted += solid.volume[i] * columns.base(i) / solid.depth[i];
+        weighted += solid.volume[i] * columns.base_head(i) / solid.depth[i];
         whole += solid.volume[i];
     }
     Some(output("mean_liquefaction", "", weighted / whole))

@@ -34,7 +34,7 @@ fn in_order<const D: usize>(sets: &[PhaseSet<D>]) -> Vec<(usize, usize)> {
 pub(crate) fn snapshot<const D: usize>(flow: &FlowView<'_, D>, (time, step): (f64, u64)) -> Snapshot {
     let order = in_order(flow.sets());
     let nodes = |set: usize| &flow.sets()[set].nodes;
-    let beds: Vec<_> = order.iter().map(|&(set, i)| flow.bed.below(&nodes(set).position[i])).collect();
+    let beds: Vec<_> = order.iter().map(|&(set, i)| flow.bed.bed_below(&nodes(set).position[i])).collect();
     let place = |(&(set, i), level): (&(usize, usize), f64)| {
         let x = &nodes(set).position[i];
         std::array::from_fn(|c| match c.cmp(&D) {
@@ -112,7 +112,7 @@ fn fields<const D: usize>(
         fields.push(scalar("outside", "", each(&outside)));
     }
     if flow.has_erosion() {
-        fields.push(scalar("eroded", "m3", each(&|set, i| nodes(set).eroded[i])));
+        fields.push(scalar("eroded", "m3", each(&|set, i| nodes(set).eroded_volume[i])));
     }
     fields
 }
@@ -124,15 +124,16 @@ fn fields_of_columns<const D: usize>(flow: &FlowView<'_, D>, order: &[(usize, us
     }
     let nodes = |set: usize| &flow.sets()[set].nodes;
     let each = |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
-    let head = |set: usize, i: usize| if set == 0 { flow.nodes.pore_columns.base(i) } else { f64::NAN };
+    let head = |set: usize, i: usize| if set == 0 { flow.nodes.pore_columns.base_head(i) } else { f64::NAN };
     let submerged = |set: usize, i: usize| flow.sets()[set].submerged_density(flow.settings, set, i);
-    let excess = |set: usize, i: usize| submerged(set, i) * nodes(set).bearing[i] * head(set, i);
+    let excess = |set: usize, i: usize| submerged(set, i) * nodes(set).bed_gravity[i] * head(set, i);
     let mean = |set: usize, i: usize| {
         let head = if set == 0 { flow.nodes.pore_columns.mean(i) } else { f64::NAN };
-        submerged(set, i) * nodes(set).bearing[i] * head
+        submerged(set, i) * nodes(set).bed_gravity[i] * head
     };
     let fluid = flow.settings.material.densities.fluid;
-    let whole = |set: usize, i: usize| excess(set, i) + fluid * nodes(set).bearing[i] * nodes(set).depth[i];
+    let whole =
+        |set: usize, i: usize| excess(set, i) + fluid * nodes(set).bed_gravity[i] * nodes(set).depth[i];
     vec![
         scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])),
         scalar("excess_pore_pressure", "Pa", each(&excess)),

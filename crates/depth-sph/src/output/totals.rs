@@ -36,7 +36,7 @@ pub fn totals<const D: usize>(
         let mass = density * nodes.volume[i];
         let (x, v) = (&nodes.position[i], &nodes.velocity[i]);
         totals.mass += mass;
-        let below = bed.below(x);
+        let below = bed.bed_below(x);
         totals.kinetic += 0.5 * mass * below.speed(v).powi(2);
         let level = below.level + 0.5 * nodes.depth[i];
         let along: f64 = (0..D).map(|c| settings.plan_gravity[c] * x[c]).sum();

@@ -44,11 +44,11 @@ pub(crate) fn warnings_at_end<const D: usize>(
              has exchanged (column energy_error of the measures). To reduce the error, {cure}",
             if account.error > 0.0 { "gained" } else { "lost" },
             account.error.abs(),
-            100.0 * account.error.abs() / account.exchanged,
-            account.exchanged
+            100.0 * account.error.abs() / account.exchanged_energy,
+            account.exchanged_energy
         ));
     }
-    if state.stopped.is_nan() {
+    if state.stop_time.is_nan() {
         warnings.push(
             "the flow still moves at the end of the run: the criterion of methods.depth-sph.stop is \
              not met"

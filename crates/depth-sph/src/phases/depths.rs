@@ -33,7 +33,7 @@ pub fn find_neighbours<const D: usize>(
 ) -> Result<(), FlowFailure> {
     check_numbers(sets)?;
     let support = settings.numerics.kernel.support();
-    let lists = settings.asks_for_neighbours();
+    let lists = settings.needs_neighbour_list();
     if lists && sets.iter().all(|set| set.is_listed(support)) {
         sets.iter_mut().for_each(PhaseSet::place_images);
     } else {
@@ -99,7 +99,7 @@ pub fn find_depths<const D: usize>(
         set.scratch_scalars.clear();
         for i in 0..set.nodes.len() {
             let own = set.nodes.partial_thickness[i];
-            let mut partner = set.neighbour_data.partner[i];
+            let mut partner = set.neighbour_data.partner_height[i];
             if own < min_depth || partner < min_depth {
                 partner = 0.0;
             }

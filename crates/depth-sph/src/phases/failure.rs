@@ -7,10 +7,10 @@ use crate::phases::phase::PhaseSet;
 
 /// Failure of a node that ends the run.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("node {node} at {position:?} m: {reason}")]
+#[error("node {node_id} at {position:?} m: {reason}")]
 pub struct FlowFailure {
     /// Number of the node.
-    pub node: u64,
+    pub node_id: u64,
     /// Position (m).
     pub position: Vec<f64>,
     /// Reason.
@@ -19,20 +19,20 @@ pub struct FlowFailure {
 
 impl FlowFailure {
     /// Failure of node `i` of a set.
-    pub fn of<const D: usize>(set: &PhaseSet<D>, i: usize, reason: String) -> Self {
-        Self { node: set.nodes.id[i], position: set.nodes.position[i].to_vec(), reason }
+    pub fn at_node<const D: usize>(set: &PhaseSet<D>, i: usize, reason: String) -> Self {
+        Self { node_id: set.nodes.id[i], position: set.nodes.position[i].to_vec(), reason }
     }
 
     /// Failure of the node that a neighbour search reports.
     pub fn of_search<const D: usize>(set: &PhaseSet<D>, error: &SearchError) -> Self {
         match error {
             SearchError::NotFinite(number) if *number < set.nodes.len() => {
-                Self::of(set, *number, "its position is not finite".to_owned())
+                Self::at_node(set, *number, "its position is not finite".to_owned())
             }
             SearchError::TooSpread(_, number) if *number < set.nodes.len() => {
-                Self::of(set, *number, error.to_string())
+                Self::at_node(set, *number, error.to_string())
             }
-            _ => Self { node: 0, position: Vec::new(), reason: error.to_string() },
+            _ => Self { node_id: 0, position: Vec::new(), reason: error.to_string() },
         }
     }
 }

@@ -30,7 +30,7 @@ impl Default for FlowLimits {
 
 impl FlowLimits {
     /// Limits of nodes at rest or in motion over their bed.
-    pub fn of<const D: usize>(sets: &[PhaseSet<D>]) -> Self {
+    pub fn for_sets<const D: usize>(sets: &[PhaseSet<D>]) -> Self {
         let depths = || sets.iter().flat_map(|set| set.nodes.depth.iter().zip(&set.bed));
         let deepest = depths().map(|(depth, _)| *depth).fold(0.0, f64::max);
         let level = |(depth, bed): (&f64, &BedPoint<D>)| depth + bed.level;

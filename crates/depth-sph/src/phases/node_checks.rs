@@ -7,7 +7,7 @@ use crate::config::settings::FlowSettings;
 use crate::phases::failure::FlowFailure;
 use crate::phases::limits::FlowLimits;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{PhaseNodes, norm};
 
 /// Ratio of the speed of a node to the speed that gravity can give it at which the run ends.
@@ -27,10 +27,10 @@ pub fn check_nodes<const D: usize>(
         let failed = |i: usize| failure_of(settings, bed, limits, set, i);
         let found = (0..set.nodes.len())
             .into_par_iter()
-            .with_min_len(TASK)
+            .with_min_len(MIN_NODES_PER_TASK)
             .find_map_first(|i| failed(i).is_some().then_some(i));
         if let Some(i) = found {
-            return Err(FlowFailure::of(set, i, failed(i).unwrap_or_default()));
+            return Err(FlowFailure::at_node(set, i, failed(i).unwrap_or_default()));
         }
     }
     Ok(())
@@ -47,7 +47,8 @@ pub fn check_numbers<const D: usize>(sets: &[PhaseSet<D>]) -> Result<(), FlowFai
             let all = position[i].iter().chain(&velocity[i]).chain([&length[i]]);
             (!all.fold(0.0, |sum, x| sum + 0.0 * x).is_finite()).then_some(i)
         };
-        let Some(i) = (0..set.len()).into_par_iter().with_min_len(TASK).find_map_first(failed) else {
+        let Some(i) = (0..set.len()).into_par_iter().with_min_len(MIN_NODES_PER_TASK).find_map_first(failed)
+        else {
             continue;
         };
         let reason = if position[i].iter().all(|x| x.is_finite()) {
@@ -58,7 +59,7 @@ pub fn check_numbers<const D: usize>(sets: &[PhaseSet<D>]) -> Result<(), FlowFai
         } else {
             "its position is not finite".to_owned()
         };
-        return Err(FlowFailure::of(set, i, reason));
+        return Err(FlowFailure::at_node(set, i, reason));
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use crate::config::settings::FlowSettings;
 use crate::neighbours::cell_sorted::CellSorted;
 use crate::neighbours::max_smoothing_length::MaxSmoothingLength;
 use crate::neighbours::simd_neighbour_list::PackedNeighbours;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::{ImageNode, PlanBoundaries, copy_with_images, image_nodes};
 use crate::points::phase_nodes::{NeighbourData, PhaseNodes, PlanVector};
 
@@ -53,7 +53,7 @@ pub struct PhaseSet<const D: usize> {
     /// Velocity before the kick, or before resistance (m/s), for the energy balance.
     pub stored_velocity: Vec<PlanVector<D>>,
     /// Works per step of friction, viscosity and pressure (J).
-    pub works: Vec<[f64; 3]>,
+    pub works_per_step: Vec<[f64; 3]>,
     /// Scratch vectors within one sub-step.
     pub scratch_vectors: Vec<PlanVector<D>>,
     /// Scratch scalars within one sub-step.
@@ -62,7 +62,7 @@ pub struct PhaseSet<const D: usize> {
     pub packed_neighbours: PackedNeighbours,
     /// Largest smoothing length of the nodes that may reach a position, for the last forces or the last lists.
     pub max_smoothing_length: MaxSmoothingLength<D>,
-    listed: Vec<(PlanVector<D>, f64)>,
+    listed_nodes: Vec<(PlanVector<D>, f64)>,
 }
 
 impl<const D: usize> PhaseSet<D> {
@@ -87,25 +87,26 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Whether the lists still contain every pair within the supports.
     pub fn is_listed(&self, support: f64) -> bool {
-        if self.listed.len() != self.len() {
+        if self.listed_nodes.len() != self.len() {
             return false;
         }
         // Without images all nodes may move together.
-        let mean: PlanVector<D> = if self.images.is_empty() && !self.listed.is_empty() {
+        let mean: PlanVector<D> = if self.images.is_empty() && !self.listed_nodes.is_empty() {
             let count = self.len() as f64;
             std::array::from_fn(|c| {
-                let moved = self.nodes.position.iter().zip(&self.listed).map(|(x, (old, _))| x[c] - old[c]);
+                let moved =
+                    self.nodes.position.iter().zip(&self.listed_nodes).map(|(x, (old, _))| x[c] - old[c]);
                 moved.sum::<f64>() / count
             })
         } else {
             [0.0; D]
         };
-        let nodes = self.nodes.position.par_iter().zip(&self.nodes.length).zip(&self.listed);
+        let nodes = self.nodes.position.par_iter().zip(&self.nodes.length).zip(&self.listed_nodes);
         let stays = |((x, length), (old, listed)): ((&PlanVector<D>, &f64), &(PlanVector<D>, f64))| {
             let square: f64 = (0..D).map(|c| (x[c] - old[c] - mean[c]).powi(2)).sum();
             square.sqrt() <= 0.25 * SKIN * support * listed && *length <= (1.0 + 0.5 * SKIN) * listed
         };
-        nodes.with_min_len(8 * TASK).all(stays)
+        nodes.with_min_len(8 * MIN_NODES_PER_TASK).all(stays)
     }
 
     /// Makes image nodes.
@@ -116,7 +117,7 @@ impl<const D: usize> PhaseSet<D> {
         } else {
             let nodes = &mut self.nodes;
             for (position, origin) in nodes.position.iter_mut().zip(&mut nodes.origin) {
-                ends.wrap(position, origin);
+                ends.wrap_into_period(position, origin);
             }
             let longest = nodes.length.iter().copied().fold(0.0, f64::max);
             image_nodes(ends, &nodes.position, (1.0 + SKIN) * support * longest, &mut self.images);
@@ -146,14 +147,14 @@ impl<const D: usize> PhaseSet<D> {
     /// Makes the list of neighbours of the same phase.
     pub fn list_same_phase(&mut self, support: f64) -> Result<(), SearchError> {
         let nodes = &self.nodes;
-        self.listed.extend(nodes.position.iter().copied().zip(nodes.length.iter().copied()));
+        self.listed_nodes.extend(nodes.position.iter().copied().zip(nodes.length.iter().copied()));
         self.max_smoothing_length.update(
             &self.neighbour_data.position,
             &self.neighbour_data.length,
             (1.0 + SKIN) * support,
         );
         let (data, own) = (&self.neighbour_data, &self.nodes);
-        let search = NeighbourCriterion { support, around: &self.max_smoothing_length };
+        let search = NeighbourCriterion { support, max_smoothing_length: &self.max_smoothing_length };
         self.same_phase_neighbours.build_between(
             &own.position,
             |i| search.radius(&own.position[i], own.length[i]),
@@ -167,7 +168,7 @@ impl<const D: usize> PhaseSet<D> {
     pub fn list_other_phase(&mut self, other: &NeighbourData<D>, support: f64) -> Result<(), SearchError> {
         self.max_smoothing_length.update(&other.position, &other.length, (1.0 + SKIN) * support);
         let own = &self.nodes;
-        let search = NeighbourCriterion { support, around: &self.max_smoothing_length };
+        let search = NeighbourCriterion { support, max_smoothing_length: &self.max_smoothing_length };
         self.other_phase_neighbours.build_between(
             &own.position,
             |i| search.radius(&own.position[i], own.length[i]),
@@ -179,7 +180,7 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Clears the lists, as nodes have been added or removed.
     pub fn clear_lists(&mut self) {
-        self.listed.clear();
+        self.listed_nodes.clear();
     }
 
     /// Updates position, velocity, volume and smoothing length of the neighbour data, with images.
@@ -187,8 +188,9 @@ impl<const D: usize> PhaseSet<D> {
         let (nodes, data) = (&self.nodes, &mut self.neighbour_data);
         data.position.clear();
         data.position.extend_from_slice(&nodes.position);
-        data.position
-            .extend(self.images.iter().map(|image| image.place(&nodes.position[image.source as usize])));
+        data.position.extend(
+            self.images.iter().map(|image| image.image_position(&nodes.position[image.source as usize])),
+        );
         copy_with_images(&self.images, &nodes.volume, &mut data.volume);
         copy_with_images(&self.images, &nodes.length, &mut data.length);
         self.update_image_velocities();
@@ -241,7 +243,7 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Submerged density of the flow at node `i` of this set, number `set` of the flow (kg/m³).
     pub fn submerged_density(&self, settings: &FlowSettings<D>, set: usize, i: usize) -> f64 {
-        settings.material.densities.submerged(self.porosity(settings, set, i))
+        settings.material.densities.submerged_density(self.porosity(settings, set, i))
     }
 
     /// Density of the flow at node `i` of this set, number `set` of `sets` (kg/m³); of grains and fluid that of both.
@@ -262,12 +264,12 @@ fn median_radius(support: f64, lengths: &[f64]) -> f64 {
 /// Criterion of listed neighbours: all within the support of the node, or of the mean of both lengths, and the skin.
 struct NeighbourCriterion<'a, const D: usize> {
     support: f64,
-    around: &'a MaxSmoothingLength<D>,
+    max_smoothing_length: &'a MaxSmoothingLength<D>,
 }
 
 impl<const D: usize> NeighbourCriterion<'_, D> {
     fn radius(&self, x: &PlanVector<D>, length: f64) -> f64 {
-        (1.0 + SKIN) * 0.5 * self.support * (length + self.around.at(x).max(length))
+        (1.0 + SKIN) * 0.5 * self.support * (length + self.max_smoothing_length.length_at(x).max(length))
     }
 
     fn is_near(&self, own: &PhaseNodes<D>, i: u32, other: &NeighbourData<D>, j: u32) -> bool {

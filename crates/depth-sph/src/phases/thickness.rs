@@ -10,7 +10,7 @@ use crate::neighbours::kernel_average::square;
 use crate::neighbours::nearby_nodes::NearbyNodes;
 use crate::neighbours::simd_neighbour_list::MARGIN;
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::copy_with_images;
 
 /// Largest number of Newton steps for the height of a node, and the relative change of its smoothing length at which they stop.
@@ -35,17 +35,20 @@ impl<const D: usize> PhaseSet<D> {
         let (cell_sorted, max_smoothing_length) = (&*cell_sorted, &*max_smoothing_length);
         let (position, volume, first, scale) =
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
-        let columns = nodes.partial_thickness.par_chunks_mut(TASK).zip(nodes.length.par_chunks_mut(TASK));
+        let columns = nodes
+            .partial_thickness
+            .par_chunks_mut(MIN_NODES_PER_TASK)
+            .zip(nodes.length.par_chunks_mut(MIN_NODES_PER_TASK));
         let blocks = packed_neighbours.blocks(position.len()).par_iter_mut().zip(columns).enumerate();
         blocks.for_each_init(
             || cell_sorted.nearby_nodes(),
             |nearby, (number, (block, (heights, lengths)))| {
                 block.clear();
                 for (k, (height, length)) in heights.iter_mut().zip(lengths).enumerate() {
-                    let i = number * TASK + k;
+                    let i = number * MIN_NODES_PER_TASK + k;
                     let (x, before) = (position[i], *length);
-                    block.push(nearby.list_neighbours(kernel, x, before, max_smoothing_length.at(&x)));
-                    for _ in 0..numerics.passes {
+                    block.push(nearby.list_neighbours(kernel, x, before, max_smoothing_length.length_at(&x)));
+                    for _ in 0..numerics.summation_passes {
                         // For the cubic spline the compiler makes a loop of its own.
                         *height = match kernel {
                             Kernel::CubicSpline => nearby.sum_of::<true>(kernel, *length),
@@ -77,7 +80,7 @@ impl<const D: usize> PhaseSet<D> {
             (&nodes.position, &nodes.volume, &nodes.first_length, &nodes.scale);
         let columns =
             nodes.partial_thickness.par_iter_mut().zip(nodes.length.par_iter_mut()).zip(omega).enumerate();
-        columns.with_min_len(TASK).for_each_init(
+        columns.with_min_len(MIN_NODES_PER_TASK).for_each_init(
             || cell_sorted.nearby_nodes(),
             |nearby, (i, ((height, length), omega))| {
                 nearby.move_to(position[i]);
@@ -104,7 +107,7 @@ impl<const D: usize> PhaseSet<D> {
         };
         (0..nodes.len())
             .into_par_iter()
-            .with_min_len(TASK)
+            .with_min_len(MIN_NODES_PER_TASK)
             .map(share)
             .collect_into_vec(&mut self.scratch_scalars);
         for (height, share) in self.nodes.partial_thickness.iter_mut().zip(&self.scratch_scalars) {
@@ -136,10 +139,10 @@ impl<const D: usize> PhaseSet<D> {
         let partner = |i: usize| other.sum(kernel, &nodes.position[i], nodes.length[i]);
         (0..nodes.len())
             .into_par_iter()
-            .with_min_len(TASK)
+            .with_min_len(MIN_NODES_PER_TASK)
             .map(partner)
             .collect_into_vec(&mut self.scratch_scalars);
-        copy_with_images(&self.images, &self.scratch_scalars, &mut self.neighbour_data.partner);
+        copy_with_images(&self.images, &self.scratch_scalars, &mut self.neighbour_data.partner_height);
     }
 }
 
@@ -179,9 +182,9 @@ fn solve_node_thickness<const D: usize>(
 /// Bounds of a smoothing length (m) of initial value `first` (m).
 #[inline]
 fn length_bounds(numerics: &Numerics, first: f64) -> (f64, f64) {
-    let (least, most) = numerics.length_range;
+    let (smallest, largest) = numerics.length_range;
     let shortest = numerics.shortest.min(first);
-    ((least * first).max(shortest), (most * first).max(shortest))
+    ((smallest * first).max(shortest), (largest * first).max(shortest))
 }
 
 /// Smoothing length `ℓ = (scale m / h)^(1/d)` within its bounds.

@@ -60,7 +60,7 @@ impl<const D: usize> PlanBoundaries<D> {
     }
 
     /// Returns a node that has left a period into it.
-    pub fn wrap(&self, position: &mut PlanVector<D>, origin: &mut PlanVector<D>) {
+    pub fn wrap_into_period(&self, position: &mut PlanVector<D>, origin: &mut PlanVector<D>) {
         for (axis, period) in self.periods.iter().enumerate() {
             let Some((low, high)) = period else { continue };
             let turns = ((position[axis] - low) / (high - low)).floor();
@@ -84,7 +84,7 @@ pub struct ImageNode<const D: usize> {
 impl<const D: usize> ImageNode<D> {
     /// Position of the image (m).
     #[inline]
-    pub fn place(&self, x: &PlanVector<D>) -> PlanVector<D> {
+    pub fn image_position(&self, x: &PlanVector<D>) -> PlanVector<D> {
         std::array::from_fn(|c| self.sign[c] * x[c] + self.offset[c])
     }
 
@@ -126,7 +126,7 @@ fn push_images<const D: usize>(
     image: ImageNode<D>,
     images: &mut Vec<ImageNode<D>>,
 ) {
-    let place = image.place(x)[axis];
+    let place = image.image_position(x)[axis];
     for (side, wall) in ends.walls[axis].iter().enumerate() {
         let Some(wall) = wall else { continue };
         let inward = if side == 0 { place - wall } else { wall - place };
@@ -169,7 +169,7 @@ mod tests {
             PlanBoundaries { walls: [[Some(0.0), None], [None, Some(1.0)]], ..PlanBoundaries::default() };
         let mut found = Vec::new();
         image_nodes(&ends, &[[0.1, 0.8], [5.0, 0.2]], 0.3, &mut found);
-        let places: Vec<[f64; 2]> = found.iter().map(|image| image.place(&[0.1, 0.8])).collect();
+        let places: Vec<[f64; 2]> = found.iter().map(|image| image.image_position(&[0.1, 0.8])).collect();
         assert_eq!(places, [[-0.1, 0.8], [0.1, 1.2], [-0.1, 1.2]]);
         assert_eq!(found[2].transform_vector(&[1.0, 2.0]), [-1.0, -2.0]);
     }
@@ -180,11 +180,11 @@ mod tests {
         let mut found = Vec::new();
         image_nodes(&ends, &[[0.1], [1.0], [1.9]], 0.5, &mut found);
         let places: Vec<f64> =
-            found.iter().map(|i| i.place(&[[0.1], [1.0], [1.9]][i.source as usize])[0]).collect();
+            found.iter().map(|i| i.image_position(&[[0.1], [1.0], [1.9]][i.source as usize])[0]).collect();
         assert_eq!(places.len(), 2);
         assert!((places[0] - 2.1).abs() < 1e-12 && (places[1] + 0.1).abs() < 1e-12);
         let (mut x, mut origin) = ([4.5], [1.0]);
-        ends.wrap(&mut x, &mut origin);
+        ends.wrap_into_period(&mut x, &mut origin);
         assert!((x[0] - 0.5f64).abs() < 1e-12 && (origin[0] + 3.0f64).abs() < 1e-12);
     }
 }

@@ -4,4 +4,4 @@ pub mod image_nodes;
 pub mod phase_nodes;
 
 /// Least number of nodes per task.
-pub const TASK: usize = 256;
+pub const MIN_NODES_PER_TASK: usize = 256;

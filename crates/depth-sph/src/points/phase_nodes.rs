@@ -47,11 +47,11 @@ struct_of_arrays! {
         /// Effective gravity `g_*` on pressure at the last sample of the step (m/s²).
         pub effective_gravity: f64,
         /// Effective gravity on the load of the bed, with the acceleration of the curved path: for friction and pore pressure (m/s²).
-        pub bearing: f64,
+        pub bed_gravity: f64,
         /// Path travelled over the bed (m).
         pub path: f64,
         /// Volume eroded from the bed (m³; m² in one dimension).
-        pub eroded: f64,
+        pub eroded_volume: f64,
     }
 }
 
@@ -85,8 +85,16 @@ impl<const D: usize> PhaseNodes<D> {
         self.first_length.push(node.length);
         self.scale.push(node.scale);
         self.slope.push([f64::NAN; D]);
-        let Self { partial_thickness: height, depth, effective_gravity, bearing, path, eroded, .. } = self;
-        for column in [height, depth, effective_gravity, bearing, path, eroded] {
+        let Self {
+            partial_thickness: height,
+            depth,
+            effective_gravity,
+            bed_gravity,
+            path,
+            eroded_volume,
+            ..
+        } = self;
+        for column in [height, depth, effective_gravity, bed_gravity, path, eroded_volume] {
             column.push(0.0);
         }
     }
@@ -113,7 +121,7 @@ struct_of_arrays! {
         /// Total depth (m).
         pub depth: f64,
         /// Height of the other phase (m); empty where there is one phase.
-        pub partner: f64,
+        pub partner_height: f64,
         /// `P / (g_* h²)` of the phase, half of it where stress is isotropic and there is no other phase.
         pub pressure: f64,
         /// Porosity; empty where there is one phase.

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use crate::config::settings::{Consolidation, FlowSettings, PoreColumn};
 use crate::laws::pore_pressure_column;
-use crate::laws::pore_pressure_column::{BaseCondition, Drainage, LowerBound, MOST_CELLS, PressureProfile};
+use crate::laws::pore_pressure_column::{BaseCondition, Drainage, LowerBound, MAX_CELLS, PressureProfile};
 use crate::phases::phase::PhaseSet;
-use crate::points::TASK;
+use crate::points::MIN_NODES_PER_TASK;
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
 
 /// Heads on the columns of all solid nodes.
@@ -43,7 +43,7 @@ impl PorePressureColumns {
 
     /// Head at the base of node `i` (m); zero without pore pressure.
     #[inline]
-    pub fn base(&self, i: usize) -> f64 {
+    pub fn base_head(&self, i: usize) -> f64 {
         self.heads.get(i * self.width).copied().unwrap_or(0.0)
     }
 
@@ -78,9 +78,9 @@ impl PorePressureColumns {
         self.time = time;
         let columns = self.heads.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
         let advance = |(i, (head, loaded_depth)): (usize, (&mut [f64], &mut f64))| {
-            usize::from(NodeColumn::of(settings, pore, set, i).advance(head, loaded_depth, dt))
+            usize::from(NodeColumn::for_node(settings, pore, set, i).advance(head, loaded_depth, dt))
         };
-        self.limited_nodes = columns.with_min_len(TASK / 4).map(advance).sum();
+        self.limited_nodes = columns.with_min_len(MIN_NODES_PER_TASK / 4).map(advance).sum();
     }
 }
 
@@ -97,7 +97,7 @@ pub fn set_pore_pressures<const D: usize>(
     for (id, TransferredPressure { depth, pressure }) in transferred {
         // Nodes beyond an open side may have been removed.
         let Ok(i) = set.nodes.id.binary_search(&(*id as u64)) else { continue };
-        let gravity = set.nodes.bearing[i];
+        let gravity = set.nodes.bed_gravity[i];
         let (submerged, fluid) = (set.submerged_density(settings, 0, i), settings.material.densities.fluid);
         let column = &mut columns.heads[i * width..][..width];
         for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
@@ -121,22 +121,22 @@ struct NodeColumn<'a, const D: usize> {
     /// Porosity of the flow.
     porosity: f64,
     /// Submerged density of the flow (kg/m³).
-    submerged: f64,
+    submerged_density: f64,
 }
 
 impl<'a, const D: usize> NodeColumn<'a, D> {
-    fn of(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
+    fn for_node(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
         let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
-        let submerged = settings.material.densities.submerged(porosity);
-        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged }
+        let submerged_density = settings.material.densities.submerged_density(porosity);
+        Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged_density }
     }
 
     /// Advances the heads by loading, drainage and bounds over `dt` (s) from the depth of the last loading (m); returns whether a bound
     /// was reached.
     fn advance(&self, head: &mut [f64], loaded_depth: &mut f64, dt: f64) -> bool {
-        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let Self { settings, pore, set, i, depth, porosity, submerged_density } = *self;
         let densities = &settings.material.densities;
-        if submerged <= 0.0 || depth <= 0.0 {
+        if submerged_density <= 0.0 || depth <= 0.0 {
             head.fill(0.0);
             *loaded_depth = depth;
             return false;
@@ -151,16 +151,16 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
             Consolidation::Coefficient(value) => value,
             Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
         };
-        let air = -densities.fluid / submerged;
+        let air = -densities.fluid / submerged_density;
         self.apply_dilatancy(head, dt);
         self.drain(coefficient, air, head, dt);
-        let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bearing[i]);
+        let (drainage, bearing) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.bed_gravity[i]);
         pore_pressure_column::limit_head(head, depth, |rest| match (drainage, pore.lower_bound) {
             // Over a drained base the whole column may fall to the pressure of the air.
             (Drainage::Atmospheric, _) => air * depth,
             (_, LowerBound::NoSuction) => 0.0,
             (_, LowerBound::Total { cavitation }) if bearing > 0.0 => {
-                air * depth * rest - cavitation / (submerged * bearing)
+                air * depth * rest - cavitation / (submerged_density * bearing)
             }
             (_, LowerBound::Total { .. }) => air * depth * rest,
         })
@@ -184,7 +184,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
         let factor = coefficient * dt / normal;
         match pore.profile {
             PressureProfile::FiniteDifference => {
-                let mut scratch = [0.0; MOST_CELLS + 1];
+                let mut scratch = [0.0; MAX_CELLS + 1];
                 let scratch = &mut scratch[..head.len()];
                 pore_pressure_column::diffuse_head(head, factor, pore.weight, base, scratch);
             }
@@ -194,12 +194,12 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
 
     /// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
     fn apply_dilatancy(&self, head: &mut [f64], dt: f64) {
-        let Self { settings, pore, set, i, depth, porosity, submerged } = *self;
+        let Self { settings, pore, set, i, depth, porosity, submerged_density } = *self;
         let Some((slope, critical)) = pore.dilatancy else { return };
         let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
         let strain = rate * slope * (critical - porosity) * dt;
-        let change =
-            -pore.stiffness * strain / (submerged * set.nodes.bearing[i].max(1e-3 * settings.gravity));
+        let change = -pore.stiffness * strain
+            / (submerged_density * set.nodes.bed_gravity[i].max(1e-3 * settings.gravity));
         // Excess pressure stays zero at the surface.
         let last = head.len() - 1;
         head[..last].iter_mut().for_each(|value| *value += change);

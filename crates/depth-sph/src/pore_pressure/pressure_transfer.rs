@@ -104,9 +104,10 @@ mod tests {
     #[test]
     fn a_linear_pressure_profile_is_transferred_exactly() {
         for layers in [1, 3, 20, 64] {
-            let handed = TransferredPressure::from_points(&points(layers, |zeta| 7e3 * (1.0 - zeta)), 20);
-            assert!((handed.depth - 2.0).abs() < 1e-12);
-            for (k, value) in handed.pressure.iter().enumerate() {
+            let transferred =
+                TransferredPressure::from_points(&points(layers, |zeta| 7e3 * (1.0 - zeta)), 20);
+            assert!((transferred.depth - 2.0).abs() < 1e-12);
+            for (k, value) in transferred.pressure.iter().enumerate() {
                 assert!((value - 350.0 * (20 - k) as f64).abs() < 1e-8, "{layers} layers: {k} {value}");
             }
         }
@@ -120,10 +121,10 @@ mod tests {
         for (shape, bound) in shapes {
             let error = |layers: usize| {
                 let points = points(layers, shape);
-                let handed = TransferredPressure::from_points(&points, 20);
+                let transferred = TransferredPressure::from_points(&points, 20);
                 let whole = points.iter().map(|point| point[2]).sum::<f64>() / points.len() as f64;
-                assert!((mean(&handed.pressure) / whole - 1.0).abs() < 1e-12, "{layers} layers");
-                let each = handed.pressure.iter().enumerate();
+                assert!((mean(&transferred.pressure) / whole - 1.0).abs() < 1e-12, "{layers} layers");
+                let each = transferred.pressure.iter().enumerate();
                 each.map(|(k, value)| (value - shape(k as f64 / 20.0)).abs()).fold(0.0, f64::max)
             };
             let (few, many) = (error(5), error(20));
@@ -139,12 +140,12 @@ mod tests {
             point[1] += 0.03 * (3.0 * k as f64).sin();
         }
         all.push([0.1, -0.01, 4e3]);
-        let handed = TransferredPressure::from_points(&all, 12);
+        let transferred = TransferredPressure::from_points(&all, 12);
         let volume: f64 = all.iter().map(|point| point[0]).sum();
         let over = |value: usize| all.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;
-        assert!((handed.depth - 2.0 * over(1)).abs() < 1e-12);
-        assert!((mean(&handed.pressure) / over(2) - 1.0).abs() < 1e-12);
-        assert_eq!(*handed.pressure.last().unwrap(), 0.0);
-        assert!((handed.pressure[0] / 4e3 - 1.0).abs() < 0.06, "{}", handed.pressure[0]);
+        assert!((transferred.depth - 2.0 * over(1)).abs() < 1e-12);
+        assert!((mean(&transferred.pressure) / over(2) - 1.0).abs() < 1e-12);
+        assert_eq!(*transferred.pressure.last().unwrap(), 0.0);
+        assert!((transferred.pressure[0] / 4e3 - 1.0).abs() < 0.06, "{}", transferred.pressure[0]);
     }
 }

@@ -15,10 +15,10 @@ use crate::pore_pressure::pressure_transfer::{PointAboveSquare, TransferredPress
 use crate::setup::pore_fluid::PorePressureField;
 
 /// Share of the domain's height by which a body may be above the bed, or bodies apart, by round-off.
-const SLACK: f64 = 1e-6;
+const HEIGHT_TOLERANCE: f64 = 1e-6;
 
 /// Largest distance of the surface of a hydrostatic pressure from that of the flow, over the depth.
-const SAME_SURFACE: f64 = 0.01;
+const SURFACE_TOLERANCE: f64 = 0.01;
 
 /// Nodes of each set, with their pore pressures and warnings.
 pub struct BodyNodes<const D: usize> {
@@ -37,45 +37,45 @@ pub fn body_nodes<const D: usize>(
     material: &Mixture,
     bed: &Bed<D>,
 ) -> Result<BodyNodes<D>, CaseError> {
-    let (mut warnings, mut handed) = (Vec::new(), Vec::new());
+    let (mut warnings, mut transferred) = (Vec::new(), Vec::new());
     let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
     let upper =
         |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
-    let lattice = PlanLattice::<D>::of(case, options.spacing);
+    let lattice = PlanLattice::<D>::new(case, options.spacing);
     for (number, body) in case.bodies.iter().enumerate() {
         let density = density(options, material, body, upper(body));
         if let Some((own, pressures)) = nodes_of_points(case, options, (number, density), bed, &mut warnings)?
         {
             let first = sets[0].len();
-            handed.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
+            transferred.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
             assign_to_phases(options, &mut sets, own, body, upper(body));
             continue;
         }
         let mut own = Vec::new();
-        let field = PorePressureField::of(case, options.frame, body);
+        let field = PorePressureField::for_body(case, options.frame, body);
         let (mut volume, mut whole) = (0.0, 0.0);
-        for x in lattice.within(body, case.dimension()) {
+        for x in lattice.squares_in(body, case.dimension()) {
             let column = body_column::<D>(case, number, &x, bed)?;
             let area = options.spacing.powi(D as i32);
-            whole += column.whole * area;
-            if column.above <= 0.0 {
+            whole += column.total_thickness * area;
+            if column.thickness_above_bed <= 0.0 {
                 continue;
             }
-            let cell = column.above * area;
+            let cell = column.thickness_above_bed * area;
             volume += cell;
-            if let (Some(field), Some(below)) = (&field, bed.at(&x)) {
+            if let (Some(field), Some(below)) = (&field, bed.bed_point(&x)) {
                 let pressure =
                     pore_pressure_profile(case, options, (number, field), (column.depth, &x, &below))?;
-                handed.extend(pressure.map(|pressure| (sets[0].len() + own.len(), pressure)));
+                transferred.extend(pressure.map(|pressure| (sets[0].len() + own.len(), pressure)));
             }
-            own.push(node(body, number, x, cell, options));
+            own.push(new_node(body, number, x, cell, options));
         }
         let exact = body.shape.measure(case.dimension());
         // Correction of the volume that the lattice loses at edges; a body that the bed cuts has no closed form.
-        if let Some(exact) = exact.filter(|_| volume > 0.0 && volume >= (1.0 - SLACK) * whole) {
+        if let Some(exact) = exact.filter(|_| volume > 0.0 && volume >= (1.0 - HEIGHT_TOLERANCE) * whole) {
             own.iter_mut().for_each(|node: &mut NewNode<D>| node.volume *= exact / volume);
         }
-        if volume < (1.0 - SLACK) * whole {
+        if volume < (1.0 - HEIGHT_TOLERANCE) * whole {
             let below = 100.0 * (1.0 - volume / whole);
             warnings.push(format!(
                 "bodies[{number}].shape: {below:.1} % of the volume lies below the bed and is left out; \
@@ -88,7 +88,7 @@ pub fn body_nodes<const D: usize>(
         let problem = "no body covers a point of the lattice: make methods.depth-sph.spacing smaller";
         return Err(CaseError::new("bodies", problem));
     }
-    Ok(BodyNodes { sets, transferred_pressures: handed, warnings })
+    Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
 }
 
 /// Nodes from points, with the pore pressure over the depth of each where there are columns.
@@ -114,10 +114,10 @@ fn nodes_of_points<const D: usize>(
     }
     if let (None, Some(field), Some(_)) = (
         &list.pore_pressures,
-        PorePressureField::of(case, options.frame, &case.bodies[number]),
+        PorePressureField::for_body(case, options.frame, &case.bodies[number]),
         &options.column,
     ) {
-        list.pore_pressures = Some(list.positions.iter().map(|x| field.at(*x, 1.0)).collect());
+        list.pore_pressures = Some(list.positions.iter().map(|x| field.pressure_at(*x, 1.0)).collect());
     }
     if list.pore_pressures.is_some() && options.column.is_none() {
         warnings.push(format!(
@@ -153,12 +153,12 @@ fn transferred_nodes<const D: usize>(
     list: &PointList,
     bed: &Bed<D>,
 ) -> Result<PointNodes<D>, CaseError> {
-    let lattice = PlanLattice::<D>::of(case, options.spacing);
+    let lattice = PlanLattice::<D>::new(case, options.spacing);
     let mut squares: BTreeMap<[i64; D], SquareSums<D>> = BTreeMap::new();
     for (point, (x, volume)) in list.positions.iter().zip(&list.volumes).enumerate() {
         let velocity = match &list.velocities {
             Some(velocities) => velocities[point],
-            None => case.bodies[number].velocity.at(*x),
+            None => case.bodies[number].velocity.velocity_at(*x),
         };
         let square = std::array::from_fn(|c| ((x[c] - lattice.low[c]) / lattice.spacing).floor() as i64);
         let (sums, points) = squares.entry(square).or_insert_with(|| ([[0.0; D]; 3], Vec::new()));
@@ -170,41 +170,42 @@ fn transferred_nodes<const D: usize>(
         }
     }
     let cells = options.column.as_ref().map(|column| column.cells);
-    let (mut nodes, mut handed) = (Vec::with_capacity(squares.len()), Vec::new());
+    let (mut nodes, mut transferred) = (Vec::with_capacity(squares.len()), Vec::new());
     for ([volume, moment, momentum], points) in squares.into_values() {
         let position = std::array::from_fn(|c| moment[c] / volume[c]);
-        if bed.at(&position).is_none() {
+        if bed.bed_point(&position).is_none() {
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| position[c] + origin[c]).collect();
             let problem =
                 format!("there is no ground below points at {place:?} m: the raster of the bed ends there");
             return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
         }
-        let mut own = node(&case.bodies[number], number, position, volume[0], options);
+        let mut own = new_node(&case.bodies[number], number, position, volume[0], options);
         own.velocity = std::array::from_fn(|c| momentum[c] / volume[c]);
         nodes.push(own);
         if let (Some(cells), Some(pressures)) = (cells, &list.pore_pressures) {
-            let level = |x: &[f64; 3]| bed.at(&std::array::from_fn(|c| x[c])).map(|bed| bed.level);
+            let level = |x: &[f64; 3]| bed.bed_point(&std::array::from_fn(|c| x[c])).map(|bed| bed.level);
             let above = |&point: &usize| {
                 let x = &list.positions[point];
                 Some([list.volumes[point], x[D] - level(x)?, pressures[point]])
             };
             // Beside the end of the bed the bed may exist below their middle only.
             let above: Vec<PointAboveSquare> = points.iter().filter_map(above).collect();
-            handed.push(TransferredPressure::from_points(&above, cells));
+            transferred.push(TransferredPressure::from_points(&above, cells));
         }
     }
-    Ok((nodes, handed))
+    Ok((nodes, transferred))
 }
 
-fn node<const D: usize>(
+/// Node of a body at a position, with its volume (m³).
+fn new_node<const D: usize>(
     body: &Body,
     number: usize,
     x: [f64; D],
     volume: f64,
     options: &DepthOptions,
 ) -> NewNode<D> {
-    let velocity = body.velocity.at(spatial(&x));
+    let velocity = body.velocity.velocity_at(spatial(&x));
     let ratio = options.smoothing_ratio(D);
     NewNode {
         body: number as u32,
@@ -241,7 +242,7 @@ fn pore_pressure_profile<const D: usize>(
         let mut place = spatial(x);
         place[D] = bed.level + depth * k as f64 / cells as f64;
         // The pressure is zero at the surface.
-        if k < cells { field.at(place, bed.steepness()) } else { 0.0 }
+        if k < cells { field.pressure_at(place, bed.steepness()) } else { 0.0 }
     };
     Ok(Some(TransferredPressure { depth, pressure: (0..=cells).map(at).collect() }))
 }
@@ -255,7 +256,7 @@ fn check_hydrostatic<const D: usize>(
 ) -> Result<(), CaseError> {
     let top = bed.level + depth;
     match field.surface() {
-        Some(surface) if (surface - top).abs() > SAME_SURFACE * depth => {
+        Some(surface) if (surface - top).abs() > SURFACE_TOLERANCE * depth => {
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
             let problem = format!(
@@ -292,7 +293,7 @@ fn assign_to_phases<const D: usize>(
             };
             let first = sets[1].len() - nodes.len();
             for node in &mut sets[1][first..] {
-                let own = velocity.at(spatial(&node.position));
+                let own = velocity.velocity_at(spatial(&node.position));
                 node.velocity = std::array::from_fn(|c| own[c]);
             }
         }
@@ -306,12 +307,12 @@ struct PlanLattice<const D: usize> {
 }
 
 impl<const D: usize> PlanLattice<D> {
-    fn of(case: &Case, spacing: f64) -> Self {
+    fn new(case: &Case, spacing: f64) -> Self {
         Self { low: std::array::from_fn(|c| case.domain.min[c]), spacing }
     }
 
     /// Centres of the squares within the bounds of a body, row by row.
-    fn within(&self, body: &Body, dimension: usize) -> Vec<[f64; D]> {
+    fn squares_in(&self, body: &Body, dimension: usize) -> Vec<[f64; D]> {
         let (low, high) = body.shape.bounds(dimension);
         let first = |c: usize| ((low[c] - self.low[c]) / self.spacing - 0.5).ceil() as i64;
         let last = |c: usize| ((high[c] - self.low[c]) / self.spacing - 0.5).floor() as i64;
@@ -359,9 +360,9 @@ fn vertical_intervals<const D: usize>(
 /// Column of a body above a position.
 struct BodyColumn {
     /// Thickness above the bed (m).
-    above: f64,
+    thickness_above_bed: f64,
     /// Thickness including the part below the bed (m).
-    whole: f64,
+    total_thickness: f64,
     /// Depth of the flow of all bodies (m).
     depth: f64,
 }
@@ -374,12 +375,12 @@ fn body_column<const D: usize>(
     bed: &Bed<D>,
 ) -> Result<BodyColumn, CaseError> {
     let (low, high) = (case.domain.min[D], case.domain.max[D]);
-    let slack = SLACK * (high - low);
-    let level = bed.at(x).map(|bed| bed.level);
+    let slack = HEIGHT_TOLERANCE * (high - low);
+    let level = bed.bed_point(x).map(|bed| bed.level);
     let all = |other: &Body| vertical_intervals(other, x, 0.5 * (low + high), level);
     let own = all(&case.bodies[number]);
     let Some(base) = own.first().map(|stretch| stretch.0) else {
-        return Ok(BodyColumn { above: 0.0, whole: 0.0, depth: 0.0 });
+        return Ok(BodyColumn { thickness_above_bed: 0.0, total_thickness: 0.0, depth: 0.0 });
     };
     let origin = case.origin();
     let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
@@ -402,6 +403,10 @@ fn body_column<const D: usize>(
         }
         top = top.max(to);
     }
-    let above = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
-    Ok(BodyColumn { above, whole: own.iter().map(|(from, to)| to - from).sum(), depth: top - bed })
+    let thickness_above_bed = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
+    Ok(BodyColumn {
+        thickness_above_bed,
+        total_thickness: own.iter().map(|(from, to)| to - from).sum(),
+        depth: top - bed,
+    })
 }

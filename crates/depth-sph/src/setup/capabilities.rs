@@ -3,14 +3,14 @@
 use colluvium_case::description::{Body, Boundary, Velocity, Wall};
 use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
 
-use crate::boundary::stages::is_passed_over;
+use crate::boundary::stages::is_equilibration_stage;
 use crate::config::DepthOptions;
 use crate::config::choices::{Phases, SearchOrientation};
 use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::{NAME, pore_fluid};
 
 /// Number of nodes below which there is a warning (sheet: depth-sph §0).
-const FEW_NODES: usize = 10;
+const MIN_NODES: usize = 10;
 
 const SPACES: &str = "depth-sph computes flow along a profile (plane-strain, gravity along y) or over \
                       terrain (3d, gravity along z)";
@@ -218,13 +218,13 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
 /// Warnings about inputs that are allowed.
 pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
     let mut warnings = case.warnings();
-    if nodes < FEW_NODES {
+    if nodes < MIN_NODES {
         warnings.push(format!(
             "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow: make it smaller"
         ));
     }
     for (number, stage) in case.stages.iter().enumerate() {
-        if is_passed_over(stage) {
+        if is_equilibration_stage(stage) {
             warnings.push(format!(
                 "stages[{number}]: the flow does not move in this stage, which equilibrates the initial stress: \
                  depth-integrated flow does not need it"

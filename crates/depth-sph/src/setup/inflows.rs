@@ -40,9 +40,11 @@ pub fn add_inflows<const D: usize>(
         }
         let mut inflow = inflow::<D>(case, options, flow, given, &key)?;
         let little = outflow_warning(case, &inflow).map_err(|problem| option_error(&key("from"), problem))?;
-        let level = highest(&inflow, &flow.bed).map_err(|problem| option_error(&key("from"), problem))?;
+        let level =
+            highest_bed_level(&inflow, &flow.bed).map_err(|problem| option_error(&key("from"), problem))?;
         if given.across == InflowDistribution::Level {
-            let bed = |k: usize| flow.bed.at(&inflow.place(k, 0.0)).map_or(level, |bed| bed.level);
+            let bed =
+                |k: usize| flow.bed.bed_point(&inflow.node_position(k, 0.0)).map_or(level, |bed| bed.level);
             let beds: Vec<f64> = (0..inflow.count()).map(bed).collect();
             inflow.channel = Some(CrossSection::new(inflow.width(), &beds));
         }
@@ -94,11 +96,11 @@ fn add_opening(
 }
 
 /// Share of the domain ahead of an inflow below which there is a warning.
-const LITTLE: f64 = 0.1;
+const MIN_AREA_AHEAD: f64 = 0.1;
 
 /// Warning where little of the domain is ahead of an inflow and most of it behind; error where the flow leaves at once.
 fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
-    let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.from[c] + inflow.to[c]));
+    let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.start[c] + inflow.end[c]));
     let to_edge = |sense: f64| {
         let direction = inflow.normal().map(|c| sense * c);
         let edge = |c: usize| if direction[c] > 0.0 { case.domain.max[c] } else { case.domain.min[c] };
@@ -106,7 +108,7 @@ fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Op
         crossed.map(|c| (edge(c) - middle[c]) / direction[c]).fold(f64::INFINITY, f64::min).max(0.0)
     };
     let [ahead, behind] = [1.0, -1.0].map(to_edge);
-    if !(ahead < LITTLE * (ahead + behind)) {
+    if !(ahead < MIN_AREA_AHEAD * (ahead + behind)) {
         return Ok(None);
     }
     let problem = format!(
@@ -114,7 +116,7 @@ fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Op
          behind the line: it flows to the right of the direction from `from` to `to`; exchange the two to \
          reverse the inflow"
     );
-    if ahead < inflow.reach { Err(problem) } else { Ok(Some(problem)) }
+    if ahead < inflow.row_extent { Err(problem) } else { Ok(Some(problem)) }
 }
 
 /// Warning where the run ends (s) before all of a hydrograph has entered.
@@ -214,9 +216,10 @@ fn end_inlet<const D: usize>(
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;
     let inlet = Inlet { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity, layer };
-    let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
+    let coordinate = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
     let outward = if side.is_max() { 1.0 } else { -1.0 };
-    let beyond = [0.0, 4.0 * options.spacing].map(|far| flow.bed.at(&[place + outward * far; D]).is_some());
+    let beyond = [0.0, 4.0 * options.spacing]
+        .map(|far| flow.bed.bed_point(&[coordinate + outward * far; D]).is_some());
     if beyond != [true; 2] {
         return Err(option_error(
             &key("side"),
@@ -226,7 +229,7 @@ fn end_inlet<const D: usize>(
     let (spacing, span) = (options.spacing, (0.0, 0.0));
     Ok(Opening {
         axis: 0,
-        place,
+        coordinate,
         outward,
         spacing,
         span,
@@ -313,15 +316,15 @@ fn inflow<const D: usize>(
     let layer = layer(options, flow, given, key)?;
     let ratio = options.smoothing_ratio(D);
     Ok(Inflow {
-        from: place(from),
-        to: place(to),
+        start: place(from),
+        end: place(to),
         hydrograph,
         froude: given.froude,
         depth: 0.0,
         gravity: flow.settings.gravity,
         spacing: options.spacing,
         ratio,
-        reach: (flow.settings.numerics.kernel.support() * ratio + ROWS) * options.spacing,
+        row_extent: (flow.settings.numerics.kernel.support() * ratio + ROWS) * options.spacing,
         body: layer.map_or(0, |set| flow.nodes.sets[set].nodes.body[0]),
         porosity: porosity(options, given, key)?,
         layer,
@@ -349,20 +352,20 @@ fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
 
 /// Mean slope of the bed along a line in the direction of its flow, where it is uphill.
 fn uphill_slope<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64> {
-    let places = (0..inflow.count()).filter_map(|k| bed.at(&inflow.place(k, 0.0)));
+    let places = (0..inflow.count()).filter_map(|k| bed.bed_point(&inflow.node_position(k, 0.0)));
     let slopes = places.map(|bed| -inflow.outward_and_tangential(&bed.slope)[0]);
     let slope = slopes.sum::<f64>() / inflow.count() as f64;
     (slope > MAX_UPHILL_SLOPE).then_some(slope)
 }
 
 /// Highest level of the bed under the nodes behind a line (m).
-fn highest<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, String> {
+fn highest_bed_level<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, String> {
     let mut highest = f64::NEG_INFINITY;
     let count = inflow.count();
-    let rows = (inflow.reach / inflow.spacing).ceil() as usize + 2;
+    let rows = (inflow.row_extent / inflow.spacing).ceil() as usize + 2;
     for number in 0..count * rows {
         let behind = inflow.spacing * (number / count) as f64;
-        match bed.at(&inflow.place(number % count, behind)) {
+        match bed.bed_point(&inflow.node_position(number % count, behind)) {
             Some(bed) => highest = highest.max(bed.level),
             None => {
                 return Err(format!(

@@ -12,7 +12,7 @@ use crate::setup::bed::case_bed::BedFriction;
 use crate::setup::pore_fluid;
 
 /// Largest relative difference of the density of a material from that of the mixture.
-const SAME_DENSITY: f64 = 0.01;
+const DENSITY_TOLERANCE: f64 = 0.01;
 
 /// Densities and porosity, from the options or from the material.
 pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixture, CaseError> {
@@ -20,16 +20,16 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
         if options.phases != Phases::One {
             return Err(option_error("mixture", "is missing: it gives the densities of the phases"));
         }
-        return Ok(Mixture::plain(case.materials[&case.bodies[0].material].density(), gravity));
+        return Ok(Mixture::single_phase(case.materials[&case.bodies[0].material].density(), gravity));
     };
     let densities = MixtureDensities { grain: mixture.grain_density, fluid: mixture.fluid_density, gravity };
     let layers = options.phases == Phases::Layers;
     let porosity = if layers { 0.0 } else { mixture.porosity };
-    let whole = Mixture { densities, porosity, saturated: !layers };
+    let whole = Mixture { densities, porosity, is_saturated: !layers };
     for body in case.bodies.iter().filter(|_| !layers) {
         let density = pore_fluid::density(case, body);
         let own = densities.mixture(mixture.porosity_of(&body.name));
-        if (density / own - 1.0).abs() > SAME_DENSITY {
+        if (density / own - 1.0).abs() > DENSITY_TOLERANCE {
             let problem = format!(
                 "{density} kg/m³ is not the density of methods.depth-sph.mixture in the body {:?}, (1 - \
                  porosity) grain_density + porosity fluid_density = {own:.1} kg/m³",

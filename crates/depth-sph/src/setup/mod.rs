@@ -90,12 +90,12 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
         })
         .sum();
     let points = sets * area / options.spacing.powi(case.dimension() as i32 - 1);
-    let key = "methods.depth-sph.spacing";
+    let case_key = "methods.depth-sph.spacing";
     Ok(ProblemSize {
         points,
         nodes: 0.0,
         memory: points * bytes_per_node(case, &options),
-        key,
+        case_key,
         ..ProblemSize::default()
     })
 }
@@ -138,7 +138,7 @@ fn plan_in<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, 
             width: options.spacing,
             point_distance: options.spacing,
             axes: D,
-            key: "methods.depth-sph.spacing",
+            case_key: "methods.depth-sph.spacing",
             noun: "spacings",
         }),
         updates_per_second: if coupled { COUPLED_UPDATES_PER_SECOND } else { UPDATES_PER_SECOND },
@@ -261,7 +261,7 @@ fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
         kernel: options.kernel,
         variable_length: options.variable_smoothing,
         shortest: options.shortest_smoothing.unwrap_or(0.0),
-        passes: options.passes,
+        summation_passes: options.passes,
         continuity: options.continuity,
         momentum: options.momentum,
         surface_gradient: options.surface_gradient,

@@ -3,7 +3,7 @@
 use colluvium_case::description::Wall;
 use colluvium_case::{Case, CaseError};
 
-use crate::boundary::open::reach_beyond;
+use crate::boundary::open::node_extent_beyond;
 use crate::config::DepthOptions;
 use crate::config::choices::DepthFrame;
 use crate::flow::{Flow, OpenBoundary, Opening};
@@ -29,7 +29,7 @@ pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
             let span = span(case, other);
             let opening = Opening {
                 axis,
-                place: side.position(&case.domain),
+                coordinate: side.wall_coordinate(&case.domain),
                 outward: if side.side.is_max() { 1.0 } else { -1.0 },
                 spacing: options.spacing,
                 span,
@@ -46,7 +46,7 @@ pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
 fn span(case: &Case, axis: usize) -> (f64, f64) {
     let (mut low, mut high) = (case.domain.min[axis], case.domain.max[axis]);
     for side in case.boundaries.iter().filter(|side| side.side.axis() == axis) {
-        let place = side.position(&case.domain);
+        let place = side.wall_coordinate(&case.domain);
         if side.side.is_max() { high = high.min(place) } else { low = low.max(place) }
     }
     (low, high)
@@ -65,10 +65,10 @@ pub fn open_boundaries<const D: usize>(
         slopes.push(slope_across(opening, flow, key)?);
     }
     let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
-    let known = flow.boundary.open.len();
+    let known = flow.boundary.open_sides.len();
     flow.open_sides(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
-    let each = (flow.boundary.open.len() - known) / openings.len();
-    let ends = flow.boundary.open[known..].chunks(each.max(1));
+    let each = (flow.boundary.open_sides.len() - known) / openings.len();
+    let ends = flow.boundary.open_sides[known..].chunks(each.max(1));
     for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {
         // Material that leaves over a dry bed meets nothing that could reflect waves.
         let stands = ends.iter().any(OpenBoundary::is_filled);
@@ -112,17 +112,17 @@ fn slope_across<const D: usize>(
     flow: &Flow<D>,
     key: &str,
 ) -> Result<Option<f64>, CaseError> {
-    let Opening { axis, place, outward, spacing, span, .. } = opening;
+    let Opening { axis, coordinate, outward, spacing, span, .. } = opening;
     let lengths = flow.nodes.sets.iter().flat_map(|set| &set.nodes.first_length);
-    let reach = reach_beyond(&flow.settings, lengths.copied().fold(0.0, f64::max));
+    let reach = node_extent_beyond(&flow.settings, lengths.copied().fold(0.0, f64::max));
     let count = if D == 1 { 1 } else { ((span.1 - span.0) / spacing).ceil().max(1.0) as usize };
     let mut steepest = None;
     for k in 0..count {
         let along = if D == 1 { 0.0 } else { span.0 + (k as f64 + 0.5) / count as f64 * (span.1 - span.0) };
         let at = |beyond: f64| {
             let x: [f64; D] =
-                std::array::from_fn(|c| if c == *axis { place + outward * beyond } else { along });
-            flow.bed.at(&x)
+                std::array::from_fn(|c| if c == *axis { coordinate + outward * beyond } else { along });
+            flow.bed.bed_point(&x)
         };
         let (Some(here), Some(_)) = (at(0.0), at(reach + spacing)) else {
             let problem = format!(

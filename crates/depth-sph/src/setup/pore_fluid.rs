@@ -18,7 +18,7 @@ const DERIVED_TOLERANCE: f64 = 0.01;
 /// Relative tolerance of values that are given twice, for all others.
 const EQUAL_TOLERANCE: f64 = 1e-9;
 /// Largest tension of a pore fluid (Pa): that of columns (sheet: depth-sph §2.7).
-const MOST_TENSION: f64 = 1e5;
+const MAX_TENSION: f64 = 1e5;
 
 /// Data of a pore fluid for a flow.
 struct PoreFluidData {
@@ -106,8 +106,8 @@ fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseErr
             );
             return Err(CaseError::new(path(".density"), problem));
         }
-        if own.cavitation.is_some_and(|strength| strength > MOST_TENSION) {
-            let problem = format!("is above {MOST_TENSION} Pa, the largest tension of a pore fluid");
+        if own.cavitation.is_some_and(|strength| strength > MAX_TENSION) {
+            let problem = format!("is above {MAX_TENSION} Pa, the largest tension of a pore fluid");
             return Err(CaseError::new(path(".cavitation_strength"), problem));
         }
         let Some((other, name)) = &found else {
@@ -350,14 +350,14 @@ pub struct PorePressureField<'a> {
 
 impl<'a> PorePressureField<'a> {
     /// Field of a body, where it has one.
-    pub fn of(case: &Case, frame: Option<DepthFrame>, body: &'a Body) -> Option<Self> {
+    pub fn for_body(case: &Case, frame: Option<DepthFrame>, body: &'a Body) -> Option<Self> {
         let fluid = body.pore_fluid.as_ref().filter(|fluid| fluid.pressure != PorePressure::None)?;
         let follows_slope = fluid.surface().is_some() && frame.unwrap_or_default() == DepthFrame::Horizontal;
         Some(Self { fluid, gravity: case.gravity3(), follows_slope })
     }
 
     /// Pressure (Pa) at `x`, over a bed of this steepness `1 + |∇Z|²`.
-    pub fn at(&self, x: [f64; 3], steepness: f64) -> f64 {
+    pub fn pressure_at(&self, x: [f64; 3], steepness: f64) -> f64 {
         let pressure = self.fluid.pressure_at(x, self.gravity);
         if self.follows_slope { pressure / steepness } else { pressure }
     }

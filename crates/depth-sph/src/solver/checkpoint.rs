@@ -26,13 +26,13 @@ pub(super) struct CheckpointState {
     flow_time: f64,
     flow_step: u64,
     next_id: u64,
-    left: [f64; 2],
-    gone: u64,
-    entrained: [f64; 2],
+    outflow: [f64; 2],
+    outflow_count: u64,
+    eroded_volume: [f64; 2],
     pore_heads: Vec<f64>,
     heads_depth: Vec<f64>,
     heads_time: f64,
-    rest: StopDetection,
+    stop_detection: StopDetection,
     energy_balance: EnergyBalance,
     nodes: Vec<Vec<u8>>,
     maps: Option<Vec<HazardCell>>,
@@ -40,7 +40,7 @@ pub(super) struct CheckpointState {
     erosion: Option<[Vec<f64>; 2]>,
     far_fields: Vec<FarField>,
     /// Numbers of the nodes that have not entered yet.
-    held: Vec<u64>,
+    waiting_nodes: Vec<u64>,
 }
 
 impl<const D: usize> DepthSolver<D> {
@@ -60,22 +60,22 @@ impl<const D: usize> DepthSolver<D> {
             flow_time: clock.time,
             flow_step: clock.step,
             next_id: nodes.next_id,
-            left: records.outflow_volume,
-            gone: records.removed_nodes,
-            entrained: records.entrained,
+            outflow: records.outflow_volume,
+            outflow_count: records.removed_nodes,
+            eroded_volume: records.eroded_volume,
             pore_heads: nodes.pore_columns.heads.clone(),
             heads_depth: nodes.pore_columns.depth.clone(),
             heads_time: nodes.pore_columns.time,
-            rest: self.rest,
+            stop_detection: self.stop_detection,
             energy_balance: records.energy_balance,
             nodes: nodes.sets.iter().map(bytes).collect(),
             maps: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
             inflows: boundary.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
-            far_fields: boundary.open.iter().map(|end| end.state.clone()).collect(),
-            held: boundary.waiting_nodes.nodes.iter().map(|node| node.0).collect(),
-            erosion: bed
-                .erodible()
-                .map(|erodible| [erodible.state().in_surface.clone(), erodible.state().pending.clone()]),
+            far_fields: boundary.open_sides.iter().map(|end| end.state.clone()).collect(),
+            waiting_nodes: boundary.waiting_nodes.nodes.iter().map(|node| node.0).collect(),
+            erosion: bed.erodible().map(|erodible| {
+                [erodible.state().in_surface.clone(), erodible.state().pending_depth.clone()]
+            }),
         }
     }
 
@@ -86,7 +86,7 @@ impl<const D: usize> DepthSolver<D> {
             return None;
         }
         let Flow { clock, bed, boundary, nodes, records, .. } = &mut self.flow;
-        restore_boundary(boundary, saved.inflows, saved.far_fields, &saved.held)?;
+        restore_boundary(boundary, saved.inflows, saved.far_fields, &saved.waiting_nodes)?;
         restore_bed(bed, saved.erosion)?;
         if let (Some(maps), Some(cells)) = (&mut self.hazard_rasters, saved.maps) {
             maps.restore(cells)?;
@@ -95,9 +95,9 @@ impl<const D: usize> DepthSolver<D> {
         resample_bed(bed, &mut nodes.sets);
         restore_pore_columns(nodes, saved.pore_heads, saved.heads_depth, saved.heads_time)?;
         (clock.time, clock.step, nodes.next_id) = (saved.flow_time, saved.flow_step, saved.next_id);
-        (records.outflow_volume, records.removed_nodes) = (saved.left, saved.gone);
-        (records.entrained, records.energy_balance) = (saved.entrained, saved.energy_balance);
-        (self.time, self.steps, self.rest) = (saved.time, saved.steps, saved.rest);
+        (records.outflow_volume, records.removed_nodes) = (saved.outflow, saved.outflow_count);
+        (records.eroded_volume, records.energy_balance) = (saved.eroded_volume, saved.energy_balance);
+        (self.time, self.steps, self.stop_detection) = (saved.time, saved.steps, saved.stop_detection);
         Some(())
     }
 }
@@ -108,10 +108,10 @@ fn restore_boundary<const D: usize>(
     far_fields: Vec<FarField>,
     waiting: &[u64],
 ) -> Option<()> {
-    if inflows.len() != boundary.inflows.len() || far_fields.len() != boundary.open.len() {
+    if inflows.len() != boundary.inflows.len() || far_fields.len() != boundary.open_sides.len() {
         return None;
     }
-    boundary.open.iter_mut().zip(far_fields).for_each(|(end, state)| end.state = state);
+    boundary.open_sides.iter_mut().zip(far_fields).for_each(|(end, state)| end.state = state);
     boundary.inflows.iter_mut().zip(inflows).for_each(|(inflow, state)| inflow.state = state);
     // The next step sets their positions and velocities before it uses them.
     boundary.waiting_nodes.nodes = waiting.iter().map(|id| (*id, [0.0; D], [0.0; D])).collect();
@@ -120,8 +120,8 @@ fn restore_boundary<const D: usize>(
 
 fn restore_bed<const D: usize>(bed: &mut Bed<D>, erosion: Option<[Vec<f64>; 2]>) -> Option<()> {
     match (bed, erosion) {
-        (Bed::Erodible(erodible), Some([in_surface, pending])) => {
-            erodible.restore::<D>(ErosionState { in_surface, pending })
+        (Bed::Erodible(erodible), Some([in_surface, pending_depth])) => {
+            erodible.restore::<D>(ErosionState { in_surface, pending_depth })
         }
         (Bed::Erodible(_), None) | (_, Some(_)) => None,
         _ => Some(()),

@@ -38,7 +38,7 @@ pub struct DepthSolver<const D: usize> {
     stage: usize,
     time: f64,
     steps: u64,
-    rest: StopDetection,
+    stop_detection: StopDetection,
     hazard_rasters: Option<HazardRasters>,
     /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
     departure: Option<[f64; 2]>,
@@ -61,7 +61,7 @@ impl<const D: usize> DepthSolver<D> {
             stage: 0,
             time: 0.0,
             steps: 0,
-            rest: StopDetection::default(),
+            stop_detection: StopDetection::default(),
             hazard_rasters: maps,
             departure,
             limit: None,
@@ -96,8 +96,8 @@ impl<const D: usize> DepthSolver<D> {
         volumes
     }
 
-    fn is_passed_over(&self) -> bool {
-        stages::is_passed_over(&self.case.stages[self.stage])
+    fn is_equilibration_stage(&self) -> bool {
+        stages::is_equilibration_stage(&self.case.stages[self.stage])
     }
 
     /// Bound on the step (s) without motion: an idle stage ends when its criterion has been checked as often as required,
@@ -114,26 +114,26 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
-    fn failed(&self, failure: FlowFailure) -> SolverError {
-        let FlowFailure { node, position, reason } = failure;
+    fn solver_error(&self, failure: FlowFailure) -> SolverError {
+        let FlowFailure { node_id, position, reason } = failure;
         let mut place: [f64; 3] = std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0));
         if let Ok(plan) = <PlanVector<D>>::try_from(&position[..]) {
             place[D] = self.flow.bed_below(&plan).level;
         }
-        SolverError::Point { step: self.steps, time: self.time, point: node, position: place, reason }
+        SolverError::Point { step: self.steps, time: self.time, point: node_id, position: place, reason }
     }
 
     /// Updates the detection of rest.
     fn update_stop_detection(&mut self) {
         let stop = &self.options.stop;
-        let motion = FlowMotion::of(&self.flow.view(), stop.speed);
+        let motion = FlowMotion::of_flow(&self.flow.view(), stop.speed);
         self.flow.records.energy_balance.update_peak_kinetic(motion.kinetic);
-        self.rest.update(stop, &motion, self.time);
+        self.stop_detection.update(stop, &motion, self.time);
     }
 
     /// State of the run beside its flow.
     fn run_state(&self) -> RunState {
-        RunState { stopped: self.rest.stopped, departure: self.departure }
+        RunState { stop_time: self.stop_detection.stop_time, departure: self.departure }
     }
 }
 
@@ -152,7 +152,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
 
     fn limit(&mut self) -> TimeStep {
         let limit = *self.limit.get_or_insert_with(|| self.flow.limit());
-        let node = limit.node.map(|(set, i)| (&self.flow.nodes.sets[set].nodes, i));
+        let node = limit.limiting_node.map(|(set, i)| (&self.flow.nodes.sets[set].nodes, i));
         let step = TimeStep {
             dt: limit.dt,
             limit: StepLimit::new("surface wave"),
@@ -166,7 +166,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
         };
         let longest = self.options.max_time_step.unwrap_or(f64::INFINITY).min(self.idle_step());
         if longest < step.dt {
-            return TimeStep { dt: longest, limit: StepLimit::FIXED, point: None, position: [0.0; 3] };
+            return TimeStep { dt: longest, limit: StepLimit::FIXED_STEP, point: None, position: [0.0; 3] };
         }
         step
     }
@@ -175,12 +175,12 @@ impl<const D: usize> Solver for DepthSolver<D> {
         let limit = self.limit();
         let dt = limit.limited_to(at_most);
         self.limit = None;
-        if !self.is_passed_over() {
-            self.flow.advance(dt).map_err(|failure| self.failed(failure))?;
+        if !self.is_equilibration_stage() {
+            self.flow.advance(dt).map_err(|failure| self.solver_error(failure))?;
         }
         self.time += dt;
         self.steps += 1;
-        if !self.is_passed_over() {
+        if !self.is_equilibration_stage() {
             self.update_stop_detection();
             self.update_hazard_rasters();
         }

@@ -12,31 +12,32 @@ pub(super) struct StopDetection {
     /// Largest kinetic energy so far (J).
     pub(super) peak: f64,
     /// Time since which all conditions have held (s); NaN while they do not.
-    since: f64,
+    rest_since: f64,
     /// Time at which the flow had stopped (s); NaN before.
-    pub(super) stopped: f64,
+    pub(super) stop_time: f64,
 }
 
 impl Default for StopDetection {
     fn default() -> Self {
-        Self { peak: 0.0, since: f64::NAN, stopped: f64::NAN }
+        Self { peak: 0.0, rest_since: f64::NAN, stop_time: f64::NAN }
     }
 }
 
 impl StopDetection {
     /// Updates the detection with the flow at `time` (s) and its kinetic energy (J).
     pub(super) fn update(&mut self, stop: &StopOptions, motion: &FlowMotion, time: f64) {
-        let FlowMotion { kinetic, slow, whole } = *motion;
+        let FlowMotion { kinetic, slow_volume, total_volume } = *motion;
         self.peak = self.peak.max(kinetic);
-        let holds =
-            self.peak > 0.0 && kinetic <= stop.kinetic_ratio * self.peak && slow >= stop.share * whole;
+        let holds = self.peak > 0.0
+            && kinetic <= stop.kinetic_ratio * self.peak
+            && slow_volume >= stop.share * total_volume;
         if !holds {
-            (self.since, self.stopped) = (f64::NAN, f64::NAN);
-        } else if self.since.is_nan() {
-            self.since = time;
+            (self.rest_since, self.stop_time) = (f64::NAN, f64::NAN);
+        } else if self.rest_since.is_nan() {
+            self.rest_since = time;
         }
-        if holds && self.stopped.is_nan() && time - self.since >= stop.hold {
-            self.stopped = self.since;
+        if holds && self.stop_time.is_nan() && time - self.rest_since >= stop.hold {
+            self.stop_time = self.rest_since;
         }
     }
 }
@@ -47,26 +48,26 @@ pub(super) struct FlowMotion {
     /// Kinetic energy of the motion in plan (J).
     pub(super) kinetic: f64,
     /// Volume of the first set that is slower than the speed of the criterion (m³).
-    slow: f64,
+    slow_volume: f64,
     /// Volume of the first set (m³).
-    whole: f64,
+    total_volume: f64,
 }
 
 impl FlowMotion {
     /// Motion of the nodes against a speed (m/s).
-    pub(super) fn of<const D: usize>(flow: &FlowView<'_, D>, slow_speed: f64) -> Self {
-        let (mut kinetic, mut slow, mut whole) = (0.0, 0.0, 0.0);
+    pub(super) fn of_flow<const D: usize>(flow: &FlowView<'_, D>, slow_speed: f64) -> Self {
+        let (mut kinetic, mut slow_volume, mut total_volume) = (0.0, 0.0, 0.0);
         for (number, set) in flow.sets().iter().enumerate() {
             let density = flow.density(number);
             for (velocity, volume) in set.nodes.velocity.iter().zip(&set.nodes.volume) {
                 let speed = norm(velocity);
                 kinetic += 0.5 * density * volume * speed * speed;
                 if number == 0 {
-                    whole += volume;
-                    slow += if speed < slow_speed { *volume } else { 0.0 };
+                    total_volume += volume;
+                    slow_volume += if speed < slow_speed { *volume } else { 0.0 };
                 }
             }
         }
-        Self { kinetic, slow, whole }
+        Self { kinetic, slow_volume, total_volume }
     }
 }

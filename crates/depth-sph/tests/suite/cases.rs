@@ -89,7 +89,7 @@ fn a_restored_run_is_bit_identical() {
     for value in [column(), fix(heap())] {
         let mut whole = start_solver(&DepthSph, &read_case(&value));
         advance_steps(whole.as_mut(), 20);
-        let bytes = whole.saved().unwrap();
+        let bytes = whole.checkpoint_bytes().unwrap();
         let mut again = start_solver(&DepthSph, &read_case(&value));
         again.restore(&mut &bytes[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();

@@ -30,7 +30,7 @@ fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {
 fn dam_break_on_a_dry_bed_follows_ritter() {
     let ends = PlanBoundaries { walls: [[Some(-20.0), None]], ..PlanBoundaries::default() };
     let nodes = layer(-20.0, 0.0, 0.05, 10.0);
-    let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes]).unwrap();
+    let mut flow = Flow::new(FlowSettings::single_phase(1000.0), Bed::Flat(0.0), ends, &[nodes]).unwrap();
     let volume = flow.nodes.sets[0].nodes.total_volume();
     advance_flow_to(&mut flow, 1.0);
     let nodes = &flow.nodes.sets[0].nodes;
@@ -54,14 +54,14 @@ fn bore(continuity: ThicknessEquation) -> (f64, f64) {
     let ends = PlanBoundaries { walls: [[Some(-5.0), Some(5.0)]], ..PlanBoundaries::default() };
     let mut nodes = layer(-5.0, 0.0, 0.02, 1.0);
     nodes.extend(layer(0.0, 5.0, 0.02, 0.5));
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.numerics.continuity = continuity;
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[nodes]).unwrap();
     advance_flow_to(&mut flow, 1.0);
     let nodes = &flow.nodes.sets[0].nodes;
     let mut error = 0.0;
     for (x, h) in nodes.position.iter().zip(&nodes.partial_thickness) {
-        error += (h - exact.at(x[0], 1.0).0).abs();
+        error += (h - exact.state_at(x[0], 1.0).0).abs();
     }
     error /= nodes.len() as f64;
     let between: Vec<usize> =
@@ -92,14 +92,14 @@ fn each_rate_of_height_carries_the_bore_of_stoker() {
 /// Water that leaves its grains: the grains rest by their friction, and the water that has left flows as water does.
 #[test]
 fn fluid_flows_out_of_grains_at_rest_with_conserved_volumes() {
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.phases = Phases::Two;
     let densities = MixtureDensities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
-    settings.material = Mixture { densities, porosity: 0.4, saturated: true };
+    settings.material = Mixture { densities, porosity: 0.4, is_saturated: true };
     settings.drag = InterphaseDrag::Anderson { settling_velocity: 2.0.into(), exponent: 1.0 };
     let spec = serde_json::json!({ "model": "coulomb", "friction_angle": 50 });
     let spec: BasalSpec = serde_json::from_value(spec).unwrap();
-    settings.zones = vec![BedZone::everywhere(Some(spec.build().unwrap()))];
+    settings.zones = vec![BedZone::unbounded(Some(spec.build().unwrap()))];
     let ends = PlanBoundaries { walls: [[Some(0.0), None]], ..PlanBoundaries::default() };
     let sets = [layer(0.0, 5.0, 0.05, 0.3), layer(0.0, 5.0, 0.05, 1.0)];
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &sets).unwrap();

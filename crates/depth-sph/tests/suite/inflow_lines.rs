@@ -190,17 +190,18 @@ fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
     };
     let nodes = (0..16).map(node).collect();
     let mut flow =
-        Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &[nodes]).unwrap();
+        Flow::new(FlowSettings::single_phase(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &[nodes])
+            .unwrap();
     let mut inflow = Inflow {
-        from: [0.0, 0.0],
-        to: [0.0, 2.0],
+        start: [0.0, 0.0],
+        end: [0.0, 2.0],
         hydrograph: vec![[0.0, 4.0], [9.0, 4.0]],
         froude: 1.0,
         depth: 0.0,
         gravity: GRAVITY,
         spacing: 0.5,
         ratio: 1.2,
-        reach: 2.0,
+        row_extent: 2.0,
         body: 0,
         porosity: None,
         layer: None,

@@ -33,7 +33,7 @@ fn channel(height: f64, speed: f64, ratio: f64, walls: [Option<f64>; 2]) -> Flow
         }
     });
     let ends = PlanBoundaries { walls: [walls], ..PlanBoundaries::default() };
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.numerics.viscosity = (0.0, 0.0);
     Flow::new(settings, Bed::Flat(0.0), ends, &[nodes.collect()]).unwrap()
 }
@@ -80,7 +80,7 @@ fn a_rapid_stream_leaves_without_a_wave() {
     let off = inside.map(|(_, v)| (v[0] - 5.0).abs()).fold(0.0, f64::max);
     assert!(off < 2e-4, "{off}");
     let after = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
-    let [passed, _] = flow.boundary.open[0].state.passed;
+    let [passed, _] = flow.boundary.open_sides[0].state.outflow;
     assert!((before - after - passed).abs() < 1e-10 * before, "{before} {after} {passed}");
     assert!((passed - 11.0).abs() < 0.2, "5 m/s for 2.2 s, to a node: {passed}");
 }
@@ -165,7 +165,7 @@ fn two_sets(settings: FlowSettings<1>, depths: [f64; 2], rise: [f64; 2], speed: 
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[set(0), set(1)]).unwrap();
     let end = Opening {
         axis: 0,
-        place: 40.0,
+        coordinate: 40.0,
         outward: 1.0,
         spacing: SPACING,
         span: (0.0, 0.0),
@@ -178,10 +178,10 @@ fn two_sets(settings: FlowSettings<1>, depths: [f64; 2], rise: [f64; 2], speed: 
 }
 
 fn of_two(phases: Phases) -> FlowSettings<1> {
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.phases = phases;
     let densities = MixtureDensities { grain: 2000.0, fluid: 1000.0, gravity: 9.81 };
-    settings.material = Mixture { densities, porosity: 0.4, saturated: phases == Phases::Two };
+    settings.material = Mixture { densities, porosity: 0.4, is_saturated: phases == Phases::Two };
     settings.numerics.viscosity = (0.0, 0.0);
     settings
 }
@@ -198,7 +198,7 @@ fn amplitude_of(flow: &Flow<1>, set: usize, still: f64) -> f64 {
 fn balance(flow: &Flow<1>, set: usize) -> f64 {
     let nodes = &flow.nodes.sets[set].nodes;
     let inside = nodes.position.iter().zip(&nodes.volume).filter(|(x, _)| x[0] <= 40.0);
-    let passed: f64 = flow.boundary.open.iter().map(|end| end.state.passed[set]).sum();
+    let passed: f64 = flow.boundary.open_sides.iter().map(|end| end.state.outflow[set]).sum();
     inside.map(|(_, volume)| volume).sum::<f64>() + passed
 }
 
@@ -227,7 +227,7 @@ fn a_wave_of_grains_and_fluid_leaves_with_their_columns() {
     }
     // All columns drain alike, those beyond the end too, as far as they have neighbours.
     let nodes = &flow.nodes.sets[0].nodes;
-    let ratio = |i: usize| flow.nodes.pore_columns.base(i) / nodes.depth[i];
+    let ratio = |i: usize| flow.nodes.pore_columns.base_head(i) / nodes.depth[i];
     let middle = nodes.position.iter().position(|x| (x[0] - 20.0).abs() < SPACING).unwrap();
     let mut beyond = 0;
     for (i, x) in nodes.position.iter().enumerate().filter(|(_, x)| (30.0..40.3).contains(&x[0])) {

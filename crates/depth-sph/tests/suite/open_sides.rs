@@ -46,12 +46,12 @@ fn basin(angle: f64, width: f64, layer: f64, long: f64) -> Flow<2> {
         }
     }
     let ends = PlanBoundaries { periods: [None, Some((0.0, width))], ..PlanBoundaries::default() };
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.numerics.viscosity = (0.0, 0.0);
     let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &[nodes]).unwrap();
-    let side = |place: f64, outward: f64| Opening {
+    let side = |coordinate: f64, outward: f64| Opening {
         axis: 0,
-        place,
+        coordinate,
         outward,
         spacing: SPACING,
         span: (0.0, width),
@@ -84,7 +84,7 @@ fn reflected(degrees: f64, width: f64) -> f64 {
     // The packet has travelled to the side and back to the middle of the window.
     advance_flow_to(&mut flow, 12.0 / (9.81f64.sqrt() * angle.cos()));
     let inside = flow.nodes.sets[0].nodes.total_volume() - flow.far_field_volume();
-    let passed = flow.boundary.passed();
+    let passed = flow.boundary.outflow_volume();
     assert!((before - inside - passed).abs() < 1e-10 * before, "{before} {inside} {passed}");
     amplitude(&flow, still) / arriving
 }
@@ -380,15 +380,17 @@ fn steep_sheet(closer: f64) -> (Flow<2>, f64, f64) {
     }
     let law = json!({ "model": "voellmy", "friction_angle": tangent.atan().to_degrees(), "turbulence": turbulence });
     let law: BasalSpec = serde_json::from_value(law).unwrap();
-    let mut settings = FlowSettings::plain(1000.0);
-    settings.zones = vec![BedZone::everywhere(Some(law.build().unwrap()))];
+    let mut settings = FlowSettings::single_phase(1000.0);
+    settings.zones = vec![BedZone::unbounded(Some(law.build().unwrap()))];
     let ends = PlanBoundaries { periods: [None, Some((0.0, width))], ..PlanBoundaries::default() };
-    let bed =
-        Bed::formula(move |x: &[f64; 2]| BedPoint { slope: [-slope, 0.0], ..BedPoint::flat(-slope * x[0]) });
+    let bed = Bed::formula(move |x: &[f64; 2]| BedPoint {
+        slope: [-slope, 0.0],
+        ..BedPoint::horizontal(-slope * x[0])
+    });
     let mut flow = Flow::new(settings, bed, ends, &[nodes]).unwrap();
     let side = Opening {
         axis: 0,
-        place: 8.0,
+        coordinate: 8.0,
         outward: 1.0,
         spacing,
         span: (0.0, width),
@@ -409,7 +411,7 @@ fn a_steep_flow_leaves_at_its_uniform_depth() {
         // The middle of the sheet is at the side, and waves from its ends have come half as far.
         advance_flow_to(&mut flow, 8.0 / speed);
         let nodes = &flow.nodes.sets[0].nodes;
-        let passed = flow.boundary.passed();
+        let passed = flow.boundary.outflow_volume();
         let inside = nodes.total_volume() - flow.far_field_volume();
         assert!((whole - inside - passed).abs() < 1e-10 * whole, "{whole} {inside} {passed}");
         assert!((0.4..0.6).contains(&(passed / whole)), "{closer}: {passed} of {whole}");
@@ -424,6 +426,10 @@ fn a_steep_flow_leaves_at_its_uniform_depth() {
         assert!(nodes.velocity.iter().all(|v| v[0] > 0.5 * speed), "nothing is thrown back");
         // Thin tails are slow, `v ~ √h`: of a kinematic wave, whose depth is (x/(1.5 K t))², 8.5 % would still be before the side.
         advance_flow_to(&mut flow, 20.0 / speed);
-        assert!(flow.boundary.passed() > 0.9 * whole, "{closer}: {} of {whole}", flow.boundary.passed());
+        assert!(
+            flow.boundary.outflow_volume() > 0.9 * whole,
+            "{closer}: {} of {whole}",
+            flow.boundary.outflow_volume()
+        );
     }
 }

@@ -44,10 +44,10 @@ fn hump(x: f64) -> f64 {
 
 /// Settings of two sets of nodes without drag and viscosity.
 fn two(phases: Phases, grain: f64, fluid: f64) -> FlowSettings<1> {
-    let mut settings = FlowSettings::plain(fluid);
+    let mut settings = FlowSettings::single_phase(fluid);
     settings.phases = phases;
     let densities = MixtureDensities { grain, fluid, gravity: GRAVITY };
-    settings.material = Mixture { densities, porosity: 0.4, saturated: phases == Phases::Two };
+    settings.material = Mixture { densities, porosity: 0.4, is_saturated: phases == Phases::Two };
     settings.numerics.momentum = PressureForceForm::Node;
     settings.numerics.viscosity = (0.0, 0.0);
     settings
@@ -109,7 +109,7 @@ fn two_layers_stay_at_rest() {
         let rise = move |x: f64| if over_hump { 0.2 * (-x * x).exp() } else { 0.0 };
         let bed = Bed::formula(move |x: &[f64; 1]| {
             let level = rise(x[0]);
-            let mut point = BedPoint::flat(level);
+            let mut point = BedPoint::horizontal(level);
             point.slope[0] = -2.0 * x[0] * level;
             point.curvature[0][0] = (4.0 * x[0] * x[0] - 2.0) * level;
             point
@@ -169,11 +169,11 @@ fn a_moving_bed_slide_generates_three_waves() {
     let bed = Bed::formula(move |x: &[f64; 1]| {
         let time = f64::from_bits(clock.load(Ordering::Relaxed));
         let (at, level) = (x[0] - speed * time, slide(x[0], time));
-        let mut point = BedPoint::flat(level);
+        let mut point = BedPoint::horizontal(level);
         point.slope[0] = -at * level;
         point
     });
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.frame = DepthFrame::SmallSlope;
     settings.numerics.viscosity = (0.0, 0.0);
     let mut flow = Flow::new(settings, bed, between_walls(), &[layer(|x| 1.0 - slide(x, 0.0))]).unwrap();

@@ -338,7 +338,7 @@ fn rasters_are_the_same_on_any_threads_and_after_a_restart() {
     assert_eq!(whole, run(3));
     let mut solver = begun();
     steps(solver.as_mut(), 60);
-    let bytes = solver.saved().unwrap();
+    let bytes = solver.checkpoint_bytes().unwrap();
     let mut again = begun();
     again.restore(&mut &bytes[..]).unwrap();
     again.begin_stage(0, 0.0).unwrap();

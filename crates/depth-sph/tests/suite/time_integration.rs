@@ -33,7 +33,7 @@ fn canal(integration: TimeScheme) -> Flow<1> {
             scale: 1.5,
         }
     };
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.frame = DepthFrame::SmallSlope;
     settings.numerics.kernel = Kernel::QuinticSpline;
     settings.numerics.variable_length = false;

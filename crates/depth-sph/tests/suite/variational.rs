@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::flow_runs::advance_flow_to;
 
 fn settings<const D: usize>(momentum: PressureForceForm, viscosity: f64) -> FlowSettings<D> {
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.numerics.momentum = momentum;
     settings.numerics.viscosity = (viscosity, 0.0);
     settings

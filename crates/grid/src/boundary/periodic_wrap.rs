@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 /// Moves points beyond the corners `low` and `high` (m) of a box to the opposite side along the periodic axes, and the
 /// origins of their displacements (`origins`) with them; returns whether there were any.
-pub fn wrap<const D: usize>(
+pub fn wrap_into_period<const D: usize>(
     [low, high]: [&[f64; D]; 2],
     periodic: &[bool; D],
     positions: &mut [[f64; D]],
@@ -35,9 +35,9 @@ mod tests {
     fn points_wrap_around_a_period_and_keep_their_displacement() {
         let mut positions = [[-0.25, 2.5], [0.5, 0.5], [1.0, -0.5]];
         let mut origins = [[0.25, 2.25], [0.5, 0.0], [0.75, 0.0]];
-        assert!(wrap([&[0.0; 2], &[1.0, 2.0]], &[true, false], &mut positions, &mut origins));
+        assert!(wrap_into_period([&[0.0; 2], &[1.0, 2.0]], &[true, false], &mut positions, &mut origins));
         assert_eq!(positions, [[0.75, 2.5], [0.5, 0.5], [0.0, -0.5]]);
         assert_eq!(origins, [[1.25, 2.25], [0.5, 0.0], [-0.25, 0.0]]);
-        assert!(!wrap([&[0.0; 2], &[1.0, 2.0]], &[true, false], &mut positions, &mut origins));
+        assert!(!wrap_into_period([&[0.0; 2], &[1.0, 2.0]], &[true, false], &mut positions, &mut origins));
     }
 }

@@ -50,10 +50,10 @@ impl<const D: usize> Layout<D> {
             nodes,
             strides,
             ghosts: 0,
-            below: 1,
-            above: 1,
+            nodes_below: 1,
+            nodes_above: 1,
             slab_cells,
-            active: rows.map(|k| 0..row.min(count - k * row)).collect(),
+            active_nodes: rows.map(|k| 0..row.min(count - k * row)).collect(),
             window_starts: (0..slabs).map(start).collect(),
             period: [0; D],
         }

@@ -26,10 +26,10 @@ pub struct Layout<const D: usize> {
     nodes: [usize; D],
     strides: [usize; D],
     ghosts: usize,
-    below: usize,
-    above: usize,
+    nodes_below: usize,
+    nodes_above: usize,
     slab_cells: usize,
-    active: Vec<Range<usize>>,
+    active_nodes: Vec<Range<usize>>,
     /// First entry of the node range of each slab of a mesh; empty on a structured grid.
     window_starts: Vec<usize>,
     /// Period in nodes along periodic axes; zero along others.
@@ -57,16 +57,16 @@ impl<const D: usize> Layout<D> {
         for axis in (0..D - 1).rev() {
             strides[axis] = strides[axis + 1] * nodes[axis + 1];
         }
-        let slab_cells = (basis.above + basis.below + 2 * SORT_MARGIN).max(4);
+        let slab_cells = (basis.nodes_above + basis.nodes_below + 2 * SORT_MARGIN).max(4);
         Self {
             grid: *grid,
             nodes,
             strides,
             ghosts: basis.ghosts,
-            below: basis.below,
-            above: basis.above,
+            nodes_below: basis.nodes_below,
+            nodes_above: basis.nodes_above,
             slab_cells,
-            active: vec![0..0; nodes[0]],
+            active_nodes: vec![0..0; nodes[0]],
             window_starts: Vec::new(),
             period: [0; D],
         }
@@ -157,7 +157,7 @@ impl<const D: usize> Layout<D> {
     fn activate_images(&mut self) {
         if (1..D).any(|axis| self.is_periodic(axis)) {
             let whole = 0..self.strides[0];
-            self.active
+            self.active_nodes
                 .iter_mut()
                 .filter(|range| range.start < range.end)
                 .for_each(|range| *range = whole.clone());
@@ -165,14 +165,14 @@ impl<const D: usize> Layout<D> {
         if self.is_periodic(0) {
             for row in 0..self.periodic_image_count(0) {
                 let image = row + self.period[0];
-                let (a, b) = (self.active[row].clone(), self.active[image].clone());
+                let (a, b) = (self.active_nodes[row].clone(), self.active_nodes[image].clone());
                 let both = match (Range::is_empty(&a), Range::is_empty(&b)) {
                     (true, _) => b,
                     (_, true) => a,
                     _ => a.start.min(b.start)..a.end.max(b.end),
                 };
-                self.active[row] = both.clone();
-                self.active[image] = both;
+                self.active_nodes[row] = both.clone();
+                self.active_nodes[image] = both;
             }
         }
     }
@@ -216,7 +216,7 @@ impl<const D: usize> Layout<D> {
         if self.is_mesh() {
             return;
         }
-        self.active.fill(0..0);
+        self.active_nodes.fill(0..0);
     }
 
     /// Adds a set of points sorted by cell ([`sort_by_cell`]): activates the nodes within their support until
@@ -224,7 +224,7 @@ impl<const D: usize> Layout<D> {
     /// [`Layout::slabs`]).
     pub fn add_points(&mut self, positions: &[[f64; D]]) -> Vec<usize> {
         let mut bounds = vec![0; self.slabs() + 1];
-        let (below, above) = (self.below + SORT_MARGIN, self.above + SORT_MARGIN);
+        let (below, above) = (self.nodes_below + SORT_MARGIN, self.nodes_above + SORT_MARGIN);
         let reach = |cell: usize, nodes: usize| {
             let node = cell + self.ghosts;
             node.saturating_sub(below)..(node + above + 1).min(nodes)
@@ -238,7 +238,7 @@ impl<const D: usize> Layout<D> {
             }
             let across = if D > 1 { reach(cell[1], self.nodes[1]) } else { 0..1 };
             for row in reach(cell[0], self.nodes[0]) {
-                let range = &mut self.active[row];
+                let range = &mut self.active_nodes[row];
                 let (start, end) = (across.start * plane, across.end * plane);
                 *range = if range.start == range.end {
                     start..end
@@ -255,13 +255,13 @@ impl<const D: usize> Layout<D> {
     }
 
     /// Active nodes of a row, relative to its start.
-    pub fn active(&self, row: usize) -> Range<usize> {
-        self.active[row].clone()
+    pub fn active_nodes(&self, row: usize) -> Range<usize> {
+        self.active_nodes[row].clone()
     }
 
     /// Index along the axes of node `number` of a row.
     #[inline]
-    pub fn index(&self, row: usize, number: usize) -> [usize; 3] {
+    pub fn axis_indices(&self, row: usize, number: usize) -> [usize; 3] {
         match D {
             1 => [row, 0, 0],
             2 => [row, number, 0],
@@ -277,7 +277,7 @@ impl<const D: usize> Layout<D> {
         results: &mut [R],
         visit: impl Fn(usize, Range<usize>, &mut [T]) -> R + Sync,
     ) {
-        visit_rows(nodes, self.strides[0], &self.active, results, &visit);
+        visit_rows(nodes, self.strides[0], &self.active_nodes, results, &visit);
     }
 
     /// Calls `visit` as [`Layout::for_each_row`], without results.
@@ -286,7 +286,7 @@ impl<const D: usize> Layout<D> {
         nodes: &mut [T],
         visit: impl Fn(usize, Range<usize>, &mut [T]) + Sync,
     ) {
-        visit_rows(nodes, self.strides[0], &self.active, &mut vec![(); self.nodes[0]], &visit);
+        visit_rows(nodes, self.strides[0], &self.active_nodes, &mut vec![(); self.nodes[0]], &visit);
     }
 
     /// Calls `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
@@ -300,13 +300,13 @@ impl<const D: usize> Layout<D> {
         let row = self.strides[0];
         let lines = first.par_chunks_mut(row).zip(second.par_chunks_mut(row)).zip(results).enumerate();
         lines.for_each(|(row, ((first, second), result))| {
-            visit(row, self.active[row].clone(), [first, second], result);
+            visit(row, self.active_nodes[row].clone(), [first, second], result);
         });
     }
 
     /// Resets the active nodes to their default.
     pub fn reset<T: Send + Default + Clone>(&self, nodes: &mut [T]) {
-        reset(nodes, self.strides[0], &self.active);
+        reset(nodes, self.strides[0], &self.active_nodes);
     }
 
     /// Calls `scatter(slab, window, number of the window's first node)` for every slab: first the even
@@ -328,7 +328,7 @@ impl<const D: usize> Layout<D> {
         if self.is_mesh() {
             return self.window_starts[slab];
         }
-        let row = (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + SORT_MARGIN);
+        let row = (slab * self.slab_cells + self.ghosts).saturating_sub(self.nodes_below + SORT_MARGIN);
         row.min(self.nodes[0]) * self.strides[0]
     }
 }

@@ -174,11 +174,11 @@ impl<const D: usize> Mesh<D> {
                 break;
             }
         }
-        let mut starts = vec![0];
+        let mut bin_offsets = vec![0];
         for list in &members {
-            starts.push(starts[starts.len() - 1] + list.len() as u32);
+            bin_offsets.push(bin_offsets[bin_offsets.len() - 1] + list.len() as u32);
         }
-        ElementBins { grid, starts, elements: members.concat() }
+        ElementBins { grid, bin_offsets, elements: members.concat() }
     }
 }
 
@@ -226,18 +226,18 @@ impl NodeElements {
     fn from_elements<const D: usize>(elements: &[Element<D>], nodes: usize) -> Self {
         let corners =
             || (0..).zip(elements).flat_map(|(e, element)| element.nodes[..=D].iter().map(move |&n| (e, n)));
-        let mut starts = vec![0; nodes + 1];
-        corners().for_each(|(_, node)| starts[node as usize + 1] += 1);
+        let mut row_offsets = vec![0; nodes + 1];
+        corners().for_each(|(_, node)| row_offsets[node as usize + 1] += 1);
         for node in 0..nodes {
-            starts[node + 1] += starts[node];
+            row_offsets[node + 1] += row_offsets[node];
         }
-        let mut place = starts.clone();
-        let mut members = vec![0; starts[nodes] as usize];
+        let mut place = row_offsets.clone();
+        let mut members = vec![0; row_offsets[nodes] as usize];
         for (element, node) in corners() {
             members[place[node as usize] as usize] = element;
             place[node as usize] += 1;
         }
-        Self { starts, elements: members }
+        Self { row_offsets, elements: members }
     }
 }
 

@@ -30,7 +30,7 @@ pub(crate) enum NonconformityKind {
     /// Centre of another element.
     Centre(u32),
     /// Centre of a boundary facet of another element.
-    Facet(u32),
+    FacetCentre(u32),
 }
 
 /// Elements by the cells that they overlap. Cells are as large as the elements in them, to a factor of two, in as many levels as
@@ -90,36 +90,41 @@ impl<const D: usize> Mesh<D> {
     /// First position where the mesh does not conform.
     pub(crate) fn first_nonconformity(&self) -> Option<Nonconformity<D>> {
         let cells = ElementCells::new(self);
-        let within = |place: &[f64; D], but: &dyn Fn(u32) -> bool| {
-            let holds =
-                |e: &u32| !but(*e) && lowest_entry::<D>(&self.barycentric(*e, place)).1 >= -INSIDE_TOLERANCE;
-            cells.candidates(place).find(holds)
+        let within = |position: &[f64; D], but: &dyn Fn(u32) -> bool| {
+            let holds = |e: &u32| {
+                !but(*e) && lowest_entry::<D>(&self.barycentric(*e, position)).1 >= -INSIDE_TOLERANCE
+            };
+            cells.candidates(position).find(holds)
         };
-        let clash = |what: NonconformityKind, place: [f64; D], within: u32| {
-            let is_inside = lowest_entry::<D>(&self.barycentric(within, &place)).1 > INSIDE_TOLERANCE;
-            Nonconformity { kind: what, position: place, element: within, is_inside }
+        let clash = |what: NonconformityKind, position: [f64; D], within: u32| {
+            let is_inside = lowest_entry::<D>(&self.barycentric(within, &position)).1 > INSIDE_TOLERANCE;
+            Nonconformity { kind: what, position, element: within, is_inside }
         };
         let of_node = |node: u32| {
-            let place = self.nodes()[node as usize];
+            let position = self.nodes()[node as usize];
             let corners = |e: u32| &self.elements()[e as usize].nodes[..=D];
-            let found = within(&place, &|e| corners(e).contains(&node))?;
-            let shares = self.barycentric(found, &place);
+            let found = within(&position, &|e| corners(e).contains(&node))?;
+            let shares = self.barycentric(found, &position);
             let twin = corners(found).iter().zip(shares).find(|(_, share)| *share > 1.0 - INSIDE_TOLERANCE);
             let what = twin.map_or(NonconformityKind::Node(node), |(corner, _)| {
                 NonconformityKind::CoincidentNode(node, *corner)
             });
-            Some(clash(what, place, found))
+            Some(clash(what, position, found))
         };
         let of_centre = |element: u32| {
-            let place = self.position(element, &[1.0 / (D as f64 + 1.0); 4][..=D]);
-            Some(clash(NonconformityKind::Centre(element), place, within(&place, &|e| e == element)?))
+            let position = self.element_point(element, &[1.0 / (D as f64 + 1.0); 4][..=D]);
+            Some(clash(NonconformityKind::Centre(element), position, within(&position, &|e| e == element)?))
         };
         let of_facets = |element: u32| {
             (0..=D).filter(|k| self.elements()[element as usize].neighbours[*k] == NO_ELEMENT).find_map(|k| {
                 let mut shares = [1.0 / D as f64; 4];
                 shares[k] = 0.0;
-                let place = self.position(element, &shares[..=D]);
-                Some(clash(NonconformityKind::Facet(element), place, within(&place, &|e| e == element)?))
+                let position = self.element_point(element, &shares[..=D]);
+                Some(clash(
+                    NonconformityKind::FacetCentre(element),
+                    position,
+                    within(&position, &|e| e == element)?,
+                ))
             })
         };
         let all = || 0..self.elements().len() as u32;
@@ -135,7 +140,10 @@ mod tests {
     use super::*;
     use crate::Grid;
 
-    fn clash<const D: usize>(nodes: &[[f64; D]], elements: &[Vec<usize>]) -> Option<Nonconformity<D>> {
+    fn nonconformity<const D: usize>(
+        nodes: &[[f64; D]],
+        elements: &[Vec<usize>],
+    ) -> Option<Nonconformity<D>> {
         Mesh::new(nodes, elements, &BTreeMap::new()).unwrap().first_nonconformity()
     }
 
@@ -151,14 +159,14 @@ mod tests {
         nodes.extend((0..20).map(|k| [0.5f64.powi(k), 0.5f64.powi(k)]));
         let mut elements = vec![vec![0, 20, 40]];
         (1..20).for_each(|k| elements.extend([vec![k + 1, k, k + 20], vec![k + 1, k + 20, k + 21]]));
-        assert_eq!(clash(&nodes, &elements), None);
+        assert_eq!(nonconformity(&nodes, &elements), None);
     }
 
     #[test]
     fn hanging_nodes_are_reported_as_nonconforming() {
         // A square of two triangles with half a square at its right side, whose node 4 is a hanging node.
         let nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5], [2.0, 0.0]];
-        let found = clash(&nodes, &[vec![0, 1, 2], vec![0, 2, 3], vec![1, 5, 4]]).unwrap();
+        let found = nonconformity(&nodes, &[vec![0, 1, 2], vec![0, 2, 3], vec![1, 5, 4]]).unwrap();
         assert!(matches!(found.kind, NonconformityKind::Node(_)) && !found.is_inside, "{found:?}");
         assert_eq!(found.position, [1.0, 0.5]);
     }
@@ -166,14 +174,14 @@ mod tests {
     #[test]
     fn coincident_nodes_and_overlapping_elements_are_reported_as_nonconforming() {
         let twin = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0 + 1e-9, 0.0], [1.0, 1.0]];
-        let found = clash(&twin, &[vec![0, 1, 2], vec![3, 4, 2]]).unwrap();
+        let found = nonconformity(&twin, &[vec![0, 1, 2], vec![3, 4, 2]]).unwrap();
         assert!(matches!(found.kind, NonconformityKind::CoincidentNode(..)), "{found:?}");
         let over = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [1.0, 1.0], [1.5, 1.0], [1.0, 1.5]];
-        let found = clash(&over, &[vec![0, 1, 2], vec![3, 4, 5]]).unwrap();
+        let found = nonconformity(&over, &[vec![0, 1, 2], vec![3, 4, 5]]).unwrap();
         assert!(matches!(found.kind, NonconformityKind::Node(_)) && found.is_inside, "{found:?}");
         // A star of two triangles, with no corner of either in the other.
         let star = [[0.0, 0.0], [6.0, 0.0], [3.0, 5.0], [3.0, -2.0], [6.0, 3.5], [0.0, 3.5]];
-        let found = clash(&star, &[vec![0, 1, 2], vec![3, 4, 5]]).unwrap();
+        let found = nonconformity(&star, &[vec![0, 1, 2], vec![3, 4, 5]]).unwrap();
         assert!(matches!(found.kind, NonconformityKind::Centre(_)), "{found:?}");
     }
 
@@ -208,8 +216,8 @@ mod tests {
                 .collect()
         };
         let same = turned([left.clone(), right([0, 1, 2], [0, 2, 3])].concat());
-        assert_eq!(clash(&nodes, &same), None);
+        assert_eq!(nonconformity(&nodes, &same), None);
         let other = turned([left, right([1, 2, 3], [1, 3, 0])].concat());
-        assert!(matches!(clash(&nodes, &other).unwrap().kind, NonconformityKind::Facet(_)));
+        assert!(matches!(nonconformity(&nodes, &other).unwrap().kind, NonconformityKind::FacetCentre(_)));
     }
 }

@@ -30,8 +30,8 @@ pub struct SimplexBasis;
 impl<const S: usize> Basis<S> for SimplexBasis {
     const NAME: &'static str = "mesh";
     const GHOSTS: usize = 0;
-    const BELOW: usize = 1;
-    const ABOVE: usize = 1;
+    const NODES_BELOW: usize = 1;
+    const NODES_ABOVE: usize = 1;
 
     fn nodes(cells: usize) -> usize {
         cells + 1
@@ -77,14 +77,14 @@ pub struct Mesh<const D: usize> {
 /// Elements around the nodes: those of node `n` are the members from `starts[n]` to `starts[n + 1]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct NodeElements {
-    starts: Vec<u32>,
+    row_offsets: Vec<u32>,
     elements: Vec<u32>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct ElementBins<const D: usize> {
     grid: Grid<D>,
-    starts: Vec<u32>,
+    bin_offsets: Vec<u32>,
     elements: Vec<u32>,
 }
 
@@ -110,8 +110,8 @@ impl<const D: usize> Mesh<D> {
     /// Elements around a node.
     #[inline]
     pub fn elements_around(&self, node: u32) -> &[u32] {
-        let NodeElements { starts, elements } = &self.node_elements;
-        &elements[starts[node as usize] as usize..starts[node as usize + 1] as usize]
+        let NodeElements { row_offsets, elements } = &self.node_elements;
+        &elements[row_offsets[node as usize] as usize..row_offsets[node as usize + 1] as usize]
     }
 
     /// Elements across the facets of an element; none across a facet on the boundary of the mesh.
@@ -175,7 +175,7 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// Position with barycentric coordinates `local` in an element.
-    pub fn position(&self, element: u32, local: &[f64]) -> [f64; D] {
+    pub fn element_point(&self, element: u32, local: &[f64]) -> [f64; D] {
         let nodes = self.elements[element as usize].nodes;
         std::array::from_fn(|c| {
             local.iter().zip(nodes).map(|(share, node)| share * self.nodes[node as usize][c]).sum()
@@ -192,7 +192,7 @@ impl<const D: usize> Mesh<D> {
         }
         let cell = bins.grid.cell_of(position);
         let bin = (0..D).fold(0, |number, a| number * bins.grid.cells[a] + cell[a]);
-        let range = bins.starts[bin] as usize..bins.starts[bin + 1] as usize;
+        let range = bins.bin_offsets[bin] as usize..bins.bin_offsets[bin + 1] as usize;
         bins.elements[range]
             .iter()
             .copied()
@@ -205,8 +205,8 @@ impl<const D: usize> Mesh<D> {
     pub fn locate_from(&self, start: u32, position: &[f64; D]) -> Option<u32> {
         let mut element = start;
         for _ in 0..MAX_WALK_STEPS {
-            let (facet, least) = lowest_entry::<D>(&self.barycentric(element, position));
-            if least >= -BARYCENTRIC_TOLERANCE {
+            let (facet, smallest) = lowest_entry::<D>(&self.barycentric(element, position));
+            if smallest >= -BARYCENTRIC_TOLERANCE {
                 return Some(element);
             }
             element = self.elements[element as usize].neighbours[facet];
@@ -249,11 +249,11 @@ fn norm<const D: usize>(vector: &[f64; D]) -> f64 {
 /// Index and value of the lowest of the first `D + 1` numbers.
 #[inline(always)]
 fn lowest_entry<const D: usize>(values: &[f64; CORNERS]) -> (usize, f64) {
-    let mut least = (0, values[0]);
+    let mut smallest = (0, values[0]);
     for k in 1..=D {
-        if values[k] < least.1 {
-            least = (k, values[k]);
+        if values[k] < smallest.1 {
+            smallest = (k, values[k]);
         }
     }
-    least
+    smallest
 }

@@ -1,7 +1,7 @@
 use super::*;
 use proptest::prelude::*;
 
-fn cut<const D: usize>(cells: [usize; D]) -> Mesh<D> {
+fn simplex_mesh<const D: usize>(cells: [usize; D]) -> Mesh<D> {
     Mesh::of_grid(&Grid { origin: [-1.0; D], cell: 0.5, cells }).unwrap()
 }
 
@@ -20,11 +20,11 @@ fn the_reference_tetrahedron_has_the_height_of_the_sheet() {
 
 #[test]
 fn elements_of_a_subdivided_box_fill_it() {
-    let flat = cut([4, 3]);
+    let flat = simplex_mesh([4, 3]);
     let volume: f64 = flat.elements.iter().map(|e| e.volume).sum();
     assert!(flat.elements.len() == 24 && (volume - 3.0).abs() < 1e-14);
     assert_eq!(flat.boundary(|_| true).count(), 14);
-    let solid = cut([2, 3, 2]);
+    let solid = simplex_mesh([2, 3, 2]);
     let volume: f64 = solid.elements.iter().map(|e| e.volume).sum();
     assert!(solid.elements.len() == 72 && (volume - 12.0 * 0.125).abs() < 1e-14);
     assert_eq!(solid.boundary(|_| true).count(), 2 * 2 * (6 + 4 + 6), "two triangles a face of a cell");
@@ -48,13 +48,13 @@ fn shape_functions<const D: usize>(mesh: &Mesh<D>, x: &[f64; D]) {
 proptest! {
     #[test]
     fn linear_fields_are_reproduced(x in proptest::array::uniform3(-1.0..0.5f64)) {
-        shape_functions(&cut([3, 3]), &[x[0], x[1]]);
-        shape_functions(&cut([3, 3, 3]), &x);
+        shape_functions(&simplex_mesh([3, 3]), &[x[0], x[1]]);
+        shape_functions(&simplex_mesh([3, 3, 3]), &x);
     }
 
     #[test]
     fn point_location_by_walking_agrees_with_bins(start in 0u32..162, x in proptest::array::uniform3(-1.0..0.5f64)) {
-        let mesh = cut([3, 3, 3]);
+        let mesh = simplex_mesh([3, 3, 3]);
         let found = mesh.locate_from(start, &x).unwrap();
         prop_assert!(lowest_entry::<3>(&mesh.barycentric(found, &x)).1 >= -BARYCENTRIC_TOLERANCE);
         prop_assert_eq!(mesh.locate_from(start, &[x[0] + 2.0, x[1], x[2]]), None);

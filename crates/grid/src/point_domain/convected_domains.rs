@@ -134,7 +134,7 @@ impl<const D: usize> PointDomain<D> for ConvectedQuadrilateral {
     }
 
     #[inline(always)]
-    fn convect(
+    fn advect_corners(
         &mut self,
         position: &[f64; D],
         initial: &[f64; D],

@@ -286,7 +286,7 @@ impl<const D: usize> DomainsMut<'_, D> {
     /// Moves the corners of convected domains in a step of `dt` (s): `velocity` is that of each point at
     /// `position` (m) with the initial widths `initial` (m), `of` that of a node by its number (m/s).
     #[inline]
-    pub fn convect(
+    pub fn advect_corners(
         &mut self,
         ground: &GridView<'_, D>,
         position: &[[f64; D]],
@@ -297,7 +297,7 @@ impl<const D: usize> DomainsMut<'_, D> {
     ) {
         let Self::Corners(domains) = self else { return };
         for (p, (domain, position)) in domains.iter_mut().zip(position).enumerate() {
-            domain.convect(position, initial, &velocity(p), dt, |place| {
+            domain.advect_corners(position, initial, &velocity(p), dt, |place| {
                 let velocity = CpdiBasis::interpolate_linear(ground.grid, place, &of);
                 std::array::from_fn(|c| velocity.as_array()[c])
             });

@@ -63,7 +63,7 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// Whether shape functions are evaluated at the initial position (total-Lagrangian).
     const REFERENCE_CONFIGURATION: bool = false;
 
-    /// Whether corners move with the grid velocity ([`PointDomain::convect`]).
+    /// Whether corners move with the grid velocity ([`PointDomain::advect_corners`]).
     const CONVECTS_CORNERS: bool = false;
 
     /// Number of values of a domain in a checkpoint.
@@ -129,7 +129,7 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// Moves the corners with the velocity that `read` returns at a position (m), in a step of `dt` (s) in which the point moves
     /// with `velocity` (m/s).
     #[inline(always)]
-    fn convect(
+    fn advect_corners(
         &mut self,
         _position: &[f64; D],
         _initial: &[f64; D],

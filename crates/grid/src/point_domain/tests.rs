@@ -6,7 +6,7 @@ use crate::point_domain::*;
 use crate::{LinearBasis, Mesh};
 
 /// Stand-in for domains that do not use the right stretch.
-fn none<const D: usize>(_deformation: &SquareMatrix<D>) -> [f64; D] {
+fn no_stretch<const D: usize>(_deformation: &SquareMatrix<D>) -> [f64; D] {
     [f64::NAN; D]
 }
 
@@ -19,7 +19,7 @@ fn numbers<const D: usize>(domain: impl PointDomain<D>) -> Vec<f64> {
 #[test]
 fn corners_follow_the_deformation() {
     let mut domain = ConvectedDomain::<2>::default();
-    domain.update_deformation(&[[0.0, 1.5], [0.0, 0.0]], none);
+    domain.update_deformation(&[[0.0, 1.5], [0.0, 0.0]], no_stretch);
     let edges = domain.edges(&[0.2, 0.4]);
     let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
     assert!(apart(edges[0], [0.1, 0.0]) < 1e-15 && apart(edges[1], [0.3, 0.2]) < 1e-15, "{edges:?}");
@@ -27,7 +27,7 @@ fn corners_follow_the_deformation() {
     assert!(domain.validity_error(&[0.2, 0.4], 0.21).is_none());
     let fault = domain.validity_error(&[0.2, 0.4], 0.19).unwrap();
     assert!(fault.contains("4.211 cells wide"), "{fault}");
-    domain.update_deformation(&[[f64::NAN, 0.0], [0.0, 0.0]], none);
+    domain.update_deformation(&[[f64::NAN, 0.0], [0.0, 0.0]], no_stretch);
     assert!(domain.validity_error(&[0.2, 0.4], 1.0).is_some());
 }
 
@@ -37,8 +37,8 @@ fn corners_move_with_the_velocity_field_at_their_position() {
     let (initial, place, dt) = ([0.2, 0.4], [0.3, 0.7], 1.0);
     let field = |x: &[f64; 2]| [0.3 + 0.5 * x[0] - 0.2 * x[1], -0.1 + 0.7 * x[0] + 0.1 * x[1]];
     let (mut free, mut convected) = (ConvectedQuadrilateral::default(), ConvectedDomain::<2>::default());
-    free.convect(&place, &initial, &field(&place), dt, field);
-    convected.update_deformation(&[[0.5, -0.2], [0.7, 0.1]], none);
+    free.advect_corners(&place, &initial, &field(&place), dt, field);
+    convected.update_deformation(&[[0.5, -0.2], [0.7, 0.1]], no_stretch);
     let edges = convected.edges(&initial);
     for (arm, [s, t]) in
         free.corner_vectors(&initial).iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -47,10 +47,13 @@ fn corners_move_with_the_velocity_field_at_their_position() {
     }
     assert!(free.validity_error(&initial, 0.2).is_none());
     assert!(free.validity_error(&initial, 0.1).unwrap().contains("cells from it"));
-    assert_eq!(<ConvectedQuadrilateral as PointDomain<2>>::from_numbers(&numbers::<2>(free), none), free);
+    assert_eq!(
+        <ConvectedQuadrilateral as PointDomain<2>>::from_numbers(&numbers::<2>(free), no_stretch),
+        free
+    );
     let inward = |x: &[f64; 2]| if x[0] > 0.35 && x[1] > 0.8 { [-0.2, -0.4] } else { [0.0; 2] };
     let mut bent = ConvectedQuadrilateral::default();
-    bent.convect(&place, &initial, &[0.0; 2], 1.0, inward);
+    bent.advect_corners(&place, &initial, &[0.0; 2], 1.0, inward);
     assert!(bent.validity_error(&initial, 1.0).unwrap().contains("convex"));
 }
 
@@ -77,7 +80,7 @@ fn gradients_of_reference_functions_are_with_respect_to_the_current_position() {
     let f = [[1.3, 0.4], [-0.2, 0.8]];
     let mut point = ReferenceDomain::<2>::default();
     point.initialise(&ground, &[0.37, 0.61]).unwrap();
-    point.update_deformation(&[[f[0][0] - 1.0, f[0][1]], [f[1][0], f[1][1] - 1.0]], none);
+    point.update_deformation(&[[f[0][0] - 1.0, f[0][1]], [f[1][0], f[1][1] - 1.0]], no_stretch);
     let mut unit = [[0.0; 2]; 2];
     point.support::<2, LinearBasis>(&ground, &[9.0, 9.0], &[0.1; 2]).for_each(&[5, 1], |number, _, g| {
         let node = [0.25 * (number / 5) as f64, 0.25 * (number % 5) as f64];
@@ -92,6 +95,6 @@ fn gradients_of_reference_functions_are_with_respect_to_the_current_position() {
             assert!((unit[i][j] - if i == j { 1.0 } else { 0.0 }).abs() < 1e-13, "{unit:?}");
         }
     }
-    let again = ReferenceDomain::<2>::from_numbers(&numbers::<2>(point), none);
+    let again = ReferenceDomain::<2>::from_numbers(&numbers::<2>(point), no_stretch);
     assert_eq!(again, point);
 }

@@ -11,9 +11,9 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
     /// Layers of nodes outside the domain, at each end.
     const GHOSTS: usize;
     /// Number of nodes in the support of a point below the lower node of its cell.
-    const BELOW: usize;
+    const NODES_BELOW: usize;
     /// Number of nodes in the support of a point above the lower node of its cell.
-    const ABOVE: usize;
+    const NODES_ABOVE: usize;
     /// Whether fixed nodes on a grid line within the domain fix the material there.
     const ALLOWS_INTERIOR_WALLS: bool = true;
 
@@ -51,8 +51,8 @@ pub struct LinearBasis;
 impl Basis<2> for LinearBasis {
     const NAME: &'static str = "linear";
     const GHOSTS: usize = 0;
-    const BELOW: usize = 0;
-    const ABOVE: usize = 1;
+    const NODES_BELOW: usize = 0;
+    const NODES_ABOVE: usize = 1;
 
     fn nodes(cells: usize) -> usize {
         cells + 1
@@ -78,8 +78,8 @@ pub struct GimpBasis;
 impl Basis<3> for GimpBasis {
     const NAME: &'static str = "gimp";
     const GHOSTS: usize = 1;
-    const BELOW: usize = 1;
-    const ABOVE: usize = 2;
+    const NODES_BELOW: usize = 1;
+    const NODES_ABOVE: usize = 2;
 
     fn nodes(cells: usize) -> usize {
         cells + 3
@@ -116,8 +116,8 @@ pub struct ContiguousGimpBasis;
 impl Basis<4> for ContiguousGimpBasis {
     const NAME: &'static str = "contiguous-particle gimp";
     const GHOSTS: usize = 2;
-    const BELOW: usize = 1;
-    const ABOVE: usize = 3;
+    const NODES_BELOW: usize = 1;
+    const NODES_ABOVE: usize = 3;
 
     fn nodes(cells: usize) -> usize {
         cells + 5
@@ -214,8 +214,8 @@ impl Basis<3> for QuadraticSpline {
     const NAME: &'static str = "quadratic B-spline";
     const ALLOWS_INTERIOR_WALLS: bool = false;
     const GHOSTS: usize = 0;
-    const BELOW: usize = 0;
-    const ABOVE: usize = 2;
+    const NODES_BELOW: usize = 0;
+    const NODES_ABOVE: usize = 2;
 
     fn nodes(cells: usize) -> usize {
         cells + 2
@@ -262,8 +262,8 @@ impl Basis<4> for CubicSpline {
     const NAME: &'static str = "cubic B-spline";
     const ALLOWS_INTERIOR_WALLS: bool = false;
     const GHOSTS: usize = 0;
-    const BELOW: usize = 0;
-    const ABOVE: usize = 3;
+    const NODES_BELOW: usize = 0;
+    const NODES_ABOVE: usize = 3;
 
     fn nodes(cells: usize) -> usize {
         cells + 3

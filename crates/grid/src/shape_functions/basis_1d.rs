@@ -13,9 +13,9 @@ pub struct Basis1d {
     /// Layers of nodes outside the domain, at each end.
     pub ghosts: usize,
     /// Number of nodes in the support of a point below the lower node of its cell.
-    pub below: usize,
+    pub nodes_below: usize,
     /// Number of nodes in the support of a point above the lower node of its cell.
-    pub above: usize,
+    pub nodes_above: usize,
     /// Whether fixed nodes on a grid line within the domain fix the material there.
     pub allows_interior_walls: bool,
     nodes: fn(usize) -> usize,
@@ -57,8 +57,8 @@ impl Basis1d {
         Self {
             name: B::NAME,
             ghosts: B::GHOSTS,
-            below: B::BELOW,
-            above: B::ABOVE,
+            nodes_below: B::NODES_BELOW,
+            nodes_above: B::NODES_ABOVE,
             allows_interior_walls: B::ALLOWS_INTERIOR_WALLS,
             nodes: B::nodes,
             coordinate: B::coordinate,

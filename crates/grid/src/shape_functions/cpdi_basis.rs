@@ -12,8 +12,8 @@ const GHOSTS: usize = 2;
 impl<const S: usize> Basis<S> for CpdiBasis {
     const NAME: &'static str = "cpdi";
     const GHOSTS: usize = GHOSTS;
-    const BELOW: usize = 2;
-    const ABOVE: usize = 3;
+    const NODES_BELOW: usize = 2;
+    const NODES_ABOVE: usize = 3;
 
     fn nodes(cells: usize) -> usize {
         cells + 1 + 2 * GHOSTS

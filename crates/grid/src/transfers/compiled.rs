@@ -107,7 +107,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
         for_each_point::<D, S, B, P>(ground, points, |p, support| {
             let (motion, columns, body) =
                 (given.momentum_and_mass[p], &given.stress_columns[p], given.body_force.get(p).copied());
-            let Some(affine) = &given.affine else {
+            let Some(affine) = &given.affine_fields else {
                 support.p2g(nodes, first, strides, motion, columns, body);
                 return;
             };

@@ -82,7 +82,7 @@ pub struct P2gInput<'a, const D: usize> {
     /// Forces that are multiplied by the weights; empty where there are none.
     pub body_force: &'a [Vector4],
     /// Affine velocity fields that contribute to the momentum; `None` without.
-    pub affine: Option<AffineFields<'a, D>>,
+    pub affine_fields: Option<AffineFields<'a, D>>,
 }
 
 /// Contributions of points to the nodes in two phases, of which each node has one entry.
@@ -113,7 +113,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         given: &P2gInput<'_, D>,
     );
 
-    /// Points to grid: adds `N value`, and the momenta of the `affine` fields.
+    /// Points to grid: adds `N value`, and the momenta of the affine fields.
     fn p2g_values(
         &self,
         ground: &GridView<'_, D>,

@@ -150,7 +150,7 @@ mod tests {
     use crate::momentum::velocity_fields::VelocitySource;
     use crate::points::point_set::PointSet;
     use crate::points::vectors::vector4;
-    use crate::setup::tests::begun;
+    use crate::setup::tests::initial_solver;
     use crate::solver::MpmSolver;
     use crate::stress::volumetric_strain::average_strains_of_one_phase;
     use crate::transfer::point_update::{UpdateSelection, update_points};
@@ -182,14 +182,14 @@ mod tests {
             (0..2).for_each(|number| text["bodies"][number][key] = value.clone());
         }
         let case = Case::from_json(&text.to_string()).unwrap();
-        begun(&case)
+        initial_solver(&case)
     }
 
     /// Sets the velocities of the nodes, and the strains of the points in a step of 1 s.
     fn strain<const D: usize>(solver: &mut MpmSolver<D>, velocity: impl Fn(&[f64; D]) -> [f64; D]) {
         let mesh = solver.background.mesh.clone();
         for (node, x) in mesh.nodes().iter().enumerate() {
-            solver.nodes.remapped[node] = vector4(&velocity(x), 0.0);
+            solver.nodes.remapped_velocities[node] = vector4(&velocity(x), 0.0);
         }
         let MpmSolver { clock, background, bodies, nodes, boundary, averages, .. } = solver;
         clock.dt = 1.0;
@@ -203,7 +203,7 @@ mod tests {
     /// Averaged volumetric strains of skeleton and liquid at a point.
     fn shared_strain<const D: usize>(solver: &MpmSolver<D>, set: &PointSet<D>, p: usize) -> [f64; 2] {
         let cell = set.domain.as_slice().cell(p, &solver.background.grid_view(), &set.points.position[p]);
-        solver.averages.strains.at(set.body, solver.background.cell_layout().len(), cell)
+        solver.averages.strains.cell_strains(set.body, solver.background.cell_layout().len(), cell)
     }
 
     /// A velocity field of uniform symmetric gradient, small enough to add to 1 without loss.
@@ -255,7 +255,7 @@ mod tests {
             .collect();
         let trace = |e: usize| (0..D).map(|c| own[e][c][c]).sum::<f64>();
         let mut differs = false;
-        let material = |e: usize| mesh.position(e as u32, &[1.0 / (D + 1) as f64; 4][..=D])[D - 1] > 2.0;
+        let material = |e: usize| mesh.element_point(e as u32, &[1.0 / (D + 1) as f64; 4][..=D])[D - 1] > 2.0;
         for set in &solver.bodies.sets {
             for p in 0..set.len() {
                 let element = mesh.locate(&set.points.position[p]).unwrap() as usize;
@@ -298,7 +298,7 @@ mod tests {
         solver.bodies.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x), &mut ScratchBuffers::default()));
         solver.sort();
         solver.p2g_for_tests();
-        solver.nodes.solved.iter().map(|node| node.force.to_array()).collect()
+        solver.nodes.nodal_states.iter().map(|node| node.force.to_array()).collect()
     }
 
     fn check_full_element_averages<const D: usize>() {

@@ -34,7 +34,7 @@ pub struct BackgroundGrid<const D: usize> {
     /// The shape functions along an axis.
     pub basis_1d: Basis1d,
     /// Upper corner of the grid (m).
-    pub upper: [f64; D],
+    pub upper_corner: [f64; D],
     /// Axes along which the domain is periodic.
     pub periodic: [bool; D],
     /// Whether the first axis is a radius.
@@ -51,7 +51,7 @@ impl<const D: usize> BackgroundGrid<D> {
         Self {
             elements: (!mesh.is_empty()).then(|| Layout::of_elements(&mesh, &grid)),
             basis_1d: transfers.basis_1d(),
-            upper: grid.upper(),
+            upper_corner: grid.upper(),
             periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
             axisymmetric: case.space == Space::Axisymmetric,
             transfers,

@@ -153,7 +153,7 @@ pub fn sample_body<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &
     let mut samples = Vec::new();
     for (number, element) in mesh.elements().iter().enumerate() {
         for local in &points {
-            let position = mesh.position(number as u32, &local[..=D]);
+            let position = mesh.element_point(number as u32, &local[..=D]);
             if body.shape.contains(&position) {
                 samples.push(Sample { position, volume: element.volume / points.len() as f64 });
             }

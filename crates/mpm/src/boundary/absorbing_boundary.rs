@@ -42,7 +42,7 @@ struct AbsorbingFace {
 #[derive(Clone, Copy, Debug, Default)]
 struct FaceNode {
     /// Number of the node.
-    place: usize,
+    node: usize,
     index: [usize; 3],
     /// Dashpot coefficients of the skeleton or the single phase (N s/m).
     solid: [f64; 3],
@@ -121,7 +121,7 @@ impl Impedance {
 #[derive(Clone, Copy)]
 struct DashpotLaw {
     axis: usize,
-    upper: bool,
+    is_upper: bool,
     /// Grid line of the face, counted in cells.
     face: usize,
     normal: f64,
@@ -137,9 +137,10 @@ fn dashpot_law<const D: usize>(
 ) -> Option<DashpotLaw> {
     let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
     let axis = boundary.side.axis();
-    let line = (boundary.position(&clock.case.domain) - background.grid.origin[axis]) / background.grid.cell;
-    let (face, upper) = (line.round() as usize, boundary.side.is_max());
-    Some(DashpotLaw { axis, upper, face, normal, tangential, spring_length })
+    let line =
+        (boundary.wall_coordinate(&clock.case.domain) - background.grid.origin[axis]) / background.grid.cell;
+    let (face, is_upper) = (line.round() as usize, boundary.side.is_max());
+    Some(DashpotLaw { axis, is_upper, face, normal, tangential, spring_length })
 }
 
 impl AbsorbingBoundaries {
@@ -212,7 +213,8 @@ impl AbsorbingBoundaries {
                 index[law.axis] = normal_index;
                 for index in background.layout.periodic_images(index) {
                     let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
-                    let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
+                    let node =
+                        found.entry(place).or_insert(FaceNode { node: place, index, ..FaceNode::default() });
                     node.add(law, impedance, area * weight);
                 }
             });
@@ -248,7 +250,7 @@ impl AbsorbingBoundaries {
         for face in &self.faces {
             let Some(moved) = self.displacements.get_mut(&face.number) else { continue };
             for (at, moved) in face.nodes.iter().zip(moved) {
-                let node = &mut solved[at.place];
+                let node = &mut solved[at.node];
                 let mass = inertia * node.momentum_and_mass.as_array()[3];
                 if mass > 0.0 {
                     let free = walls.free_components(&at.index);
@@ -269,7 +271,7 @@ impl AbsorbingBoundaries {
         for face in &self.faces {
             let Some(moved) = self.displacements.get_mut(&face.number) else { continue };
             for (at, moved) in face.nodes.iter().zip(moved) {
-                let node = &mut nodes[at.place];
+                let node = &mut nodes[at.node];
                 let [solid, liquid] =
                     [SOLID, LIQUID].map(|phase| node[phase].momentum_and_mass.as_array()[3]);
                 if solid <= 0.0 {
@@ -330,7 +332,7 @@ fn dashpot_velocity(
 /// Whether a position lies in the layer of cells behind a face.
 fn is_behind_face<const D: usize>(grid: &Grid<D>, law: &DashpotLaw, position: &[f64; D]) -> bool {
     let place = (position[law.axis] - grid.origin[law.axis]) / grid.cell - law.face as f64;
-    if law.upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
+    if law.is_upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
 }
 
 /// Calls `visit` for the nodes at `position` (m) across an axis, with their weights in the other directions.
@@ -362,7 +364,7 @@ pub fn for_each_across<const D: usize>(
 
 #[cfg(test)]
 mod tests {
-    use crate::setup::tests::begun;
+    use crate::setup::tests::initial_solver;
     use colluvium_case::Case;
 
     #[test]
@@ -378,7 +380,7 @@ mod tests {
                 "methods": { "mpm": { "cell_size": 0.1, "shape": "linear" } }
             });
             let case = Case::from_json(&text.to_string()).unwrap();
-            let solver = begun::<2>(&case);
+            let solver = initial_solver::<2>(&case);
             let dashpot: f64 =
                 solver.boundary.absorbing.faces[0].nodes.iter().map(|node| node.solid[0]).sum();
             let exact = 1e9f64.sqrt() * 0.3 * radius;

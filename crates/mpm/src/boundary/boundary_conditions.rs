@@ -57,7 +57,7 @@ pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven
         work += dt * power(&set.points.traction, &set.points.velocity);
     }
     for driven in driven {
-        let free = driven.free_rigid_body.as_ref().map_or([false; 6], |free_body| free_body.free);
+        let free = driven.free_rigid_body.as_ref().map_or([false; 6], |free_body| free_body.free_components);
         let velocity: [f64; 3] = std::array::from_fn(|c| if free[c] { 0.0 } else { driven.velocity()[c] });
         work -= (0..3).map(|c| driven.state.force[c] * velocity[c] * dt).sum::<f64>();
     }

@@ -70,7 +70,7 @@ fn loaded_facets<const D: usize>(
     count: &[u32],
 ) -> Result<Vec<LoadedFacet<D>>, CaseError> {
     let load = &case.loads[number];
-    let Some(side) = load.side() else { return Ok(Vec::new()) };
+    let Some(side) = load.loaded_side() else { return Ok(Vec::new()) };
     let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
     let place = |n: u32| mesh.nodes()[n as usize];
     let filled = |e: u32| count[e as usize] > 0;

@@ -21,7 +21,8 @@ pub fn mesh_walls<const D: usize>(
     if case.space == Space::Axisymmetric {
         let on_axis = nodes_where(mesh, |x| x[0] <= 1e-9 * mesh.height());
         let kind = WallKind::Smooth;
-        let axis = NodeWall { axis: 0, upper: false, node: 0, kind, separation: false, velocity: [0.0; 3] };
+        let axis =
+            NodeWall { axis: 0, is_upper: false, node: 0, kind, separation: false, velocity: [0.0; 3] };
         walls.push((axis, on_axis));
     }
     for (number, boundary) in case.active_boundaries(stage) {
@@ -84,7 +85,7 @@ fn on_plane<const D: usize>(
     number: usize,
     boundary: &Boundary,
 ) -> Result<Vec<u32>, CaseError> {
-    let (axis, face) = (boundary.side.axis(), boundary.position(&case.domain));
+    let (axis, face) = (boundary.side.axis(), boundary.wall_coordinate(&case.domain));
     let slack = 1e-6 * mesh.height();
     let sign = if boundary.side.is_max() { 1.0 } else { -1.0 };
     let nodes = nodes_where(mesh, |x| sign * (x[axis] - face) >= -slack);

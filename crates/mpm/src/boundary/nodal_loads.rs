@@ -66,10 +66,10 @@ pub fn nodal_loads<const D: usize>(
         };
         let layout = &background.layout;
         let per_area = vector4(&case.loads[number].per_area::<D>(), 0.0);
-        let nodes = areas.into_iter().map(|(place, area)| {
+        let nodes = areas.into_iter().map(|(node, area)| {
             let row = layout.strides()[0];
-            let repeated = layout.is_periodic_image(&layout.index(place / row, place % row));
-            LoadedNode { node: place, force: per_area * area, is_periodic_image: repeated }
+            let repeated = layout.is_periodic_image(&layout.axis_indices(node / row, node % row));
+            LoadedNode { node, force: per_area * area, is_periodic_image: repeated }
         });
         let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
         found.push(NodalLoad {
@@ -93,7 +93,7 @@ fn loaded_grid_nodes<const D: usize>(
     let BackgroundGrid { grid, layout, basis_1d: basis, .. } = background;
     let load = &case.loads[number];
     let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].applied_to"), problem));
-    let Some(side) = load.side() else { return Ok(BTreeMap::new()) };
+    let Some(side) = load.loaded_side() else { return Ok(BTreeMap::new()) };
     let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
     let outermost = set.points.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
     let line = (sign * (outermost + 0.5 * set.extent[axis]) - grid.origin[axis]) / grid.cell;

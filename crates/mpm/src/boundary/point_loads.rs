@@ -38,7 +38,8 @@ pub fn loaded_set<const D: usize>(
 /// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, times the share of
 /// the load at its position; zero within the body.
 pub fn loaded_areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
-    load.side().map_or(Vec::new(), |side| case.side_areas(load, side, &set.points.position, &set.extent))
+    load.loaded_side()
+        .map_or(Vec::new(), |side| case.side_areas(load, side, &set.points.position, &set.extent))
 }
 
 /// Adds load `number` to the outermost layer of points on the loaded side (sheet: mpm §2.11).
@@ -50,7 +51,7 @@ pub fn apply<const D: usize>(
 ) -> Result<(), CaseError> {
     let load = &case.loads[number];
     let set = &mut sets[loaded_set(case, number, sets)?];
-    let carried = if mesh.is_empty() || load.side().is_none() {
+    let carried = if mesh.is_empty() || load.loaded_side().is_none() {
         case.load_vectors(number, &set.points.position, &set.extent)?
     } else {
         let per_area = load.per_area::<D>();
@@ -64,7 +65,7 @@ pub fn apply<const D: usize>(
         liquid: load.is_of_fluid(),
         is_follower: load.is_follower(),
         vectors: carried,
-        applied: f64::NAN,
+        applied_factor: f64::NAN,
     });
     set.points.traction.resize(set.points.position.len(), [0.0; D]);
     if let Some(pore) = &mut set.pore {
@@ -77,7 +78,7 @@ impl<const D: usize> PointSet<D> {
     /// Adds the forces of all loads of the set at `time` (s) to its points; `starts` are the start times of the loads (s).
     fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
         let factor = |load: &SurfaceLoad<D>| factor(case, load.number, starts, time);
-        if self.loads.iter().all(|load| !load.is_follower && load.applied == factor(load)) {
+        if self.loads.iter().all(|load| !load.is_follower && load.applied_factor == factor(load)) {
             return;
         }
         self.points.traction.fill([0.0; D]);
@@ -85,7 +86,7 @@ impl<const D: usize> PointSet<D> {
             pore.points.traction.fill([0.0; D]);
         }
         for load in &mut self.loads {
-            load.applied = factor(load);
+            load.applied_factor = factor(load);
             let forces = match &mut self.pore {
                 Some(pore) if load.liquid => &mut pore.points.traction,
                 _ => &mut self.points.traction,
@@ -94,7 +95,7 @@ impl<const D: usize> PointSet<D> {
             for (sum, carried) in forces.iter_mut().zip(&load.vectors) {
                 let force = of_case.force(carried);
                 for c in 0..D {
-                    sum[c] += load.applied * force[c];
+                    sum[c] += load.applied_factor * force[c];
                 }
             }
         }

@@ -54,7 +54,7 @@ struct PlacedPatch<'a> {
 
 impl PlacedPatch<'_> {
     /// Corners of the bounding box of the patch (m).
-    fn ends(&self) -> [[f64; 3]; 2] {
+    fn bounding_corners(&self) -> [[f64; 3]; 2] {
         self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.displacement[c]))
     }
 
@@ -77,7 +77,7 @@ impl PlacedPatch<'_> {
         BackgroundGrid { grid, mesh, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
         mut visit: impl FnMut(usize, bool),
     ) {
-        let [low, high] = self.ends();
+        let [low, high] = self.bounding_corners();
         let slack = SURFACE_TOLERANCE * if mesh.is_empty() { grid.cell } else { mesh.height() };
         let inside = |axis: usize, x: f64| (low[axis] - slack..=high[axis] + slack).contains(&x);
         if !mesh.is_empty() {

@@ -44,12 +44,12 @@ pub fn equilibrium_terms(
     rayleigh: f64,
 ) -> EquilibriumTerms {
     let mut sums = EquilibriumTerms { work: free_body.work(dt), ..EquilibriumTerms::default() };
-    for c in (0..3).filter(|c| free_body.free[*c]) {
+    for c in (0..3).filter(|c| free_body.free_components[*c]) {
         let (start, end) = (free_body.start[c], free_body.motion[c]);
         let net = free_body.mass.mass * ((end - start) / dt + rayleigh * 0.5 * (start + end));
         let unbalanced = net / (1.0 - damping[c] * sign_or_zero(start) * sign_or_zero(net));
         sums.unbalanced += unbalanced * unbalanced;
-        sums.external += free_body.applied[c] * free_body.applied[c];
+        sums.external += free_body.applied_wrench[c] * free_body.applied_wrench[c];
     }
     let momentum = multiply(&free_body.mass.matrix(), &free_body.motion);
     sums.kinetic = 0.5 * (0..6).map(|k| momentum[k] * free_body.motion[k]).sum::<f64>();
@@ -77,7 +77,7 @@ pub fn update_driven_velocities<const D: usize>(
         } else {
             let state = &mut driven.state;
             state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
-            state.rigid.stop();
+            state.rigid.set_at_rest();
             state.rigid.velocity = state.velocity.map(|v| v.unwrap_or(0.0));
         }
     }
@@ -141,10 +141,10 @@ fn move_rigid<const D: usize>(dt: f64, set: &mut PointSet<D>, driven: &mut Drive
     let velocity = driven.velocity();
     let Some(free_body) = &driven.free_rigid_body else {
         set.points.position.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] += dt * velocity[c]));
-        return velocity.iter().fold(0.0, |most, v| most.max((dt * v).abs()));
+        return velocity.iter().fold(0.0, |largest, v| largest.max((dt * v).abs()));
     };
     free_body.move_points(dt, &mut driven.state.rigid, &mut set.points.position, &mut set.points.velocity);
-    set.points.velocity.as_flattened().iter().fold(0.0, |most, v| most.max((dt * v).abs()))
+    set.points.velocity.as_flattened().iter().fold(0.0, |largest, v| largest.max((dt * v).abs()))
 }
 
 /// Sets the initial motion of rigid bodies.
@@ -168,14 +168,14 @@ pub fn integrate_rigid(clock: &Clock, driven: &mut [DrivenObject]) {
     for driven in driven {
         let Some(free_body) = &mut driven.free_rigid_body else { continue };
         free_body.damp(&damping);
-        free_body.finish(&mut driven.state.rigid);
+        free_body.apply(&mut driven.state.rigid);
     }
 }
 
 /// Sets the velocities of free rigid bodies to zero.
 pub fn stop_free_rigid_bodies(driven: &mut [DrivenObject]) {
     for driven in driven.iter_mut().filter(|driven| driven.patch.is_none()) {
-        driven.state.rigid.stop();
+        driven.state.rigid.set_at_rest();
     }
 }
 
@@ -196,7 +196,7 @@ fn for_free_rigid_nodes<T: Send, const D: usize>(
             &mut nodes[field * len..(field + 1) * len],
             |row, active, line| {
                 for number in active {
-                    let index = background.layout.index(row, number);
+                    let index = background.layout.axis_indices(row, number);
                     let x = background.node_at(row * row_length + number, &index);
                     visit(free_body.velocity_at(&x), &mut line[number]);
                 }

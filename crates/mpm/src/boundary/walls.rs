@@ -24,7 +24,7 @@ pub fn walls<const D: usize>(
         let kind = WallKind::Smooth;
         walls.push(NodeWall {
             axis: 0,
-            upper: false,
+            is_upper: false,
             node: basis.ghosts,
             kind,
             separation: false,
@@ -33,7 +33,7 @@ pub fn walls<const D: usize>(
     }
     for (number, boundary) in case.active_boundaries(stage) {
         let axis = boundary.side.axis();
-        let face = (boundary.position(&case.domain) - grid.origin[axis]) / grid.cell;
+        let face = (boundary.wall_coordinate(&case.domain) - grid.origin[axis]) / grid.cell;
         let path = || format!("boundaries[{number}].position");
         if (face - face.round()).abs() > 1e-6 {
             let problem =
@@ -91,7 +91,7 @@ pub fn wall_kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> 
 /// Returns the wall of a boundary with its face at a node.
 pub fn node_wall(boundary: &Boundary, node: usize, kind: WallKind) -> NodeWall {
     let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
-    let (axis, upper) = (boundary.side.axis(), boundary.side.is_max());
+    let (axis, is_upper) = (boundary.side.axis(), boundary.side.is_max());
     let separation = boundary.separation || boundary.wall.allows_separation();
-    NodeWall { axis, upper, node, kind, separation, velocity }
+    NodeWall { axis, is_upper, node, kind, separation, velocity }
 }

@@ -64,8 +64,8 @@ pub fn scatter_surfaces<const D: usize>(
         background.layout.sum_periodic_images(nodes, |sum, node| *sum += *node);
         // A face on a wall cannot touch another body: the body counts as continued behind the wall.
         for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Vector4::ZERO) {
-            let index = background.layout.index(place / length, place % length);
-            let bare = |axis: usize| if walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
+            let index = background.layout.axis_indices(place / length, place % length);
+            let bare = |axis: usize| if walls.wall_at(axis, &index).is_some() { 0.0 } else { 1.0 };
             let keep = std::array::from_fn(|c| if c < D { bare(c) } else { 1.0 });
             *node *= Vector4::new(keep);
         }
@@ -75,7 +75,7 @@ pub fn scatter_surfaces<const D: usize>(
 /// Radii of the nodes (m); zero beyond the axis.
 pub fn radii<const D: usize>(background: &BackgroundGrid<D>) -> Vec<f64> {
     let (layout, row) = (&background.layout, background.layout.strides()[0]);
-    let radius = |node: usize| background.node_at(node, &layout.index(node / row, node % row))[0];
+    let radius = |node: usize| background.node_at(node, &layout.axis_indices(node / row, node % row))[0];
     (0..layout.len()).map(|node| radius(node).max(0.0)).collect()
 }
 
@@ -104,7 +104,7 @@ pub fn correct_velocities<const D: usize>(
             let rows = &mut row_contacts[number * count..][..count];
             let contact = contact_node(clock, background, mass_cutoff, walls, contacts, pair, clock.dt);
             correct_pair(background, &contact, pair, solved, rows);
-            changed |= rows.iter().any(|row| row.changed);
+            changed |= rows.iter().any(|row| row.has_changed);
             record_rigid_impulses(driven, contacts, pair, rows, clock.dt);
         }
         let rigid = (&mut *rigid_contacts, &mut *obstacles);
@@ -127,16 +127,16 @@ fn correct_pair<const D: usize>(
         two_fields(solved, len, pair.fields),
         rows,
         &|row, active, [a, b], result| {
-            (result.changed, result.impulse) = (false, [0.0; 3]);
+            (result.has_changed, result.impulse) = (false, [0.0; 3]);
             for number in active {
-                let index = background.layout.index(row, number);
+                let index = background.layout.axis_indices(row, number);
                 let mut alone = ContactImpulse::default();
                 let accumulated = result.impulses.get_mut(number).unwrap_or(&mut alone);
                 let nodes = [&mut a[number], &mut b[number]];
                 let corrected =
                     contact.correct_velocities(row * row_length + number, &index, nodes, accumulated);
                 let Some((changed, impulse)) = corrected else { continue };
-                result.changed |= changed;
+                result.has_changed |= changed;
                 if !background.layout.is_periodic_image(&index) {
                     (0..3).for_each(|c| result.impulse[c] += impulse[c]);
                 }
@@ -169,16 +169,16 @@ pub fn correct_remapped<const D: usize>(
 ) {
     let ContactContext { clock, background, mass_cutoff, walls, contacts, .. } = *context;
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
-    let VelocityFields { solved, remapped, .. } = nodes;
+    let VelocityFields { nodal_states, remapped_velocities, .. } = nodes;
     for pair in &contacts.pairs {
         let contact = contact_node(clock, background, mass_cutoff, walls, contacts, pair, 1.0);
         let [first, second] = pair.fields;
-        let both = two_fields(remapped, len, pair.fields);
+        let both = two_fields(remapped_velocities, len, pair.fields);
         background.layout.for_each_row_pair(both, row_contacts, &|row, active, [a, b], _| {
             for number in active {
                 let place = row * row_length + number;
-                let solved = [&solved[first * len + place], &solved[second * len + place]];
-                contact.correct_remapped(place, solved, [&mut a[number], &mut b[number]]);
+                let nodal_states = [&nodal_states[first * len + place], &nodal_states[second * len + place]];
+                contact.correct_remapped(place, nodal_states, [&mut a[number], &mut b[number]]);
             }
         });
     }
@@ -190,7 +190,7 @@ pub fn rigid_volume_thresholds<const D: usize>(
     BackgroundGrid { grid, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
     points: usize,
 ) -> Vec<f64> {
-    let corner = ALMOST * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1);
+    let corner = ROUND_OFF_FACTOR * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1);
     let shares: [Vec<f64>; D] = std::array::from_fn(|axis| {
         if layout.is_periodic(axis) {
             vec![1.0; layout.nodes()[axis]]
@@ -233,11 +233,12 @@ pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: us
         let element = &mesh.elements()[*element as usize];
         element.volume / (element.height * (D + 1) as f64)
     };
-    let least = |node: u32| mesh.elements_around(node).iter().map(share).fold(f64::INFINITY, f64::min);
-    let mut filled: Vec<f64> = (0..mesh.nodes().len() as u32).map(|node| ALMOST * least(node)).collect();
+    let smallest = |node: u32| mesh.elements_around(node).iter().map(share).fold(f64::INFINITY, f64::min);
+    let mut filled: Vec<f64> =
+        (0..mesh.nodes().len() as u32).map(|node| ROUND_OFF_FACTOR * smallest(node)).collect();
     filled.resize(nodes, f64::INFINITY);
     filled
 }
 
 /// One less a tolerance for round-off.
-const ALMOST: f64 = 1.0 - 1e-6;
+const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-6;

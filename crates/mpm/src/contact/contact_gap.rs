@@ -86,7 +86,7 @@ mod tests {
     use colluvium_grid::{Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline};
 
     /// Covered volume and surface of hat functions for a surface at `s` cells, by hand.
-    fn hat(s: f64) -> (f64, f64) {
+    fn hat_function_sums(s: f64) -> (f64, f64) {
         let covered = if s < 0.0 { 0.5 * (1.0 + s) * (1.0 + s) } else { 1.0 - 0.5 * (1.0 - s) * (1.0 - s) };
         (covered, 1.0 - s.abs())
     }
@@ -99,7 +99,7 @@ mod tests {
         ] {
             for k in -9..=9 {
                 let s = 0.1 * f64::from(k);
-                let (volume, surface) = hat(s);
+                let (volume, surface) = hat_function_sums(s);
                 // An edge halves both.
                 for share in [1.0, 0.5, 1e-3] {
                     let found = distance.distance(share * volume, share * surface);
@@ -109,7 +109,7 @@ mod tests {
         }
     }
 
-    fn neighbours_touch<const S: usize, B: Basis<S>>() {
+    fn neighbours_in_contact<const S: usize, B: Basis<S>>() {
         let distance = SurfaceDistance::new(&Basis1d::from_basis::<S, B>());
         let node = B::nodes(CELLS) / 2;
         let place = B::coordinate(node, CELLS);
@@ -138,11 +138,11 @@ mod tests {
 
     #[test]
     fn a_gap_of_a_twentieth_cell_is_detected_with_every_shape_function() {
-        neighbours_touch::<2, LinearBasis>();
-        neighbours_touch::<3, GimpBasis>();
-        neighbours_touch::<4, ContiguousGimpBasis>();
-        neighbours_touch::<3, QuadraticSpline>();
-        neighbours_touch::<4, CubicSpline>();
+        neighbours_in_contact::<2, LinearBasis>();
+        neighbours_in_contact::<3, GimpBasis>();
+        neighbours_in_contact::<4, ContiguousGimpBasis>();
+        neighbours_in_contact::<3, QuadraticSpline>();
+        neighbours_in_contact::<4, CubicSpline>();
     }
 
     #[test]

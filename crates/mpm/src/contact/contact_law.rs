@@ -68,7 +68,7 @@ pub struct ContactImpulse {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RowContact {
     /// Whether contact changed velocities.
-    pub changed: bool,
+    pub has_changed: bool,
     /// Impulse (N s) on the first field.
     pub impulse: [f64; 3],
     /// Impulses between the two fields in the step, node by node; empty where no law needs them.

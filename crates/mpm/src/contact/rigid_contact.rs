@@ -27,10 +27,10 @@ use crate::points::vectors::first_three;
 pub struct ContactPoint {
     /// Number of the pair of fields, and the side of the rigid one.
     pair: usize,
-    side: usize,
+    rigid_side: usize,
     node: usize,
     /// Position relative to the centre of mass (m).
-    arm: [f64; 3],
+    lever_arm: [f64; 3],
     /// Masses and velocity of the node of the deformable body (kg, m/s).
     masses: [f64; 2],
     velocity: [f64; 3],
@@ -57,7 +57,7 @@ struct RigidContactSystem<'a> {
 impl ContactPoint {
     /// Velocities (m/s) of the two sides for the velocity `w` of the rigid body.
     fn side_velocities<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
-        if self.side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
+        if self.rigid_side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
     }
 }
 
@@ -65,13 +65,13 @@ impl ContactPoint {
 struct ContactPointLaw<'a>(&'a ContactPoint, &'a ContactNode<'a>);
 
 impl ContactLawAtPoint for ContactPointLaw<'_> {
-    fn arm(&self) -> &[f64; 3] {
-        &self.0.arm
+    fn lever_arm(&self) -> &[f64; 3] {
+        &self.0.lever_arm
     }
 
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3] {
         let Self(point, contact) = self;
-        let deformable = 1 - point.side;
+        let deformable = 1 - point.rigid_side;
         let (inertias, mut accumulated) = (contact.inertias(point.masses), point.impulse);
         let corrected = contact.velocities_at_interface(
             point.interface,
@@ -86,7 +86,7 @@ impl ContactLawAtPoint for ContactPointLaw<'_> {
 
     fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3] {
         let Self(point, contact) = self;
-        let inertia = contact.inertias(point.masses)[1 - point.side];
+        let inertia = contact.inertias(point.masses)[1 - point.rigid_side];
         contact.stiffness(point.interface, inertia, point.side_velocities(w), &point.impulse)
     }
 }
@@ -127,8 +127,8 @@ fn supporting_walls<'a, const D: usize>(
         }
         Some(WallPlane {
             axis,
-            off: if boundary.side.is_max() { -1.0 } else { 1.0 },
-            face: boundary.position(&clock.case.domain),
+            normal_sign: if boundary.side.is_max() { -1.0 } else { 1.0 },
+            face: boundary.wall_coordinate(&clock.case.domain),
             velocity: boundary.velocity.as_ref().map_or([0.0; 3], |v| spatial(v)),
             friction: wall.friction(),
         })
@@ -153,7 +153,7 @@ pub struct ContactContext<'a, const D: usize> {
 
 impl<const D: usize> ContactContext<'_, D> {
     /// Lists the corners of the points of rigid body `number` that can reach walls and obstacles in the step.
-    fn find(
+    fn find_corners(
         &self,
         number: usize,
         free_body: &RigidStep,
@@ -183,13 +183,13 @@ impl<const D: usize> ContactContext<'_, D> {
     ) -> (bool, Twist, [f64; 3]) {
         let (mut changed, mut impulse, mut contact_impulse) = (false, [0.0; 6], [0.0; 3]);
         for point in points {
-            let w = velocity_at(motion, &point.arm);
+            let w = velocity_at(motion, &point.lever_arm);
             let contact = &contact_nodes[point.pair];
             let applied =
                 apply_contact(self.background, self.contacts, contact, point, &w, solved, row_contacts);
             let Some((moved, own)) = applied else { continue };
             changed |= moved;
-            let of = wrench_at(&own, &point.arm);
+            let of = wrench_at(&own, &point.lever_arm);
             (0..6).for_each(|k| impulse[k] += of[k]);
             (0..3).for_each(|c| contact_impulse[c] += own[c]);
         }
@@ -225,7 +225,7 @@ pub fn solve_rigid_contact<const D: usize>(
             (&contact_nodes, row_contacts),
             &mut contact_set.nodes,
         );
-        context.find(number, &free_body, obstacles, &mut contact_set.support_points);
+        context.find_corners(number, &free_body, obstacles, &mut contact_set.support_points);
         let system = RigidContactSystem {
             contact_nodes: &contact_nodes,
             nodes: &contact_set.nodes,
@@ -264,16 +264,17 @@ fn apply_contact<const D: usize>(
 ) -> Option<(bool, [f64; 3])> {
     let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
     let (row, number) = (point.node / row_length, point.node % row_length);
-    let index = background.layout.index(row, number);
+    let index = background.layout.axis_indices(row, number);
     let [first, second] = contacts.pairs[point.pair].fields;
     let (low, high) = solved.split_at_mut(second * len);
     let pair = [&mut low[first * len + point.node], &mut high[point.node]];
-    pair[point.side].momentum_and_mass = Vector4::new([w[0], w[1], w[2], point.masses[point.side]]);
+    pair[point.rigid_side].momentum_and_mass =
+        Vector4::new([w[0], w[1], w[2], point.masses[point.rigid_side]]);
     let mut alone = ContactImpulse::default();
     let rows = background.layout.nodes()[0];
     let accumulated = row_contacts[point.pair * rows + row].impulses.get_mut(number).unwrap_or(&mut alone);
     let (changed, impulse) = contact.correct_velocities(point.node, &index, pair, accumulated)?;
-    let sign = if point.side == 0 { 1.0 } else { -1.0 };
+    let sign = if point.rigid_side == 0 { 1.0 } else { -1.0 };
     Some((changed, impulse.map(|i| sign * i)))
 }
 
@@ -290,31 +291,31 @@ fn collect_contact_points<const D: usize>(
     let (layout, len) = (&background.layout, background.layout.len());
     let (rows, row_length) = (layout.nodes()[0], layout.strides()[0]);
     for row in 0..rows {
-        for number in layout.active(row) {
-            let place = row * row_length + number;
-            if !(solved[field * len + place].momentum_and_mass.as_array()[3] > 0.0) {
+        for number in layout.active_nodes(row) {
+            let node = row * row_length + number;
+            if !(solved[field * len + node].momentum_and_mass.as_array()[3] > 0.0) {
                 continue;
             }
-            for (pair, RigidPair { side, other }) in rigid_pairs(contacts, field) {
-                let deformable = &solved[other * len + place];
+            for (pair, RigidPair { rigid_side, other_field }) in rigid_pairs(contacts, field) {
+                let deformable = &solved[other_field * len + node];
                 let mut masses = [deformable.momentum_and_mass.as_array()[3]; 2];
-                masses[side] = solved[field * len + place].momentum_and_mass.as_array()[3];
-                if !contact_nodes[pair].are_both_present(place, masses) {
+                masses[rigid_side] = solved[field * len + node].momentum_and_mass.as_array()[3];
+                if !contact_nodes[pair].are_both_present(node, masses) {
                     continue;
                 }
                 let surface = match &contact_nodes[pair].law {
-                    Some(law) => match contact_nodes[pair].interface(place, law) {
+                    Some(law) => match contact_nodes[pair].interface(node, law) {
                         None => continue,
                         surface => surface,
                     },
                     None => None,
                 };
-                let index = layout.index(row, number);
+                let index = layout.axis_indices(row, number);
                 nodes.push(ContactPoint {
                     pair,
-                    side,
-                    node: place,
-                    arm: free_body.mass.arm(&background.node_at(place, &index)),
+                    rigid_side: rigid_side,
+                    node,
+                    lever_arm: free_body.mass.lever_arm(&background.node_at(node, &index)),
                     masses,
                     velocity: first_three(deformable.momentum_and_mass),
                     interface: surface,
@@ -331,15 +332,15 @@ fn collect_contact_points<const D: usize>(
 
 /// Pair of a rigid and a deformable field.
 struct RigidPair {
-    side: usize,
-    other: usize,
+    rigid_side: usize,
+    other_field: usize,
 }
 
 /// Returns the pairs of a rigid field with deformable fields.
 fn rigid_pairs(contacts: &FieldContacts, field: usize) -> impl Iterator<Item = (usize, RigidPair)> {
     contacts.pairs.iter().enumerate().filter_map(move |(number, pair)| {
-        let side = pair.fields.iter().position(|own| *own == field)?;
-        let other = pair.fields[1 - side];
-        (!contacts.is_rigid(other)).then_some((number, RigidPair { side, other }))
+        let rigid_side = pair.fields.iter().position(|own| *own == field)?;
+        let other_field = pair.fields[1 - rigid_side];
+        (!contacts.is_rigid(other_field)).then_some((number, RigidPair { rigid_side, other_field }))
     })
 }

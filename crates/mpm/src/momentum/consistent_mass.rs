@@ -70,11 +70,11 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
         );
     }
     // The far node of a domain that reaches over a face by δ gets a mass of δ⁴ and a force of δ.
-    let least = 3f64.powi(-(case.dimension() as i32));
+    let smallest = 3f64.powi(-(case.dimension() as i32));
     let gimp = matches!(options.shape, ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp);
-    if gimp && options.lumped_share < 0.9 * least {
+    if gimp && options.lumped_share < 0.9 * smallest {
         let problem = format!(
-            "gimp needs {least:.3} or more, otherwise the acceleration of nodes of small mass is too large; \
+            "gimp needs {smallest:.3} or more, otherwise the acceleration of nodes of small mass is too large; \
              or use shape linear or quadratic"
         );
         return refuse("methods.mpm.lumped_share", &problem);
@@ -332,7 +332,7 @@ impl<const D: usize> ConsistentSystem<'_, D> {
         };
         sum_over(layout, velocity, rows, &|node, velocity| {
             let mut start = lumped_velocity(node);
-            let index = layout.index(node / row_length, node % row_length);
+            let index = layout.axis_indices(node / row_length, node % row_length);
             self.walls.constrain(&index, &mut start, &mut [0.0; 3], false);
             *velocity = Vector4::new([start[0], start[1], start[2], 0.0]);
             Vector4::ZERO
@@ -340,7 +340,7 @@ impl<const D: usize> ConsistentSystem<'_, D> {
         let (cutoff, share) = (self.bodies.mass_cutoff(self.clock), self.clock.options.lumped_share);
         sum_over(layout, inverse, rows, &|node, inverse| {
             let lumped = nodes[node].momentum_and_mass.as_array()[3];
-            let index = layout.index(node / row_length, node % row_length);
+            let index = layout.axis_indices(node / row_length, node % row_length);
             let diagonal = (1.0 - share) * squares[node] + share * lumped;
             let own = if lumped > cutoff { 1.0 / diagonal } else { 0.0 };
             let [x, y, z] = self.walls.free_components(&index);
@@ -422,7 +422,7 @@ fn set_end_state<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::setup::tests::begun;
+    use crate::setup::tests::initial_solver;
 
     /// The rows of the matrix sum to the lumped masses, and it is symmetric.
     fn sums(shape: &str) {
@@ -435,16 +435,23 @@ mod tests {
                                   "lumped_share": 0.2 } }
         });
         let case = Case::from_json(&text.to_string()).unwrap();
-        let mut solver = begun::<2>(&case);
+        let mut solver = initial_solver::<2>(&case);
         solver.p2g_for_tests();
         let count = solver.background.layout.len();
         let mut out = vec![Vector4::ZERO; count];
         let times = |x: &[Vector4], out: &mut [Vector4]| {
-            multiply_mass(&solver.clock, &solver.background, &solver.bodies, &solver.nodes.solved, x, out);
+            multiply_mass(
+                &solver.clock,
+                &solver.background,
+                &solver.bodies,
+                &solver.nodes.nodal_states,
+                x,
+                out,
+            );
         };
         times(&vec![Vector4::ONE; count], &mut out);
         let mut total = 0.0;
-        for (node, row) in solver.nodes.solved.iter().zip(&out) {
+        for (node, row) in solver.nodes.nodal_states.iter().zip(&out) {
             let lumped = node.momentum_and_mass.as_array()[3];
             total += lumped;
             assert!(

@@ -74,7 +74,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let [gx, gy, gz] = self.gravity;
         let gravity = Vector4::new([gx, gy, gz, 0.0]);
         let row_free = self.walls.is_row_free(0, row);
-        let ease = 1.0 / self.inertia;
+        let inverse_scaling = 1.0 / self.inertia;
         let plain = self.rayleigh == 0.0;
         for number in active {
             let node = &mut line[number];
@@ -86,17 +86,17 @@ impl<const D: usize> MomentumSolve<'_, D> {
                 node.force = Vector4::ZERO;
                 continue;
             }
-            let index = self.layout.index(row, number);
+            let index = self.layout.axis_indices(row, number);
             if plain && row_free && (1..D).all(|axis| self.walls.is_row_free(axis, index[axis])) {
                 let inverse = 1.0 / mass;
-                let acceleration = (node.force * inverse + gravity) * ease;
+                let acceleration = (node.force * inverse + gravity) * inverse_scaling;
                 // The fourth lane keeps the mass.
                 node.momentum_and_mass = node.momentum_and_mass
                     * Vector4::new([inverse, inverse, inverse, 1.0])
                     + acceleration * self.dt;
                 node.force = acceleration;
             } else {
-                self.node(&index, node, mass);
+                self.solve_node(&index, node, mass);
             }
         }
     }
@@ -128,7 +128,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         energies: &mut NodeObstacleEnergies,
     ) {
         let mass = node.momentum_and_mass.as_array()[3];
-        let faces = self.walls.faces().at(index);
+        let faces = self.walls.faces().faces_at(index);
         if faces.is_empty() || mass <= self.mass_cutoff {
             return;
         }
@@ -162,7 +162,8 @@ impl<const D: usize> MomentumSolve<'_, D> {
         energies.friction -= whole - dragged;
     }
 
-    fn node(&self, index: &[usize; 3], node: &mut NodalState, mass: f64) {
+    /// Velocity and acceleration of a node at the end of the step.
+    fn solve_node(&self, index: &[usize; 3], node: &mut NodalState, mass: f64) {
         let (mut start, mut end) = self.unconstrained_velocities(node, mass);
         self.walls.constrain(index, &mut start, &mut end, self.keep_initial_velocity);
         node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], mass]);
@@ -216,7 +217,7 @@ impl<const D: usize> EquilibriumAudit<'_, D> {
             let node = &line[number];
             let (end, rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
             let mass = end[3];
-            let index = self.layout.index(row, number);
+            let index = self.layout.axis_indices(row, number);
             if mass <= self.mass_cutoff || self.layout.is_periodic_image(&index) {
                 continue;
             }

@@ -25,7 +25,7 @@ pub fn rescale_small_mass_forces<const D: usize>(
     bodies: &Bodies<D>,
     nodes: &mut VelocityFields,
 ) {
-    let VelocityFields { solved, mass_gradients: slopes, .. } = nodes;
+    let VelocityFields { nodal_states, mass_gradients: slopes, .. } = nodes;
     if slopes.is_empty() {
         return;
     }
@@ -33,7 +33,7 @@ pub fn rescale_small_mass_forces<const D: usize>(
     let view = background.grid_view();
     let min_reach = MpmOptions::min_reach(clock.courant, D);
     let row_length = layout.strides()[0];
-    let fields = slopes.chunks_exact_mut(layout.len()).zip(solved.chunks_exact_mut(layout.len()));
+    let fields = slopes.chunks_exact_mut(layout.len()).zip(nodal_states.chunks_exact_mut(layout.len()));
     for (field, (slopes, nodes)) in fields.enumerate() {
         layout.reset(slopes);
         mark_small_mass_nodes(background, min_reach, nodes, slopes);
@@ -43,9 +43,9 @@ pub fn rescale_small_mass_forces<const D: usize>(
                 let position = &set.points.position;
                 for block in set.blocks_of(slab) {
                     let mut rest = block;
-                    while let Some(run) =
-                        next_run(&mut rest, |p| reaches_marked_node(background, &position[p], window, offset))
-                    {
+                    while let Some(run) = next_range(&mut rest, |p| {
+                        reaches_marked_node(background, &position[p], window, offset)
+                    }) {
                         for (moments, p) in moments.iter_mut().zip(run.clone()) {
                             let cell = set.domain.as_slice().spacing(p, &view);
                             *moments = gradient_moments(background, &position[p], set.points.mass[p] * cell);
@@ -68,7 +68,7 @@ pub fn rescale_small_mass_forces<const D: usize>(
                 }
                 let mass = line[number].momentum_and_mass.as_array()[3];
                 let wanted =
-                    min_reach * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+                    min_reach * slopes[..D].iter().fold(0.0, |largest: f64, slope| largest.max(slope.abs()));
                 if mass < wanted {
                     line[number].force *= (mass / wanted).powi(2);
                 }
@@ -92,7 +92,7 @@ fn mark_small_mass_nodes<const D: usize>(
     let mass = |number: usize| nodes[number].momentum_and_mass.as_array()[3];
     layout.for_each_active_node_range(slopes, |row, active, line| {
         for number in active {
-            let (index, node) = (layout.index(row, number), row * strides[0] + number);
+            let (index, node) = (layout.axis_indices(row, number), row * strides[0] + number);
             let is_light = |axis: usize| {
                 let [first, last] = [index[axis] == 0, index[axis] + 1 == counts[axis]];
                 let below = if first { 0.0 } else { mass(node - strides[axis]) };
@@ -129,7 +129,7 @@ fn reaches_marked_node<const D: usize>(
 
 /// Returns the next range of points of `rest` that are `wanted`, and sets the start of `rest` behind it.
 #[inline(always)]
-fn next_run(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
+fn next_range(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
     let last = rest.end;
     let start = rest.find(|p| wanted(*p))?;
     Some(start..rest.find(|p| !wanted(*p)).unwrap_or(last))

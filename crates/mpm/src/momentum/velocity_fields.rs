@@ -9,9 +9,9 @@ use crate::momentum::EquilibriumTerms;
 #[derive(Default)]
 pub struct VelocityFields {
     /// Mass and momentum, then velocity at the end of the step; force, then acceleration.
-    pub(crate) solved: Vec<NodalState>,
+    pub(crate) nodal_states: Vec<NodalState>,
     /// Re-mapped velocities; empty where no option needs them.
-    pub(crate) remapped: Vec<Vector4>,
+    pub(crate) remapped_velocities: Vec<Vector4>,
     /// Sums of the derivatives of shape functions times the masses of the points; empty where no option needs them.
     pub(crate) mass_gradients: Vec<Vector4>,
     /// Workspace for the sums of the rows for the measures of equilibrium.
@@ -26,7 +26,7 @@ pub struct VelocityFields {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VelocitySource {
     /// Velocities at the end of the step, and accelerations.
-    Solved,
+    EndOfStep,
     /// Re-mapped velocities, or those at the start of the step.
     Remapped,
 }
@@ -44,8 +44,10 @@ impl VelocityFields {
         let (view, transfers, first) =
             (background.grid_view(), background.transfers, field * background.layout.len());
         match of {
-            VelocitySource::Solved => transfers.g2p(&view, points, &self.solved[first..], reads),
-            VelocitySource::Remapped => transfers.g2p_velocity(&view, points, &self.remapped[first..], reads),
+            VelocitySource::EndOfStep => transfers.g2p(&view, points, &self.nodal_states[first..], reads),
+            VelocitySource::Remapped => {
+                transfers.g2p_velocity(&view, points, &self.remapped_velocities[first..], reads);
+            }
         }
     }
 
@@ -53,23 +55,23 @@ impl VelocityFields {
     #[inline]
     pub fn motion(&self, of: VelocitySource, number: usize) -> Vector4 {
         match of {
-            VelocitySource::Solved => self.solved[number].momentum_and_mass,
-            VelocitySource::Remapped => self.remapped[number],
+            VelocitySource::EndOfStep => self.nodal_states[number].momentum_and_mass,
+            VelocitySource::Remapped => self.remapped_velocities[number],
         }
     }
 
     /// Sets the active nodes of all velocity fields to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
-        self.solved.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
+        self.nodal_states.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
     }
 
     /// Number of velocity fields.
     pub fn fields<const D: usize>(&self, layout: &Layout<D>) -> usize {
-        self.solved.len() / layout.len()
+        self.nodal_states.len() / layout.len()
     }
 
     /// Sets the active nodes of the sums of re-mapping and XPIC to zero.
     pub fn reset_remapped<const D: usize>(&mut self, layout: &Layout<D>) {
-        self.remapped.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
+        self.remapped_velocities.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
     }
 }

@@ -96,7 +96,7 @@ fn check_node_reactions(case: &Case, options: &MpmOptions) -> Result<(), CaseErr
         }
     }
     if let Some(number) = case.obstacles.iter().position(|obstacle| obstacle.motion.is_some())
-        && let Some(reason) = why_fixed(case, options)
+        && let Some(reason) = reason_for_rest(case, options)
     {
         let problem =
             format!("with {reason} an obstacle of mpm can move with `methods.mpm.obstacles` `points` only");
@@ -136,7 +136,7 @@ pub fn why_not_recorded(options: &MpmOptions) -> Option<&'static str> {
 }
 
 /// Reason why obstacles on the nodes cannot move; `None` where they can.
-fn why_fixed(case: &Case, options: &MpmOptions) -> Option<&'static str> {
+fn reason_for_rest(case: &Case, options: &MpmOptions) -> Option<&'static str> {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     why_not_recorded(options).or(wet.then_some("a pore fluid"))
 }

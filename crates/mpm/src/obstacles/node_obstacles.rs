@@ -12,9 +12,9 @@ use crate::obstacles::reaction::ReactionRecorder;
 /// Obstacles of a case that act on the nodes.
 pub struct NodeObstacles<const D: usize> {
     /// Faces of the obstacles at rest.
-    pub rest: Arc<NodeFaces>,
+    pub static_faces: Arc<NodeFaces>,
     /// Moving obstacles.
-    pub moving: MovingObstacles<NodeFace, D>,
+    pub moving_obstacles: MovingObstacles<NodeFace, D>,
 }
 
 impl<const D: usize> NodeObstacles<D> {
@@ -28,33 +28,33 @@ impl<const D: usize> NodeObstacles<D> {
             reaction_index: recorder.number(&obstacle.name),
             ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
         };
-        let BackgroundGrid { grid, layout, basis_1d: axis, upper, .. } = background;
+        let BackgroundGrid { grid, layout, basis_1d: axis, upper_corner, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving = MovingObstacles::new(placed, (grid.origin, *upper), acts);
-        if moving.iter().count() == placed.len() {
-            return Self { rest: Arc::default(), moving };
+        let moving_obstacles = MovingObstacles::new(placed, (grid.origin, *upper_corner), acts);
+        if moving_obstacles.iter().count() == placed.len() {
+            return Self { static_faces: Arc::default(), moving_obstacles };
         }
         let rest = NodeFaces::from_positions(grid, layout, axis, |place, found| {
             let constraining = constraining_obstacles(placed, place, grid.cell);
             found.extend(constraining.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
         });
-        Self { rest: Arc::new(rest), moving }
+        Self { static_faces: Arc::new(rest), moving_obstacles }
     }
 
     /// Whether there are no obstacles.
     pub fn is_empty(&self) -> bool {
-        self.rest.is_empty() && self.moving.is_empty()
+        self.static_faces.is_empty() && self.moving_obstacles.is_empty()
     }
 
     /// Finds the faces of the active nodes for a `step` of a length from a time (s).
     pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, walls: &mut NodeWalls) {
-        if self.moving.is_empty() {
+        if self.moving_obstacles.is_empty() {
             return;
         }
-        self.moving.update_positions(step);
+        self.moving_obstacles.update_positions(step);
         let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
-        walls.faces_mut().rebuild(grid, layout, axis, &self.rest, |place, found| {
-            let constraining = self.moving.constraining(place, grid.cell);
+        walls.faces_mut().rebuild(grid, layout, axis, &self.static_faces, |place, found| {
+            let constraining = self.moving_obstacles.constraining(place, grid.cell);
             found.extend(constraining.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
         });
     }

@@ -113,9 +113,9 @@ pub struct PenaltyEnergies {
     /// Work of friction since the start.
     pub friction: f64,
     /// Energy of the contact springs.
-    pub stored: f64,
+    pub spring_energy: f64,
     /// Energy removed by the penetration limit since the start.
-    pub stopped: f64,
+    pub penetration_loss: f64,
     /// Work of the motion of obstacles; `None` for obstacles at rest.
     pub work: Option<f64>,
 }
@@ -124,11 +124,11 @@ pub struct PenaltyEnergies {
 pub fn penalty_energies<const D: usize>(obstacles: Option<&PenaltyObstacles<D>>) -> Option<PenaltyEnergies> {
     let obstacles = &obstacles?.obstacles;
     let sum = |of: fn(&ObstacleReaction) -> f64| obstacles.iter().map(|obstacle| of(&obstacle.state)).sum();
-    let moves = obstacles.iter().any(|obstacle| obstacle.moving.is_some());
+    let moves = obstacles.iter().any(|obstacle| obstacle.motion.is_some());
     Some(PenaltyEnergies {
         friction: sum(|state| state.friction),
-        stored: sum(|state| state.spring_energy),
-        stopped: sum(|state| state.stopping_energy),
+        spring_energy: sum(|state| state.spring_energy),
+        penetration_loss: sum(|state| state.stopping_energy),
         work: moves.then(|| sum(|state| state.work)),
     })
 }
@@ -217,7 +217,7 @@ impl<const D: usize> PenaltyInput<'_, D> {
                 **pore = PoreContactState::NEW;
             }
             let candidates = detect_contacts(obstacles, horizon, x, point, workspace);
-            if !candidates.acts() {
+            if !candidates.has_contact() {
                 (point.force, point.spring) = ([0.0; D], [0.0; D]);
                 pore.into_iter().for_each(|pore| *pore = PoreContactState::NEW);
                 continue;
@@ -230,11 +230,11 @@ impl<const D: usize> PenaltyInput<'_, D> {
             })[k];
             let h = self.domain.spacing(p, &self.background.grid_view());
             let springs = ObstacleSprings {
-                place: *x,
+                position: *x,
                 displacement: moved,
                 was_near,
                 stiffness: self.stiffness * modulus * self.volume[p] / (h * h),
-                area: self.volume[p] / (2.0 * point.half),
+                area: self.volume[p] / (2.0 * point.half_width),
             };
             springs.apply(obstacles, &candidates, point, &mut workspace.sums);
             if let (Some(pore), Some(fluid)) = (pore, &self.fluid) {

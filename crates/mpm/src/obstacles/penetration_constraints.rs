@@ -13,13 +13,13 @@ pub struct PenetrationConstraint<const D: usize> {
     /// Range of its entries in the list of nodes and weights.
     pub nodes: Range<usize>,
     /// Position of the point (m).
-    pub place: [f64; D],
+    pub position: [f64; D],
     /// Unit normal out of the obstacle.
     pub normal: [f64; D],
     /// Least velocity along the normal that keeps the distance (m/s).
     pub min_normal_velocity: f64,
     /// Tolerance on that velocity (m/s).
-    pub slack: f64,
+    pub velocity_tolerance: f64,
     /// Velocity of the obstacle at the contact (m/s).
     pub obstacle_velocity: [f64; D],
     /// Number of the obstacle.
@@ -46,7 +46,7 @@ pub struct PenetrationConstraints<const D: usize> {
     /// Inverse inertia of the nodes along each axis (1/kg); zero for constrained components.
     pub inverse_inertia: Vec<[f64; D]>,
     /// Changes of the velocities of the nodes (m/s).
-    pub change: Vec<[f64; D]>,
+    pub velocity_change: Vec<[f64; D]>,
     /// Sums of each obstacle: impulses (N s) in place of forces.
     pub sums: Vec<ObstacleForces>,
 }
@@ -65,18 +65,23 @@ impl<const D: usize> PenetrationConstraints<D> {
     }
 
     /// Appends the constraints of a block of points.
-    pub fn append(&mut self, halts: &mut Vec<PenetrationConstraint<D>>, weights: &mut Vec<(usize, f64)>) {
+    pub fn append(
+        &mut self,
+        constraints: &mut Vec<PenetrationConstraint<D>>,
+        weights: &mut Vec<(usize, f64)>,
+    ) {
         let first = self.weights.len();
         self.weights.append(weights);
-        self.constraints.extend(halts.drain(..).map(|halt| PenetrationConstraint {
-            nodes: halt.nodes.start + first..halt.nodes.end + first,
-            ..halt
+        self.constraints.extend(constraints.drain(..).map(|constraint| PenetrationConstraint {
+            nodes: constraint.nodes.start + first..constraint.nodes.end + first,
+            ..constraint
         }));
     }
 
     /// Lists the nodes; `of` returns the velocity (m/s) of a node and its inverse inertia (1/kg).
     pub fn list_nodes(&mut self, of: impl Fn(usize) -> ([f64; D], [f64; D])) {
-        let Self { weights, numbers, velocity, inverse_inertia: ease, change, .. } = self;
+        let Self { weights, numbers, velocity, inverse_inertia: inverse_inertias, velocity_change, .. } =
+            self;
         numbers.clear();
         numbers.extend(weights.iter().map(|(number, _)| *number));
         numbers.sort_unstable();
@@ -85,26 +90,35 @@ impl<const D: usize> PenetrationConstraints<D> {
             *number = numbers.partition_point(|own| *own < *number);
         }
         velocity.clear();
-        ease.clear();
+        inverse_inertias.clear();
         for number in numbers.iter() {
             let (own, inverse_inertia) = of(*number);
             velocity.push(own);
-            ease.push(inverse_inertia);
+            inverse_inertias.push(inverse_inertia);
         }
-        change.clear();
-        change.resize(numbers.len(), [0.0; D]);
+        velocity_change.clear();
+        velocity_change.resize(numbers.len(), [0.0; D]);
     }
 
     /// Applies the smallest normal impulses by which every point reaches its least velocity, and the tangential impulses of Coulomb's law:
     /// one point after another, until all constraints hold.
     pub fn solve(&mut self) {
-        let Self { constraints: halts, weights, velocity, inverse_inertia: ease, change, sums, .. } = self;
+        let Self {
+            constraints: list,
+            weights,
+            velocity,
+            inverse_inertia: inverse_inertias,
+            velocity_change,
+            sums,
+            ..
+        } = self;
         for _ in 0..MAX_ITERATIONS {
             let mut settled = true;
-            for halt in halts.iter_mut() {
-                let nodes = &weights[halt.nodes.clone()];
-                let mut point = ConstrainedPoint { nodes, velocity, inverse_inertia: ease, change };
-                settled &= halt.apply_normal(&mut point, &mut sums[halt.obstacle]);
+            for constraint in list.iter_mut() {
+                let nodes = &weights[constraint.nodes.clone()];
+                let mut point =
+                    ConstrainedPoint { nodes, velocity, inverse_inertia: inverse_inertias, velocity_change };
+                settled &= constraint.apply_normal(&mut point, &mut sums[constraint.obstacle]);
             }
             if settled {
                 return;
@@ -118,7 +132,7 @@ struct ConstrainedPoint<'a, const D: usize> {
     nodes: &'a [(usize, f64)],
     velocity: &'a mut [[f64; D]],
     inverse_inertia: &'a [[f64; D]],
-    change: &'a mut [[f64; D]],
+    velocity_change: &'a mut [[f64; D]],
 }
 
 impl<const D: usize> ConstrainedPoint<'_, D> {
@@ -145,7 +159,7 @@ impl<const D: usize> ConstrainedPoint<'_, D> {
             for c in 0..D {
                 let change = w * impulse[c] * self.inverse_inertia[*node][c];
                 self.velocity[*node][c] += change;
-                self.change[*node][c] += change;
+                self.velocity_change[*node][c] += change;
             }
         }
     }
@@ -154,22 +168,22 @@ impl<const D: usize> ConstrainedPoint<'_, D> {
 impl<const D: usize> PenetrationConstraint<D> {
     /// Applies the missing normal impulse; returns whether the constraint held within its tolerance.
     fn apply_normal(&mut self, point: &mut ConstrainedPoint<'_, D>, sums: &mut ObstacleForces) -> bool {
-        let ease = point.inverse_inertia_along(&self.normal);
+        let inverse_inertia = point.inverse_inertia_along(&self.normal);
         // Nodes with constrained components cannot move.
-        if ease <= 0.0 {
+        if inverse_inertia <= 0.0 {
             return true;
         }
         let lacks = self.min_normal_velocity - dot(&point.velocity(), &self.normal);
-        let more = (lacks / ease).max(-self.normal_impulse);
+        let more = (lacks / inverse_inertia).max(-self.normal_impulse);
         if more != 0.0 {
             self.normal_impulse += more;
             let removed = self.apply_impulse(&self.normal.map(|n| more * n), point, sums);
-            sums.stopped += removed;
+            sums.penetration_loss += removed;
         }
         if self.friction > 0.0 && (self.normal_impulse > 0.0 || self.friction_impulse != [0.0; D]) {
             self.apply_friction(point, sums);
         }
-        lacks <= self.slack
+        lacks <= self.velocity_tolerance
     }
 
     /// Sets the impulse along the surface within the friction bound.
@@ -183,11 +197,11 @@ impl<const D: usize> PenetrationConstraint<D> {
         let mut next = self.friction_impulse;
         if speed > 0.0 {
             let along = slides.map(|v| v / speed);
-            let ease = point.inverse_inertia_along(&along);
-            if ease <= 0.0 {
+            let inverse_inertia = point.inverse_inertia_along(&along);
+            if inverse_inertia <= 0.0 {
                 return;
             }
-            (0..D).for_each(|c| next[c] -= speed / ease * along[c]);
+            (0..D).for_each(|c| next[c] -= speed / inverse_inertia * along[c]);
         }
         let full = dot(&next, &next).sqrt();
         if full > bound {
@@ -215,7 +229,7 @@ impl<const D: usize> PenetrationConstraint<D> {
         for c in 0..3 {
             sums.force[c] -= at(impulse, c);
             let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-            sums.moment[c] -= at(&self.place, a) * at(impulse, b) - at(&self.place, b) * at(impulse, a);
+            sums.moment[c] -= at(&self.position, a) * at(impulse, b) - at(&self.position, b) * at(impulse, a);
         }
         -dot(impulse, &slides)
     }
@@ -226,13 +240,13 @@ mod tests {
     use super::*;
 
     /// Two points over a floor on nodes 0, 1 and 2 of 1, 2 and 4 kg, which fall and slide.
-    fn stops(friction: f64) -> PenetrationConstraints<2> {
-        let halt = |nodes: Range<usize>, least: f64| PenetrationConstraint {
+    fn floor_constraints(friction: f64) -> PenetrationConstraints<2> {
+        let constraint = |nodes: Range<usize>, smallest: f64| PenetrationConstraint {
             nodes,
-            place: [0.0; 2],
+            position: [0.0; 2],
             normal: [0.0, 1.0],
-            min_normal_velocity: least,
-            slack: 1e-12,
+            min_normal_velocity: smallest,
+            velocity_tolerance: 1e-12,
             obstacle_velocity: [0.0; 2],
             obstacle: 0,
             friction,
@@ -242,64 +256,71 @@ mod tests {
         let mut stops = PenetrationConstraints::default();
         stops.clear(1);
         stops.append(
-            &mut vec![halt(0..2, -0.1), halt(2..4, 0.0)],
+            &mut vec![constraint(0..2, -0.1), constraint(2..4, 0.0)],
             &mut vec![(10, 0.3), (11, 0.7), (11, 0.6), (14, 0.4)],
         );
         stops.list_nodes(|number| {
-            let ease = match number {
+            let inverse_inertia = match number {
                 10 => 1.0,
                 11 => 0.5,
                 _ => 0.25,
             };
-            ([1.0, -2.0], [ease; 2])
+            ([1.0, -2.0], [inverse_inertia; 2])
         });
         stops
     }
 
     fn energy(stops: &PenetrationConstraints<2>) -> f64 {
-        let of = |(velocity, ease): (&[f64; 2], &[f64; 2])| 0.5 * dot(velocity, velocity) / ease[0];
+        let of = |(velocity, inverse_inertia): (&[f64; 2], &[f64; 2])| {
+            0.5 * dot(velocity, velocity) / inverse_inertia[0]
+        };
         stops.velocity.iter().zip(&stops.inverse_inertia).map(of).sum()
     }
 
     #[test]
     fn points_keep_their_least_velocities_and_the_energy_removed_is_recorded() {
         for friction in [0.0, 0.5, f64::INFINITY] {
-            let mut stops = stops(friction);
+            let mut stops = floor_constraints(friction);
             let (before, momentum) = (energy(&stops), 7.0);
             stops.solve();
-            for halt in &stops.constraints {
+            for constraint in &stops.constraints {
                 let of = |(node, w): &(usize, f64)| w * stops.velocity[*node][1];
-                let velocity: f64 = stops.weights[halt.nodes.clone()].iter().map(of).sum();
-                assert!(velocity >= halt.min_normal_velocity - 1e-11, "{velocity}");
-                assert!(halt.normal_impulse >= 0.0);
+                let velocity: f64 = stops.weights[constraint.nodes.clone()].iter().map(of).sum();
+                assert!(velocity >= constraint.min_normal_velocity - 1e-11, "{velocity}");
+                assert!(constraint.normal_impulse >= 0.0);
                 // Without a normal impulse there is no friction, for any coefficient.
-                let bound = if halt.normal_impulse > 0.0 { friction * halt.normal_impulse } else { 0.0 };
+                let bound =
+                    if constraint.normal_impulse > 0.0 { friction * constraint.normal_impulse } else { 0.0 };
                 assert!(
-                    halt.friction_impulse[0].abs() <= bound + 1e-12,
+                    constraint.friction_impulse[0].abs() <= bound + 1e-12,
                     "{friction}: {} {bound}",
-                    halt.friction_impulse[0]
+                    constraint.friction_impulse[0]
                 );
-                assert_eq!(halt.friction_impulse[1], 0.0);
+                assert_eq!(constraint.friction_impulse[1], 0.0);
             }
-            let removed = stops.sums[0].stopped + stops.sums[0].friction;
+            let removed = stops.sums[0].penetration_loss + stops.sums[0].friction;
             assert!((before - energy(&stops) - removed).abs() < 1e-10 * before, "{friction}: {removed}");
-            assert!(stops.sums[0].stopped > 0.0 && stops.sums[0].friction >= 0.0);
-            let kept: f64 =
-                stops.velocity.iter().zip(&stops.inverse_inertia).map(|(v, ease)| v[0] / ease[0]).sum();
+            assert!(stops.sums[0].penetration_loss > 0.0 && stops.sums[0].friction >= 0.0);
+            let kept: f64 = stops
+                .velocity
+                .iter()
+                .zip(&stops.inverse_inertia)
+                .map(|(v, inverse_inertia)| v[0] / inverse_inertia[0])
+                .sum();
             assert!((momentum - kept - stops.sums[0].force[0]).abs() < 1e-10, "{kept}");
         }
     }
 
     #[test]
     fn constrained_nodes_do_not_move_and_separating_points_have_no_impulse() {
-        let mut stops = stops(0.3);
+        let mut stops = floor_constraints(0.3);
         stops.inverse_inertia[1] = [0.0; 2];
         stops.velocity.fill([0.0, 3.0]);
         stops.solve();
-        assert_eq!(stops.change, [[0.0; 2]; 3]);
+        assert_eq!(stops.velocity_change, [[0.0; 2]; 3]);
         stops.velocity.fill([0.0, -3.0]);
         stops.solve();
-        assert_eq!(stops.change[1], [0.0; 2]);
-        assert!(stops.change[0][1] > 0.0 && stops.change[2][1] > 0.0);
+        assert_eq!(stops.velocity_change[1], [0.0; 2]);
+        assert!(stops.velocity_change[0][1] > 0.0 && stops.velocity_change[2][1] > 0.0);
     }
 }

@@ -73,10 +73,10 @@ pub fn limit_remapped<const D: usize>(
     nodes: &mut VelocityFields,
     (walls, obstacles): (&NodeWalls, &mut Option<Box<PenaltyObstacles<D>>>),
 ) {
-    let VelocityFields { solved, remapped, .. } = nodes;
+    let VelocityFields { nodal_states, remapped_velocities, .. } = nodes;
     let limit = PenetrationLimit { clock, background, bodies, walls, is_final: false };
-    let of = |number: usize, own: &Vector4| with_mass(*own, solved[number].momentum_and_mass);
-    limit.limit_penetration(obstacles, remapped, of, |node, change| *node += change);
+    let of = |number: usize, own: &Vector4| with_mass(*own, nodal_states[number].momentum_and_mass);
+    limit.limit_penetration(obstacles, remapped_velocities, of, |node, change| *node += change);
 }
 
 /// Returns a velocity with the mass in the fourth lane of another vector.
@@ -101,9 +101,10 @@ impl<const D: usize> PenetrationLimit<'_, D> {
                 return;
             }
             let constraints = &mut obstacles.penetration_constraints;
-            constraints.list_nodes(|number| self.node(number, of(number, &nodes[number])));
+            constraints
+                .list_nodes(|number| self.velocity_and_inverse_inertia(number, of(number, &nodes[number])));
             constraints.solve();
-            for (number, change) in constraints.numbers.iter().zip(&constraints.change) {
+            for (number, change) in constraints.numbers.iter().zip(&constraints.velocity_change) {
                 self.each_image(*number, |image| add(&mut nodes[image], vector4(change, 0.0)));
             }
             if self.is_final {
@@ -126,7 +127,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
             penetration_constraints: constraints,
         } = obstacles;
         constraints.clear(obstacles.len());
-        let motions = obstacles.iter().filter_map(|obstacle| obstacle.moving.as_ref());
+        let motions = obstacles.iter().filter_map(|obstacle| obstacle.motion.as_ref());
         let (from, to) = (self.clock.time, self.clock.time + self.clock.dt);
         let step_displacement =
             motions.map(|moving| moving.obstacle.max_displacement(from, to)).fold(0.0, f64::max);
@@ -135,7 +136,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
             let PointColumns { obstacle_contact, origin, .. } = &set.points;
             let input = PenetrationInput {
                 limit: self,
-                places: set.point_slice(),
+                points: set.point_slice(),
                 origin,
                 first_node: set.field * nodes,
                 horizon: *horizon,
@@ -154,19 +155,19 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     }
 
     /// Velocity (m/s) of a node, and its inverse inertia along each axis (1/kg).
-    fn node(&self, number: usize, motion: Vector4) -> ([f64; D], [f64; D]) {
+    fn velocity_and_inverse_inertia(&self, number: usize, motion: Vector4) -> ([f64; D], [f64; D]) {
         let (velocity, [.., mass]) = (first_three(motion), motion.to_array());
-        let constrained = self.walls.constrained_components(&self.index(number), &velocity);
-        let ease = if mass > 0.0 { 1.0 / (mass * self.clock.options.mass_scaling) } else { 0.0 };
-        let free = std::array::from_fn(|c| if constrained[c] { 0.0 } else { ease });
+        let constrained = self.walls.constrained_components(&self.node_index(number), &velocity);
+        let inverse_inertia = if mass > 0.0 { 1.0 / (mass * self.clock.options.mass_scaling) } else { 0.0 };
+        let free = std::array::from_fn(|c| if constrained[c] { 0.0 } else { inverse_inertia });
         (std::array::from_fn(|c| velocity[c]), free)
     }
 
     /// Index of a node along the axes.
-    fn index(&self, number: usize) -> [usize; 3] {
+    fn node_index(&self, number: usize) -> [usize; 3] {
         let layout = &self.background.layout;
         let (number, row) = (number % layout.len(), layout.strides()[0]);
-        layout.index(number / row, number % row)
+        layout.axis_indices(number / row, number % row)
     }
 
     /// Calls `act` for a node and its images in a periodic domain.
@@ -176,7 +177,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
             act(number);
             return;
         }
-        let (own, strides) = (self.index(number), layout.strides());
+        let (own, strides) = (self.node_index(number), layout.strides());
         let at = |index: &[usize; 3]| (0..D).map(|c| index[c] * strides[c]).sum::<usize>();
         for image in layout.periodic_images(own) {
             act(number + at(&image) - at(&own));
@@ -203,7 +204,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
             }
             obstacle.state.friction += sums.friction;
             obstacle.state.work += sums.work;
-            obstacle.state.stopping_energy += sums.stopped;
+            obstacle.state.stopping_energy += sums.penetration_loss;
         }
     }
 }
@@ -211,7 +212,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
 /// Data that all points of a set share.
 struct PenetrationInput<'a, const D: usize> {
     limit: &'a PenetrationLimit<'a, D>,
-    places: PointSlice<'a, D>,
+    points: PointSlice<'a, D>,
     origin: &'a [[f64; D]],
     first_node: usize,
     horizon: f64,
@@ -237,31 +238,36 @@ impl<const D: usize> PenetrationInput<'_, D> {
         let view = background.grid_view();
         for (k, point) in points.iter().enumerate() {
             let p = first + k;
-            let x = &self.places.position[p];
+            let x = &self.points.position[p];
             let displacement: [f64; D] =
                 std::array::from_fn(|c| x[c] - self.origin[p][c] - point.last_search_displacement[c]);
             // A point bonded to an obstacle may be nearer than its reach.
-            let near = if point.bond == 0 {
-                point.free_distance + point.half
+            let min_distance = if point.bond == 0 {
+                point.free_distance + point.half_width
                     - square(&displacement).sqrt()
                     - (self.max_obstacle_displacement - point.obstacle_displacement)
             } else {
                 0.0
             };
-            let max_travel = MAX_MOVE * self.places.domain.spacing(p, &view) + self.step_displacement;
-            if near > max_travel + MIN_DISTANCE_RATIO * point.reach {
+            let max_travel = MAX_MOVE * self.points.domain.spacing(p, &view) + self.step_displacement;
+            if min_distance > max_travel + MIN_DISTANCE_RATIO * point.penalty_distance {
                 continue;
             }
             let (start, mut velocity) = (workspace.weights.len(), [0.0; D]);
-            background.transfers.for_each_weight(&view, &self.places.range(p..p + 1), &mut |_, node, w| {
+            background.transfers.for_each_weight(&view, &self.points.range(p..p + 1), &mut |_, node, w| {
                 let node = self.limit.first_of(self.first_node + node);
                 let own = of(node).to_array();
                 (0..D).for_each(|c| velocity[c] += w * own[c]);
                 workspace.weights.push((node, w));
             });
-            let candidate =
-                PenetrationCandidate { x, velocity, nodes: start..workspace.weights.len(), near, point };
-            if !candidate.find(obstacles, self.limit, self.horizon, workspace) {
+            let candidate = PenetrationCandidate {
+                x,
+                velocity,
+                nodes: start..workspace.weights.len(),
+                min_distance,
+                point,
+            };
+            if !candidate.find_constraints(obstacles, self.limit, self.horizon, workspace) {
                 workspace.weights.truncate(start);
             }
         }
@@ -275,7 +281,7 @@ struct PenetrationCandidate<'a, const D: usize> {
     velocity: [f64; D],
     nodes: std::ops::Range<usize>,
     /// Least distance from any surface (m).
-    near: f64,
+    min_distance: f64,
     point: &'a PenaltyState<D>,
 }
 
@@ -284,10 +290,10 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
     fn constraint(&self, normal: [f64; D]) -> PenetrationConstraint<D> {
         PenetrationConstraint {
             nodes: self.nodes.clone(),
-            place: *self.x,
+            position: *self.x,
             normal,
             min_normal_velocity: 0.0,
-            slack: 0.0,
+            velocity_tolerance: 0.0,
             obstacle_velocity: [0.0; D],
             obstacle: 0,
             friction: 0.0,
@@ -297,7 +303,7 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
     }
 
     /// Finds the positions on surfaces to which the point comes too near; returns whether there are any.
-    fn find(
+    fn find_constraints(
         &self,
         obstacles: &[PenaltyObstacle<D>],
         limit: &PenetrationLimit<'_, D>,
@@ -306,13 +312,13 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
     ) -> bool {
         let PenetrationLimit { clock, is_final, .. } = limit;
         let (dt, before) = (clock.dt, workspace.penetration_constraints.len());
-        let min_distance = MIN_DISTANCE_RATIO * self.point.reach;
+        let min_distance = MIN_DISTANCE_RATIO * self.point.penalty_distance;
         for (number, obstacle) in obstacles.iter().enumerate() {
             let obstacle_velocity = obstacle.displacement_until(self.x, clock.time + dt).map(|u| u / dt);
             let relative_displacement: [f64; D] =
                 std::array::from_fn(|c| dt * (self.velocity[c] - obstacle_velocity[c]));
             let travel = square(&relative_displacement).sqrt();
-            if self.near > min_distance + travel {
+            if self.min_distance > min_distance + travel {
                 continue;
             }
             let surface = obstacle.current_surface();
@@ -321,11 +327,11 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
                 continue;
             }
             let allowed_distance = now.distance.min(min_distance);
-            let slack = DISTANCE_TOLERANCE * allowed_distance.abs() + f64::EPSILON * self.point.half;
+            let slack = DISTANCE_TOLERANCE * allowed_distance.abs() + f64::EPSILON * self.point.half_width;
             let to: [f64; D] = std::array::from_fn(|c| self.x[c] + relative_displacement[c]);
-            workspace.found.clear();
-            surface.query_contacts(&to, min_distance, &mut workspace.found);
-            let inside = if workspace.found.is_empty() {
+            workspace.contacts.clear();
+            surface.query_contacts(&to, min_distance, &mut workspace.contacts);
+            let inside = if workspace.contacts.is_empty() {
                 surface.gap(&to, horizon.max(min_distance + travel))
             } else {
                 None
@@ -341,15 +347,16 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
             let faces = |place: &&NearestPoint<D>| {
                 through.is_none() || (0..D).map(|c| place.normal[c] * now.normal[c]).sum::<f64>() > 0.0
             };
-            let places = workspace.found.all().iter().chain(inside.as_ref()).filter(faces).chain(&through);
+            let places =
+                workspace.contacts.contacts().iter().chain(inside.as_ref()).filter(faces).chain(&through);
             for place in places.filter(|place| place.distance < allowed_distance - slack) {
                 let along: f64 = (0..D).map(|c| self.velocity[c] * place.normal[c]).sum();
                 workspace.penetration_constraints.push(PenetrationConstraint {
                     min_normal_velocity: along + (allowed_distance - place.distance) / dt,
-                    slack: 0.5 * slack / dt,
+                    velocity_tolerance: 0.5 * slack / dt,
                     obstacle_velocity,
                     obstacle: number,
-                    friction: if *is_final { obstacle.laws.at(&place.position).friction() } else { 0.0 },
+                    friction: if *is_final { obstacle.laws.law_at(&place.position).friction() } else { 0.0 },
                     ..self.constraint(place.normal)
                 });
             }

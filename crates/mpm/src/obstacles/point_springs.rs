@@ -12,10 +12,10 @@ use crate::points::pore_contact_state::PoreContactState;
 #[derive(Clone, Copy, Debug, Default)]
 struct FrictionShares {
     /// Number of each obstacle and its part.
-    parts: [(usize, f64); MAX_OVERLAPS],
+    obstacle_parts: [(usize, f64); MAX_OVERLAPS],
     count: usize,
     /// Sum of the parts.
-    whole: f64,
+    total: f64,
     /// Friction bound, as a stretch of the spring (m); may be infinite.
     max_slip: f64,
 }
@@ -30,17 +30,17 @@ impl FrictionShares {
         }
         if self.count < MAX_OVERLAPS {
             let part = if bound.is_infinite() { overlap } else { bound };
-            self.parts[self.count] = (number, part);
+            self.obstacle_parts[self.count] = (number, part);
             self.count += 1;
-            self.whole += part;
+            self.total += part;
             self.max_slip += bound;
         }
     }
 
     /// Returns the number of each obstacle and its share.
-    fn shares(&self) -> impl Iterator<Item = (usize, f64)> {
-        let (whole, equal) = (self.whole, 1.0 / self.count as f64);
-        let all = &self.parts[..self.count];
+    fn obstacle_shares(&self) -> impl Iterator<Item = (usize, f64)> {
+        let (whole, equal) = (self.total, 1.0 / self.count as f64);
+        let all = &self.obstacle_parts[..self.count];
         all.iter().map(move |(number, part)| (*number, if whole > 0.0 { part / whole } else { equal }))
     }
 }
@@ -49,7 +49,7 @@ impl FrictionShares {
 #[derive(Clone, Copy, Debug)]
 pub struct ObstacleSprings<const D: usize> {
     /// Position of the point (m).
-    pub place: [f64; D],
+    pub position: [f64; D],
     /// Displacement of the point since its last search (m).
     pub displacement: [f64; D],
     /// Whether it was within its width of an obstacle at the last search.
@@ -90,7 +90,7 @@ impl<const D: usize> ObstacleSprings<D> {
             let normal_force = overlap.normal.map(|n| k * own * n);
             (0..D).for_each(|c| point.force[c] += normal_force[c]);
             self.add_reaction(obstacle, &mut sums[overlap.obstacle], &normal_force);
-            sums[overlap.obstacle].stored += 0.5 * k * own * overlap.depth;
+            sums[overlap.obstacle].spring_energy += 0.5 * k * own * overlap.depth;
         }
         let own = self.apply_adhesion(candidates, &mut friction_shares);
         let own = self.apply_bond(obstacles, candidates, point, sums, &mut friction_shares).or(own);
@@ -100,7 +100,7 @@ impl<const D: usize> ObstacleSprings<D> {
             return;
         };
         let mut moved = [0.0; D];
-        for (number, share) in friction_shares.shares() {
+        for (number, share) in friction_shares.obstacle_shares() {
             let own = self.sliding_displacement(&obstacles[number], &normal, depth);
             (0..D).for_each(|c| moved[c] += share * own[c]);
         }
@@ -109,9 +109,9 @@ impl<const D: usize> ObstacleSprings<D> {
         let friction = spring.map(|s| -k * s);
         (0..D).for_each(|c| point.force[c] += friction[c]);
         let stretch = length(&spring);
-        for (number, share) in friction_shares.shares() {
+        for (number, share) in friction_shares.obstacle_shares() {
             self.add_reaction(&obstacles[number], &mut sums[number], &friction.map(|c| share * c));
-            sums[number].stored += share * 0.5 * k * stretch * stretch;
+            sums[number].spring_energy += share * 0.5 * k * stretch * stretch;
             if slip > 0.0 {
                 sums[number].friction += share * k * friction_shares.max_slip * slip;
             }
@@ -139,12 +139,12 @@ impl<const D: usize> ObstacleSprings<D> {
         friction_shares: &mut FrictionShares,
     ) -> Option<[f64; D]> {
         let (number, place, law) = candidates.bonded_contact.as_ref()?;
-        let (k, extension) = (self.stiffness, place.distance - point.reach);
+        let (k, extension) = (self.stiffness, place.distance - point.penalty_distance);
         if extension > 0.0 {
             let tension = place.normal.map(|n| -k * extension * n);
             (0..D).for_each(|c| point.force[c] += tension[c]);
             self.add_reaction(&obstacles[*number], &mut sums[*number], &tension);
-            sums[*number].stored += 0.5 * k * extension * extension;
+            sums[*number].spring_energy += 0.5 * k * extension * extension;
         }
         if law.friction().is_infinite() && friction_shares.max_slip.is_finite() {
             *friction_shares = FrictionShares::default();
@@ -157,7 +157,7 @@ impl<const D: usize> ObstacleSprings<D> {
 
     /// Sliding displacement of the point (m) along an obstacle with the overlap `depth` (m), since it reached its surface.
     fn sliding_displacement(&self, obstacle: &PenaltyObstacle<D>, normal: &[f64; D], depth: f64) -> [f64; D] {
-        let obstacle_displacement = obstacle.displacement_since(&self.place);
+        let obstacle_displacement = obstacle.displacement_since(&self.position);
         let moved: [f64; D] = std::array::from_fn(|c| self.displacement[c] - obstacle_displacement[c]);
         let approach: f64 = -(0..D).map(|c| moved[c] * normal[c]).sum::<f64>();
         let share = if self.was_near || approach <= depth { 1.0 } else { depth / approach };
@@ -176,7 +176,7 @@ impl<const D: usize> ObstacleSprings<D> {
         sums: &mut [ObstacleForces],
     ) {
         let k = self.stiffness;
-        let mut fluid_candidates = ContactCandidates::NOTHING;
+        let mut fluid_candidates = ContactCandidates::EMPTY;
         for overlap in candidates.overlaps() {
             let depth = overlap.depth - pore.seepage_along(&overlap.normal);
             if depth > 0.0 {
@@ -199,10 +199,10 @@ impl<const D: usize> ObstacleSprings<D> {
                 (&mut *point, &mut *pore),
                 &mut sums[overlap.obstacle],
             );
-            sums[overlap.obstacle].stored += 0.5 * k * own * overlap.depth;
+            sums[overlap.obstacle].spring_energy += 0.5 * k * own * overlap.depth;
         }
         if let Some((number, place, _)) = &candidates.bonded_contact {
-            let overlap = point.reach - place.distance;
+            let overlap = point.penalty_distance - place.distance;
             let depth = overlap - pore.seepage_along(&place.normal);
             if depth < 0.0 || overlap <= 0.0 {
                 let tension = (k * depth).max(min_pressure * self.area);
@@ -213,7 +213,7 @@ impl<const D: usize> ObstacleSprings<D> {
                     (&mut *point, &mut *pore),
                     &mut sums[*number],
                 );
-                sums[*number].stored += 0.5 * k * depth * depth;
+                sums[*number].spring_energy += 0.5 * k * depth * depth;
             }
         }
         // On a single surface the seepage along it has no effect.
@@ -244,15 +244,15 @@ impl<const D: usize> ObstacleSprings<D> {
 
     /// Adds the reaction to a force (N) on the point.
     fn add_reaction(&self, obstacle: &PenaltyObstacle<D>, sums: &mut ObstacleForces, force: &[f64; D]) {
-        if obstacle.moving.is_some() {
-            let obstacle_displacement = obstacle.displacement_since(&self.place);
+        if obstacle.motion.is_some() {
+            let obstacle_displacement = obstacle.displacement_since(&self.position);
             sums.work += (0..D).map(|c| obstacle_displacement[c] * force[c]).sum::<f64>();
         }
         let at = |a: &[f64; D], c: usize| a.get(c).copied().unwrap_or(0.0);
         for c in 0..3 {
             sums.force[c] -= at(force, c);
             let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-            sums.moment[c] -= at(&self.place, a) * at(force, b) - at(&self.place, b) * at(force, a);
+            sums.moment[c] -= at(&self.position, a) * at(force, b) - at(&self.position, b) * at(force, a);
         }
     }
 }

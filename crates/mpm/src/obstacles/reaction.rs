@@ -104,8 +104,8 @@ impl ReactionRecorder {
         step.1 = dt;
         for row in (0..layout.nodes()[0]).filter(|row| !walls.is_row_free(0, *row)) {
             let first = row * layout.strides()[0];
-            for number in layout.active(row) {
-                let index = layout.index(row, number);
+            for number in layout.active_nodes(row) {
+                let index = layout.axis_indices(row, number);
                 if layout.is_periodic_image(&index) {
                     continue;
                 }

@@ -33,7 +33,7 @@ pub struct PenaltyObstacle<const D: usize> {
     /// Contact laws.
     pub laws: ObstacleLaws,
     /// Motion; `None` at rest.
-    pub moving: Option<ObstacleMotionState<D>>,
+    pub motion: Option<ObstacleMotionState<D>>,
     /// Reaction and energies of the obstacle.
     pub state: ObstacleReaction,
 }
@@ -69,7 +69,7 @@ pub struct ObstacleReaction {
 impl ObstacleReaction {
     /// Adds the reaction of a rigid body in a step of `dt` (s).
     pub fn add_support_reaction(&mut self, reaction: &SupportReaction, dt: f64) {
-        let moment = cross(&reaction.place, &reaction.impulse);
+        let moment = cross(&reaction.position, &reaction.impulse);
         for c in 0..3 {
             self.force[c] += reaction.impulse[c] / dt;
             self.moment[c] += moment[c] / dt;
@@ -88,7 +88,7 @@ impl ObstacleReaction {
         }
         self.friction += sums.friction;
         self.work += sums.work;
-        self.spring_energy += sums.stored;
+        self.spring_energy += sums.spring_energy;
     }
 }
 
@@ -100,7 +100,7 @@ pub struct ObstacleHistory {
     /// Upper bound of the displacement of any part of an obstacle in the domain (m).
     pub max_obstacle_displacement: f64,
     /// Time of the last obstacle forces (s).
-    pub at: f64,
+    pub force_time: f64,
 }
 
 /// Obstacles of a case with penalty contact on points.
@@ -121,7 +121,7 @@ pub struct PenaltyObstacles<const D: usize> {
 /// Workspace of a block of points.
 #[derive(Clone, Debug, Default)]
 pub struct BlockWorkspace<const D: usize> {
-    pub found: ContactQuery<D>,
+    pub contacts: ContactQuery<D>,
     /// Penetration constraints of points of the block.
     pub penetration_constraints: Vec<PenetrationConstraint<D>>,
     /// Nodes and weights of these constraints, one after another.
@@ -144,9 +144,9 @@ pub struct ObstacleForces {
     /// Work of its motion on points (J).
     pub work: f64,
     /// Energy of the springs (J).
-    pub stored: f64,
+    pub spring_energy: f64,
     /// Energy removed from points that are stopped before it (J).
-    pub stopped: f64,
+    pub penetration_loss: f64,
 }
 
 /// Contact candidates of a point.
@@ -161,7 +161,7 @@ pub struct ContactCandidates<const D: usize> {
 }
 
 impl<const D: usize> ContactCandidates<D> {
-    pub(super) const NOTHING: Self = {
+    pub(super) const EMPTY: Self = {
         let law = ObstacleLaw { wall: ObstacleWall::Smooth, separation: false };
         Self {
             overlaps: [SurfaceOverlap { normal: [0.0; D], depth: 0.0, obstacle: 0, law }; MAX_OVERLAPS],
@@ -188,7 +188,7 @@ impl<const D: usize> ContactCandidates<D> {
     ) {
         for place in places {
             let depth = reach - place.distance;
-            let law = *obstacle.laws.at(&place.position);
+            let law = *obstacle.laws.law_at(&place.position);
             let overlap = SurfaceOverlap { normal: place.normal, depth, obstacle: number, law };
             if depth > 0.0 {
                 self.add(overlap);
@@ -206,7 +206,7 @@ impl<const D: usize> ContactCandidates<D> {
     }
 
     /// Whether obstacles act on the point.
-    pub fn acts(&self) -> bool {
+    pub fn has_contact(&self) -> bool {
         self.count > 0 || self.bonded_contact.is_some() || self.adhesive_contact.is_some()
     }
 }
@@ -214,9 +214,9 @@ impl<const D: usize> ContactCandidates<D> {
 impl<const D: usize> PenaltyObstacle<D> {
     /// Returns the obstacle at its current position as a support of rigid bodies.
     pub fn rigid_contact(&self) -> Ground<'_, D> {
-        let moving = self.moving.as_ref().map(|moving| &moving.obstacle);
-        let surface = moving.map_or(&*self.surface, |own| &own.placed);
-        Ground { surface, laws: &self.laws, moving }
+        let motion = self.motion.as_ref().map(|motion| &motion.obstacle);
+        let surface = motion.map_or(&*self.surface, |own| &own.surface);
+        Ground { surface, laws: &self.laws, motion }
     }
 }
 
@@ -228,7 +228,7 @@ impl<const D: usize> PenaltyObstacles<D> {
                 name: obstacle.name.clone(),
                 surface: Arc::clone(surface),
                 laws: laws.clone(),
-                moving: obstacle.motion.as_ref().map(|motion| ObstacleMotionState {
+                motion: obstacle.motion.as_ref().map(|motion| ObstacleMotionState {
                     obstacle: MovingObstacle::new(motion, surface, domain),
                     previous_transform: motion.transform(0.0),
                 }),
@@ -244,19 +244,19 @@ impl<const D: usize> PenaltyObstacles<D> {
     }
 
     /// Returns the moving obstacles.
-    pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
-        self.obstacles.iter().filter_map(|obstacle| obstacle.moving.as_ref()).map(|moving| &moving.obstacle)
+    pub fn moving_obstacles(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        self.obstacles.iter().filter_map(|obstacle| obstacle.motion.as_ref()).map(|moving| &moving.obstacle)
     }
 
     /// Moves the obstacles to `time` (s), and resets their forces of the step.
     pub fn advance(&mut self, time: f64) {
-        let at = std::mem::replace(&mut self.history.at, time);
+        let at = std::mem::replace(&mut self.history.force_time, time);
         let mut max_displacement = 0f64;
         for obstacle in &mut self.obstacles {
             (obstacle.state.force, obstacle.state.moment, obstacle.state.spring_energy) =
                 ([0.0; 3], [0.0; 3], 0.0);
             let Some(ObstacleMotionState { obstacle: own, previous_transform: before }) =
-                &mut obstacle.moving
+                &mut obstacle.motion
             else {
                 continue;
             };
@@ -285,25 +285,26 @@ impl<const D: usize> PenaltyObstacles<D> {
 
     /// Initial state of a point at `x` (m) of this half width: where the point is nearer to a surface its reach is that distance, so that
     /// no initial force acts.
-    pub fn initial_penalty_state(&self, x: &[f64; D], half: f64) -> PenaltyState<D> {
-        let distances = self.obstacles.iter().filter_map(|obstacle| obstacle.current_surface().gap(x, half));
-        let nearest = distances.map(|gap| gap.distance).fold(half, f64::min);
-        PenaltyState { half, reach: nearest.max(0.0), ..PenaltyState::NEW }
+    pub fn initial_penalty_state(&self, x: &[f64; D], half_width: f64) -> PenaltyState<D> {
+        let distances =
+            self.obstacles.iter().filter_map(|obstacle| obstacle.current_surface().gap(x, half_width));
+        let nearest = distances.map(|gap| gap.distance).fold(half_width, f64::min);
+        PenaltyState { half_width, penalty_distance: nearest.max(0.0), ..PenaltyState::NEW }
     }
 }
 
 impl<const D: usize> PenaltyObstacle<D> {
     /// Surface of the obstacle at its current position.
     pub fn current_surface(&self) -> &dyn Surface<D> {
-        match &self.moving {
-            Some(moving) => &moving.obstacle.placed,
+        match &self.motion {
+            Some(moving) => &moving.obstacle.surface,
             None => &*self.surface,
         }
     }
 
     /// Displacement of its part at `x` (m) since the previous step (m).
     pub(super) fn displacement_since(&self, x: &[f64; D]) -> [f64; D] {
-        self.moving.as_ref().map_or(
+        self.motion.as_ref().map_or(
             [0.0; D],
             |ObstacleMotionState { obstacle: own, previous_transform: before }| {
                 let previous = own.material_position(x, before);
@@ -314,7 +315,7 @@ impl<const D: usize> PenaltyObstacle<D> {
 
     /// Displacement of its part at `x` (m) until `time` (s) (m).
     pub fn displacement_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
-        self.moving.as_ref().map_or([0.0; D], |ObstacleMotionState { obstacle: own, .. }| {
+        self.motion.as_ref().map_or([0.0; D], |ObstacleMotionState { obstacle: own, .. }| {
             let end = own.material_position(x, &own.motion.transform(time));
             std::array::from_fn(|c| end[c] - x[c])
         })
@@ -335,25 +336,25 @@ pub fn detect_contacts<const D: usize>(
     point: &mut PenaltyState<D>,
     workspace: &mut BlockWorkspace<D>,
 ) -> ContactCandidates<D> {
-    let mut candidates = ContactCandidates::NOTHING;
-    let radius = SEARCH_RATIO * point.half;
+    let mut candidates = ContactCandidates::EMPTY;
+    let radius = SEARCH_RATIO * point.half_width;
     let mut nearest = f64::INFINITY;
     // Of the obstacles without separation: the nearest in contact, and the one bonded so far.
     let (mut touched, mut bonded) = (None, None);
     for (number, obstacle) in obstacles.iter().enumerate() {
-        workspace.found.clear();
+        workspace.contacts.clear();
         let surface = obstacle.current_surface();
-        surface.query_contacts(x, radius, &mut workspace.found);
-        let all = workspace.found.all();
+        surface.query_contacts(x, radius, &mut workspace.contacts);
+        let all = workspace.contacts.contacts();
         let own = all.first().copied().or_else(|| surface.gap(x, horizon.max(radius)));
         nearest = nearest.min(own.map_or(horizon.max(radius), |own| own.distance));
         let Some(own) = own.filter(|own| own.distance < radius) else { continue };
         workspace.penetrations += u64::from(own.distance < 0.0);
-        let law = *obstacle.laws.at(&own.position);
+        let law = *obstacle.laws.law_at(&own.position);
         if law.allows_separation() {
             // The point has moved from a bonded part of the obstacle.
             point.bond = if point.bond == number as u32 + 1 { 0 } else { point.bond };
-        } else if own.distance - point.reach <= CONTACT_TOLERANCE * point.half
+        } else if own.distance - point.penalty_distance <= CONTACT_TOLERANCE * point.half_width
             && touched.as_ref().is_none_or(|(_, other, _)| is_before(&own, other))
         {
             touched = Some((number, own, law));
@@ -362,7 +363,7 @@ pub fn detect_contacts<const D: usize>(
             bonded = Some((number, own, law));
         }
         let places = if all.is_empty() { std::slice::from_ref(&own) } else { all };
-        candidates.add_contacts(obstacle, number, places, point.reach);
+        candidates.add_contacts(obstacle, number, places, point.penalty_distance);
     }
     if let Some((number, ..)) = touched {
         point.bond = number as u32 + 1;
@@ -381,18 +382,18 @@ fn update_reach<const D: usize>(
 ) {
     if point.bond == 0 {
         // A point that has moved away gets a larger reach; this causes no force.
-        point.reach = point.half.min(point.reach.max(nearest));
+        point.penalty_distance = point.half_width.min(point.penalty_distance.max(nearest));
     }
-    point.free_distance = nearest - point.half;
+    point.free_distance = nearest - point.half_width;
     // A point whose reach is less than its half width has tension up to that distance again.
     if let Some((_, place, _)) = candidates.bonded_contact
-        && place.distance - point.reach > point.half
+        && place.distance - point.penalty_distance > point.half_width
     {
         (point.bond, candidates.bonded_contact) = (0, None);
     } else if candidates.bonded_contact.is_none() {
         point.bond = 0;
     }
-    if candidates.acts() {
+    if candidates.has_contact() {
         point.free_distance = point.free_distance.min(0.0);
     }
 }

@@ -30,7 +30,7 @@ impl<const D: usize> MpmSolver<D> {
                     budget.potential -= m * self.clock.gravity[c] * x[c];
                     if self.clock.options.transfer == crate::VelocityTransfer::Apic && a < D && b < D {
                         // Spin within the point.
-                        let moment = &set.points.affine[i];
+                        let moment = &set.points.affine_velocity[i];
                         budget.angular_momentum[c] += m * (moment[b][a] - moment[a][b]);
                     }
                 }

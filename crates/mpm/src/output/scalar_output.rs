@@ -22,18 +22,18 @@ impl<const D: usize> MpmSolver<D> {
         }
         let audited = self.clock.stage().equilibrium.is_some();
         push("external_work", "J", if audited { self.nodes.external_work } else { f64::NAN });
-        let [least, most] = self.volume_ratios();
-        push("volume_ratio.min", "", least);
-        push("volume_ratio.max", "", most);
+        let [smallest, largest] = self.volume_ratios();
+        push("volume_ratio.min", "", smallest);
+        push("volume_ratio.max", "", largest);
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
-        if let Some(PenaltyEnergies { friction, stored, stopped, work }) =
+        if let Some(PenaltyEnergies { friction, spring_energy, penetration_loss, work }) =
             penalty_energies(self.boundary.penalty_obstacles.as_deref())
         {
             push("obstacles.friction", "J", friction);
-            push("obstacles.stored", "J", stored);
-            push("obstacles.stopped", "J", stopped);
+            push("obstacles.stored", "J", spring_energy);
+            push("obstacles.stopped", "J", penetration_loss);
             work.into_iter().for_each(|work| push("obstacles.work", "J", work));
         }
         for driven in &self.boundary.driven {
@@ -46,7 +46,7 @@ impl<const D: usize> MpmSolver<D> {
         if let Some(recorder) = &self.boundary.reaction_recorder {
             let NodeObstacleEnergies { friction, work } = recorder.state.energies;
             push("obstacles.friction", "J", friction);
-            if !self.boundary.node_obstacles.moving.is_empty() {
+            if !self.boundary.node_obstacles.moving_obstacles.is_empty() {
                 push("obstacles.work", "J", work);
             }
         }
@@ -81,7 +81,7 @@ impl<const D: usize> MpmSolver<D> {
         let ratios = self.bodies.deformable_sets().flat_map(|set| {
             set.points.volume.iter().zip(&set.points.initial_volume).map(|(volume, initial)| volume / initial)
         });
-        ratios.fold([f64::NAN; 2], |[least, most], ratio| [ratio.min(least), ratio.max(most)])
+        ratios.fold([f64::NAN; 2], |[smallest, largest], ratio| [ratio.min(smallest), ratio.max(largest)])
     }
 
     /// Fewest and mean number of points in the cells that hold any; NaN without points.

@@ -18,7 +18,7 @@ pub(super) struct Damping<'a, const D: usize> {
     /// Nodes with less mass of a phase than this (kg) are skipped.
     pub mass_cutoff: [f64; 2],
     /// Components of velocity that are prescribed, of all nodes, one bit an axis; empty where none are.
-    pub constrained: &'a [[u8; 2]],
+    pub constrained_components: &'a [[u8; 2]],
     /// Boundary conditions of both phases.
     pub walls: [&'a NodeWalls; 2],
     /// The nodes.
@@ -34,13 +34,14 @@ impl<const D: usize> Damping<'_, D> {
             if node[SOLID].momentum_and_mass.as_array()[3] <= self.mass_cutoff[SOLID] {
                 continue;
             }
-            let index = self.layout.index(row, number);
-            let constrained = self.constrained.get(first + number).copied().unwrap_or_default();
-            self.node(&index, node, constrained);
+            let index = self.layout.axis_indices(row, number);
+            let constrained = self.constrained_components.get(first + number).copied().unwrap_or_default();
+            self.damp_node(&index, node, constrained);
         }
     }
 
-    fn node(&self, index: &[usize; 3], node: &mut [NodalState; 2], constrained: [u8; 2]) {
+    /// Damping of both phases at a node.
+    fn damp_node(&self, index: &[usize; 3], node: &mut [NodalState; 2], constrained: [u8; 2]) {
         let mut ends = [SOLID, LIQUID].map(|phase| node[phase].momentum_and_mass.to_array());
         let mut rates = [SOLID, LIQUID].map(|phase| node[phase].force.to_array());
         let masses = ends.map(|end| end[3]);

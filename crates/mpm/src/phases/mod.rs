@@ -37,7 +37,7 @@ use crate::boundary::nodal_loads::phase_nodal_load_work;
 use crate::boundary::point_loads::update_follower_vectors;
 use crate::boundary::prescribed_motion::{impose_phase_patch_velocity, mark_constrained};
 use crate::clock::Clock;
-use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
+use crate::momentum::velocity_fields::VelocitySource::{EndOfStep, Remapped};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::obstacles::penetration_limit::{PenetrationLimit, with_mass};
 use crate::phases::damping::Damping;
@@ -57,10 +57,10 @@ use crate::transfer::point_update::UpdateSelection;
 /// Nodal data of a solver with pore fluid.
 pub struct TwoPhase {
     nodes: Vec<[NodalState; 2]>,
-    remapped: Vec<[Vector4; 2]>,
+    remapped_velocities: Vec<[Vector4; 2]>,
     row_sums: Vec<PhaseEquilibriumTerms>,
     /// Components of velocity that patches prescribe, one bit an axis; empty where no option needs them.
-    constrained: Vec<[u8; 2]>,
+    constrained_components: Vec<[u8; 2]>,
     pub(crate) sums: PhaseEquilibriumTerms,
     /// Walls of the liquid.
     pub(crate) walls: NodeWalls,
@@ -74,9 +74,9 @@ impl TwoPhase {
     /// Memory of the nodes (bytes).
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
-            + size_of_val(&self.remapped[..])
+            + size_of_val(&self.remapped_velocities[..])
             + size_of_val(&self.row_sums[..])
-            + size_of_val(&self.constrained[..])
+            + size_of_val(&self.constrained_components[..])
     }
 
     /// Interpolates velocities and gradients of the nodes of both phases to points.
@@ -89,15 +89,15 @@ impl TwoPhase {
     ) {
         let (view, transfers) = (background.grid_view(), background.transfers);
         match of {
-            Solved => transfers.g2p_phases(&view, points, &self.nodes, reads),
-            Remapped => transfers.g2p_phase_velocities(&view, points, &self.remapped, reads),
+            EndOfStep => transfers.g2p_phases(&view, points, &self.nodes, reads),
+            Remapped => transfers.g2p_phase_velocities(&view, points, &self.remapped_velocities, reads),
         }
     }
 
     /// Clears the active nodes.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         layout.reset(&mut self.nodes);
-        layout.reset(&mut self.remapped);
+        layout.reset(&mut self.remapped_velocities);
     }
 }
 
@@ -119,7 +119,7 @@ pub(crate) struct SkeletonAndFluid<'a> {
 
 impl<'a> SkeletonAndFluid<'a> {
     /// Nodes of both phases, cleared for a step.
-    pub(crate) fn begin<const D: usize>(
+    pub(crate) fn cleared<const D: usize>(
         background: &BackgroundGrid<D>,
         nodes: &'a mut VelocityFields,
         phases: &'a mut TwoPhase,
@@ -252,7 +252,14 @@ fn solve_phases<const D: usize>(
     let BoundaryConditions {
         walls, driven, contacts, absorbing, reaction_recorder, penalty_obstacles, ..
     } = boundary;
-    let TwoPhase { nodes: solved, row_sums, walls: liquid_walls, max_liquid_mass, constrained, .. } = phases;
+    let TwoPhase {
+        nodes: solved,
+        row_sums,
+        walls: liquid_walls,
+        max_liquid_mass,
+        constrained_components,
+        ..
+    } = phases;
     let dt = clock.dt;
     let solve = PhaseSolve {
         dt,
@@ -261,7 +268,7 @@ fn solve_phases<const D: usize>(
         inertia: clock.options.mass_scaling,
         mass_cutoff: [bodies.mass_cutoff(clock), clock.options.mass_cutoff() * *max_liquid_mass],
         sum_equilibrium: clock.stage().equilibrium.is_some(),
-        constrained,
+        constrained_components,
         walls: [&*walls, &*liquid_walls],
         layout: &background.layout,
     };
@@ -276,8 +283,8 @@ fn solve_phases<const D: usize>(
     limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
     let factors = clock.stage().damping_of_axes();
     if factors != [0.0; 3] {
-        let PhaseSolve { mass_cutoff, constrained, walls, layout, .. } = solve;
-        let damping = Damping { dt, factors, mass_cutoff, constrained, walls, layout };
+        let PhaseSolve { mass_cutoff, constrained_components, walls, layout, .. } = solve;
+        let damping = Damping { dt, factors, mass_cutoff, constrained_components, walls, layout };
         layout.for_each_active_node_range(solved, |row, active, line| damping.row(row, active, line));
         limit.limit_penetration(penalty_obstacles, solved, |_, node| node[SOLID].momentum_and_mass, change);
     }
@@ -294,12 +301,12 @@ fn mark_patch_components<const D: usize>(
     phases: &mut TwoPhase,
 ) {
     let stage = clock.stage();
-    phases.constrained.clear();
+    phases.constrained_components.clear();
     let is_needed = stage.equilibrium.is_some() || stage.damping_of_axes() != [0.0; 3];
     if is_needed && !clock.case.patches.is_empty() {
-        phases.constrained.resize(phases.nodes.len(), [0; 2]);
+        phases.constrained_components.resize(phases.nodes.len(), [0; 2]);
         let BoundaryConditions { driven, contacts, .. } = boundary;
-        mark_constrained(clock, background, driven, contacts, &mut phases.constrained);
+        mark_constrained(clock, background, driven, contacts, &mut phases.constrained_components);
     }
 }
 
@@ -329,11 +336,11 @@ fn limit_remapped_penetration<const D: usize>(
     phases: &mut TwoPhase,
 ) {
     let BoundaryConditions { walls, penalty_obstacles, .. } = boundary;
-    let TwoPhase { nodes, remapped, .. } = phases;
+    let TwoPhase { nodes, remapped_velocities, .. } = phases;
     let limit = PenetrationLimit { clock, background, bodies, walls, is_final: false };
     let of =
         |number: usize, own: &[Vector4; 2]| with_mass(own[SOLID], nodes[number][SOLID].momentum_and_mass);
-    limit.limit_penetration(penalty_obstacles, remapped, of, |node, change| node[SOLID] += change);
+    limit.limit_penetration(penalty_obstacles, remapped_velocities, of, |node, change| node[SOLID] += change);
 }
 
 /// Work in the step (J) of prescribed pore pressures on the fluid beyond that on the mixture.

@@ -159,23 +159,30 @@ fn solve_momentum<const D: usize>(
             clock,
             background,
             bodies,
-            &mut nodes.solved,
+            &mut nodes.nodal_states,
             &boundary.walls,
             consistent,
         );
     }
     solve_rows(clock, background, bodies.mass_cutoff(clock), nodes, boundary);
     let BoundaryConditions { walls, driven, contacts, absorbing, .. } = &mut *boundary;
-    absorbing.apply(clock, &mut nodes.solved, walls);
-    rigid_bodies::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.solved);
+    absorbing.apply(clock, &mut nodes.nodal_states, walls);
+    rigid_bodies::impose_velocity_of_all_rigid(background, driven, contacts, &mut nodes.nodal_states);
     correct_contacts(clock, background, bodies, nodes, boundary);
     let BoundaryConditions { driven, contacts, .. } = &mut *boundary;
-    prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, true);
+    prescribed_motion::impose_patch_velocity(
+        clock,
+        background,
+        driven,
+        contacts,
+        &mut nodes.nodal_states,
+        true,
+    );
     damp_nodes(clock, background, bodies, nodes, boundary);
     let BoundaryConditions { walls, driven, contacts, penalty_obstacles, .. } = &mut *boundary;
     rigid_bodies::integrate_rigid(clock, driven);
-    rigid_bodies::impose_rigid_velocity(background, driven, contacts, &mut nodes.solved);
-    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, penalty_obstacles));
+    rigid_bodies::impose_rigid_velocity(background, driven, contacts, &mut nodes.nodal_states);
+    limit_solved(clock, background, bodies, &mut nodes.nodal_states, (walls, penalty_obstacles));
     if clock.stage().equilibrium.is_some() {
         let sums = update_equilibrium(clock, background, bodies, nodes, boundary);
         nodes.external_work += sums.work;
@@ -210,9 +217,9 @@ fn solve_rows<const D: usize>(
         layout: &background.layout,
     };
     if let Some(recorder) = reaction_recorder {
-        recorder.record(&solve, background, &nodes.solved);
+        recorder.record(&solve, background, &nodes.nodal_states);
     }
-    for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
+    for nodes in nodes.nodal_states.chunks_exact_mut(background.layout.len()) {
         background.layout.for_each_active_node_range(nodes, |row, active, line| solve.row(row, active, line));
     }
 }
@@ -231,7 +238,7 @@ fn correct_contacts<const D: usize>(
     let mass_cutoff = bodies.mass_cutoff(clock);
     let context = ContactContext { clock, background, bodies, mass_cutoff, walls, contacts };
     let obstacles = penalty_obstacles.as_deref_mut().map_or(&mut [][..], |all| &mut all.obstacles[..]);
-    correct_velocities(&context, &mut nodes.solved, driven, row_contacts, (rigid_contacts, obstacles));
+    correct_velocities(&context, &mut nodes.nodal_states, driven, row_contacts, (rigid_contacts, obstacles));
 }
 
 /// Updates the measures of equilibrium of the step, with the work of loads and motions and the terms of free rigid bodies.
@@ -254,7 +261,7 @@ fn update_equilibrium<const D: usize>(
             stage.rayleigh_damping,
         ));
     }
-    sums.work += nodal_load_work(clock, background, bodies, &nodes.solved, nodal_loads, load_starts);
+    sums.work += nodal_load_work(clock, background, bodies, &nodes.nodal_states, nodal_loads, load_starts);
     sums
 }
 
@@ -272,19 +279,28 @@ fn damp_nodes<const D: usize>(
         return;
     }
     let BoundaryConditions { walls, driven, contacts, penalty_obstacles, .. } = boundary;
-    limit_solved(clock, background, bodies, &mut nodes.solved, (walls, penalty_obstacles));
+    limit_solved(clock, background, bodies, &mut nodes.nodal_states, (walls, penalty_obstacles));
     let layout = &background.layout;
-    for nodes in nodes.solved.chunks_exact_mut(layout.len()) {
+    for nodes in nodes.nodal_states.chunks_exact_mut(layout.len()) {
         layout.for_each_active_node_range(nodes, |row, active, line| {
             for number in active {
                 let node = &mut line[number];
-                let constrained = walls
-                    .constrained_components(&layout.index(row, number), &first_three(node.momentum_and_mass));
+                let constrained = walls.constrained_components(
+                    &layout.axis_indices(row, number),
+                    &first_three(node.momentum_and_mass),
+                );
                 damp(node, &damping, constrained, clock.dt);
             }
         });
     }
-    prescribed_motion::impose_patch_velocity(clock, background, driven, contacts, &mut nodes.solved, false);
+    prescribed_motion::impose_patch_velocity(
+        clock,
+        background,
+        driven,
+        contacts,
+        &mut nodes.nodal_states,
+        false,
+    );
 }
 
 /// Returns the measures of equilibrium from the solved nodes, contacts included (sheet: mpm §2.14).
@@ -308,8 +324,8 @@ fn equilibrium_terms<const D: usize>(
         layout: &background.layout,
     };
     let mut sums = EquilibriumTerms::default();
-    let VelocityFields { solved, row_sums, .. } = nodes;
-    for (field, nodes) in solved.chunks_exact_mut(background.layout.len()).enumerate() {
+    let VelocityFields { nodal_states, row_sums, .. } = nodes;
+    for (field, nodes) in nodal_states.chunks_exact_mut(background.layout.len()).enumerate() {
         if contacts.is_rigid(field) {
             continue;
         }

@@ -30,7 +30,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         friction: &mut f64,
     ) {
         let masses = PhaseMasses::of_node(node);
-        let faces = self.walls[SOLID].faces().at(index);
+        let faces = self.walls[SOLID].faces().faces_at(index);
         if faces.is_empty() || masses.solid <= self.mass_cutoff[SOLID] {
             return;
         }
@@ -44,7 +44,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / masses.solid } else { 0.0 });
         let (mut solved, mut tangential_change) = (*node, [0.0; 3]);
         let mut sums = PhaseEquilibriumTerms::default();
-        self.node(index, &mut solved, &masses, [0; 2], &mut sums, |face, change, kept| {
+        self.solve_node(index, &mut solved, &masses, [0; 2], &mut sums, |face, change, kept| {
             // Points get the change from start to end, which includes the part removed from the start.
             record(face.reaction_index, std::array::from_fn(|c| change[c] - kept[c]));
             let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();

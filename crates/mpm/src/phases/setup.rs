@@ -71,8 +71,8 @@ pub fn two_phase<const D: usize>(
         let length = |needed: bool| if needed { layout.len() } else { 0 };
         Box::new(TwoPhase {
             nodes: vec![[NodalState::default(); 2]; layout.len()],
-            remapped: vec![[Vector4::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
-            constrained: Vec::new(),
+            remapped_velocities: vec![[Vector4::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
+            constrained_components: Vec::new(),
             row_sums: vec![PhaseEquilibriumTerms::default(); layout.nodes()[0]],
             sums: PhaseEquilibriumTerms::default(),
             walls: NodeWalls::default(),
@@ -120,9 +120,9 @@ pub fn pore_set<const D: usize>(
     let velocity_at = |(point, x): (usize, &[f64; D])| {
         let own = listed.and_then(|list| Some(list.velocities.as_ref()?[point]));
         let velocity = match (&fluid.velocity, own) {
-            (Some(velocity), _) => velocity.at(spatial(x)),
+            (Some(velocity), _) => velocity.velocity_at(spatial(x)),
             (None, Some(own)) => own,
-            (None, None) => body.velocity.at(spatial(x)),
+            (None, None) => body.velocity.velocity_at(spatial(x)),
         };
         std::array::from_fn(|c| velocity[c])
     };

@@ -13,7 +13,7 @@ use crate::boundary::point_loads::apply_loads;
 use crate::boundary::prescribed_motion::impose_phase_patch_velocity_remapped;
 use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocitySource;
-use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
+use crate::momentum::velocity_fields::VelocitySource::{EndOfStep, Remapped};
 use crate::obstacles::obstacle_penalty::penalty_forces;
 use crate::phases::TwoPhase;
 use crate::points::bodies::Bodies;
@@ -41,7 +41,7 @@ pub(super) fn p2g_phases<const D: usize>(
     let full_cells = averages.stresses.full_cells(0, background.cell_layout().len());
     let (sets, view) = (&bodies.sets, background.grid_view());
     background.layout.for_each_slab(&mut phases.nodes, |slab, window, offset| {
-        let mut buffer = PhaseP2gBuffer::NOTHING;
+        let mut buffer = PhaseP2gBuffer::EMPTY;
         for set in sets {
             let Some(pore) = &set.pore else { continue };
             for block in set.blocks_of(slab) {
@@ -77,11 +77,11 @@ pub(super) fn remap_phases<const D: usize>(
     phases: &mut TwoPhase,
     start: bool,
 ) {
-    let TwoPhase { nodes, remapped, walls, .. } = phases;
-    background.layout.reset(remapped);
+    let TwoPhase { nodes, remapped_velocities: velocities, walls, .. } = phases;
+    background.layout.reset(velocities);
     let BackgroundGrid { layout, transfers, .. } = background;
     let (view, sets) = (background.grid_view(), &bodies.sets);
-    layout.for_each_slab(remapped, |slab, window, offset| {
+    layout.for_each_slab(velocities, |slab, window, offset| {
         let mut momenta = [[Vector4::ZERO; 2]; BLOCK_SIZE];
         for set in sets {
             let Some(pore) = &set.pore else { continue };
@@ -98,14 +98,14 @@ pub(super) fn remap_phases<const D: usize>(
             }
         }
     });
-    background.layout.sum_periodic_images(remapped, |sum, node| {
+    background.layout.sum_periodic_images(velocities, |sum, node| {
         [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]);
     });
     let walls = [&boundary.walls, &*walls];
     let row_length = layout.strides()[0];
-    background.layout.for_each_active_node_range(remapped, |row, active, line| {
+    background.layout.for_each_active_node_range(velocities, |row, active, line| {
         for number in active {
-            let index = layout.index(row, number);
+            let index = layout.axis_indices(row, number);
             for phase in [SOLID, LIQUID] {
                 let velocity = &mut line[number][phase];
                 let mass = velocity.as_array()[3];
@@ -124,7 +124,7 @@ pub(super) fn remap_phases<const D: usize>(
             }
         }
     });
-    impose_phase_patch_velocity_remapped(clock, background, &boundary.driven, &boundary.contacts, remapped);
+    impose_phase_patch_velocity_remapped(clock, background, &boundary.driven, &boundary.contacts, velocities);
 }
 
 /// Grid to point (steps 5, 7–9); returns the largest displacement along an axis (m).
@@ -157,7 +157,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         (phases, read): (&TwoPhase, VelocitySource),
         set: &SetProperties<'_, D>,
         block: &mut PointBlock<'_, D>,
-        Workspace { interpolated: reads, motions }: &mut Workspace<[InterpolatedMotion<D>; 2]>,
+        Workspace { interpolated_motion: reads, motions }: &mut Workspace<[InterpolatedMotion<D>; 2]>,
         selection: UpdateSelection,
     ) -> BlockReport {
         if block.pressure.is_empty() {
@@ -168,9 +168,11 @@ impl<const D: usize> PointUpdater<'_, D> {
         let reads = &mut reads[..n];
         let points = block.point_slice(&set.extent);
         match (read, selection.stress) {
-            (Solved, true) => transfers.g2p_phases(&view, &points, &phases.nodes, reads),
-            (Solved, false) => transfers.g2p_phase_motions(&view, &points, &phases.nodes, reads),
-            (Remapped, _) => transfers.g2p_phase_velocities(&view, &points, &phases.remapped, reads),
+            (EndOfStep, true) => transfers.g2p_phases(&view, &points, &phases.nodes, reads),
+            (EndOfStep, false) => transfers.g2p_phase_motions(&view, &points, &phases.nodes, reads),
+            (Remapped, _) => {
+                transfers.g2p_phase_velocities(&view, &points, &phases.remapped_velocities, reads);
+            }
         }
         let reads = &*reads;
         if selection.velocity {
@@ -223,7 +225,7 @@ impl<const D: usize> PointUpdater<'_, D> {
     /// Velocity update with FLIP and PIC (sheet: mpm §2.6), identical for both phases.
     #[inline(always)]
     fn update_velocity(&self, velocity: &mut [f64; D], read: &InterpolatedMotion<D>) {
-        let (flip, dt) = (self.clock.flip, self.clock.dt);
+        let (flip, dt) = (self.clock.flip_fraction, self.clock.dt);
         let (new, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
         for c in 0..D {
             velocity[c] = flip * (velocity[c] + dt * acceleration[c]) + (1.0 - flip) * new[c];
@@ -290,7 +292,7 @@ struct PhaseP2gBuffer<const D: usize> {
 }
 
 impl<const D: usize> PhaseP2gBuffer<D> {
-    const NOTHING: Self = Self {
+    const EMPTY: Self = Self {
         motion: [[Vector4::ZERO; 2]; BLOCK_SIZE],
         columns: [[[Vector4::ZERO; D]; 2]; BLOCK_SIZE],
         body: [[Vector4::ZERO; 2]; BLOCK_SIZE],
@@ -349,7 +351,7 @@ impl<const D: usize> PhaseP2gBuffer<D> {
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::setup::tests::begun;
+    use crate::setup::tests::initial_solver;
     use colluvium_case::Case;
     use colluvium_points::ScratchBuffers;
 
@@ -367,7 +369,7 @@ mod tests {
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 3, "shape": "linear", "integration": integration } }
         });
         let case = Case::from_json(&text.to_string()).unwrap();
-        let mut solver = begun::<1>(&case);
+        let mut solver = initial_solver::<1>(&case);
         solver.bodies.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9, &mut ScratchBuffers::default());
         solver.sort();
         let MpmSolver { clock, background, bodies, boundary, averages, two_phase, .. } = &mut solver;

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use colluvium_case::{SolverError, spatial};
-use colluvium_grid::wrap;
+use colluvium_grid::wrap_into_period;
 use colluvium_points::ScratchBuffers;
 
 use crate::background_grid::BackgroundGrid;
@@ -15,7 +15,7 @@ use crate::points::point_set::PointSet;
 pub struct Bodies<const D: usize> {
     pub(crate) sets: Vec<PointSet<D>>,
     /// Sum over the steps since the last sort of the largest move along an axis (m).
-    pub(crate) travel: f64,
+    pub(crate) travel_since_sort: f64,
     /// Whether points have left in the step and are to be removed; their position is NaN. Boxed, so that the data of a step are known to be
     /// constant.
     pub(crate) any_outside: Box<AtomicBool>,
@@ -29,7 +29,7 @@ impl<const D: usize> Bodies<D> {
     pub fn new(sets: Vec<PointSet<D>>) -> Self {
         Self {
             sets,
-            travel: 0.0,
+            travel_since_sort: 0.0,
             any_outside: Box::default(),
             max_point_mass: 0.0,
             scratch: ScratchBuffers::default(),
@@ -49,7 +49,7 @@ impl<const D: usize> Bodies<D> {
     /// Sorts all points by cell.
     pub fn sort(&mut self, background: &BackgroundGrid<D>) {
         self.sets.iter_mut().for_each(|set| set.sort(&background.grid, &mut self.scratch));
-        self.travel = 0.0;
+        self.travel_since_sort = 0.0;
     }
 
     /// Finds active nodes and slab bounds from the sorted points.
@@ -78,18 +78,19 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Moves points that left through a periodic side to the opposite side.
-    pub fn wrap(&mut self, background: &BackgroundGrid<D>) {
+    pub fn wrap_into_period(&mut self, background: &BackgroundGrid<D>) {
         if background.periodic == [false; D] {
             return;
         }
-        let (low, high, periodic) = (background.grid.origin, background.upper, background.periodic);
+        let (low, high, periodic) = (background.grid.origin, background.upper_corner, background.periodic);
         let mut wrapped = false;
         for set in &mut self.sets {
-            wrapped |= wrap([&low, &high], &periodic, &mut set.points.position, &mut set.points.origin);
+            wrapped |=
+                wrap_into_period([&low, &high], &periodic, &mut set.points.position, &mut set.points.origin);
         }
         if wrapped {
             // The points are in other slabs now.
-            self.travel = f64::INFINITY;
+            self.travel_since_sort = f64::INFINITY;
         }
     }
 
@@ -114,7 +115,7 @@ impl<const D: usize> Bodies<D> {
                 extent: set.extent,
                 body: set.body,
                 field: set.field,
-                has_affine_field: !set.points.affine.is_empty(),
+                has_affine_field: !set.points.affine_velocity.is_empty(),
                 reference_configuration: set.domain.are_anchored(),
                 fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
                 is_fluid: clock.case.materials[&body.material].is_fluid(),

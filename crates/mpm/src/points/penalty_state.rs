@@ -6,11 +6,11 @@ use colluvium_points::struct_of_arrays::FixedBytes;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltyState<const D: usize> {
     /// Half the width of the point (m).
-    pub half: f64,
-    /// Distance from a surface below which the penalty acts (m): `half`, or less where the point began nearer and has not been farther away
+    pub half_width: f64,
+    /// Distance from a surface below which the penalty acts (m): `half_width`, or less where the point began nearer and has not been farther away
     /// since.
-    pub reach: f64,
-    /// Distance that the point may move from its last search before it can come within `half` of a surface (m).
+    pub penalty_distance: f64,
+    /// Distance that the point may move from its last search before it can come within `half_width` of a surface (m).
     pub free_distance: f64,
     /// Largest displacement of obstacles at the last search (m).
     pub obstacle_displacement: f64,
@@ -27,8 +27,8 @@ pub struct PenaltyState<const D: usize> {
 impl<const D: usize> PenaltyState<D> {
     /// State of a point of no width before its first search.
     pub const NEW: Self = Self {
-        half: 0.0,
-        reach: 0.0,
+        half_width: 0.0,
+        penalty_distance: 0.0,
         free_distance: 0.0,
         obstacle_displacement: 0.0,
         last_search_displacement: [0.0; D],
@@ -45,7 +45,8 @@ impl<const D: usize> FixedBytes for PenaltyState<D> {
     const BYTE_COUNT: usize = <[f64; SCALARS]>::BYTE_COUNT + 3 * <[f64; D]>::BYTE_COUNT + u32::BYTE_COUNT;
 
     fn append_bytes(self, out: &mut Vec<u8>) {
-        [self.half, self.reach, self.free_distance, self.obstacle_displacement].append_bytes(out);
+        [self.half_width, self.penalty_distance, self.free_distance, self.obstacle_displacement]
+            .append_bytes(out);
         [self.last_search_displacement, self.spring, self.force].append_bytes(out);
         self.bond.append_bytes(out);
     }
@@ -53,11 +54,11 @@ impl<const D: usize> FixedBytes for PenaltyState<D> {
     fn from_bytes(bytes: &[u8]) -> Self {
         let (numbers, bytes) = bytes.split_at(<[f64; SCALARS]>::BYTE_COUNT);
         let (vectors, bond) = bytes.split_at(3 * <[f64; D]>::BYTE_COUNT);
-        let [half, reach, free, swept] = FixedBytes::from_bytes(numbers);
+        let [half_width, penalty_distance, free, swept] = FixedBytes::from_bytes(numbers);
         let [last_search_displacement, spring, force] = FixedBytes::from_bytes(vectors);
         Self {
-            half,
-            reach,
+            half_width,
+            penalty_distance,
             free_distance: free,
             obstacle_displacement: swept,
             last_search_displacement,
@@ -75,8 +76,8 @@ mod tests {
     #[test]
     fn a_penalty_state_is_recovered_from_its_bytes() {
         let point = PenaltyState::<2> {
-            half: 0.5,
-            reach: 0.25,
+            half_width: 0.5,
+            penalty_distance: 0.25,
             free_distance: -1.0,
             obstacle_displacement: 2.0,
             last_search_displacement: [1.0, 2.0],

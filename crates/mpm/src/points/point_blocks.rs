@@ -46,7 +46,7 @@ pub struct PointBlock<'a, const D: usize> {
     /// Initial volumes.
     pub initial_volume: &'a [f64],
     /// Displacement gradients for a later update of the domains; empty where domains are updated at once.
-    pub pending: &'a mut [[[f64; D]; D]],
+    pub pending_gradient: &'a mut [[[f64; D]; D]],
     /// Work of the stresses (J); empty where it is not recorded.
     pub stress_work: &'a mut [f64],
     /// Velocities of the liquid (m/s); empty without liquid.
@@ -64,7 +64,7 @@ const TASKS_PER_THREAD: usize = 8;
 /// Workspace for an update of blocks, one after the other: interpolated values (`R`) and motions.
 pub struct Workspace<R> {
     /// Values interpolated from the grid.
-    pub interpolated: [R; BLOCK_SIZE],
+    pub interpolated_motion: [R; BLOCK_SIZE],
     /// Motions of the points.
     pub motions: MotionBlock,
 }
@@ -72,7 +72,7 @@ pub struct Workspace<R> {
 impl<R: Copy> Workspace<R> {
     /// Returns points with the interpolated value `nothing` and no motion, in a step (s), with bands of a length (m), in `D` dimensions.
     pub fn at_rest<const D: usize>(nothing: R, dt: f64, band: f64) -> Self {
-        Self { interpolated: [nothing; BLOCK_SIZE], motions: MotionBlock::at_rest(dt, band, D < 3) }
+        Self { interpolated_motion: [nothing; BLOCK_SIZE], motions: MotionBlock::at_rest(dt, band, D < 3) }
     }
 }
 
@@ -90,7 +90,7 @@ type BlockUpdate<'a, R, const D: usize> =
 
 impl<'a, const D: usize> PointBlock<'a, D> {
     /// Splits off the first `blocks` blocks.
-    fn take(&mut self, blocks: usize) -> Self {
+    fn split_blocks(&mut self, blocks: usize) -> Self {
         let points = blocks * BLOCK_SIZE;
         // Absent arrays are empty.
         fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
@@ -110,7 +110,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
             domain: self.domain.split_off_front(points),
             mass: self.mass.split_off(..points).unwrap_or_default(),
             initial_volume: self.initial_volume.split_off(..points).unwrap_or_default(),
-            pending: front(&mut self.pending, points),
+            pending_gradient: front(&mut self.pending_gradient, points),
             stress_work: front(&mut self.stress_work, points),
             liquid_velocity: front(&mut self.liquid_velocity, points),
             pressure: front(&mut self.pressure, points),
@@ -128,20 +128,20 @@ impl<'a, const D: usize> PointBlock<'a, D> {
         } else {
             blocks
         };
-        self.update_pieces(grain, update)
+        self.update_in_tasks(grain, update)
     }
 
-    fn update_pieces<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
+    fn update_in_tasks<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let blocks = self.states.len();
         if blocks > grain {
-            let lower = self.take(blocks.div_ceil(2));
+            let lower = self.split_blocks(blocks.div_ceil(2));
             let (lower, upper) =
-                rayon::join(|| lower.update_pieces(grain, update), || self.update_pieces(grain, update));
+                rayon::join(|| lower.update_in_tasks(grain, update), || self.update_in_tasks(grain, update));
             return combine_reports(lower, upper);
         }
         let (mut report, mut workspace) = (Ok(0.0), (update.new_workspace)());
         for _ in 1..blocks {
-            report = combine_reports(report, (update.block)(&mut self.take(1), &mut workspace));
+            report = combine_reports(report, (update.block)(&mut self.split_blocks(1), &mut workspace));
         }
         if blocks > 0 { combine_reports(report, (update.block)(&mut self, &mut workspace)) } else { report }
     }
@@ -156,12 +156,12 @@ impl<const D: usize> PointBlock<'_, D> {
 
     /// Updates the domains of the points with their motions in the step, now or at the end of the step.
     pub fn update_domains(&mut self, motions: &MotionBlock) {
-        let (later, count) = (!self.pending.is_empty(), self.position.len());
+        let (later, count) = (!self.pending_gradient.is_empty(), self.position.len());
         if !later && !self.domain.are_deformable() {
             return;
         }
         let mut own = [[[0.0; D]; D]; BLOCK_SIZE];
-        let gradients = if later { &mut self.pending[..count] } else { &mut own[..count] };
+        let gradients = if later { &mut self.pending_gradient[..count] } else { &mut own[..count] };
         for (p, gradient) in gradients.iter_mut().enumerate() {
             for i in 0..D {
                 for j in 0..D {
@@ -192,7 +192,7 @@ impl<const D: usize> PointBlock<'_, D> {
 
     /// Updates the domains with the motion that [`PointBlock::update_domains`] stored, if any.
     pub fn apply_pending_domains(&mut self) {
-        self.domain.update_deformation(self.pending, right_stretch);
+        self.domain.update_deformation(self.pending_gradient, right_stretch);
     }
 }
 
@@ -218,7 +218,7 @@ impl<const D: usize> PointSet<D> {
             domain: self.domain.as_mut(),
             mass: &self.points.mass,
             initial_volume: &self.points.initial_volume,
-            pending: &mut self.points.pending,
+            pending_gradient: &mut self.points.pending_gradient,
             stress_work: &mut self.points.work,
             liquid_velocity,
             pressure,

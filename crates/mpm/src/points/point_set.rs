@@ -55,14 +55,14 @@ struct_of_arrays! {
         pub origin: [f64; D],
         /// Sum of the forces of loads in this step (N); empty where the body has none.
         pub traction: [f64; D],
-        /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
-        /// gradient (TPIC, 1/s); row `i`, column `j`.
-        pub affine: SquareMatrix<D>,
+        /// Moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its gradient (TPIC, 1/s), row `i`, column `j`; empty without an
+        /// affine transfer.
+        pub affine_velocity: SquareMatrix<D>,
         /// Workspace for a vector a point, where the transfer needs one.
         pub scratch: [f64; D],
-        /// Where stress comes before forces and domains stretch: displacement gradient for the update of the domains at the end of the
+        /// Displacement gradient, where stress comes before forces and domains stretch, for the update of the domains at the end of the
         /// step, so that all weights are those of its beginning (sheet: mpm P-04); empty otherwise.
-        pub pending: SquareMatrix<D>,
+        pub pending_gradient: SquareMatrix<D>,
         /// Energy stored at the start and work of the stress since (J); empty where it is not recorded.
         pub work: f64,
         /// States of contact with obstacles that act on points; empty without any.
@@ -123,8 +123,8 @@ impl<const D: usize> PointSet<D> {
 
     /// Number of points at the least volume.
     pub fn points_at_min_volume(&self) -> usize {
-        let least = |(volume, initial): &(&f64, &f64)| **volume <= MIN_VOLUME_RATIO * **initial;
-        self.points.volume.iter().zip(&self.points.initial_volume).filter(least).count()
+        let smallest = |(volume, initial): &(&f64, &f64)| **volume <= MIN_VOLUME_RATIO * **initial;
+        self.points.volume.iter().zip(&self.points.initial_volume).filter(smallest).count()
     }
 
     /// Velocity of the grid at a point in the last step (m/s), or its own where both are equal.

@@ -29,7 +29,7 @@ mod tests {
     use colluvium_grid::{PointDomain, RightStretchDomain, StretchingDomain};
 
     /// Rotates a point by `angle` (rad) about z in `steps` steps of exact rotation.
-    fn turned<const D: usize, P: PointDomain<D>>(mut domain: P, angle: f64, steps: usize) -> P {
+    fn rotated_domain<const D: usize, P: PointDomain<D>>(mut domain: P, angle: f64, steps: usize) -> P {
         let (s, c) = (angle / steps as f64).sin_cos();
         let mut gradient = [[0.0; D]; D];
         (gradient[0][0], gradient[0][1], gradient[1][0], gradient[1][1]) = (c - 1.0, -s, s, c - 1.0);
@@ -45,7 +45,7 @@ mod tests {
         domain
     }
 
-    fn close<const D: usize>(widths: [f64; D], expected: [f64; D], tolerance: f64) {
+    fn assert_widths<const D: usize>(widths: [f64; D], expected: [f64; D], tolerance: f64) {
         assert!(
             widths.iter().zip(expected).all(|(w, e)| (w - e).abs() < tolerance),
             "{widths:?}, {expected:?}"
@@ -55,25 +55,33 @@ mod tests {
     #[test]
     fn rigid_rotation_leaves_the_right_stretch_domain_unchanged() {
         for angle in [0.3, 1.2, std::f64::consts::FRAC_PI_2, 2.5, 6.0] {
-            let flat = turned::<2, _>(RightStretchDomain::default(), angle, 100);
-            close(flat.extent(&[0.5, 0.5], 1.0), [0.5, 0.5], 1e-12);
-            let solid = turned::<3, _>(RightStretchDomain::default(), angle, 100);
-            close(solid.extent(&[0.5; 3], 1.0), [0.5; 3], 1e-12);
+            let flat = rotated_domain::<2, _>(RightStretchDomain::default(), angle, 100);
+            assert_widths(flat.extent(&[0.5, 0.5], 1.0), [0.5, 0.5], 1e-12);
+            let solid = rotated_domain::<3, _>(RightStretchDomain::default(), angle, 100);
+            assert_widths(solid.extent(&[0.5; 3], 1.0), [0.5; 3], 1e-12);
         }
         // A domain with the diagonal of the deformation gradient has vanished after a quarter turn.
-        let gone = turned::<2, _>(StretchingDomain::default(), std::f64::consts::FRAC_PI_2, 100);
-        close(gone.extent(&[0.5, 0.5], 1.0), [1e-3; 2], 1e-12);
+        let gone = rotated_domain::<2, _>(StretchingDomain::default(), std::f64::consts::FRAC_PI_2, 100);
+        assert_widths(gone.extent(&[0.5, 0.5], 1.0), [1e-3; 2], 1e-12);
     }
 
     #[test]
     fn stretch_along_the_axes_is_followed_by_both() {
-        close(stretched::<2, StretchingDomain<2>>([1.5, 0.6]).extent(&[0.5; 2], 1.0), [0.75, 0.3], 1e-15);
-        close(stretched::<2, RightStretchDomain<2>>([1.5, 0.6]).extent(&[0.5; 2], 1.0), [0.75, 0.3], 1e-15);
-        close(stretched::<1, RightStretchDomain<1>>([0.6]).extent(&[0.5], 1.0), [0.3], 1e-15);
+        assert_widths(
+            stretched::<2, StretchingDomain<2>>([1.5, 0.6]).extent(&[0.5; 2], 1.0),
+            [0.75, 0.3],
+            1e-15,
+        );
+        assert_widths(
+            stretched::<2, RightStretchDomain<2>>([1.5, 0.6]).extent(&[0.5; 2], 1.0),
+            [0.75, 0.3],
+            1e-15,
+        );
+        assert_widths(stretched::<1, RightStretchDomain<1>>([0.6]).extent(&[0.5], 1.0), [0.3], 1e-15);
         let solid: RightStretchDomain<3> = stretched([1.5, 0.6, 1.1]);
-        close(solid.extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-14);
+        assert_widths(solid.extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-14);
         // After the rotation it has the widths that it had: those of the initial axes.
-        close(turned(solid, 1.0, 50).extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-12);
+        assert_widths(rotated_domain(solid, 1.0, 50).extent(&[0.5; 3], 1.0), [0.75, 0.3, 0.55], 1e-12);
     }
 
     #[test]
@@ -92,6 +100,6 @@ mod tests {
         let mut domain = RightStretchDomain::<2>::default();
         domain.update_deformation(&[[0.0, gamma], [0.0, 0.0]], right_stretch);
         let (s, c) = (0.5 * gamma).atan().sin_cos();
-        close(domain.extent(&[0.5; 2], 1.0), [0.5 * c, 0.5 * (s * gamma + c)], 1e-14);
+        assert_widths(domain.extent(&[0.5; 2], 1.0), [0.5 * c, 0.5 * (s * gamma + c)], 1e-14);
     }
 }

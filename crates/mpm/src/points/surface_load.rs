@@ -15,7 +15,7 @@ pub struct SurfaceLoad<const D: usize> {
     /// Load vector of each point (`Case::load_vectors`); zero within the body.
     pub vectors: Vec<[f64; D]>,
     /// Factor of the load at its last application.
-    pub applied: f64,
+    pub applied_factor: f64,
 }
 
 impl<const D: usize> SurfaceLoad<D> {
@@ -24,7 +24,7 @@ impl<const D: usize> SurfaceLoad<D> {
     /// # Errors
     /// When the bytes end early.
     pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
-        self.applied = f64::NAN;
+        self.applied_factor = f64::NAN;
         read_column(&mut self.vectors, |vector: [f64; D]| vector, input)
     }
 }

@@ -13,7 +13,7 @@ use crate::points::point_set::{PointColumns, PointSet};
 use crate::{MpmOptions, StressScheme};
 
 /// Maximum number of points, by the range of ids.
-const MOST_POINTS: usize = u32::MAX as usize;
+const MAX_POINTS: usize = u32::MAX as usize;
 
 /// Returns the points of body `number`, with ids from `first_id` on; `wet` where any body has a pore fluid.
 pub(super) fn point_set<const D: usize>(
@@ -57,9 +57,9 @@ pub(super) fn point_set<const D: usize>(
             volume,
             stress,
             origin: position.clone(),
-            affine: vec![[[0.0; D]; D]; used(is_affine)],
+            affine_velocity: vec![[[0.0; D]; D]; used(is_affine)],
             scratch: vec![[0.0; D]; used(options.filters_velocities())],
-            pending: vec![[[0.0; D]; D]; used(follows_later)],
+            pending_gradient: vec![[[0.0; D]; D]; used(follows_later)],
             position,
             ..PointColumns::default()
         },
@@ -79,7 +79,7 @@ fn velocities<const D: usize>(
 ) -> Vec<[f64; D]> {
     let velocity_at = |(point, x): (usize, &[f64; D])| {
         let own = listed.and_then(|list| Some(list.velocities.as_ref()?[point]));
-        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
+        let velocity = own.unwrap_or_else(|| body.velocity.velocity_at(spatial(x)));
         std::array::from_fn(|c| velocity[c])
     };
     position.iter().enumerate().map(velocity_at).collect()
@@ -153,8 +153,8 @@ fn samples<const D: usize>(
         let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
-    if first_id + samples.len() > MOST_POINTS {
-        return Err(CaseError::new("methods.mpm.cell_size", format!("gives more than {MOST_POINTS} points")));
+    if first_id + samples.len() > MAX_POINTS {
+        return Err(CaseError::new("methods.mpm.cell_size", format!("gives more than {MAX_POINTS} points")));
     }
     if let Some(outside) = samples.iter().find(|sample| !grid.contains(&sample.position)) {
         let problem = format!("the point at {:?} m lies outside the domain", outside.position);

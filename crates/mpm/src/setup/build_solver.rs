@@ -55,9 +55,9 @@ pub fn solver<const D: usize>(
     let mut driven = prescribed_motion::driven_objects(case);
     let mut two_phase = phases::two_phase(case, options, &background.layout);
     if let Some(phases) = two_phase.as_mut().filter(|_| obstacles.penalty.is_none()) {
-        phases.faces = Arc::new(obstacles::pore_fluid_faces(&obstacles.placed, &background));
+        phases.faces = Arc::new(obstacles::pore_fluid_faces(&obstacles.placed_obstacles, &background));
     }
-    let mut sets = point_sets(case, options, &background, &driven, &obstacles.placed)?;
+    let mut sets = point_sets(case, options, &background, &driven, &obstacles.placed_obstacles)?;
     let clock = Clock::new(case, options);
     rigid_bodies::initialise_rigid(&clock, &sets, &mut driven);
     let contacts = contact_law::field_contacts(case, options, &mut sets)?;
@@ -94,7 +94,7 @@ pub fn solver<const D: usize>(
         background,
         boundary,
         two_phase,
-        manufactured: None,
+        manufactured_solution: None,
     };
     initialise(case, options, &mut solver)?;
     Ok(solver)
@@ -126,7 +126,7 @@ fn initialise<const D: usize>(
 
 /// Obstacles of a case, on its nodes or its points.
 struct CaseObstacles<'a, const D: usize> {
-    placed: Vec<PlacedObstacle<'a, D>>,
+    placed_obstacles: Vec<PlacedObstacle<'a, D>>,
     on_nodes: NodeObstacles<D>,
     reaction_recorder: Option<ReactionRecorder>,
     /// Obstacles on the points; `None` where they are on the nodes.
@@ -135,15 +135,16 @@ struct CaseObstacles<'a, const D: usize> {
 
 impl<'a, const D: usize> CaseObstacles<'a, D> {
     fn new(case: &'a Case, options: &MpmOptions, background: &BackgroundGrid<D>) -> Result<Self, CaseError> {
-        let placed = case.placed_obstacles::<D>()?;
-        let at_points = options.obstacles == ObstacleCoupling::Points && !placed.is_empty();
+        let placed_obstacles = case.placed_obstacles::<D>()?;
+        let at_points = options.obstacles == ObstacleCoupling::Points && !placed_obstacles.is_empty();
         let recorder = ReactionRecorder::new(case)?;
-        let on_nodes = NodeObstacles::new(if at_points { &[] } else { &placed }, background, &recorder);
+        let on_nodes =
+            NodeObstacles::new(if at_points { &[] } else { &placed_obstacles }, background, &recorder);
         let is_recorded = !on_nodes.is_empty() && obstacles::why_not_recorded(options).is_none();
-        let domain = (background.grid.origin, background.upper);
-        let penalty =
-            at_points.then(|| Box::new(PenaltyObstacles::new(&placed, domain, 2.0 * options.cell_size)));
-        Ok(Self { placed, on_nodes, reaction_recorder: is_recorded.then_some(recorder), penalty })
+        let domain = (background.grid.origin, background.upper_corner);
+        let penalty = at_points
+            .then(|| Box::new(PenaltyObstacles::new(&placed_obstacles, domain, 2.0 * options.cell_size)));
+        Ok(Self { placed_obstacles, on_nodes, reaction_recorder: is_recorded.then_some(recorder), penalty })
     }
 }
 
@@ -219,10 +220,12 @@ fn velocity_fields<const D: usize>(
     let count = fields * layout.len();
     let array = |needed: bool| if needed { vec![Default::default(); count] } else { Vec::new() };
     VelocityFields {
-        solved: vec![NodalState::default(); count],
+        nodal_states: vec![NodalState::default(); count],
         row_sums: vec![EquilibriumTerms::default(); layout.nodes()[0]],
         // XPIC sweeps over the same nodes before they hold re-mapped velocities.
-        remapped: array(options.stress_update != StressScheme::Usl || options.filters_velocities()),
+        remapped_velocities: array(
+            options.stress_update != StressScheme::Usl || options.filters_velocities(),
+        ),
         mass_gradients: array(options.rescales_small_mass_forces()),
         ..VelocityFields::default()
     }
@@ -235,7 +238,7 @@ fn allocate_contacts<const D: usize>(
     nodes: &VelocityFields,
     contacts: &mut FieldContacts,
 ) {
-    contacts.surfaces = vec![Default::default(); nodes.solved.len()];
+    contacts.surfaces = vec![Default::default(); nodes.nodal_states.len()];
     if background.axisymmetric {
         contacts.radii = radii(background);
     }
@@ -263,7 +266,7 @@ impl<const D: usize> MpmSolver<D> {
             walls.set_starts_moving(self.clock.step == 0);
             Ok(walls.with_faces(Arc::clone(faces)))
         };
-        let own = walls(&self.clock.case, &self.boundary.node_obstacles.rest)?;
+        let own = walls(&self.clock.case, &self.boundary.node_obstacles.static_faces)?;
         let of_liquid = self
             .two_phase
             .as_ref()

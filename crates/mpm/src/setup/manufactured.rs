@@ -19,7 +19,11 @@ impl Mpm {
     ///
     /// # Errors
     /// As for building the case itself; and when the law refuses the deformation at the start.
-    pub fn manufactured(&self, case: &Case, solution: Manufactured) -> Result<Box<dyn Solver>, CaseError> {
+    pub fn manufactured_solver(
+        &self,
+        case: &Case,
+        solution: Manufactured,
+    ) -> Result<Box<dyn Solver>, CaseError> {
         let options = setup::options(case)?;
         dimension_dispatch::dispatch(
             case,
@@ -41,7 +45,7 @@ impl dimension_dispatch::DimensionVisitor for BuildManufactured<'_> {
     fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
         let mut solver = setup::solver(self.case, self.options, chosen)?;
         solver.initialise_manufactured(&self.solution).map_err(|reason| CaseError::new("bodies", reason))?;
-        solver.manufactured = Some(self.solution);
+        solver.manufactured_solution = Some(self.solution);
         Ok(Box::new(solver))
     }
 }

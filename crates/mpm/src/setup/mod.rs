@@ -117,7 +117,7 @@ impl DimensionVisitor for BuildPlan<'_> {
                 width: self.options.cell_size,
                 point_distance: self.options.cell_size / self.options.points_per_cell as f64,
                 axes: D,
-                key: "methods.mpm.cell_size",
+                case_key: "methods.mpm.cell_size",
                 noun: "cells",
             }),
             updates_per_second: UPDATES_PER_SECOND[usize::from(D == 3)] / f64::from(phases),
@@ -145,9 +145,9 @@ pub(crate) mod tests {
     use super::*;
     use crate::solver::MpmSolver;
 
-    struct Begin<'a>(&'a Case, &'a MpmOptions);
+    struct SolverVisitor<'a>(&'a Case, &'a MpmOptions);
 
-    impl DimensionVisitor for Begin<'_> {
+    impl DimensionVisitor for SolverVisitor<'_> {
         type Output = Result<Box<dyn Any>, CaseError>;
 
         fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
@@ -156,8 +156,8 @@ pub(crate) mod tests {
     }
 
     /// Returns the solver of a case in `D` dimensions, at time zero.
-    pub fn begun<const D: usize>(case: &Case) -> MpmSolver<D> {
+    pub fn initial_solver<const D: usize>(case: &Case) -> MpmSolver<D> {
         let options = options(case).unwrap();
-        *dispatch(case, &options, Begin(case, &options)).unwrap().downcast().unwrap()
+        *dispatch(case, &options, SolverVisitor(case, &options)).unwrap().downcast().unwrap()
     }
 }

@@ -125,7 +125,7 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
             points: points.iter().sum(),
             nodes,
             memory,
-            key: "methods.mpm.cell_size",
+            case_key: "methods.mpm.cell_size",
             ..ProblemSize::default()
         })
     }
@@ -140,8 +140,8 @@ impl<const D: usize> MpmSolver<D> {
             self.background.mesh.elements().len() as f64,
         );
         self.bodies.sets.iter().map(points).sum::<usize>()
-            + size_of_val(&self.nodes.solved[..])
-            + size_of_val(&self.nodes.remapped[..])
+            + size_of_val(&self.nodes.nodal_states[..])
+            + size_of_val(&self.nodes.remapped_velocities[..])
             + size_of_val(&self.nodes.mass_gradients[..])
             + size_of_val(&self.nodes.row_sums[..])
             + self.boundary.contacts.bytes()

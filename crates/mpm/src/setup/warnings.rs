@@ -140,7 +140,7 @@ fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
 }
 
 /// Cells over the thickness of a sheet at which a rough floor gives nearly full friction: a tenth is missing.
-const ENOUGH_CELLS: f64 = 5.0;
+const MIN_CELLS_OVER_THICKNESS: f64 = 5.0;
 
 /// Warns of sheets of soil that slide on rough floors with too little friction.
 fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
@@ -170,7 +170,7 @@ fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
             let (low, high) = body.shape.bounds(case.dimension());
             let reach = if upper { place - high[axis] } else { low[axis] - place };
             let cells = (high[axis] - low[axis]) / options.cell_size;
-            if reach.abs() < 0.5 * options.cell_size && cells < ENOUGH_CELLS {
+            if reach.abs() < 0.5 * options.cell_size && cells < MIN_CELLS_OVER_THICKNESS {
                 found.push(format!(
                     "boundaries[{wall}]: the friction of a rough floor follows from the mean stress of the \
                      cell on it, and {} is {cells:.1} cells thick. Its friction is {:.0} % too small where it \
@@ -185,14 +185,14 @@ fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
 }
 
 /// Most steps in the time of a fall through the height of a body at which XPIC does not affect the flow.
-const FEW_STEPS: f64 = 50.0;
+const MAX_STEPS_OF_FALL: f64 = 50.0;
 
 /// Warns of XPIC that removes all null-space velocities in each of many steps, of `dt` (s).
 fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<String> {
     let time = time_of_fall(case)?;
     let often = options.transfer == VelocityTransfer::Xpic
         && options.residual_time.is_none()
-        && dt * FEW_STEPS < time;
+        && dt * MAX_STEPS_OF_FALL < time;
     often.then(|| {
         format!(
             "methods.mpm.transfer: xpic removes the motion that the grid does not represent in each step, \

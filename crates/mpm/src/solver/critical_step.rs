@@ -25,13 +25,13 @@ pub struct LimitingPoint {
     pub limit: StepLimit,
     /// Number of the point's set.
     pub set: usize,
-    /// Index of the point in it.
-    pub index: usize,
+    /// Index of the limiting point in its set.
+    pub point_index: usize,
 }
 
 impl LimitingPoint {
-    fn smaller(self, other: Self) -> Self {
-        let other_first = (other.dt, other.set, other.index) < (self.dt, self.set, self.index);
+    fn min(self, other: Self) -> Self {
+        let other_first = (other.dt, other.set, other.point_index) < (self.dt, self.set, self.point_index);
         if other_first { other } else { self }
     }
 }
@@ -47,7 +47,7 @@ fn min_over_blocks(
     let limit = |(block, (stress, states)): (usize, (&[SymTensor], &StateBlock))| {
         of_block(block * BLOCK_SIZE, stress, states)
     };
-    blocks.with_min_len(16).map(limit).reduce(|| none, LimitingPoint::smaller)
+    blocks.with_min_len(16).map(limit).reduce(|| none, LimitingPoint::min)
 }
 
 impl<const D: usize> MpmSolver<D> {
@@ -70,8 +70,8 @@ impl<const D: usize> MpmSolver<D> {
         let BoundaryConditions { penalty_obstacles, node_obstacles, .. } = &self.boundary;
         let moving = penalty_obstacles
             .iter()
-            .flat_map(|penalty_obstacles| penalty_obstacles.moving())
-            .chain(node_obstacles.moving.iter());
+            .flat_map(|penalty_obstacles| penalty_obstacles.moving_obstacles())
+            .chain(node_obstacles.moving_obstacles.iter());
         let max_displacement = MAX_OBSTACLE_MOVE * self.clock.options.cell_size;
         limit_step_by_obstacles(
             critical,
@@ -84,20 +84,20 @@ impl<const D: usize> MpmSolver<D> {
     /// the critical one at 1.
     pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
         let bounds = self.clock.options.step_bounds(D, courant);
-        let none = LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: 0, index: 0 };
-        let mut least = none;
+        let none = LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, set: 0, point_index: 0 };
+        let mut smallest = none;
         for (number, set) in self.bodies.sets.iter().enumerate() {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
                 self.block_limit(bounds, number, first, stress, states)
             };
-            least = least.smaller(min_over_blocks(&set.points.stress, &set.states, none, &of_block));
+            smallest = smallest.min(min_over_blocks(&set.points.stress, &set.states, none, &of_block));
         }
-        let point = self.bodies.sets.get(least.set).filter(|set| least.index < set.len());
+        let point = self.bodies.sets.get(smallest.set).filter(|set| smallest.point_index < set.len());
         TimeStep {
-            dt: least.dt,
-            limit: least.limit,
-            point: point.map(|set| u64::from(set.points.id[least.index])),
-            position: point.map_or([0.0; 3], |set| spatial(&set.points.position[least.index])),
+            dt: smallest.dt,
+            limit: smallest.limit,
+            point: point.map(|set| u64::from(set.points.id[smallest.point_index])),
+            position: point.map_or([0.0; 3], |set| spatial(&set.points.position[smallest.point_index])),
         }
     }
 
@@ -115,33 +115,34 @@ impl<const D: usize> MpmSolver<D> {
         let mut viscosities = [0.0; BLOCK_SIZE];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-        let mut least =
-            LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
+        let mut smallest =
+            LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, set: number, point_index: first };
         let stiffening = self.obstacle_stiffening();
         for k in 0..stress.len() {
-            let index = first + k;
-            let h = set.domain.as_slice().spacing(index, &view);
-            let density = set.points.mass[index] / set.points.volume[index];
+            let point_index = first + k;
+            let h = set.domain.as_slice().spacing(point_index, &view);
+            let density = set.points.mass[point_index] / set.points.volume[point_index];
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);
             }
             let speed = (stiffening * moduli[k] / (self.clock.options.mass_scaling * density)).sqrt()
-                + square(&set.points.velocity[index]).sqrt();
+                + square(&set.points.velocity[point_index]).sqrt();
             let wave = LimitingPoint {
                 dt: bounds.courant * h / speed,
                 limit: StepLimit::ELASTIC_WAVE,
                 set: number,
-                index,
+                point_index,
             };
-            least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
+            smallest = smallest.min(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, sheet: mpm §2.10.
                 let inertia = self.clock.options.mass_scaling * density;
                 let dt = bounds.diffusion * inertia * h * h / viscosities[k];
-                least = least.smaller(LimitingPoint { dt, limit: StepLimit::VISCOSITY, set: number, index });
+                smallest =
+                    smallest.min(LimitingPoint { dt, limit: StepLimit::VISCOSITY, set: number, point_index });
             }
         }
-        least
+        smallest
     }
 
     /// Factor on the wave moduli for the springs of obstacles on points; 1 without such obstacles.
@@ -154,7 +155,7 @@ impl<const D: usize> MpmSolver<D> {
     /// Step limit of a point from that of its skeleton's wave; with pore fluid that of both phases.
     #[inline]
     fn phase_limit(&self, bounds: StepCoefficients, wave: LimitingPoint, modulus: f64) -> LimitingPoint {
-        let (set, i) = (&self.bodies.sets[wave.set], wave.index);
+        let (set, i) = (&self.bodies.sets[wave.set], wave.point_index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
         let (n, dry) = (set.porosity(i), set.points.mass[i] / set.points.volume[i]);
         let h = set.domain.as_slice().spacing(i, &self.background.grid_view());

@@ -18,7 +18,7 @@ use crate::clock::Clock;
 use crate::config::StressScheme;
 use crate::momentum::consistent_mass::ConsistentMass;
 use crate::momentum::velocity_fields::VelocityFields;
-use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
+use crate::momentum::velocity_fields::VelocitySource::{EndOfStep, Remapped};
 use crate::phases::nodal_phases::NodalPhases;
 use crate::phases::one_phase::OnePhase;
 use crate::phases::{SkeletonAndFluid, TwoPhase};
@@ -39,13 +39,13 @@ pub struct MpmSolver<const D: usize> {
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
     /// Manufactured solution for verification, whose body force acts on the points.
-    pub(crate) manufactured: Option<Arc<Manufactured>>,
+    pub(crate) manufactured_solution: Option<Arc<Manufactured>>,
 }
 
 impl<const D: usize> MpmSolver<D> {
     /// Advances one step (sheet: mpm §3.3); the numbers are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.clock.begin(dt)?;
+        self.clock.begin_step(dt)?;
         self.sort_if_moved(); // 0: cells, weights
         let Self {
             clock,
@@ -56,35 +56,35 @@ impl<const D: usize> MpmSolver<D> {
             averages,
             consistent,
             two_phase,
-            manufactured,
+            manufactured_solution,
         } = self;
         nodes.reset(&background.layout); // 0: empty grid
         boundary.node_obstacles.update_faces((clock.time, clock.dt), background, &mut boundary.walls);
         update_driven_velocities(clock, bodies, &mut boundary.driven);
-        if let (Some(solution), None) = (manufactured, &two_phase) {
+        if let (Some(solution), None) = (manufactured_solution, &two_phase) {
             set_manufactured_forces(solution, bodies, clock.time);
         }
         let moved = match two_phase {
             Some(phases) => {
-                let mut phases = SkeletonAndFluid::begin(background, nodes, phases);
+                let mut phases = SkeletonAndFluid::cleared(background, nodes, phases);
                 step(clock, background, bodies, &mut phases, boundary, averages)?
             }
             None => step(clock, background, bodies, &mut OnePhase { nodes, consistent }, boundary, averages)?,
         };
         // 10
         let driven = move_driven(clock, background, bodies, &mut boundary.driven)?;
-        bodies.travel += moved.max(driven);
+        bodies.travel_since_sort += moved.max(driven);
         boundary.walls.set_starts_moving(false);
         if bodies.remove_outside_points() {
             self.sort();
         }
-        self.bodies.wrap(&self.background);
+        self.bodies.wrap_into_period(&self.background);
         self.clock.end();
         Ok(())
     }
 
     fn sort_if_moved(&mut self) {
-        if self.bodies.travel >= self.background.grid.cell {
+        if self.bodies.travel_since_sort >= self.background.grid.cell {
             self.sort();
         }
     }
@@ -127,17 +127,17 @@ fn step<const D: usize>(
     phases.correct_free_surface(background, bodies, averages);
     match clock.options.stress_update {
         StressScheme::Usl => {
-            phases.p2g(clock, background, bodies, boundary, averages, P2gContent::Everything); // 1
+            phases.p2g(clock, background, bodies, boundary, averages, P2gContent::MassMomentumForces); // 1
             phases.rescale_small_mass_forces(clock, background, bodies);
             phases.solve_momentum(clock, background, bodies, boundary)?; // 2–4
-            phases.average_strains(clock, background, bodies, averages, Solved); // 7
-            phases.update_follower_loads(clock, background, bodies, Solved);
-            phases.update_points(clock, background, bodies, boundary, averages, (Solved, all)) // 5, 7–9
+            phases.average_strains(clock, background, bodies, averages, EndOfStep); // 7
+            phases.update_follower_loads(clock, background, bodies, EndOfStep);
+            phases.update_points(clock, background, bodies, boundary, averages, (EndOfStep, all)) // 5, 7–9
         }
         StressScheme::Musl => {
-            phases.p2g(clock, background, bodies, boundary, averages, P2gContent::Everything); // 1
+            phases.p2g(clock, background, bodies, boundary, averages, P2gContent::MassMomentumForces); // 1
             phases.solve_momentum(clock, background, bodies, boundary)?; // 2–4
-            phases.update_points(clock, background, bodies, boundary, averages, (Solved, velocity))?; // 5
+            phases.update_points(clock, background, bodies, boundary, averages, (EndOfStep, velocity))?; // 5
             phases.remap(clock, background, bodies, boundary); // 6
             phases.limit_remapped(clock, background, bodies, boundary);
             phases.average_strains(clock, background, bodies, averages, Remapped); // 7
@@ -152,9 +152,9 @@ fn step<const D: usize>(
             phases.correct_free_surface(background, bodies, averages);
             phases.p2g(clock, background, bodies, boundary, averages, P2gContent::Forces); // 1, forces
             phases.solve_momentum(clock, background, bodies, boundary)?; // 2–4
-            phases.update_follower_loads(clock, background, bodies, Solved);
+            phases.update_follower_loads(clock, background, bodies, EndOfStep);
             let rest = UpdateSelection { position: true, ..velocity };
-            phases.update_points(clock, background, bodies, boundary, averages, (Solved, rest)) // 5, 9
+            phases.update_points(clock, background, bodies, boundary, averages, (EndOfStep, rest)) // 5, 9
         }
     }
 }
@@ -165,7 +165,7 @@ impl<const D: usize> MpmSolver<D> {
     pub(crate) fn p2g_for_tests(&mut self) {
         let Self { clock, background, bodies, nodes, boundary, averages, consistent, .. } = self;
         clock.dt = 1e-3;
-        let content = P2gContent::Everything;
+        let content = P2gContent::MassMomentumForces;
         OnePhase { nodes, consistent }.p2g(clock, background, bodies, boundary, averages, content);
     }
 }

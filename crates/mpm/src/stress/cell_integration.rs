@@ -27,7 +27,7 @@ pub struct CellStresses {
     /// Volume times total stress, then the volume itself and volume times pore pressure.
     cells: Vec<[Vector4; 2]>,
     /// Whether a cell is full.
-    full: Vec<bool>,
+    is_full: Vec<bool>,
 }
 
 /// Rejects options that the integration over cells does not support.
@@ -85,20 +85,20 @@ pub fn check_stress_reset<const D: usize>(
 impl CellStresses {
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.cells[..]) + size_of_val(&self.full[..])
+        size_of_val(&self.cells[..]) + size_of_val(&self.is_full[..])
     }
 
     /// Returns empty arrays over the cells for the options.
     pub fn new<const D: usize>(options: &MpmOptions, cells: &Layout<D>, fields: usize) -> Self {
         let length =
             if options.integration == InternalForceIntegration::Points { 0 } else { fields * cells.len() };
-        Self { cells: vec![[Vector4::ZERO; 2]; length], full: vec![false; length] }
+        Self { cells: vec![[Vector4::ZERO; 2]; length], is_full: vec![false; length] }
     }
 
     /// Full cells of a field, of `len` entries, whose internal force is not summed over their points.
     #[inline(always)]
     pub fn full_cells(&self, field: usize, len: usize) -> Option<&[bool]> {
-        self.full.get(field * len..(field + 1) * len)
+        self.is_full.get(field * len..(field + 1) * len)
     }
 
     fn is_used(&self) -> bool {
@@ -108,14 +108,14 @@ impl CellStresses {
     /// Sets the active entries to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         self.cells.chunks_exact_mut(layout.len()).for_each(|cells| layout.reset(cells));
-        self.full.chunks_exact_mut(layout.len()).for_each(|full| layout.reset(full));
+        self.is_full.chunks_exact_mut(layout.len()).for_each(|full| layout.reset(full));
     }
 
     /// Finds the full cells: those whose neighbours across all faces hold points, or that hold more than the share `fill`
     /// of their volume, which is any with 0.
     fn mark_full<const D: usize>(&mut self, layout: &Layout<D>, cells: &impl AveragingCells<D>, fill: f64) {
         let sums = self.cells.chunks_exact(layout.len());
-        for (sums, full) in sums.zip(self.full.chunks_exact_mut(layout.len())) {
+        for (sums, full) in sums.zip(self.is_full.chunks_exact_mut(layout.len())) {
             let volume = |cell: usize| sums[cell][1].as_array()[2];
             layout.for_each_active_node_range(full, |row, active, line| {
                 for number in active {
@@ -138,7 +138,7 @@ impl CellStresses {
         [of_nodes, of_cells]: [&Layout<D>; 2],
         cells: &impl AveragingCells<D>,
     ) {
-        let fields = self.cells.chunks_exact(of_cells.len()).zip(self.full.chunks_exact(of_cells.len()));
+        let fields = self.cells.chunks_exact(of_cells.len()).zip(self.is_full.chunks_exact(of_cells.len()));
         for (nodes, (sums, full)) in nodes.chunks_exact_mut(of_nodes.len()).zip(fields) {
             of_nodes.for_each_active_node_range(nodes, |row, active, line| {
                 for number in active {
@@ -245,7 +245,7 @@ fn reset_stresses<const D: usize>(
         let domain = set.domain.as_slice();
         let of_cell = |(p, position): (usize, &[f64; D])| {
             let cell = first + domain.cell(p, &view, position);
-            stresses.full[cell].then(|| cell_average(&stresses.cells[cell]))
+            stresses.is_full[cell].then(|| cell_average(&stresses.cells[cell]))
         };
         let places = || set.points.position.par_iter().enumerate().map(of_cell);
         set.points.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
@@ -280,7 +280,7 @@ pub fn add_cell_forces<const D: usize>(
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::setup::tests::begun;
+    use crate::setup::tests::initial_solver;
     use colluvium_case::Case;
     use colluvium_points::ScratchBuffers;
     use serde_json::{Value, json};
@@ -293,7 +293,7 @@ mod tests {
     }
 
     /// The bar of [`nodal_loads`] with keys of `more` in place of its own.
-    fn bar(shape: &str, integration: &str, more: &Value) -> Case {
+    fn bar_case(shape: &str, integration: &str, more: &Value) -> Case {
         let mut text = json!({
             "title": "bar", "space": "1d", "domain": { "min": [0], "max": [4] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -309,15 +309,16 @@ mod tests {
     /// Internal forces (N) at the nodes of a bar of three cells of 1 m with three points each under 7 Pa, without those of
     /// the points that are `out`.
     fn nodal(shape: &str, integration: &str, out: &[u32]) -> [f64; 4] {
-        let case = bar(shape, integration, &json!({}));
-        let mut solver = begun::<1>(&case);
+        let case = bar_case(shape, integration, &json!({}));
+        let mut solver = initial_solver::<1>(&case);
         let set = &mut solver.bodies.sets[0];
         let outside = |x: &[f64; 1]| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9);
         set.retain(outside, &mut ScratchBuffers::default());
         solver.sort();
         solver.p2g_for_tests();
-        [0, 1, 2, 3]
-            .map(|node| -solver.nodes.solved[node + solver.background.basis_1d.ghosts].force.to_array()[0])
+        [0, 1, 2, 3].map(|node| {
+            -solver.nodes.nodal_states[node + solver.background.basis_1d.ghosts].force.to_array()[0]
+        })
     }
 
     #[test]
@@ -340,15 +341,15 @@ mod tests {
         let wet = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [3] },
                            "pore_fluid": fluid }]);
         [
-            bar("linear", "mixed", &json!({ "methods": reset })),
-            bar("linear", "mixed", &json!({ "methods": reset, "bodies": wet, "gravity": [-9] })),
+            bar_case("linear", "mixed", &json!({ "methods": reset })),
+            bar_case("linear", "mixed", &json!({ "methods": reset, "bodies": wet, "gravity": [-9] })),
         ]
     }
 
     #[test]
     fn points_of_full_cells_get_the_cell_average_where_reset_is_requested() {
         for (case, wet) in resettable_bars().iter().zip([false, true]) {
-            let mut solver = begun::<1>(case);
+            let mut solver = initial_solver::<1>(case);
             // Two of three points are left in the last cell.
             solver.bodies.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9, &mut ScratchBuffers::default());
             solver.sort();

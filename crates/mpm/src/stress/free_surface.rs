@@ -28,7 +28,7 @@ pub struct FreeSurface<const D: usize> {
     /// `Σ N m_p/ρ_0` (m³) of the nodes, in every lane.
     sums: Vec<Vector4>,
     /// Whether a cell holds a point.
-    occupied: Vec<bool>,
+    has_point: Vec<bool>,
     /// Fill ratios of the nodes, in every lane.
     fill: Vec<Vector4>,
     /// Transfers with linear functions, for any shape of the solver.
@@ -41,12 +41,12 @@ pub struct FreeSurface<const D: usize> {
     liquid: Vec<bool>,
 }
 
-/// Returns the detection of a case; `None` where it is off. `most` is the largest number of points of a body.
+/// Returns the detection of a case; `None` where it is off. `limit` is the largest number of points of a body.
 pub fn free_surface<const D: usize>(
     case: &Case,
     options: &MpmOptions,
     background: &BackgroundGrid<D>,
-    most: usize,
+    limit: usize,
 ) -> Result<Option<Box<FreeSurface<D>>>, CaseError> {
     let Some(factor) = options.free_surface else { return Ok(None) };
     let spec = |body: &Body| &case.materials[&body.material];
@@ -66,11 +66,11 @@ pub fn free_surface<const D: usize>(
     Ok(Some(Box::new(FreeSurface {
         factor,
         sums: vec![Vector4::ZERO; layout.len()],
-        occupied: vec![false; elements.as_ref().unwrap_or(&layout).len()],
+        has_point: vec![false; elements.as_ref().unwrap_or(&layout).len()],
         fill: vec![Vector4::ZERO; layout.len()],
         layout,
         transfers: if background.is_meshed() { *transfers } else { *linear },
-        zero_width_domains: (!background.is_meshed()).then(|| vec![FixedDomain; most]),
+        zero_width_domains: (!background.is_meshed()).then(|| vec![FixedDomain; limit]),
         densities: case.bodies.iter().map(|body| spec(body).density()).collect(),
         liquid,
     })))
@@ -84,16 +84,16 @@ impl<const D: usize> FreeSurface<D> {
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.sums[..]) + size_of_val(&self.occupied[..]) + size_of_val(&self.fill[..])
+        size_of_val(&self.sums[..]) + size_of_val(&self.has_point[..]) + size_of_val(&self.fill[..])
     }
 
     /// Computes the fill ratios of the nodes.
-    fn find(&mut self, background: &BackgroundGrid<D>, sets: &[PointSet<D>]) {
-        let Self { layout, sums, occupied, transfers, zero_width_domains: thin, densities, .. } = self;
+    fn compute_fill(&mut self, background: &BackgroundGrid<D>, sets: &[PointSet<D>]) {
+        let Self { layout, sums, has_point, transfers, zero_width_domains: thin, densities, .. } = self;
         let (layout, thin) = (&*layout, thin.as_deref());
         let view = GridView::new(&background.grid, &background.mesh, layout);
         sums.fill(Vector4::ZERO);
-        occupied.fill(false);
+        has_point.fill(false);
         layout.for_each_slab(sums, |slab, window, offset| {
             let mut volumes = [Vector4::ZERO; BLOCK_SIZE];
             for set in sets {
@@ -111,7 +111,7 @@ impl<const D: usize> FreeSurface<D> {
                 }
             }
         });
-        background.elements.as_ref().unwrap_or(layout).for_each_slab(occupied, |slab, window, offset| {
+        background.elements.as_ref().unwrap_or(layout).for_each_slab(has_point, |slab, window, offset| {
             for set in sets {
                 let points = points(thin, &set.points.position, &set.domain, &set.extent);
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
@@ -129,7 +129,7 @@ impl<const D: usize> FreeSurface<D> {
 
     /// Computes fill ratios from the sums.
     fn fill_ratios_from_sums(&mut self, cells: &impl AveragingCells<D>) {
-        let Self { layout, sums, occupied, fill, .. } = self;
+        let Self { layout, sums, has_point, fill, .. } = self;
         let row = layout.strides()[0];
         fill.par_chunks_mut(row).enumerate().for_each(|(number, line)| {
             for (place, ratio) in line.iter_mut().enumerate() {
@@ -141,7 +141,7 @@ impl<const D: usize> FreeSurface<D> {
                 }
                 let mut around = 0.0;
                 cells.for_each_cell_around(node, |cell, _| {
-                    if occupied[cell] {
+                    if has_point[cell] {
                         around += cells.volume(cell);
                     }
                 });
@@ -178,7 +178,7 @@ pub fn free_surface_correction<const D: usize>(
     surface: &mut Option<Box<FreeSurface<D>>>,
 ) {
     let Some(surface) = surface else { return };
-    surface.find(background, &bodies.sets);
+    surface.compute_fill(background, &bodies.sets);
     for set in bodies.sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
         remove_surface_stress(background, surface, set);
     }
@@ -214,7 +214,7 @@ fn remove_surface_stress<const D: usize>(
 mod tests {
     use super::*;
     use crate::MpmSolver;
-    use crate::setup::tests::begun;
+    use crate::setup::tests::initial_solver;
 
     /// A stack of water of two whole cells and half a cell, in a tank as wide.
     fn case() -> Case {
@@ -230,14 +230,14 @@ mod tests {
     }
 
     fn stack() -> MpmSolver<2> {
-        begun(&case())
+        initial_solver(&case())
     }
 
     #[test]
     fn fill_ratios_are_those_of_the_sheet() {
         let mut solver = stack();
         let mut surface = solver.averages.free_surface.take().unwrap();
-        surface.find(&solver.background, &solver.bodies.sets);
+        surface.compute_fill(&solver.background, &solver.bodies.sets);
         // A surface cell filled to f = 0.5: f² above and (1 + 2 f - f²)/2 below it, but for the points' midpoint rule.
         let at = |x: usize, y: usize| surface.fill[x * surface.layout.strides()[0] + y].as_array()[0];
         for x in 0..4 {
@@ -273,9 +273,9 @@ mod tests {
         let options = case.methods.get_mut("mpm").unwrap();
         options["mesh"] = serde_json::json!({ "kind": "box" });
         options["points_per_cell"] = 2.into();
-        let mut solver = begun::<2>(&case);
+        let mut solver = initial_solver::<2>(&case);
         let mut surface = solver.averages.free_surface.take().unwrap();
-        surface.find(&solver.background, &solver.bodies.sets);
+        surface.compute_fill(&solver.background, &solver.bodies.sets);
         for (x, ratio) in
             solver.background.mesh.nodes().iter().zip(&surface.fill).filter(|(x, _)| x[0] > 0.0 && x[0] < 3.0)
         {

@@ -72,7 +72,7 @@ impl CellStrains {
 
     /// Volumetric strains of skeleton and liquid in a cell, for points of a body.
     #[inline(always)]
-    pub fn at(&self, body: u32, entries: usize, cell: usize) -> [f64; 2] {
+    pub fn cell_strains(&self, body: u32, entries: usize, cell: usize) -> [f64; 2] {
         let [volume, solid, moved, liquid] =
             self.cells[self.materials[body as usize] * entries + cell].to_array();
         [solid / volume, if moved > 0.0 { liquid / moved } else { 0.0 }]
@@ -265,7 +265,7 @@ mod tests {
     }
 
     /// Strains of the cells of a 3 × 2 grid after passing through the nodes; cells without points are `None`.
-    fn passed(strains: [[Option<f64>; 2]; 3]) -> [[f64; 2]; 3] {
+    fn smoothed_strains(strains: [[Option<f64>; 2]; 3]) -> [[f64; 2]; 3] {
         let grid = Grid::new([0.0; 2], [3.0, 2.0], 1.0).unwrap();
         let mut layout = Layout::new::<2, LinearBasis>(&grid);
         layout.add_points(&[[0.5, 0.5], [1.5, 0.5], [2.5, 1.5]]);
@@ -283,12 +283,14 @@ mod tests {
         }
         let grid_cells = GridCells { grid: &grid, strides: layout.strides(), ghosts: 0, axisymmetric: false };
         shared.average_over_nodes([&layout; 2], &grid_cells);
-        std::array::from_fn(|i| std::array::from_fn(|j| shared.at(0, layout.len(), number(i, j))[0]))
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| shared.cell_strains(0, layout.len(), number(i, j))[0])
+        })
     }
 
     #[test]
     fn uniform_strain_passes_unchanged() {
-        for column in passed([[Some(0.3); 2], [Some(0.3); 2], [None, Some(0.3)]]) {
+        for column in smoothed_strains([[Some(0.3); 2], [Some(0.3); 2], [None, Some(0.3)]]) {
             assert!(column.iter().all(|s| s.is_nan() || (s - 0.3).abs() < 1e-15), "{column:?}");
         }
     }
@@ -296,7 +298,7 @@ mod tests {
     #[test]
     fn nodes_average_the_cells_around_them_and_cells_their_nodes() {
         // One row of three cells: interior nodes have two adjacent cells, nodes at the ends one.
-        let out = passed([[Some(1.0), None], [Some(2.0), None], [Some(6.0), None]]);
+        let out = smoothed_strains([[Some(1.0), None], [Some(2.0), None], [Some(6.0), None]]);
         let exact = [(1.0 + 1.5) / 2.0, (1.5 + 4.0) / 2.0, (4.0 + 6.0) / 2.0];
         for (column, exact) in out.iter().zip(exact) {
             assert!((column[0] - exact).abs() < 1e-15, "{out:?}");

@@ -18,17 +18,17 @@ pub fn initialise_affine<const D: usize>(
 ) {
     let view = background.grid_view();
     let cell = view.grid.cell;
-    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
+    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine_velocity.is_empty()) {
         let field = &clock.case.bodies[set.body as usize].velocity;
-        let mut moments = vec![[0.0; D]; set.points.affine.len()];
+        let mut moments = vec![[0.0; D]; set.points.affine_velocity.len()];
         background.transfers.second_moments(&view, &set.point_slice(), &mut moments);
         for ((affine, squares), position) in
-            set.points.affine.iter_mut().zip(&moments).zip(&set.points.position)
+            set.points.affine_velocity.iter_mut().zip(&moments).zip(&set.points.position)
         {
             for j in 0..D {
                 let at = |shift: f64| {
                     let place = |c: usize| position.get(c).copied().unwrap_or(0.0);
-                    field.at(std::array::from_fn(|c| place(c) + if c == j { shift } else { 0.0 }))
+                    field.velocity_at(std::array::from_fn(|c| place(c) + if c == j { shift } else { 0.0 }))
                 };
                 let (above, below) = (at(0.5 * cell), at(-0.5 * cell));
                 let scale = if clock.options.transfer == VelocityTransfer::Apic { squares[j] } else { 1.0 };
@@ -49,11 +49,11 @@ pub fn g2p_affine<const D: usize>(
 ) {
     let (view, transfers) = (background.grid_view(), background.transfers);
     let moments = clock.options.transfer == VelocityTransfer::Apic;
-    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
-        let nodes = &nodes.solved[set.field * background.layout.len()..];
+    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine_velocity.is_empty()) {
+        let nodes = &nodes.nodal_states[set.field * background.layout.len()..];
         let points =
             PointSlice { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
-        par_for_each_chunk(&mut set.points.affine, &points, &|affine, points| {
+        par_for_each_chunk(&mut set.points.affine_velocity, &points, &|affine, points| {
             transfers.g2p_affine(&view, points, nodes, moments, affine);
         });
     }
@@ -68,11 +68,13 @@ pub fn affine_energies<const D: usize>(
     bodies: &Bodies<D>,
 ) -> [f64; D] {
     let (view, mut energies) = (background.grid_view(), [0.0; D]);
-    let carrying = bodies.sets.iter().filter(|set| set.rigid.is_none() && !set.points.affine.is_empty());
+    let carrying =
+        bodies.sets.iter().filter(|set| set.rigid.is_none() && !set.points.affine_velocity.is_empty());
     for set in carrying {
         let mut moments = vec![[0.0; D]; set.len()];
         background.transfers.second_moments(&view, &set.point_slice(), &mut moments);
-        for ((affine, squares), mass) in set.points.affine.iter().zip(&moments).zip(&set.points.mass) {
+        for ((affine, squares), mass) in set.points.affine_velocity.iter().zip(&moments).zip(&set.points.mass)
+        {
             for (energy, row) in energies.iter_mut().zip(affine) {
                 let each = row.iter().zip(squares).map(|(c, square)| match clock.options.transfer {
                     VelocityTransfer::Apic => c * c / square,

@@ -22,14 +22,14 @@ use crate::points::point_set::PointSet;
 use crate::points::vectors::{first_three, vector4};
 use crate::stress::averages::CellAverages;
 use crate::stress::cell_integration::{add_cell_forces, average_stresses};
-use crate::stress::dual_domain::{add_dual_forces, share, share_stresses};
+use crate::stress::dual_domain::{add_dual_forces, own_stress_share, share_stresses};
 use crate::stress::force_columns::force_columns;
 
 /// Content of a transfer to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum P2gContent {
     /// Mass, momentum and forces.
-    Everything,
+    MassMomentumForces,
     /// Mass and momentum.
     Motion,
     /// Forces.
@@ -72,7 +72,7 @@ struct P2gBuffer<const D: usize> {
 }
 
 impl<const D: usize> P2gBuffer<D> {
-    const NOTHING: Self = Self {
+    const EMPTY: Self = Self {
         motion: [Vector4::ZERO; BLOCK_SIZE],
         columns: [[Vector4::ZERO; D]; BLOCK_SIZE],
         body: [Vector4::ZERO; BLOCK_SIZE],
@@ -85,9 +85,9 @@ fn affine_of<const D: usize>(
     set: &PointSet<D>,
     points: Range<usize>,
 ) -> Option<AffineFields<'_, D>> {
-    let fields = || &set.points.affine[points.clone()];
+    let fields = || &set.points.affine_velocity[points.clone()];
     let moments = transfer == VelocityTransfer::Apic;
-    (!set.points.affine.is_empty()).then(|| AffineFields {
+    (!set.points.affine_velocity.is_empty()).then(|| AffineFields {
         moments,
         fields: fields(),
         mass: &set.points.mass[points.clone()],
@@ -111,7 +111,7 @@ impl<const D: usize> PointScatter<'_, D> {
         let BackgroundGrid { layout, transfers, axisymmetric, .. } = self.background;
         let view = self.background.grid_view();
         layout.for_each_slab(nodes, |slab, window, offset| {
-            let mut buffer = P2gBuffer::NOTHING;
+            let mut buffer = P2gBuffer::EMPTY;
             for set in sets.iter().filter(|set| set.field == field) {
                 let loaded = !set.points.traction.is_empty() && self.content != P2gContent::Motion;
                 let pressed = !set.points.obstacle_contact.is_empty() && self.content != P2gContent::Motion;
@@ -123,7 +123,7 @@ impl<const D: usize> PointScatter<'_, D> {
                         momentum_and_mass: &buffer.motion[..count],
                         stress_columns: &buffer.columns[..count],
                         body_force: if has_body_force { &buffer.body[..count] } else { &[] },
-                        affine: affine.filter(|_| self.content != P2gContent::Forces),
+                        affine_fields: affine.filter(|_| self.content != P2gContent::Forces),
                     };
                     let to = NodeRange { nodes: &mut *window, first: offset };
                     transfers.p2g(&view, &set.point_slice().range(block), to, &input);
@@ -158,7 +158,8 @@ impl<const D: usize> PointScatter<'_, D> {
                 full_cells.is_some_and(|full| full[domain.cell(p, view, &points.position[p])]);
             let exerts_stress = self.content != P2gContent::Motion && !is_in_full_cell;
             let volume = if exerts_stress { points.volume[p] } else { 0.0 };
-            let own_share = if self.has_dual_domains { share(view.grid, &points.position[p]) } else { 1.0 };
+            let own_share =
+                if self.has_dual_domains { own_stress_share(view.grid, &points.position[p]) } else { 1.0 };
             buffer.columns[k] = force_columns::<D>(&points.stress[p], own_share * volume);
             buffer.body[k] = if self.background.axisymmetric {
                 let hoop = -volume * points.stress[p][2] / points.position[p][0];
@@ -197,7 +198,7 @@ pub fn p2g<const D: usize>(
         scatter_surfaces(background, bodies, &boundary.walls, &mut boundary.contacts);
     }
     let CellAverages { stresses, dual_domain, .. } = &*averages;
-    for (field, nodes) in nodes.solved.chunks_exact_mut(background.layout.len()).enumerate() {
+    for (field, nodes) in nodes.nodal_states.chunks_exact_mut(background.layout.len()).enumerate() {
         let scatter = PointScatter {
             background,
             transfer: clock.options.transfer,
@@ -208,10 +209,10 @@ pub fn p2g<const D: usize>(
         scatter.add_field(&bodies.sets, field, nodes);
     }
     if content != P2gContent::Motion {
-        add_cell_forces(background, stresses, &mut nodes.solved);
-        add_dual_forces(background, dual_domain, &mut nodes.solved);
+        add_cell_forces(background, stresses, &mut nodes.nodal_states);
+        add_dual_forces(background, dual_domain, &mut nodes.nodal_states);
         let BoundaryConditions { nodal_loads, load_starts, .. } = &*boundary;
-        apply_nodal_loads(clock, background, bodies, &mut nodes.solved, nodal_loads, load_starts);
+        apply_nodal_loads(clock, background, bodies, &mut nodes.nodal_states, nodal_loads, load_starts);
     }
 }
 
@@ -226,7 +227,7 @@ pub fn remap<const D: usize>(
     nodes.reset_remapped(&background.layout);
     let transfer = clock.options.transfer;
     let len = background.layout.len();
-    for (field, nodes) in nodes.remapped.chunks_exact_mut(len).enumerate() {
+    for (field, nodes) in nodes.remapped_velocities.chunks_exact_mut(len).enumerate() {
         p2g_momenta(background, &bodies.sets, field, nodes, |set| &set.points.velocity, transfer);
         background.layout.sum_periodic_images(nodes, |sum, node| *sum += *node);
     }
@@ -241,7 +242,7 @@ pub fn start_velocities<const D: usize>(
     nodes: &mut VelocityFields,
     boundary: &mut BoundaryConditions<D>,
 ) {
-    for (velocity, node) in nodes.remapped.iter_mut().zip(&nodes.solved) {
+    for (velocity, node) in nodes.remapped_velocities.iter_mut().zip(&nodes.nodal_states) {
         *velocity = node.momentum_and_mass;
     }
     velocities_of_remapped(clock, background, bodies, nodes, boundary, true);
@@ -257,12 +258,13 @@ fn velocities_of_remapped<const D: usize>(
     boundary: &mut BoundaryConditions<D>,
     start: bool,
 ) {
-    let VelocityFields { solved, remapped, .. } = &mut *nodes;
+    let VelocityFields { nodal_states, remapped_velocities, .. } = &mut *nodes;
     let (walls, layout) = (&boundary.walls, &background.layout);
     let row_length = layout.strides()[0];
-    let fields = remapped.chunks_exact_mut(layout.len()).zip(solved.chunks_exact(layout.len()));
-    for (remapped, nodes) in fields {
-        layout.for_each_active_node_range(remapped, |row, active, line| {
+    let fields =
+        remapped_velocities.chunks_exact_mut(layout.len()).zip(nodal_states.chunks_exact(layout.len()));
+    for (remapped_velocities, nodes) in fields {
+        layout.for_each_active_node_range(remapped_velocities, |row, active, line| {
             for number in active {
                 let node = &nodes[row * row_length + number];
                 let mass = node.momentum_and_mass.as_array()[3];
@@ -271,19 +273,28 @@ fn velocities_of_remapped<const D: usize>(
                     continue;
                 }
                 line[number] *= 1.0 / mass;
-                let solved = if start { Vector4::splat(f64::NAN) } else { node.momentum_and_mass };
+                let nodal_states = if start { Vector4::splat(f64::NAN) } else { node.momentum_and_mass };
                 let mut velocity = first_three(line[number]);
-                walls.constrain_remapped(&layout.index(row, number), &first_three(solved), &mut velocity);
+                walls.constrain_remapped(
+                    &layout.axis_indices(row, number),
+                    &first_three(nodal_states),
+                    &mut velocity,
+                );
                 line[number] = vector4(&velocity, 0.0);
             }
         });
     }
-    impose_rigid_velocity_remapped(background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
+    impose_rigid_velocity_remapped(
+        background,
+        &boundary.driven,
+        &boundary.contacts,
+        &mut nodes.remapped_velocities,
+    );
     let BoundaryConditions { walls, driven, contacts, row_contacts, .. } = boundary;
     if !start {
         let mass_cutoff = bodies.mass_cutoff(clock);
         let context = ContactContext { clock, background, bodies, mass_cutoff, walls, contacts };
         correct_remapped(&context, nodes, row_contacts);
     }
-    impose_patch_velocity_remapped(clock, background, driven, contacts, &mut nodes.remapped);
+    impose_patch_velocity_remapped(clock, background, driven, contacts, &mut nodes.remapped_velocities);
 }

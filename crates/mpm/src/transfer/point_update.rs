@@ -10,7 +10,7 @@ use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::clock::Clock;
 use crate::config::LagrangianFormulation;
-use crate::momentum::velocity_fields::VelocitySource::{Remapped, Solved};
+use crate::momentum::velocity_fields::VelocitySource::{EndOfStep, Remapped};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_blocks::{BlockReport, PointBlock, PointFailure, SetProperties, Workspace};
@@ -96,19 +96,19 @@ impl<const D: usize> PointUpdater<'_, D> {
         (nodes, read, dual): (&VelocityFields, VelocitySource, &DualDomainNodes),
         set: &SetProperties<'_, D>,
         block: &mut PointBlock<'_, D>,
-        Workspace { interpolated: reads, motions }: &mut Workspace<InterpolatedMotion<D>>,
+        Workspace { interpolated_motion: reads, motions }: &mut Workspace<InterpolatedMotion<D>>,
         selection: UpdateSelection,
     ) -> BlockReport {
         let BackgroundGrid { grid, layout, transfers, .. } = self.background;
         let (view, extent, n) = (self.background.grid_view(), &set.extent, block.position.len());
-        let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip }, self.clock.dt);
-        let first_node = set.field * layout.len();
+        let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip_fraction }, self.clock.dt);
+        let (first, remapped) = (set.field * layout.len(), &nodes.remapped_velocities);
         let reads = &mut reads[..n];
         let points = block.point_slice(extent);
         match (read, selection.stress) {
-            (Solved, true) => transfers.g2p(&view, &points, &nodes.solved[first_node..], reads),
-            (Solved, false) => transfers.g2p_motion(&view, &points, &nodes.solved[first_node..], reads),
-            (Remapped, _) => transfers.g2p_velocity(&view, &points, &nodes.remapped[first_node..], reads),
+            (EndOfStep, true) => transfers.g2p(&view, &points, &nodes.nodal_states[first..], reads),
+            (EndOfStep, false) => transfers.g2p_motion(&view, &points, &nodes.nodal_states[first..], reads),
+            (Remapped, _) => transfers.g2p_velocity(&view, &points, &remapped[first..], reads),
         }
         if selection.velocity {
             for (own, read) in block.velocity.iter_mut().zip(&*reads) {
@@ -129,8 +129,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         let moved = if selection.position {
             block.apply_pending_domains();
             let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
-            let of_node = |number: usize| nodes.motion(read, first_node + number);
-            block.domain.convect(&view, block.position, extent, velocity, dt, of_node);
+            let of_node = |number: usize| nodes.motion(read, first + number);
+            block.domain.advect_corners(&view, block.position, extent, velocity, dt, of_node);
             let mut moves = [Displacement::default(); BLOCK_SIZE];
             for (p, read) in reads.iter().enumerate() {
                 moves[p] = self.move_point(block, p, read.velocity.as_array());
@@ -277,8 +277,8 @@ impl<const D: usize> PointUpdater<'_, D> {
             }
             if self.background.axisymmetric && !set.reference_configuration {
                 // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
-                let least = 0.5 * domain.extent(p, &set.extent, cell)[0];
-                position[0] = position[0].max(least.min(*radius));
+                let smallest = 0.5 * domain.extent(p, &set.extent, cell)[0];
+                position[0] = position[0].max(smallest.min(*radius));
             }
             let settled = if self.background.is_meshed() {
                 block.domain.relocate(p, &view, position)
@@ -302,7 +302,7 @@ impl<const D: usize> PointUpdater<'_, D> {
     /// Moves a point beyond walls on sides of the domain back onto them.
     fn project_onto_walls(&self, position: &mut [f64; D]) -> Result<(), String> {
         for axis in (0..D).filter(|axis| !self.background.periodic[*axis]) {
-            let (low, high) = (self.background.grid.origin[axis], self.background.upper[axis]);
+            let (low, high) = (self.background.grid.origin[axis], self.background.upper_corner[axis]);
             if (position[axis] < low && !self.has_wall[axis][0])
                 || (position[axis] > high && !self.has_wall[axis][1])
             {
@@ -318,6 +318,6 @@ impl<const D: usize> PointUpdater<'_, D> {
     #[inline(always)]
     pub fn shared_strain(&self, body: u32, points: &PointSlice<'_, D>, p: usize) -> [f64; 2] {
         let cell = points.domain.cell(p, &self.background.grid_view(), &points.position[p]);
-        self.strains.at(body, self.background.cell_layout().len(), cell)
+        self.strains.cell_strains(body, self.background.cell_layout().len(), cell)
     }
 }

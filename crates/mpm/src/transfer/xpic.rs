@@ -31,7 +31,7 @@ pub fn filter_velocities<const D: usize>(
     let (len, view, transfers) = (background.layout.len(), background.grid_view(), background.transfers);
     for set in &mut bodies.sets {
         set.points.scratch.copy_from_slice(&set.points.velocity);
-        let nodes = &nodes.solved[set.field * len..];
+        let nodes = &nodes.nodal_states[set.field * len..];
         // The velocity at the start of the step, walls included.
         subtract(set, &|points, out| transfers.g2p_start_velocity(&view, points, nodes, clock.dt, out));
     }
@@ -59,23 +59,29 @@ fn filter_once<const D: usize>(
     nodes.reset_remapped(&background.layout);
     let (layout, walls) = (&background.layout, &boundary.walls);
     let row_length = layout.strides()[0];
-    let fields = nodes.remapped.chunks_exact_mut(layout.len());
-    for (field, (rest, nodes)) in fields.zip(nodes.solved.chunks_exact(layout.len())).enumerate() {
+    let fields = nodes.remapped_velocities.chunks_exact_mut(layout.len());
+    for (field, (rest, nodes)) in fields.zip(nodes.nodal_states.chunks_exact(layout.len())).enumerate() {
         p2g_momenta(background, &bodies.sets, field, rest, |set| &set.points.scratch, VelocityTransfer::Xpic);
         layout.sum_periodic_images(rest, |sum, node| *sum += *node);
         layout.for_each_active_node_range(rest, |row, active, line| {
             for number in active {
                 let mass = nodes[row * row_length + number].momentum_and_mass.as_array()[3];
                 line[number] *= if mass > 0.0 { 1.0 / mass } else { 0.0 };
-                let [x, y, z] = walls.free_components(&layout.index(row, number));
+                let [x, y, z] = walls.free_components(&layout.axis_indices(row, number));
                 line[number] *= Vector4::new([x, y, z, 1.0]);
             }
         });
     }
-    clear_patch_components(clock, background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
+    clear_patch_components(
+        clock,
+        background,
+        &boundary.driven,
+        &boundary.contacts,
+        &mut nodes.remapped_velocities,
+    );
     let (len, view, transfers) = (background.layout.len(), background.grid_view(), background.transfers);
     for set in &mut bodies.sets {
-        let nodes = &nodes.remapped[set.field * len..];
+        let nodes = &nodes.remapped_velocities[set.field * len..];
         subtract(set, &|points, out| transfers.g2p_values(&view, points, nodes, out));
     }
 }

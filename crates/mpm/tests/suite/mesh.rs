@@ -78,7 +78,7 @@ fn a_restored_solver_continues_bit_identically() {
     let mut whole = start_solver(&Mpm, &case);
     advance(&mut *whole, 23);
     let mut again = Mpm.build(&case).unwrap();
-    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+    again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     advance(&mut *whole, 40);
     advance(&mut *again, 40);

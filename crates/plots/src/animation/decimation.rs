@@ -33,20 +33,20 @@ pub(super) fn decimate<'a>(
         let count = panel.frames.len();
         let wanted = (count as f64 / excess.max(1.0)) as usize;
         let wanted = wanted.clamp(MIN_FRAMES.min(count), MAX_FRAMES.max(MIN_FRAMES)).min(count);
-        let frames: Vec<_> = evenly(count, wanted).into_iter().map(|k| panel.frames[k]).collect();
+        let frames: Vec<_> = evenly_spaced(count, wanted).into_iter().map(|k| panel.frames[k]).collect();
         let share = excess * frames.len() as f64 / count.max(1) as f64;
         let panel = Panel { frames, ..panel.clone() };
-        let blocks = (share > 1.0).then(|| DecimationBlocks::of(&panel, view, share));
-        let mut said = Vec::new();
+        let blocks = (share > 1.0).then(|| DecimationBlocks::from_panel(&panel, view, share));
+        let mut notes = Vec::new();
         if panel.frames.len() < panel.frame_count {
-            said.push(format!("{} of {} frames", panel.frames.len(), panel.frame_count));
+            notes.push(format!("{} of {} frames", panel.frames.len(), panel.frame_count));
         }
         if let Some(blocks) = &blocks {
-            said.push(format!("one of {} points, with the width of its block", blocks.share()));
+            notes.push(format!("one of {} points, with the width of its block", blocks.points_per_block()));
         }
-        if !said.is_empty() {
+        if !notes.is_empty() {
             let name = if panels.len() > 1 { format!("{}: ", panel.name) } else { String::new() };
-            words.push(format!("{name}{}", said.join(", ")));
+            words.push(format!("{name}{}", notes.join(", ")));
         }
         DecimatedRun { panel, blocks }
     };
@@ -55,7 +55,7 @@ pub(super) fn decimate<'a>(
 }
 
 /// Indices of `wanted` of `count` frames, evenly spaced, the first and the last among them.
-fn evenly(count: usize, wanted: usize) -> Vec<usize> {
+fn evenly_spaced(count: usize, wanted: usize) -> Vec<usize> {
     match wanted {
         0 => Vec::new(),
         1 => vec![count - 1],
@@ -75,23 +75,27 @@ pub(super) struct DecimationBlock {
 /// Kept points, identical in every frame: those next to the middle of blocks of neighbours. Bodies that move as a
 /// whole stay whole in the picture.
 pub(super) struct DecimationBlocks {
-    kept: HashMap<u64, DecimationBlock>,
-    seen: usize,
+    blocks: HashMap<u64, DecimationBlock>,
+    point_count: usize,
 }
 
 impl DecimationBlocks {
     /// Returns blocks of about `share` points, by the positions in the first frame that has them.
-    fn of(panel: &Panel<'_>, view: &View, share: f64) -> Self {
+    fn from_panel(panel: &Panel<'_>, view: &View, share: f64) -> Self {
         let shape = shape(panel);
         // A flow column has its depth as height.
-        let axes: Vec<usize> =
-            view.axes.iter().copied().filter(|axis| shape != "depth" || *axis != view.up).collect();
-        let mut blocks = Self { kept: HashMap::new(), seen: 0 };
+        let axes: Vec<usize> = view
+            .axes
+            .iter()
+            .copied()
+            .filter(|axis| shape != "depth" || *axis != view.vertical_axis)
+            .collect();
+        let mut blocks = Self { blocks: HashMap::new(), point_count: 0 };
         let mut known: std::collections::HashSet<u64> = std::collections::HashSet::new();
         for frame in &panel.frames {
             let new: Vec<usize> = (0..frame.ids.len()).filter(|&i| known.insert(frame.ids[i])).collect();
             if !new.is_empty() {
-                blocks.seen += new.len();
+                blocks.point_count += new.len();
                 blocks.add(frame, &new, &axes, share, shape == "disk");
             }
         }
@@ -108,7 +112,7 @@ impl DecimationBlocks {
             let (first, count) = (members[0], members.len() as f64);
             let (mut middle, mut wide) = (frame.positions[first], frame.extents[first]);
             for &axis in axes {
-                let (low, high) = cells.ends(&members, axis);
+                let (low, high) = cells.extent(&members, axis);
                 (middle[axis], wide[axis]) = (0.5 * (low + high), high - low);
             }
             let away =
@@ -125,23 +129,23 @@ impl DecimationBlocks {
                     block.offset[axis] = middle[axis] - frame.positions[point][axis];
                 }
             }
-            self.kept.insert(frame.ids[point], block);
+            self.blocks.insert(frame.ids[point], block);
         }
     }
 
     /// Number of points for each kept one.
-    fn share(&self) -> u64 {
-        (self.seen as f64 / self.kept.len().max(1) as f64).round().max(1.0) as u64
+    fn points_per_block(&self) -> u64 {
+        (self.point_count as f64 / self.blocks.len().max(1) as f64).round().max(1.0) as u64
     }
 
     /// Block that a point represents; `None` where the point is left out.
     pub fn get(&self, id: u64) -> Option<&DecimationBlock> {
-        self.kept.get(&id)
+        self.blocks.get(&id)
     }
 
     /// Largest ratio of the width of a block to that of its point.
     pub fn widest(&self) -> f64 {
-        self.kept.values().flat_map(|block| block.width_ratio).fold(1.0, f64::max)
+        self.blocks.values().flat_map(|block| block.width_ratio).fold(1.0, f64::max)
     }
 }
 
@@ -195,23 +199,23 @@ impl<'a> BlockCells<'a> {
     /// Edge of blocks, in point widths, that leaves no more than one point in `share`: a whole number where that leaves about as many,
     /// since blocks of a lattice are then alike.
     fn edge(&self, share: f64) -> f64 {
-        let most = (self.points.len() as f64 / share).max(1.0);
+        let largest = (self.points.len() as f64 / share).max(1.0);
         let count = |edge: f64| self.sort(edge).len() as f64;
         let whole = share.powf(1.0 / self.axes.len().max(1) as f64).ceil();
         let mut alike = [whole, whole + 1.0].into_iter();
-        if let Some(edge) = alike.find(|edge| (0.2 * most..=most).contains(&count(*edge))) {
+        if let Some(edge) = alike.find(|edge| (0.2 * largest..=largest).contains(&count(*edge))) {
             return edge;
         }
         let (mut low, mut high) = (1e-6f64, 1e6f64);
         for _ in 0..24 {
             let middle = (low * high).sqrt();
-            if count(middle) > most { low = middle } else { high = middle }
+            if count(middle) > largest { low = middle } else { high = middle }
         }
         high
     }
 
     /// Extent of the points of a block along an axis (m).
-    fn ends(&self, members: &[usize], axis: usize) -> (f64, f64) {
+    fn extent(&self, members: &[usize], axis: usize) -> (f64, f64) {
         members.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &i| {
             let (x, half) = (self.frame.positions[i][axis], 0.5 * self.frame.extents[i][axis]);
             (low.min(x - half), high.max(x + half))
@@ -240,10 +244,10 @@ mod tests {
     fn a_decimated_slab_in_rigid_motion_has_no_gaps() {
         let frames = [slab(0.0), slab(0.7)];
         let panel = Panel { name: "a".into(), frames: frames.iter().collect(), frame_count: 2 };
-        let view = View { axes: vec![0, 1], up: 1, ..View::default() };
+        let view = View { axes: vec![0, 1], vertical_axis: 1, ..View::default() };
         for share in [1.5, 4.0, 9.0, 17.0] {
-            let blocks = DecimationBlocks::of(&panel, &view, share);
-            assert!(blocks.kept.len() as f64 <= 400.0 / share, "{share}: {}", blocks.kept.len());
+            let blocks = DecimationBlocks::from_panel(&panel, &view, share);
+            assert!(blocks.blocks.len() as f64 <= 400.0 / share, "{share}: {}", blocks.blocks.len());
             for frame in &frames {
                 let mut area = 0.0;
                 let mut drawn = Vec::new();
@@ -268,8 +272,12 @@ mod tests {
         let (early, mut late) = (slab(0.0), slab(1.0));
         late.ids = (200..600).collect();
         let panel = Panel { name: "a".into(), frames: vec![&early, &late], frame_count: 2 };
-        let blocks = DecimationBlocks::of(&panel, &View { axes: vec![0, 1], up: 1, ..View::default() }, 4.0);
+        let blocks = DecimationBlocks::from_panel(
+            &panel,
+            &View { axes: vec![0, 1], vertical_axis: 1, ..View::default() },
+            4.0,
+        );
         let shown = |frame: &Snapshot| frame.ids.iter().filter(|id| blocks.get(**id).is_some()).count();
-        assert!(blocks.seen == 600 && shown(&early) == 100 && (50..=100).contains(&shown(&late)));
+        assert!(blocks.point_count == 600 && shown(&early) == 100 && (50..=100).contains(&shown(&late)));
     }
 }

@@ -14,7 +14,7 @@ pub(super) fn geometry_data(ground: &RigidGeometry, times: &[f64]) -> Value {
     });
     let shells = ground.shells.iter().map(|one| {
         let poses = times.iter().map(|time| one.pose(*time));
-        json!({ "corners": rounded(&one.corners), "faces": one.faces, "poses": poses.collect::<Vec<_>>() })
+        json!({ "corners": rounded_positions(&one.corners), "faces": one.faces, "poses": poses.collect::<Vec<_>>() })
     });
     json!({
         "shells": shells.collect::<Vec<_>>(), "lines": lines(&ground.lines), "moving": moving.collect::<Vec<_>>(),
@@ -23,11 +23,11 @@ pub(super) fn geometry_data(ground: &RigidGeometry, times: &[f64]) -> Value {
 }
 
 fn lines(lines: &[Vec<[f64; 2]>]) -> Vec<Vec<[f64; 2]>> {
-    lines.iter().map(|line| rounded(line)).collect()
+    lines.iter().map(|line| rounded_positions(line)).collect()
 }
 
 /// Positions to six digits (m).
-fn rounded<const D: usize>(places: &[[f64; D]]) -> Vec<[f64; D]> {
+fn rounded_positions<const D: usize>(places: &[[f64; D]]) -> Vec<[f64; D]> {
     let digits = |x: f64| format!("{x:.5e}").parse::<f64>().unwrap_or(x);
     places.iter().map(|x| x.map(digits)).collect()
 }

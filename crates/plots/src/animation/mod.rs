@@ -42,7 +42,7 @@ pub struct View {
     /// Axes shown: two, or all three for a picture that can be turned.
     pub axes: Vec<usize>,
     /// Index of the axis against gravity.
-    pub up: usize,
+    pub vertical_axis: usize,
     /// Fields that colour the points; the default fields when empty.
     pub fields: Vec<String>,
     /// Classes that colour the points: bodies, materials.
@@ -62,7 +62,7 @@ pub struct Animation {
     /// Data of the player.
     data: Value,
     /// Text on the parts left out; empty where nothing was.
-    pub omitted: String,
+    pub omission_note: String,
 }
 
 impl Animation {
@@ -95,7 +95,7 @@ impl Animation {
         let rgb = |colour: &plotters::style::RGBColor| [colour.0, colour.1, colour.2];
         let data = json!({
             "axes": view.axes.iter().map(|axis| ["x", "y", "z"][*axis]).collect::<Vec<_>>(),
-            "up": view.axes.iter().position(|axis| *axis == view.up),
+            "up": view.axes.iter().position(|axis| *axis == view.vertical_axis),
             "low": bounds.iter().map(|scale| scale.low).collect::<Vec<_>>(),
             "high": bounds.iter().map(|scale| scale.high).collect::<Vec<_>>(),
             "largest": largest,
@@ -105,7 +105,7 @@ impl Animation {
             "thinned": thinned, "ground": geometry_data::geometry_data(&view.ground, &times), "missing": view.ground.missing,
             "panels": kept.iter().map(panel).collect::<Vec<_>>(),
         });
-        Some(Self { data, omitted: thinned })
+        Some(Self { data, omission_note: thinned })
     }
 
     /// HTML element that [`SCRIPT`] turns into a player.

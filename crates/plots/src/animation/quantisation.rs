@@ -25,7 +25,7 @@ pub struct QuantisedRange {
 
 impl QuantisedRange {
     /// Range of 16 bits.
-    pub fn fine(low: f64, high: f64) -> Self {
+    pub fn with_16_bits(low: f64, high: f64) -> Self {
         Self { low, high, steps: POSITION_STEPS }
     }
 
@@ -70,10 +70,10 @@ pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<Quantis
     let ends = ends?;
     let spread = ends.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
     // A line of points has no height: it gets some, since a range without length has no steps.
-    let least = if spread > 0.0 { 0.05 * spread } else { 1.0 };
+    let smallest = if spread > 0.0 { 0.05 * spread } else { 1.0 };
     let scale = |(low, high): (f64, f64)| {
-        let half = if high > low { 0.0 } else { 0.5 * least };
-        QuantisedRange::fine(low - half, high + half)
+        let half = if high > low { 0.0 } else { 0.5 * smallest };
+        QuantisedRange::with_16_bits(low - half, high + half)
     };
     Some(ends.into_iter().map(scale).collect())
 }
@@ -101,7 +101,7 @@ impl<'a> Encoder<'a> {
         view: &'a View,
         fields: &'a [ColourSource],
     ) -> Self {
-        let width = QuantisedRange::fine(0.0, if largest > 0.0 { largest } else { 1.0 });
+        let width = QuantisedRange::with_16_bits(0.0, if largest > 0.0 { largest } else { 1.0 });
         Self { bounds, width, view, fields, last: Vec::new() }
     }
 

@@ -41,23 +41,23 @@ fn panel<'a>(name: &str, frames: &'a [Snapshot]) -> Panel<'a> {
 fn view() -> View {
     let names = vec!["sand".to_owned(), "</script><b>".to_owned()];
     let classes = vec![PointClasses { name: "body".into(), names, of_body: vec![0, 1] }];
-    View { axes: vec![0, 1], up: 1, classes, bytes: DEFAULT_BYTES, ..View::default() }
+    View { axes: vec![0, 1], vertical_axis: 1, classes, bytes: DEFAULT_BYTES, ..View::default() }
 }
 
 fn bytes(value: &Value) -> Vec<u8> {
     base64::engine::general_purpose::STANDARD.decode(value.as_str().unwrap()).unwrap()
 }
 
-fn words(value: &Value) -> Vec<u32> {
+fn decode_words(value: &Value) -> Vec<u32> {
     bytes(value).as_chunks().0.iter().map(|pair| u32::from(u16::from_le_bytes(*pair))).collect()
 }
 
 #[test]
 fn packed_numbers_are_recovered_within_half_a_quantisation_step() {
     for scale in [
-        QuantisedRange::fine(-3.0, 7.0),
+        QuantisedRange::with_16_bits(-3.0, 7.0),
         QuantisedRange::coarse(1e5, 1.001e5),
-        QuantisedRange::fine(1e-9, 2e-9),
+        QuantisedRange::with_16_bits(1e-9, 2e-9),
     ] {
         for k in 0..=1000 {
             let value = scale.low + (scale.high - scale.low) * f64::from(k) / 1000.0;
@@ -83,11 +83,11 @@ fn the_page_has_places_widths_and_values_of_every_frame() {
     let field = &data["fields"][0];
     let scale = QuantisedRange::coarse(field["low"].as_f64().unwrap(), field["high"].as_f64().unwrap());
     for (frame, state) in data["panels"][0]["frames"].as_array().unwrap().iter().zip(&states) {
-        let places = words(&frame["x"]);
+        let places = decode_words(&frame["x"]);
         let values = bytes(&frame["v"][0]);
         for (i, at) in state.positions.iter().enumerate() {
             for c in 0..2 {
-                let scale = QuantisedRange::fine(low[c], high[c]);
+                let scale = QuantisedRange::with_16_bits(low[c], high[c]);
                 let back = scale.decode(places[2 * i + c]);
                 assert!((back - at[c]).abs() <= 0.5001 * scale.step(), "{back} for {}", at[c]);
             }
@@ -99,8 +99,8 @@ fn the_page_has_places_widths_and_values_of_every_frame() {
         assert_eq!(bytes(&frame["v"][1])[..4], [0, 1, 0, 1]);
     }
     // Widths that do not change are stored once.
-    let width = QuantisedRange::fine(0.0, data["largest"].as_f64().unwrap());
-    let widths = words(&data["panels"][0]["frames"][0]["w"]);
+    let width = QuantisedRange::with_16_bits(0.0, data["largest"].as_f64().unwrap());
+    let widths = decode_words(&data["panels"][0]["frames"][0]["w"]);
     assert!((width.decode(widths[0]) - 0.1).abs() <= width.step() && width.decode(widths[1]) == 0.2);
     assert!(data["panels"][0]["frames"][1]["w"].is_null());
     assert_eq!(data["thinned"], "");
@@ -111,7 +111,7 @@ fn omitted_points_and_frames_are_stated_and_the_choice_of_points_is_constant() {
     let states = frames(200, 3000);
     let small = View { bytes: 200_000, ..view() };
     let animation = Animation::from_panels(&[panel("a", &states)], &small).unwrap();
-    assert!(animation.omitted.starts_with("24 of 200 frames, one of "), "{}", animation.omitted);
+    assert!(animation.omission_note.starts_with("24 of 200 frames, one of "), "{}", animation.omission_note);
     let element = animation.element();
     assert!(element.len() < 400_000, "{} bytes", element.len());
     let counts: Vec<u64> = animation.data["panels"][0]["frames"]
@@ -126,7 +126,7 @@ fn omitted_points_and_frames_are_stated_and_the_choice_of_points_is_constant() {
     assert_eq!((times[0], times[23]), (0.0, states[199].time));
     // A caller that left out frames gives their number.
     let some = Panel { frame_count: 999, ..panel("a", &states[..3]) };
-    assert_eq!(Animation::from_panels(&[some], &view()).unwrap().omitted, "3 of 999 frames");
+    assert_eq!(Animation::from_panels(&[some], &view()).unwrap().omission_note, "3 of 999 frames");
 }
 
 #[test]
@@ -182,7 +182,7 @@ window.addEventListener("load", () => {
 "#;
 
 /// Opens a page in chromium: its elements as text, and the output of its console.
-fn open(page: &str) -> Option<(String, String)> {
+fn open_in_chromium(page: &str) -> Option<(String, String)> {
     let program = ["chromium", "/usr/bin/chromium", "chromium-browser", "google-chrome"].into_iter();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("page.html");
@@ -221,10 +221,10 @@ fn animations_in_two_and_three_dimensions_play_in_a_browser_without_error() {
     let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let motion = serde_json::from_value(serde_json::json!({ "velocity": [0.1, 0, 0] })).unwrap();
     let ground = RigidGeometry {
-        shells: vec![MovingSurface { corners, faces, about: [0.0; 3], motion }],
+        shells: vec![MovingSurface { corners, faces, reference_point: [0.0; 3], motion }],
         ..RigidGeometry::default()
     };
-    let solid = View { axes: vec![0, 1, 2], up: 2, ground, ..view() };
+    let solid = View { axes: vec![0, 1, 2], vertical_axis: 2, ground, ..view() };
     let elements = [
         Animation::from_panels(&[panel("a", &states), panel("b", &other)], &view()),
         Animation::from_panels(&[panel("a", &states)], &solid),
@@ -236,7 +236,7 @@ fn animations_in_two_and_three_dimensions_play_in_a_browser_without_error() {
         "<!doctype html><meta charset=\"utf-8\"><title>players</title><style>{STYLE}</style><script>{DRIVER}</script>\
          <body>{elements}<script>{SCRIPT}</script></body>"
     );
-    let Some((dom, console)) = open(&page) else {
+    let Some((dom, console)) = open_in_chromium(&page) else {
         eprintln!("skipped: there is no chromium");
         return;
     };

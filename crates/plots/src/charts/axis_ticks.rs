@@ -50,7 +50,7 @@ impl Ranged for NumberAxis {
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.places.clone() }
+        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.coordinates.clone() }
     }
 
     fn range(&self) -> Range<f64> {
@@ -72,7 +72,7 @@ impl ValueFormatter<f64> for NumberAxis {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Ticks {
     /// Coordinates, ascending; on a logarithmic axis powers of ten.
-    pub places: Vec<f64>,
+    pub coordinates: Vec<f64>,
     /// Label of each tick.
     texts: Vec<String>,
     /// Constant added to all labels, with its sign; `None` where the labels are the values themselves.
@@ -82,7 +82,7 @@ pub(crate) struct Ticks {
 impl Ticks {
     /// Ticks of an axis of length `pixels`.
     pub fn linear(range: &Range<f64>, pixels: f64, along: AxisDirection) -> Self {
-        let tries = (2..=MAX_TICKS).rev().map(|most| Self::with_max_count(range, most));
+        let tries = (2..=MAX_TICKS).rev().map(|largest| Self::with_max_count(range, largest));
         let mut last = Self::default();
         for ticks in tries {
             if ticks.fits(range, pixels, along) {
@@ -91,7 +91,7 @@ impl Ticks {
             last = ticks;
         }
         // A single label is better than two that overlap.
-        last.places.truncate(1);
+        last.coordinates.truncate(1);
         last.texts.truncate(1);
         last
     }
@@ -102,46 +102,46 @@ impl Ticks {
         let every = [2, 3, 5, 10, 20, 50, 100, 200];
         let tries = fine.into_iter().map(|parts| (parts, 1)).chain(every.map(|stride| (fine[2], stride)));
         let mut tries = tries.map(|(parts, stride)| Self::decades(range, parts, stride));
-        let enough = |ticks: &Self| ticks.places.len() > 1 && ticks.fits(range, pixels, along);
+        let enough = |ticks: &Self| ticks.coordinates.len() > 1 && ticks.fits(range, pixels, along);
         tries.find(enough).unwrap_or_else(|| {
             // Less than a decade: round values as on a linear axis.
             let mut ticks = Self::with_max_count(&(10f64.powf(range.start)..10f64.powf(range.end)), 4);
-            ticks.places.iter_mut().for_each(|place| *place = place.log10());
+            ticks.coordinates.iter_mut().for_each(|place| *place = place.log10());
             ticks
         })
     }
 
-    /// Ticks at round values, at most `most`.
-    fn with_max_count(range: &Range<f64>, most: usize) -> Self {
+    /// Ticks at round values, at most `limit`.
+    fn with_max_count(range: &Range<f64>, limit: usize) -> Self {
         let span = range.end - range.start;
-        let first = (span / most as f64).log10().floor() as i32;
+        let first = (span / limit as f64).log10().floor() as i32;
         let steps = (first..first + 3).flat_map(|power| [1.0, 2.0, 5.0].map(|part| (part, power)));
         for (part, power) in steps {
             // Only a division of two whole numbers gives exactly 0.1.
             let step = if power < 0 { part / 10f64.powi(-power) } else { part * 10f64.powi(power) };
             let from = (range.start / step - 1e-9).ceil();
             let count = (range.end / step + 1e-9).floor() - from + 1.0;
-            if count <= most as f64 {
+            if count <= limit as f64 {
                 let whole: Vec<f64> = (0..count.max(0.0) as usize).map(|k| from + k as f64).collect();
-                return Self::round(&whole, step, power, span);
+                return Self::multiples_of(&whole, step, power, span);
             }
         }
         Self::default()
     }
 
     /// Ticks at multiples of a step, with the power of ten that the step is a multiple of.
-    fn round(whole: &[f64], step: f64, power: i32, span: f64) -> Self {
-        let places: Vec<f64> = whole.iter().map(|k| k * step).collect();
-        let texts = texts(&places, power);
+    fn multiples_of(whole: &[f64], step: f64, power: i32, span: f64) -> Self {
+        let coordinates: Vec<f64> = whole.iter().map(|k| k * step).collect();
+        let texts = texts(&coordinates, power);
         if texts.iter().all(|text| text.trim_start_matches('-').len() <= MAX_TEXT_LENGTH) {
-            return Self { places, texts, constant: None };
+            return Self { coordinates, texts, constant: None };
         }
         let unit = span.log10().ceil() as i32;
-        let lowest = (places[0] / 10f64.powi(unit)).floor();
-        let constant: f64 = format!("{lowest}e{unit}").parse().unwrap_or(places[0]);
+        let lowest = (coordinates[0] / 10f64.powi(unit)).floor();
+        let constant: f64 = format!("{lowest}e{unit}").parse().unwrap_or(coordinates[0]);
         let rest = |place: &f64| ((place - constant) / step).round() * step;
-        let texts = self::texts(&places.iter().map(rest).collect::<Vec<_>>(), power);
-        Self { places, texts, constant: Some(format!("{constant:+e}")) }
+        let texts = self::texts(&coordinates.iter().map(rest).collect::<Vec<_>>(), power);
+        Self { coordinates, texts, constant: Some(format!("{constant:+e}")) }
     }
 
     /// Multiples of powers of ten, at every `stride`-th power.
@@ -153,7 +153,7 @@ impl Ticks {
             for part in parts {
                 let place = f64::from(power) + f64::from(*part).log10();
                 if place >= range.start - near && place <= range.end + near {
-                    ticks.places.push(place);
+                    ticks.coordinates.push(place);
                     ticks.texts.push(match power {
                         0..=4 => format!("{part}{}", "0".repeat(power as usize)),
                         -3..=-1 => format!("0.{}{part}", "0".repeat((-power - 1) as usize)),
@@ -173,23 +173,23 @@ impl Ticks {
             AxisDirection::Vertical => GAPS[1],
         };
         let scale = pixels / (range.end - range.start);
-        self.places.windows(2).all(|pair| (pair[1] - pair[0]) * scale >= room)
+        self.coordinates.windows(2).all(|pair| (pair[1] - pair[0]) * scale >= room)
     }
 
     /// Label at a coordinate.
     pub fn text(&self, place: f64) -> String {
-        let off = |k: &usize| (self.places[*k] - place).abs();
-        let nearest = (0..self.places.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+        let off = |k: &usize| (self.coordinates[*k] - place).abs();
+        let nearest = (0..self.coordinates.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
         nearest.map_or_else(String::new, |k| self.texts[k].clone())
     }
 
     /// Labels with their coordinates.
-    pub fn visible(&self) -> impl Iterator<Item = (f64, &str)> {
-        self.places.iter().copied().zip(self.texts.iter().map(String::as_str))
+    pub fn visible_labels(&self) -> impl Iterator<Item = (f64, &str)> {
+        self.coordinates.iter().copied().zip(self.texts.iter().map(String::as_str))
     }
 
     /// Description of the axis with the constant that its labels leave out.
-    pub fn described(&self, axis: &str) -> String {
+    pub fn axis_label(&self, axis: &str) -> String {
         match &self.constant {
             Some(constant) => format!("{axis} [{constant}]"),
             None => axis.to_owned(),
@@ -202,7 +202,7 @@ fn texts(places: &[f64], power: i32) -> Vec<String> {
     let decimals = (-power).max(0) as usize;
     let zero = |text: String, place: f64| if place == 0.0 { "0".to_owned() } else { text };
     let plain: Vec<String> = places.iter().map(|x| zero(format!("{x:.decimals$}"), *x)).collect();
-    let largest = places.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    let largest = places.iter().fold(0.0f64, |maximum, x| maximum.max(x.abs()));
     let figures = (largest.log10().floor() as i32 - power).clamp(0, 15) as usize;
     let powers: Vec<String> = places.iter().map(|x| zero(format!("{x:.figures$e}"), *x)).collect();
     let longest = |texts: &[String]| texts.iter().map(|t| t.trim_start_matches('-').len()).max().unwrap_or(0);
@@ -239,14 +239,14 @@ mod tests {
                     let mut texts = ticks.texts.clone();
                     texts.sort();
                     texts.dedup();
-                    assert_eq!(texts.len(), ticks.places.len(), "{range:?}: {:?}", ticks.texts);
+                    assert_eq!(texts.len(), ticks.coordinates.len(), "{range:?}: {:?}", ticks.texts);
                     assert!(
                         !texts.is_empty() && texts.iter().all(|text| text.len() <= MAX_TEXT_LENGTH + 1),
                         "{texts:?}"
                     );
                     // Label plus constant gives the coordinate.
                     let constant = ticks.constant.as_deref().map_or(0.0, |text| text.parse::<f64>().unwrap());
-                    for (place, text) in ticks.visible() {
+                    for (place, text) in ticks.visible_labels() {
                         let read = constant + text.parse::<f64>().unwrap();
                         let near = 1e-3 * (range.end - range.start) + 4.0 * f64::EPSILON * constant.abs();
                         assert!((read - place).abs() <= near, "{place} reads {text} {:?}", ticks.constant);
@@ -274,13 +274,13 @@ mod tests {
         {
             for along in [AxisDirection::Horizontal, AxisDirection::Vertical] {
                 let ticks = Ticks::logarithmic(&(low..high), 380.0, along);
-                assert!(!ticks.places.is_empty(), "{low} {high}");
-                assert!(ticks.places.iter().all(|place| (low - 1e-9..high + 1e-9).contains(place)));
+                assert!(!ticks.coordinates.is_empty(), "{low} {high}");
+                assert!(ticks.coordinates.iter().all(|place| (low - 1e-9..high + 1e-9).contains(place)));
                 let sized = |pair: &[f64]| (pair[1] - pair[0]) * 380.0 / (high - low);
                 let widest = ticks.texts.iter().map(String::len).max().unwrap() as f64;
                 let room = if along == AxisDirection::Horizontal { 8.0 * widest } else { 14.0 };
-                assert!(ticks.places.windows(2).all(|pair| sized(pair) > room), "{:?}", ticks.texts);
-                for (place, text) in ticks.visible() {
+                assert!(ticks.coordinates.windows(2).all(|pair| sized(pair) > room), "{:?}", ticks.texts);
+                for (place, text) in ticks.visible_labels() {
                     assert!((text.parse::<f64>().unwrap().log10() - place).abs() < 1e-3, "{place} {text}");
                 }
             }

@@ -88,7 +88,7 @@ impl LineChart {
         let share = |v: f64, r: &Range<f64>| (v - r.start) / (r.end - r.start);
         let places = self.visible_series().flat_map(|(series, points)| {
             let points: Vec<_> = points.iter().map(|p| (share(p.0, x), share(p.1, y))).collect();
-            if series.style == Style::Markers { points } else { densified(&points) }
+            if series.style == Style::Markers { points } else { densified_line(&points) }
         });
         let places: Vec<(f64, f64)> = places.collect();
         let crowd = |right: bool, top: bool| {
@@ -149,8 +149,8 @@ impl LineChart {
             .map_err(text)?;
         chart
             .configure_mesh()
-            .x_desc(across.described(&self.x_label))
-            .y_desc(up.described(&self.y_label))
+            .x_desc(across.axis_label(&self.x_label))
+            .y_desc(up.axis_label(&self.y_label))
             .label_style((FONT, LETTERS))
             .axis_desc_style((FONT, 16))
             .bold_line_style(RGBColor(225, 225, 225))
@@ -223,7 +223,7 @@ impl LineChart {
 }
 
 /// Points on a line through points, no farther apart than a hundredth.
-fn densified(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn densified_line(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let between = |pair: &[(f64, f64)]| {
         let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
         let parts = (100.0 * (to_x - x).abs().max((to_y - y).abs())).ceil().clamp(1.0, 100.0);

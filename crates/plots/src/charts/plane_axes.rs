@@ -21,12 +21,12 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
     area: &'a DrawingArea<B, Shift>,
     title: &str,
     axes: &[String; 2],
-    seen: [Range<f64>; 2],
+    ranges: [Range<f64>; 2],
     pixels: [u32; 2],
 ) -> Result<PlaneAxes<'a, B>, String> {
     let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
-    let pixel = scale(&seen, pixels);
-    let [mut x, mut y] = seen;
+    let pixel = scale(&ranges, pixels);
+    let [mut x, mut y] = ranges;
     for (range, pixels) in [&mut x, &mut y].into_iter().zip(pixels) {
         let extra = 0.5 * (pixel * f64::from(pixels) - (range.end - range.start)).max(0.0);
         *range = range.start - extra..range.end + extra;
@@ -43,8 +43,8 @@ pub(crate) fn plane<'a, B: DrawingBackend>(
     chart
         .configure_mesh()
         .disable_mesh()
-        .x_desc(across.described(&axes[0]))
-        .y_desc(up.described(&axes[1]))
+        .x_desc(across.axis_label(&axes[0]))
+        .y_desc(up.axis_label(&axes[1]))
         .label_style((FONT, LETTERS))
         .axis_desc_style((FONT, 16))
         .draw()

@@ -75,7 +75,7 @@ mod tests {
         };
         let clouds: Vec<PointCloud> = (1..4).map(cloud).collect();
         let shared = CommonScales::of_clouds(clouds.iter());
-        clouds.into_iter().map(|cloud| PointCloud { shared: Some(shared.clone()), ..cloud }).collect()
+        clouds.into_iter().map(|cloud| PointCloud { shared_scales: Some(shared.clone()), ..cloud }).collect()
     }
 
     #[test]
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn pictures_of_unequal_size_and_empty_lists_give_no_animation() {
         let mut clouds = clouds();
-        clouds[1].shared = None;
+        clouds[1].shared_scales = None;
         clouds[1].points.push(([0.0, 30.0], [1.0; 2], 0.0));
         assert!(to_gif(&clouds, 0.1).unwrap_err().contains("one size"));
         assert!(to_gif::<PointCloud>(&[], 0.1).is_err());

@@ -25,7 +25,7 @@ pub struct ForceChains {
     /// Rigid geometry behind the grains, as lines (m).
     pub ground: Vec<Vec<[f64; 2]>>,
     /// Mean force, as the end of its values, and window shared with other pictures; its own where `None`.
-    pub shared: Option<CommonScales>,
+    pub shared_scale: Option<CommonScales>,
 }
 
 const WIDTH: u32 = 900;
@@ -47,7 +47,7 @@ impl ForceChains {
         let ends = mesh.cells().filter(|line| line.len() == 2).map(|line| [at(&line[0]), at(&line[1])]);
         let sizes = values(field).into_iter().map(f64::abs);
         let lines: Vec<_> = ends.zip(sizes).filter(|(_, size)| size.is_finite()).collect();
-        let largest = lines.iter().fold(0.0f64, |most, (_, size)| most.max(*size));
+        let largest = lines.iter().fold(0.0f64, |maximum, (_, size)| maximum.max(*size));
         let unit = if field.unit.is_empty() { String::new() } else { format!(" {}", field.unit) };
         let (mean, largest) = (significant(mean(&lines)), significant(largest));
         let axis = |c: usize| format!("{} (m)", ["x", "y", "z"][c]);
@@ -83,7 +83,7 @@ impl ForceChains {
     }
 
     fn bounds(&self) -> [Range<f64>; 2] {
-        if let Some(shared) = &self.shared {
+        if let Some(shared) = &self.shared_scale {
             return shared.window.clone();
         }
         [0, 1].map(|c| {
@@ -122,7 +122,7 @@ impl Picture for ForceChains {
         });
         chart.draw_series(disks).map_err(text)?;
         // The mean force has the width of a sixth of the mean grain, the largest force that of a grain.
-        let mean = self.shared.as_ref().map_or_else(|| mean(&self.lines), |shared| shared.values.end);
+        let mean = self.shared_scale.as_ref().map_or_else(|| mean(&self.lines), |shared| shared.values.end);
         let grain =
             2.0 * self.grains.iter().map(|(_, r)| r).sum::<f64>() / self.grains.len().max(1) as f64 / pixel;
         let mut sorted: Vec<&([[f64; 2]; 2], f64)> = self.lines.iter().collect();
@@ -147,7 +147,7 @@ pub struct ContactRose {
     /// Title above the picture.
     pub title: String,
     /// Share of each of equal parts of the half turn from the x axis towards y.
-    pub shares: Vec<f64>,
+    pub sector_shares: Vec<f64>,
     /// Expected shares of the parts by angle (rad), drawn as a line.
     pub line: Vec<f64>,
 }
@@ -160,8 +160,8 @@ impl Picture for ContactRose {
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
         let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
         area.fill(&WHITE).map_err(text)?;
-        let most = self.shares.iter().chain(&self.line).copied().fold(1e-12, f64::max);
-        let span = -1.08 * most..1.08 * most;
+        let largest = self.sector_shares.iter().chain(&self.line).copied().fold(1e-12, f64::max);
+        let span = -1.08 * largest..1.08 * largest;
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, (FONT, 20))
             .margin(14)
@@ -182,11 +182,11 @@ impl Picture for ContactRose {
             .axis_desc_style((FONT, 16))
             .draw()
             .map_err(text)?;
-        let wide = std::f64::consts::PI / self.shares.len().max(1) as f64;
+        let wide = std::f64::consts::PI / self.sector_shares.len().max(1) as f64;
         let at = |size: f64, angle: f64| (size * angle.cos(), size * angle.sin());
         // Twice: a contact has both directions.
-        let petals = (0..2 * self.shares.len()).map(|k| {
-            let (size, from) = (self.shares[k % self.shares.len()], k as f64 * wide);
+        let petals = (0..2 * self.sector_shares.len()).map(|k| {
+            let (size, from) = (self.sector_shares[k % self.sector_shares.len()], k as f64 * wide);
             let mut corners = vec![(0.0, 0.0)];
             corners.extend((0..=6).map(|part| at(size, from + wide * f64::from(part) / 6.0)));
             Polygon::new(corners, PALETTE[5].filled())
@@ -270,7 +270,7 @@ mod tests {
     fn a_rose_of_nothing_can_be_drawn() {
         assert!(ContactRose::default().to_svg().is_ok());
         assert!(ForceChains::default().to_svg().is_ok());
-        let rose = ContactRose { title: "rose".into(), shares: vec![0.1, 0.9], line: vec![0.5; 8] };
+        let rose = ContactRose { title: "rose".into(), sector_shares: vec![0.1, 0.9], line: vec![0.5; 8] };
         assert_eq!(rose.to_svg().unwrap().matches("<polygon").count(), 4);
     }
 }

@@ -19,7 +19,7 @@ pub struct PointCloud {
     /// Position, full widths (m) and value of each point; values that are not finite are grey.
     pub points: Vec<([f64; 2], [f64; 2], f64)>,
     /// Whether points are drawn as disks, for grains.
-    pub round: bool,
+    pub is_round: bool,
     /// Label of the colour scale: quantity with unit.
     pub label: String,
     /// Labels of the two axes.
@@ -27,7 +27,7 @@ pub struct PointCloud {
     /// Rigid geometry behind the points, as lines (m).
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Scales shared with other pictures; its own where `None`.
-    pub shared: Option<CommonScales>,
+    pub shared_scales: Option<CommonScales>,
 }
 
 /// Common scales of pictures that are to be compared.
@@ -88,17 +88,17 @@ impl PointCloud {
         Some(Self {
             title: format!("{}, t = {} s", name.replace('_', " "), label(&snapshot.time)),
             points: points.map(|((x, e), v)| (at(x), at(e), v)).collect(),
-            round: snapshot.field(RADIUS).is_some(),
+            is_round: snapshot.field(RADIUS).is_some(),
             label: format!("{}{unit}", name.replace('_', " ")),
             axes: [axis(plane[0]), axis(plane[1])],
             lines: Vec::new(),
-            shared: None,
+            shared_scales: None,
         })
     }
 
     /// Ranges of the picture along the two axes (m).
     fn bounds(&self) -> [Range<f64>; 2] {
-        if let Some(shared) = &self.shared {
+        if let Some(shared) = &self.shared_scales {
             return shared.window.clone();
         }
         let along = |c: usize| {
@@ -158,7 +158,7 @@ impl Picture for PointCloud {
         area.fill(&WHITE).map_err(text)?;
         let (main, bar) = area.split_horizontally(WIDTH - 100);
         let own = || range(self.points.iter().map(|p| p.2), 0.0);
-        let values = self.shared.as_ref().map_or_else(own, |shared| shared.values.clone());
+        let values = self.shared_scales.as_ref().map_or_else(own, |shared| shared.values.clone());
         let pixels = [WIDTH - 190, self.size().1 - 100];
         let pixel = scale(&self.bounds(), pixels);
         let mut chart = plane(&main, &self.title, &self.axes, self.bounds(), pixels)?;
@@ -169,8 +169,8 @@ impl Picture for PointCloud {
         }
         let share = |v: f64| (v - values.start) / (values.end - values.start);
         let paint = |v: f64| colour(share(v)).filled();
-        if self.round {
-            let disks = self.points.iter().map(|(p, e, v)| Polygon::new(rim(p, e), paint(*v)));
+        if self.is_round {
+            let disks = self.points.iter().map(|(p, e, v)| Polygon::new(disk_polygon(p, e), paint(*v)));
             chart.draw_series(disks).map_err(text)?;
         } else {
             let squares = self.points.iter().map(|(p, e, v)| {
@@ -190,7 +190,7 @@ impl Picture for PointCloud {
 }
 
 /// Corners of the polygon of a disk of these widths.
-fn rim(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
+fn disk_polygon(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
     let corner = |k: u32| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS)).sin_cos();
         (place[0] + 0.5 * widths[0] * cos, place[1] + 0.5 * widths[1] * sin)
@@ -199,9 +199,9 @@ fn rim(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
 }
 
 /// Position and width of the colour bar in its strip: from the right edge, from the upper and from the lower one (px).
-const BAR: [i32; 3] = [28, 36, 50];
+const COLOUR_BAR: [i32; 3] = [28, 36, 50];
 /// Distance of the labels from the bar (px).
-const BESIDE: i32 = 8;
+const LABEL_DISTANCE: i32 = 8;
 
 /// Draws a colour bar with its scale; returns the description of its numbers.
 pub(crate) fn draw_bar<B: DrawingBackend>(
@@ -211,7 +211,7 @@ pub(crate) fn draw_bar<B: DrawingBackend>(
 ) -> Result<String, String> {
     let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
     let (width, height) = area.dim_in_pixel();
-    let [left, upper, lower] = [width as i32 - BAR[0], BAR[1], height as i32 - BAR[2]];
+    let [left, upper, lower] = [width as i32 - COLOUR_BAR[0], COLOUR_BAR[1], height as i32 - COLOUR_BAR[2]];
     let right = width as i32 - 5;
     let tall = (lower - upper).max(1);
     for row in 0..tall {
@@ -221,13 +221,13 @@ pub(crate) fn draw_bar<B: DrawingBackend>(
     }
     let ticks = Ticks::linear(&values, f64::from(tall), AxisDirection::Vertical);
     let style = TextStyle::from((FONT, LETTERS)).pos(Pos::new(HPos::Right, VPos::Center));
-    for (place, said) in ticks.visible() {
+    for (place, said) in ticks.visible_labels() {
         let share = (place - values.start) / (values.end - values.start);
         let row = lower - (share * f64::from(tall)).round() as i32;
         area.draw(&PathElement::new(vec![(left - 4, row), (left, row)], BLACK)).map_err(text)?;
-        area.draw(&Text::new(said, (left - BESIDE, row), style.clone())).map_err(text)?;
+        area.draw(&Text::new(said, (left - LABEL_DISTANCE, row), style.clone())).map_err(text)?;
     }
-    Ok(ticks.described(label))
+    Ok(ticks.axis_label(label))
 }
 
 #[cfg(test)]
@@ -260,11 +260,11 @@ mod tests {
     #[test]
     fn grains_are_disks_and_other_points_squares() {
         let squares = PointCloud { points: vec![([0.0, 1.0], [2.0; 2], 1.0)], ..PointCloud::default() };
-        let disks = PointCloud { round: true, ..squares.clone() };
+        let disks = PointCloud { is_round: true, ..squares.clone() };
         let polygons = |cloud: &PointCloud| cloud.to_svg().unwrap().matches("<polygon").count();
         assert_eq!([polygons(&squares), polygons(&disks)], [0, 1]);
         let on_rim = |(x, y): &(f64, f64)| (x.hypot(y - 1.0) - 1.0).abs() < 1e-12;
-        assert!(rim(&[0.0, 1.0], &[2.0; 2]).iter().all(on_rim));
+        assert!(disk_polygon(&[0.0, 1.0], &[2.0; 2]).iter().all(on_rim));
     }
 
     #[test]
@@ -279,7 +279,7 @@ mod tests {
         assert_eq!(shared.values, 0.0..9.0);
         let [x, y] = &shared.window;
         assert!(x.start <= -501.0 && x.end >= 1500.0 && y.start <= 0.0 && y.end >= 2.0, "{shared:?}");
-        let with_scale = PointCloud { shared: Some(shared.clone()), ..left };
-        assert_eq!(with_scale.size(), PointCloud { shared: Some(shared), ..right }.size());
+        let with_scale = PointCloud { shared_scales: Some(shared.clone()), ..left };
+        assert_eq!(with_scale.size(), PointCloud { shared_scales: Some(shared), ..right }.size());
     }
 }

@@ -22,18 +22,18 @@ pub struct RigidGeometry {
 /// Lines with one rigid motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingLines {
-    /// Lines with their corners at the start (m), relative to `about`.
+    /// Lines with their corners at the start (m), relative to `reference_point`.
     pub lines: Vec<Vec<[f64; 2]>>,
     /// Reference point of the body at the start (m), in the coordinates of the picture.
-    pub about: [f64; 2],
-    /// Rigid motion, its `centre` relative to `about` (m).
+    pub reference_point: [f64; 2],
+    /// Rigid motion, its `centre` relative to `reference_point` (m).
     pub motion: ObstacleMotion,
 }
 
 impl MovingLines {
-    /// Position of `about` at `time` (s), and cosine and sine of the rotation angle of the lines.
+    /// Position of `reference_point` at `time` (s), and cosine and sine of the rotation angle of the lines.
     pub fn pose(&self, time: f64) -> [f64; 4] {
-        let frame = self.motion.transform::<2>(time).shifted(&self.about);
+        let frame = self.motion.transform::<2>(time).shifted(&self.reference_point);
         let [x, y] = frame.translation;
         [x, y, frame.rotation[0][0], frame.rotation[1][0]]
     }
@@ -42,20 +42,20 @@ impl MovingLines {
 /// Surface of a moving body in space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingSurface {
-    /// Corners of the faces at the start (m), relative to `about`.
+    /// Corners of the faces at the start (m), relative to `reference_point`.
     pub corners: Vec<[f64; 3]>,
     /// Indices of the four corners of each face, counter-clockwise from outside.
     pub faces: Vec<[usize; 4]>,
     /// Reference point of the body at the start (m), in the coordinates of the picture.
-    pub about: [f64; 3],
-    /// Rigid motion, its `centre` relative to `about` (m).
+    pub reference_point: [f64; 3],
+    /// Rigid motion, its `centre` relative to `reference_point` (m).
     pub motion: ObstacleMotion,
 }
 
 impl MovingSurface {
-    /// Position of `about` at `time` (s), and the rotation of the body, by rows.
+    /// Position of `reference_point` at `time` (s), and the rotation of the body, by rows.
     pub fn pose(&self, time: f64) -> ([f64; 3], [[f64; 3]; 3]) {
-        let frame = self.motion.transform::<3>(time).shifted(&self.about);
+        let frame = self.motion.transform::<3>(time).shifted(&self.reference_point);
         (frame.translation, frame.rotation)
     }
 }
@@ -64,7 +64,7 @@ impl RigidGeometry {
     /// Lines in the plane at `time` (s).
     pub fn lines_at(&self, time: f64) -> Vec<Vec<[f64; 2]>> {
         let moved = self.moving.iter().flat_map(|one| {
-            let frame = one.motion.transform::<2>(time).shifted(&one.about);
+            let frame = one.motion.transform::<2>(time).shifted(&one.reference_point);
             let place = move |at: &[f64; 2]| frame.to_space(at);
             one.lines.iter().map(move |line| line.iter().map(place).collect())
         });
@@ -100,23 +100,23 @@ pub fn clip_line(line: &[[f64; 2]], window: &[Range<f64>; 2]) -> Vec<Vec<[f64; 2
 
 /// Part of a straight segment inside a window (Liang & Barsky 1984).
 fn clip_segment(from: [f64; 2], to: [f64; 2], window: &[Range<f64>; 2]) -> Option<[[f64; 2]; 2]> {
-    let way = [to[0] - from[0], to[1] - from[1]];
+    let direction = [to[0] - from[0], to[1] - from[1]];
     let (mut enters, mut leaves) = (0f64, 1f64);
     for c in 0..2 {
-        if way[c] == 0.0 {
+        if direction[c] == 0.0 {
             if from[c] < window[c].start || from[c] > window[c].end {
                 return None;
             }
             continue;
         }
-        let (a, b) = ((window[c].start - from[c]) / way[c], (window[c].end - from[c]) / way[c]);
+        let (a, b) = ((window[c].start - from[c]) / direction[c], (window[c].end - from[c]) / direction[c]);
         enters = enters.max(a.min(b));
         leaves = leaves.min(a.max(b));
     }
     let at = |share: f64| match share {
         0.0 => from,
         1.0 => to,
-        _ => [from[0] + share * way[0], from[1] + share * way[1]],
+        _ => [from[0] + share * direction[0], from[1] + share * direction[1]],
     };
     (enters < leaves).then(|| [at(enters), at(leaves)])
 }
@@ -136,7 +136,7 @@ mod tests {
             ramp: 0.0,
         };
         let spoke = vec![[0.0, 0.0], [0.0, 1.0]];
-        let wheel = MovingLines { lines: vec![spoke], about: [5e5, 3.0], motion };
+        let wheel = MovingLines { lines: vec![spoke], reference_point: [5e5, 3.0], motion };
         let ground = RigidGeometry {
             lines: vec![vec![[0.0; 2], [1.0; 2]]],
             moving: vec![wheel],

@@ -25,20 +25,20 @@ pub struct MapCells {
 }
 
 impl MapCells {
-    fn at(&self, column: usize, row: usize) -> Option<f64> {
+    fn value_in_cell(&self, column: usize, row: usize) -> Option<f64> {
         let value = *self.values.get(row * self.counts[0] + column)?;
         value.is_finite().then_some(value)
     }
 
     /// Index of the cell around a coordinate.
-    fn along(&self, axis: usize, x: f64) -> Option<usize> {
+    fn cell_index(&self, axis: usize, x: f64) -> Option<usize> {
         let steps = ((x - self.origin[axis]) / self.spacing[axis]).round();
         (steps >= 0.0 && steps < self.counts[axis] as f64).then_some(steps as usize)
     }
 
     /// Value of the cell around a position.
     fn value(&self, x: [f64; 2]) -> Option<f64> {
-        self.at(self.along(0, x[0])?, self.along(1, x[1])?)
+        self.value_in_cell(self.cell_index(0, x[0])?, self.cell_index(1, x[1])?)
     }
 
     /// Extent of the cells along an axis (m).
@@ -69,8 +69,8 @@ impl MapCells {
         }
         let [i, j] = cell;
         let mix = |a: f64, b: f64, t: f64| a + t * (b - a);
-        let south = mix(self.at(i, j)?, self.at(i + 1, j)?, share[0]);
-        let north = mix(self.at(i, j + 1)?, self.at(i + 1, j + 1)?, share[0]);
+        let south = mix(self.value_in_cell(i, j)?, self.value_in_cell(i + 1, j)?, share[0]);
+        let north = mix(self.value_in_cell(i, j + 1)?, self.value_in_cell(i + 1, j + 1)?, share[0]);
         Some(mix(south, north, share[1]))
     }
 }
@@ -95,7 +95,7 @@ pub struct TerrainMap {
 const WIDTH: u32 = 1000;
 const MARGINS: (u32, u32) = (200, 100);
 /// Direction to the light, from the north-west and 45° high.
-const LIGHT: [f64; 3] = [-0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2];
+const LIGHT_DIRECTION: [f64; 3] = [-0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2];
 /// Opacity of a colour over the shading.
 const COLOUR_OPACITY: f64 = 0.72;
 
@@ -116,12 +116,12 @@ impl TerrainMap {
         };
         let [x, y] = [along(0), along(1)];
         // No side is shorter than half the other one.
-        let least = 0.5 * (x.end - x.start).max(y.end - y.start);
+        let smallest = 0.5 * (x.end - x.start).max(y.end - y.start);
         let wide = |r: Range<f64>, axis: usize| {
-            let extra = 0.5 * (least - (r.end - r.start)).max(0.0);
+            let extra = 0.5 * (smallest - (r.end - r.start)).max(0.0);
             let end = self.heights.as_ref().unwrap_or(cells).extent(axis);
-            let seen = (r.start - extra).max(end.start)..(r.end + extra).min(end.end);
-            if seen.start < seen.end { seen } else { r }
+            let visible = (r.start - extra).max(end.start)..(r.end + extra).min(end.end);
+            if visible.start < visible.end { visible } else { r }
         };
         [wide(x, 0), wide(y, 1)]
     }
@@ -138,7 +138,7 @@ impl TerrainMap {
         let Some(heights) = &self.heights else { return [225.0; 3] };
         let Some([a, b]) = heights.gradient(x) else { return [255.0; 3] };
         let length = (1.0 + a * a + b * b).sqrt();
-        let facing = (LIGHT[2] - a * LIGHT[0] - b * LIGHT[1]) / length;
+        let facing = (LIGHT_DIRECTION[2] - a * LIGHT_DIRECTION[0] - b * LIGHT_DIRECTION[1]) / length;
         [70.0 + 185.0 * facing.max(0.0); 3]
     }
 
@@ -190,8 +190,8 @@ impl Picture for TerrainMap {
         chart
             .configure_mesh()
             .disable_mesh()
-            .x_desc(across.described("x, east (m)"))
-            .y_desc(up.described("y, north (m)"))
+            .x_desc(across.axis_label("x, east (m)"))
+            .y_desc(up.axis_label("y, north (m)"))
             .label_style((FONT, LETTERS))
             .axis_desc_style((FONT, 15))
             .draw()

@@ -37,7 +37,7 @@ impl<const D: usize> BoundingBox<D> {
 }
 
 /// Indices of the points of other ranks in the halo of the box of `rank`: within `reach` (m) of it. Ascending.
-pub fn halo<const D: usize>(
+pub fn halo_points<const D: usize>(
     positions: &[[f64; D]],
     owners: &[u32],
     rank: u32,
@@ -91,12 +91,12 @@ impl<const D: usize> Bisection<D> {
         let mut cuts = Self { nodes: Vec::with_capacity(2 * ranks), ranks };
         let mut owners = vec![0; positions.len()];
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
-        cuts.split(positions, weights, &mut order, 0..ranks, &mut owners);
+        cuts.partition(positions, weights, &mut order, 0..ranks, &mut owners);
         (cuts, owners)
     }
 
     /// Builds the node that partitions the points of `order` among `ranks`.
-    fn split(
+    fn partition(
         &mut self,
         positions: &[[f64; D]],
         weights: &[u32],
@@ -120,8 +120,8 @@ impl<const D: usize> Bisection<D> {
         // Without points above the cut, all points are below it.
         let at = order.get(cut).map_or([f64::INFINITY; D], |&point| *at(point));
         let (below, above) = order.split_at_mut(cut);
-        let low = self.split(positions, weights, below, ranks.start..middle, owners);
-        let high = self.split(positions, weights, above, middle..ranks.end, owners);
+        let low = self.partition(positions, weights, below, ranks.start..middle, owners);
+        let high = self.partition(positions, weights, above, middle..ranks.end, owners);
         self.nodes[node] = BisectionNode::Cut { axis, position: at, low, high };
         node
     }
@@ -214,7 +214,7 @@ mod tests {
         // The halo equals the points that brute force finds near the box.
         for (rank, bounds) in boxes.iter().enumerate() {
             let Some(bounds) = bounds else { continue };
-            let found = halo(positions, &owners, rank as u32, bounds, 0.7);
+            let found = halo_points(positions, &owners, rank as u32, bounds, 0.7);
             let near = |x: &[f64; D]| {
                 let nearest: [f64; D] = std::array::from_fn(|c| x[c].clamp(bounds.low[c], bounds.high[c]));
                 (0..D).map(|c| (x[c] - nearest[c]).powi(2)).sum::<f64>() <= 0.49

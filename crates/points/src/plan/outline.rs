@@ -19,9 +19,9 @@ pub type Polygon = Vec<Ring>;
 /// when it lies in any of them.
 #[derive(Clone, Debug)]
 pub struct Outline {
-    parts: Vec<PolygonRings>,
+    polygon_rings: Vec<PolygonRings>,
     polygons: Vec<Polygon>,
-    united: Vec<Polygon>,
+    merged_polygons: Vec<Polygon>,
 }
 
 /// Polygon: outer ring and holes.
@@ -67,7 +67,7 @@ impl Outline {
             polygon.iter().map(around).collect()
         };
         let split: Vec<Vec<Vec<Ring>>> = polygons.iter().map(&mut split).collect::<Result<_, _>>()?;
-        let (mut number, mut parts) = (0, Vec::with_capacity(split.len()));
+        let (mut number, mut polygon_rings) = (0, Vec::with_capacity(split.len()));
         for polygon in &split {
             let mut rings = polygon.iter().map(|ring| {
                 number += 1;
@@ -75,9 +75,9 @@ impl Outline {
                 facetted.map(RingLoops).map_err(|error| format!("ring {number}: {error}"))
             });
             let outer = rings.next().unwrap_or_else(|| Ok(RingLoops(Vec::new())))?;
-            parts.push(PolygonRings { outer, holes: rings.collect::<Result<_, _>>()? });
+            polygon_rings.push(PolygonRings { outer, holes: rings.collect::<Result<_, _>>()? });
         }
-        Ok(Self { parts, united: union_of_polygons(split), polygons })
+        Ok(Self { polygon_rings, merged_polygons: union_of_polygons(split), polygons })
     }
 
     /// Polygons as given (m).
@@ -87,30 +87,30 @@ impl Outline {
 
     /// Boundary rings of the outline, holes included (m). No two of them cross.
     pub fn rings(&self) -> impl Iterator<Item = &Ring> {
-        self.united.iter().flatten()
+        self.merged_polygons.iter().flatten()
     }
 
     /// Area in plan (m²); overlapping parts count once.
     pub fn area(&self) -> f64 {
-        area(&self.united)
+        area(&self.merged_polygons)
     }
 
     /// Polygons whose union is the outline, without overlaps and without common edges.
     pub(crate) fn disjoint_polygons(&self) -> &[Polygon] {
-        &self.united
+        &self.merged_polygons
     }
 
     /// Polygons of the outline minus `others` (m).
     pub(crate) fn difference(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
         if others.is_empty() {
-            return self.united.clone();
+            return self.merged_polygons.clone();
         }
-        self.united.overlay_as::<i64>(others, OverlayRule::Difference, FillRule::EvenOdd)
+        self.merged_polygons.overlay_as::<i64>(others, OverlayRule::Difference, FillRule::EvenOdd)
     }
 
     /// Polygons of the union of the outline and `others` (m).
     pub(crate) fn union(&self, others: &Vec<Polygon>) -> Vec<Polygon> {
-        self.united.overlay_as::<i64>(others, OverlayRule::Union, FillRule::EvenOdd)
+        self.merged_polygons.overlay_as::<i64>(others, OverlayRule::Union, FillRule::EvenOdd)
     }
 
     /// Area in common with another outline (m²).
@@ -119,18 +119,22 @@ impl Outline {
         if (0..2).any(|c| low[c] >= to[c] || from[c] >= high[c]) {
             return 0.0;
         }
-        area(&self.united.overlay_as::<i64>(&other.united, OverlayRule::Intersect, FillRule::EvenOdd))
+        area(&self.merged_polygons.overlay_as::<i64>(
+            &other.merged_polygons,
+            OverlayRule::Intersect,
+            FillRule::EvenOdd,
+        ))
     }
 
     /// Whether the outline contains a position in plan (m).
     pub fn contains(&self, place: [f64; 2]) -> bool {
-        self.parts.iter().any(|part| part.contains(place))
+        self.polygon_rings.iter().any(|part| part.contains(place))
     }
 
     /// Lower and upper corner of the bounding box (m).
     pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let mut around = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for ring in self.parts.iter().flat_map(|part| &part.outer.0) {
+        for ring in self.polygon_rings.iter().flat_map(|part| &part.outer.0) {
             let (low, high) = ring.bounds();
             for c in 0..2 {
                 around.0[c] = around.0[c].min(low[c]);

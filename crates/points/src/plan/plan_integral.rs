@@ -130,7 +130,7 @@ mod tests {
 
     const GRID: PlanGrid = PlanGrid { origin: [0.3, -0.1], step: [0.5, 0.25] };
 
-    fn close(found: f64, exact: f64) {
+    fn assert_close(found: f64, exact: f64) {
         assert!((found / exact - 1.0).abs() < 1e-12, "{found} for {exact}");
     }
 
@@ -144,7 +144,7 @@ mod tests {
             turned.reverse();
             for first in [moved(&outer), turned] {
                 let polygons = vec![vec![first, moved(&hole)]];
-                close(integrate_over_polygons(&polygons, &GRID, &mut |_| 1.0), 12.0 - 4.0 - 0.25);
+                assert_close(integrate_over_polygons(&polygons, &GRID, &mut |_| 1.0), 12.0 - 4.0 - 0.25);
                 let found = integrate_over_polygons(&polygons, &GRID, &mut |x| x[0] - shift);
                 assert!((found - (2.0 * 8.0 - 0.25 * 0.75)).abs() < 1e-8, "{found}");
             }
@@ -156,6 +156,6 @@ mod tests {
         let [x, y] = [0.3, -0.1];
         let ring = vec![[x, y], [x + 2.0, y], [x + 2.0, y + 1.0], [x, y + 1.0]];
         let found = integrate_over_polygons(&[vec![ring]], &GRID, &mut |p| (p[0] - x) * (p[1] - y));
-        close(found, 2.0 * 0.5);
+        assert_close(found, 2.0 * 0.5);
     }
 }

@@ -18,7 +18,7 @@ pub struct PolygonVertices {
 
 impl PolygonVertices {
     /// Number of edges up to which testing all of them is as fast.
-    const FEW: usize = 32;
+    const MAX_DIRECT_EDGES: usize = 32;
 
     /// Mutable corners (m).
     pub fn vertices_mut(&mut self) -> &mut [[f64; 2]] {
@@ -33,8 +33,8 @@ impl PolygonVertices {
 
     /// Edges that reach heights from `low` to `high`; some may occur twice, and others may be among them.
     fn edges(&self, low: f64, high: f64) -> impl Iterator<Item = LineSegment> {
-        let bands =
-            (self.vertices.len() > Self::FEW).then(|| self.bands.get_or_init(|| EdgeBands::new(self)));
+        let bands = (self.vertices.len() > Self::MAX_DIRECT_EDGES)
+            .then(|| self.bands.get_or_init(|| EdgeBands::new(self)));
         let listed = bands.map_or(&[][..], |bands| bands.edges_between(low, high));
         let all = if bands.is_some() { 0..0 } else { 0..self.vertices.len() };
         all.chain(listed.iter().map(|i| *i as usize)).map(|i| self.edge(i))
@@ -108,7 +108,7 @@ struct EdgeBands {
     /// Bands per length (1/m).
     per_length: f64,
     /// The edges of band `k` are those of `starts[k]` to `starts[k + 1]`.
-    starts: Vec<u32>,
+    band_offsets: Vec<u32>,
     edges: Vec<u32>,
 }
 
@@ -127,16 +127,17 @@ impl EdgeBands {
         let climbed: f64 = (0..count).map(|i| rises(i).1 - rises(i).0).sum();
         let number = (2.0 * count as f64 * (top - bottom) / climbed).clamp(1.0, count as f64).floor();
         let per_length = if top > bottom { number / (top - bottom) } else { 0.0 };
-        let mut bands = Self { bottom, per_length, starts: vec![0; number as usize + 1], edges: Vec::new() };
+        let mut bands =
+            Self { bottom, per_length, band_offsets: vec![0; number as usize + 1], edges: Vec::new() };
         let reach: Vec<Range<usize>> = (0..count).map(|i| bands.range(rises(i).0, rises(i).1)).collect();
         for range in &reach {
-            range.clone().for_each(|band| bands.starts[band + 1] += 1);
+            range.clone().for_each(|band| bands.band_offsets[band + 1] += 1);
         }
         for band in 0..number as usize {
-            bands.starts[band + 1] += bands.starts[band];
+            bands.band_offsets[band + 1] += bands.band_offsets[band];
         }
-        let mut next = bands.starts.clone();
-        bands.edges = vec![0; bands.starts[number as usize] as usize];
+        let mut next = bands.band_offsets.clone();
+        bands.edges = vec![0; bands.band_offsets[number as usize] as usize];
         for (i, range) in reach.into_iter().enumerate() {
             for band in range {
                 bands.edges[next[band] as usize] = i as u32;
@@ -148,14 +149,14 @@ impl EdgeBands {
 
     /// Bands between two heights.
     fn range(&self, low: f64, high: f64) -> Range<usize> {
-        let last = self.starts.len() - 2;
+        let last = self.band_offsets.len() - 2;
         let band = |y: f64| (((y - self.bottom) * self.per_length) as usize).min(last);
         band(low)..band(high) + 1
     }
 
     fn edges_between(&self, low: f64, high: f64) -> &[u32] {
         let range = self.range(low, high);
-        &self.edges[self.starts[range.start] as usize..self.starts[range.end] as usize]
+        &self.edges[self.band_offsets[range.start] as usize..self.band_offsets[range.end] as usize]
     }
 }
 

@@ -19,7 +19,7 @@ pub fn gauss_per_cell<const D: usize>(
     let rule = gauss_legendre(per_cell);
     let in_cell = per_cell.pow(D as u32);
     let mut samples = Vec::new();
-    for index in CandidateCells::covering(shape, origin, cell, in_cell as f64)?.indices() {
+    for index in CandidateCells::around_shape(shape, origin, cell, in_cell as f64)?.indices() {
         for number in 0..in_cell {
             let mut rest = number;
             let mut sample = Sample { position: [0.0; D], volume: 1.0 };

@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use crate::{LayerRows, Shape};
 
-pub use fitted::fitted;
+pub use fitted::fitted_rows;
 pub use gauss::gauss_per_cell;
 pub use poisson::{poisson_disk, poisson_spaced};
 
@@ -111,20 +111,20 @@ pub fn lattice<const D: usize>(
         && let Some(layer) = laid.layer()
     {
         return terrain_rows::sample_along_terrain(
-            &CandidateCells::covering(shape, origin, spacing, 1.0)?,
+            &CandidateCells::around_shape(shape, origin, spacing, 1.0)?,
             layer,
             origin,
             spacing,
         );
     }
     if let Shape::ArcLayer { rows: LayerRows::Terrain, outline, .. } = shape {
-        CandidateCells::covering(shape, origin, spacing, 1.0)?;
+        CandidateCells::around_shape(shape, origin, spacing, 1.0)?;
         return Ok(terrain_rows::sample_along_line(outline, spacing));
     }
     let volume = spacing.powi(D as i32);
     let centre =
         |cell: [i64; D]| std::array::from_fn(|axis| origin[axis] + (cell[axis] as f64 + 0.5) * spacing);
-    let positions = CandidateCells::covering(shape, origin, spacing, 1.0)?.indices().map(centre);
+    let positions = CandidateCells::around_shape(shape, origin, spacing, 1.0)?.indices().map(centre);
     Ok(positions.filter(|x| shape.contains(x)).map(|position| Sample { position, volume }).collect())
 }
 
@@ -137,7 +137,12 @@ struct CandidateCells<const D: usize> {
 
 impl<const D: usize> CandidateCells<D> {
     /// Cells around `shape`. Rejected when `per_cell` points in each would be more than 2²⁸.
-    fn covering(shape: &Shape, origin: [f64; D], edge: f64, per_cell: f64) -> Result<Self, SamplingError> {
+    fn around_shape(
+        shape: &Shape,
+        origin: [f64; D],
+        edge: f64,
+        per_cell: f64,
+    ) -> Result<Self, SamplingError> {
         if !(edge.is_finite() && edge > 0.0) {
             return Err(SamplingError::Spacing(edge));
         }

@@ -38,7 +38,7 @@ pub fn poisson_disk<const D: usize>(
     let mut disks = Disks::new(shape, distance)?;
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let mut open = disks.all_cells(shape);
-    let most = MAX_GROWTH * open.len() + 1000;
+    let largest = MAX_GROWTH * open.len() + 1000;
     for level in 0..=SUBDIVISION_LEVELS {
         for _ in 0..DARTS_PER_CELL * open.len() {
             let cell = &open[generator.random_range(0..open.len())];
@@ -51,7 +51,7 @@ pub fn poisson_disk<const D: usize>(
         if level < SUBDIVISION_LEVELS {
             open = disks.subdivide_uncovered(shape, &open, level);
         }
-        if open.is_empty() || open.len() > most {
+        if open.is_empty() || open.len() > largest {
             break;
         }
     }
@@ -123,7 +123,7 @@ impl<const D: usize> Disks<D> {
         let low: [f64; D] = std::array::from_fn(|axis| low[axis]);
         let edge = distance / (D as f64).sqrt();
         // One cell of margin at either end: no dart falls outside.
-        let cells = CandidateCells::covering(shape, low, edge, 1.0)?;
+        let cells = CandidateCells::around_shape(shape, low, edge, 1.0)?;
         Ok(Self {
             low: std::array::from_fn(|axis| low[axis] + cells.first[axis] as f64 * edge),
             edge,
@@ -144,7 +144,7 @@ impl<const D: usize> Disks<D> {
             }
             cell
         };
-        (0..self.points.len()).map(index).filter(|cell| self.touches(shape, cell, 0)).collect()
+        (0..self.points.len()).map(index).filter(|cell| self.cell_meets_shape(shape, cell, 0)).collect()
     }
 
     /// Lower corner and edge (m) of a cell that has been halved `level` times.
@@ -153,7 +153,7 @@ impl<const D: usize> Disks<D> {
         (std::array::from_fn(|axis| self.low[axis] + f64::from(cell[axis]) * edge), edge)
     }
 
-    fn touches(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
+    fn cell_meets_shape(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
         shape.classify_box(&low, &low.map(|l| l + edge)) != BoxLocation::Outside
     }
@@ -198,7 +198,7 @@ impl<const D: usize> Disks<D> {
             (0..1u32 << D).map(move |part| std::array::from_fn(|axis| 2 * cell[axis] + (part >> axis & 1)))
         });
         children
-            .filter(|cell| !self.is_covered(cell, level + 1) && self.touches(shape, cell, level + 1))
+            .filter(|cell| !self.is_covered(cell, level + 1) && self.cell_meets_shape(shape, cell, level + 1))
             .collect()
     }
 
@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// Checks the number of points against a lattice, their distance and evenness, and that they represent the whole volume.
-    fn matches_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, least: f64) {
+    fn matches_a_lattice<const D: usize>(shape: &Shape, spacing: f64, most_off: f64, minimum: f64) {
         let samples = poisson_spaced::<D>(shape, spacing, 3).unwrap();
         let volume = shape.measure(D).unwrap();
         let wanted = volume / spacing.powi(D as i32);
@@ -287,7 +287,7 @@ mod tests {
         let nearest =
             samples.iter().enumerate().flat_map(|(i, a)| samples[..i].iter().map(move |b| apart(a, b)));
         let nearest = nearest.fold(f64::INFINITY, f64::min);
-        assert!(nearest > least * spacing, "{D}: {nearest} m");
+        assert!(nearest > minimum * spacing, "{D}: {nearest} m");
         // Either half of the shape has half of the points, except for those on the cut.
         for axis in 0..D {
             let (low, high) = shape.bounds(D);

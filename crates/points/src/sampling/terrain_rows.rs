@@ -109,7 +109,7 @@ mod tests {
     use crate::{LayerRows, LayerThickness, Outline, Raster, Shape, ThicknessData, ThicknessDirection};
 
     /// Layer of 0.5 m on ground that falls by 3 m over 4 m, sampled 0.2 m apart.
-    fn sampled(rows: LayerRows) -> Vec<Sample<3>> {
+    fn sampled_layer(rows: LayerRows) -> Vec<Sample<3>> {
         let ground = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 30.0 - 0.75 * x);
         let outline =
             Outline::new(vec![vec![vec![[5.0, 5.0], [15.0, 5.0], [15.0, 11.0], [5.0, 11.0]]]]).unwrap();
@@ -138,7 +138,7 @@ mod tests {
             let [x, _, z] = sample.position;
             z - (30.0 - 0.75 * x)
         };
-        let along = sampled(LayerRows::Terrain);
+        let along = sampled_layer(LayerRows::Terrain);
         // Two rows and a half are rounded to three, of 0.5/3 m each.
         assert_eq!(along.len(), 50 * 30 * 3);
         for sample in &along {
@@ -148,7 +148,7 @@ mod tests {
         let volume: f64 = along.iter().map(|sample| sample.volume).sum();
         assert!((volume - 10.0 * 6.0 * 0.5).abs() < 1e-9, "{volume}");
         // On the lattice the lowest points lie at any height within a spacing.
-        let level = sampled(LayerRows::Level);
+        let level = sampled_layer(LayerRows::Level);
         let lowest = |low: f64, high: f64| level.iter().any(|sample| (low..high).contains(&height(sample)));
         assert!(lowest(0.0, 0.03) && lowest(0.47, 0.5));
     }

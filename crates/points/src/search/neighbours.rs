@@ -40,8 +40,8 @@ pub fn farthest_from_mean<const D: usize>(positions: &[[f64; D]]) -> usize {
     let mean: [f64; D] =
         std::array::from_fn(|axis| positions.iter().map(|x| x[axis]).sum::<f64>() / positions.len() as f64);
     let away = |x: &[f64; D]| (0..D).map(|axis| (x[axis] - mean[axis]).powi(2)).sum::<f64>();
-    let most = positions.iter().enumerate().max_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
-    most.map_or(0, |(point, _)| point)
+    let largest = positions.iter().enumerate().max_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)));
+    largest.map_or(0, |(point, _)| point)
 }
 
 /// Cell-linked list: cells of a grid around all points, each with the list of its points.
@@ -50,7 +50,7 @@ pub struct CellList<const D: usize> {
     low: Vec<f64>,
     edge: f64,
     cells: Vec<usize>,
-    starts: Vec<u32>,
+    cell_offsets: Vec<u32>,
     order: Vec<u32>,
     keys: Vec<u32>,
 }
@@ -100,17 +100,17 @@ impl<const D: usize> CellList<D> {
             .with_min_len(MIN_POINTS_PER_TASK)
             .map(|i| key(&positions[i]))
             .collect_into_vec(&mut self.keys);
-        self.starts.clear();
-        self.starts.resize(total as usize + 1, 0);
+        self.cell_offsets.clear();
+        self.cell_offsets.resize(total as usize + 1, 0);
         for &key in &self.keys {
-            self.starts[key as usize + 1] += 1;
+            self.cell_offsets[key as usize + 1] += 1;
         }
-        for cell in 1..self.starts.len() {
-            self.starts[cell] += self.starts[cell - 1];
+        for cell in 1..self.cell_offsets.len() {
+            self.cell_offsets[cell] += self.cell_offsets[cell - 1];
         }
         self.order.clear();
         self.order.resize(positions.len(), 0);
-        let mut next = std::mem::take(&mut self.starts);
+        let mut next = std::mem::take(&mut self.cell_offsets);
         for (point, &key) in self.keys.iter().enumerate() {
             let slot = &mut next[key as usize];
             self.order[*slot as usize] = point as u32;
@@ -119,7 +119,7 @@ impl<const D: usize> CellList<D> {
         // Each start has become the start of the next cell.
         next.rotate_right(1);
         next[0] = 0;
-        self.starts = next;
+        self.cell_offsets = next;
         Ok(())
     }
 
@@ -191,7 +191,7 @@ impl<const D: usize> CellList<D> {
             };
             // Cells along the last axis are consecutive in memory.
             let (a, b) = spans[D - 1];
-            visit(self.starts[key(a)] as usize..self.starts[key(b) + 1] as usize);
+            visit(self.cell_offsets[key(a)] as usize..self.cell_offsets[key(b) + 1] as usize);
         }
     }
 }
@@ -202,26 +202,26 @@ pub const BLOCK_POINTS: usize = 256;
 /// Neighbours of up to [`BLOCK_POINTS`] consecutive points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NeighbourBlock {
-    ends: Vec<u32>,
+    row_ends: Vec<u32>,
     indices: Vec<u32>,
 }
 
 impl NeighbourBlock {
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.ends.len()
+        self.row_ends.len()
     }
 
     /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
-        self.ends.is_empty()
+        self.row_ends.is_empty()
     }
 
     /// Range in [`NeighbourBlock::indices`] of the neighbours of the `k`-th point of the block.
     #[inline]
     pub fn range(&self, k: usize) -> Range<usize> {
-        let start = if k == 0 { 0 } else { self.ends[k - 1] };
-        start as usize..self.ends[k] as usize
+        let start = if k == 0 { 0 } else { self.row_ends[k - 1] };
+        start as usize..self.row_ends[k] as usize
     }
 
     /// Neighbours of the `k`-th point of the block, ascending.
@@ -317,7 +317,7 @@ impl<const D: usize> NeighbourList<D> {
         let (cells, places) = (&self.cells, &self.cell_sorted_positions);
         let points = targets.par_chunks(BLOCK_POINTS);
         self.blocks.par_iter_mut().zip(points).enumerate().for_each(|(number, (rows, points))| {
-            rows.ends.clear();
+            rows.row_ends.clear();
             rows.indices.clear();
             for (k, x) in points.iter().enumerate() {
                 let (i, first) = (number * BLOCK_POINTS + k, rows.indices.len());
@@ -335,7 +335,7 @@ impl<const D: usize> NeighbourList<D> {
                     );
                 });
                 rows.indices[first..].sort_unstable();
-                rows.ends.push(rows.indices.len() as u32);
+                rows.row_ends.push(rows.indices.len() as u32);
             }
         });
         Ok(())
@@ -373,12 +373,12 @@ fn select_within<const D: usize>(
     keep: impl Fn(u32) -> bool,
     found: &mut Vec<u32>,
 ) {
-    const MANY: usize = 64;
-    for (number, points) in points.chunks(MANY).enumerate() {
-        let mut distances = [0.0; MANY];
+    const NEIGHBOURS_PER_CHUNK: usize = 64;
+    for (number, points) in points.chunks(NEIGHBOURS_PER_CHUNK).enumerate() {
+        let mut distances = [0.0; NEIGHBOURS_PER_CHUNK];
         let distances = &mut distances[..points.len()];
         for axis in 0..D {
-            let places = &places[axis][number * MANY..][..points.len()];
+            let places = &places[axis][number * NEIGHBOURS_PER_CHUNK..][..points.len()];
             for (distance, place) in distances.iter_mut().zip(places) {
                 *distance += (x[axis] - place).powi(2);
             }

@@ -38,13 +38,9 @@ impl Shape {
                     rest /= counts[c];
                 }
                 self.line_intervals(&line, axis, EMPTY_INTERVAL * (high[axis] - low[axis]), |at, leaves| {
-                    let mut place = line;
-                    place[axis] = at;
-                    pieces.push(SurfacePatch {
-                        position: place,
-                        axis,
-                        area: if leaves { area } else { -area },
-                    });
+                    let mut position = line;
+                    position[axis] = at;
+                    pieces.push(SurfacePatch { position, axis, area: if leaves { area } else { -area } });
                 });
             }
         }

@@ -10,7 +10,7 @@ pub enum BoxLocation {
     /// Every point of the box is in the shape.
     Inside,
     /// The box may contain points of both kinds.
-    Straddling,
+    Intersecting,
 }
 
 impl BoxLocation {
@@ -18,13 +18,13 @@ impl BoxLocation {
         match (outside, inside) {
             (true, _) => Self::Outside,
             (_, true) => Self::Inside,
-            _ => Self::Straddling,
+            _ => Self::Intersecting,
         }
     }
 }
 
 impl Shape {
-    /// Location of the box between the corners `low` and `high`. `Outside` and `Inside` are certain; `Straddling` also results for some
+    /// Location of the box between the corners `low` and `high`. `Outside` and `Inside` are certain; `Intersecting` also results for some
     /// boxes that the boundary of a combination does not cut.
     pub fn classify_box(&self, low: &[f64], high: &[f64]) -> BoxLocation {
         match self {
@@ -41,7 +41,7 @@ impl Shape {
             }
             Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
                 if vertices.any_edge_in_box(low, high, |a, b| edge_may_intersect_box(a, b, low, high)) {
-                    return BoxLocation::Straddling;
+                    return BoxLocation::Intersecting;
                 }
                 let inside = self.contains(&[0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])]);
                 BoxLocation::from_tests(!inside, inside)
@@ -142,7 +142,7 @@ mod tests {
                 let place = shape.classify_box(low, &high);
                 for t in &places {
                     let x: Vec<f64> = (0..dimension).map(|c| low[c] + t[c] * width[c]).collect();
-                    prop_assert!(place == BoxLocation::Straddling || shape.contains(&x) == (place == BoxLocation::Inside));
+                    prop_assert!(place == BoxLocation::Intersecting || shape.contains(&x) == (place == BoxLocation::Inside));
                 }
             }
         }
@@ -160,7 +160,7 @@ mod tests {
                 match shape.classify_box(&low, &high) {
                     BoxLocation::Inside => inside += 1,
                     BoxLocation::Outside => outside += 1,
-                    BoxLocation::Straddling => {}
+                    BoxLocation::Intersecting => {}
                 }
             }
             assert!(inside > 0 && outside > 0, "{shape:?}");

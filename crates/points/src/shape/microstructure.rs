@@ -219,36 +219,38 @@ fn square_distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 /// Sampling points for the solid fraction.
 struct SolidFractionGrid {
     sizes: [f64; 3],
-    places: [usize; 3],
+    node_counts: [usize; 3],
     solid: Vec<bool>,
     count: usize,
 }
 
 impl SolidFractionGrid {
     fn new(sizes: [f64; 3], dimension: usize) -> Self {
-        let places = std::array::from_fn(|c| if c < dimension { COUNTING_POINTS[dimension - 1] } else { 1 });
-        Self { sizes, places, solid: vec![false; places.iter().product()], count: 0 }
+        let node_counts =
+            std::array::from_fn(|c| if c < dimension { COUNTING_POINTS[dimension - 1] } else { 1 });
+        Self { sizes, node_counts, solid: vec![false; node_counts.iter().product()], count: 0 }
     }
 
-    fn position(&self, index: [usize; 3]) -> [f64; 3] {
-        std::array::from_fn(|c| self.sizes[c] * (index[c] as f64 + 0.5) / self.places[c] as f64)
+    /// Position of a node of the grid (m).
+    fn node_position(&self, index: [usize; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| self.sizes[c] * (index[c] as f64 + 0.5) / self.node_counts[c] as f64)
     }
 
     fn mark_solid(&mut self, centre: &[f64; 3], radius: f64) {
         let range = |c: usize| {
-            let per = self.places[c] as f64 / self.sizes[c].max(f64::MIN_POSITIVE);
-            if self.places[c] == 1 {
+            let per = self.node_counts[c] as f64 / self.sizes[c].max(f64::MIN_POSITIVE);
+            if self.node_counts[c] == 1 {
                 return 0..1;
             }
             let low = ((centre[c] - radius) * per).floor().max(0.0) as usize;
-            low..(((centre[c] + radius) * per).ceil().max(0.0) as usize).min(self.places[c])
+            low..(((centre[c] + radius) * per).ceil().max(0.0) as usize).min(self.node_counts[c])
         };
         for i in range(0) {
             for j in range(1) {
                 for k in range(2) {
-                    let number = (i * self.places[1] + j) * self.places[2] + k;
+                    let number = (i * self.node_counts[1] + j) * self.node_counts[2] + k;
                     if !self.solid[number]
-                        && square_distance(&self.position([i, j, k]), centre) <= radius * radius
+                        && square_distance(&self.node_position([i, j, k]), centre) <= radius * radius
                     {
                         self.solid[number] = true;
                         self.count += 1;
@@ -293,11 +295,11 @@ fn pack_spheres(wanted: &MicrostructureSpec<'_>) -> Option<SpherePacking> {
             packing.add(all.centres[grain]);
         }
         let count = all.centres.len();
-        let most = (MAX_THROWS_PER_GRAIN * count).min(MAX_THROWS[0] + MAX_THROWS[1] * count);
+        let largest = (MAX_THROWS_PER_GRAIN * count).min(MAX_THROWS[0] + MAX_THROWS[1] * count);
         let mut throws = 0;
         while counted.fraction() < wanted.fraction {
             throws += 1;
-            if throws > most {
+            if throws > largest {
                 return None;
             }
             let centre = throw();

@@ -155,7 +155,7 @@ impl ShapeError {
         Self { path: path.into(), problem: problem.into() }
     }
 
-    fn within(mut self, parent: &str) -> Self {
+    fn under_path(mut self, parent: &str) -> Self {
         self.path = format!("{parent}.{}", self.path);
         self
     }
@@ -229,13 +229,13 @@ impl Shape {
                     return Err(ShapeError::new("shapes", "must hold at least one shape"));
                 }
                 for (number, shape) in shapes.iter().enumerate() {
-                    shape.validate(dimension).map_err(|e| e.within(&format!("shapes[{number}]")))?;
+                    shape.validate(dimension).map_err(|e| e.under_path(&format!("shapes[{number}]")))?;
                 }
                 Ok(())
             }
             Self::Difference { from, cut } => {
-                from.validate(dimension).map_err(|e| e.within("from"))?;
-                cut.validate(dimension).map_err(|e| e.within("cut"))
+                from.validate(dimension).map_err(|e| e.under_path("from"))?;
+                cut.validate(dimension).map_err(|e| e.under_path("cut"))
             }
         }
     }

@@ -25,16 +25,17 @@ impl Shape {
     /// Largest thickness of a layer (m), in its direction of measurement; `None` for other shapes, and before its files are read.
     pub fn layer_thickness(&self) -> Option<f64> {
         /// Sampling positions along each axis of a layer of variable thickness.
-        const PLACES: usize = 64;
+        const SAMPLES_PER_AXIS: usize = 64;
         match self {
             Self::ArcLayer { from, to, .. } => Some(to - from),
             Self::Layer { thickness: LayerThickness::Uniform(thickness), .. } => Some(*thickness),
             Self::Layer { laid, .. } => {
                 let (layer, (low, high)) = (laid.layer()?, laid.bounds());
                 let at = |axis: usize, k: usize| {
-                    low[axis] + (high[axis] - low[axis]) * (k as f64 + 0.5) / PLACES as f64
+                    low[axis] + (high[axis] - low[axis]) * (k as f64 + 0.5) / SAMPLES_PER_AXIS as f64
                 };
-                let places = (0..PLACES * PLACES).map(|k| (at(0, k % PLACES), at(1, k / PLACES)));
+                let places = (0..SAMPLES_PER_AXIS * SAMPLES_PER_AXIS)
+                    .map(|k| (at(0, k % SAMPLES_PER_AXIS), at(1, k / SAMPLES_PER_AXIS)));
                 Some(places.map(|(x, y)| layer.thickness(x, y)).fold(0.0, f64::max))
             }
             _ => None,

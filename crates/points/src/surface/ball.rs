@@ -8,36 +8,37 @@ use super::{ContactQuery, NearestPoint, Surface, SurfaceError};
 pub struct BallSurface<const D: usize> {
     centre: [f64; D],
     radius: f64,
-    hollow: bool,
+    is_hollow: bool,
 }
 
 impl<const D: usize> BallSurface<D> {
-    /// Ball around `centre` with this `radius` (m); with `hollow` the solid is the space outside.
+    /// Ball around `centre` with this `radius` (m); with `is_hollow` the solid is the space outside.
     ///
     /// # Errors
     /// When the radius is not a length or the centre is not finite.
-    pub fn new(centre: [f64; D], radius: f64, hollow: bool) -> Result<Self, SurfaceError> {
+    pub fn new(centre: [f64; D], radius: f64, is_hollow: bool) -> Result<Self, SurfaceError> {
         if !centre.iter().all(|c| c.is_finite()) {
             return Err(SurfaceError::new("centre", "must be finite (m)"));
         }
         if !(radius.is_finite() && radius > 0.0) {
             return Err(SurfaceError::new("radius", format!("{radius} must be finite and positive (m)")));
         }
-        Ok(Self { centre, radius, hollow })
+        Ok(Self { centre, radius, is_hollow })
     }
 }
 
 impl<const D: usize> Surface<D> for BallSurface<D> {
     fn contains(&self, x: &[f64; D]) -> bool {
         let from = difference(x, &self.centre);
-        (dot(&from, &from) <= self.radius * self.radius) != self.hollow
+        (dot(&from, &from) <= self.radius * self.radius) != self.is_hollow
     }
 
     fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>> {
         let from = difference(x, &self.centre);
         // The centre is equally far from the whole surface: any direction is a normal.
         let out = unit(&from).unwrap_or_else(|| std::array::from_fn(|c| f64::from(u8::from(c + 1 == D))));
-        let (sign, height) = (if self.hollow { -1.0 } else { 1.0 }, dot(&from, &from).sqrt() - self.radius);
+        let (sign, height) =
+            (if self.is_hollow { -1.0 } else { 1.0 }, dot(&from, &from).sqrt() - self.radius);
         let nearest = || NearestPoint {
             distance: sign * height,
             normal: out.map(|c| sign * c),

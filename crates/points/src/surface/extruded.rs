@@ -28,7 +28,7 @@ impl FacettedSurface<3> {
             let next = (k + 1) % count;
             triangles.extend([[next, k, k + count], [next, k + count, next + count]]);
         }
-        Self::closed(vertices, &triangles)
+        Self::closed_surface(vertices, &triangles)
     }
 }
 

@@ -26,7 +26,7 @@ enum ProfileSegment {
 enum SegmentPart {
     Start,
     Interior,
-    End,
+    Endpoint,
 }
 
 impl ProfileSegment {
@@ -41,8 +41,11 @@ impl ProfileSegment {
     fn point_and_normal(&self, share: f64) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Line { from, to } => {
-                let way = difference(to, from);
-                (add_scaled(from, share, &way), unit(&[-way[1], way[0]]).unwrap_or([0.0, 1.0]))
+                let direction = difference(to, from);
+                (
+                    add_scaled(from, share, &direction),
+                    unit(&[-direction[1], direction[0]]).unwrap_or([0.0, 1.0]),
+                )
             }
             Self::Arc { centre, radius, start, sweep } => {
                 let (sine, cosine) = (start + share * sweep).sin_cos();
@@ -56,8 +59,8 @@ impl ProfileSegment {
     fn nearest(&self, x: &[f64; 2]) -> (f64, SegmentPart) {
         let share = match self {
             Self::Line { from, to } => {
-                let way = difference(to, from);
-                dot(&difference(x, from), &way) / dot(&way, &way)
+                let direction = difference(to, from);
+                dot(&difference(x, from), &direction) / dot(&direction, &direction)
             }
             Self::Arc { centre, start, sweep, .. } => {
                 let out = difference(x, centre);
@@ -72,13 +75,13 @@ impl ProfileSegment {
         if !(share > 0.0) {
             (0.0, SegmentPart::Start)
         } else if share >= 1.0 {
-            (1.0, SegmentPart::End)
+            (1.0, SegmentPart::Endpoint)
         } else {
             (share, SegmentPart::Interior)
         }
     }
 
-    fn place(&self, x: &[f64; 2]) -> [f64; 2] {
+    fn nearest_position(&self, x: &[f64; 2]) -> [f64; 2] {
         self.point_and_normal(self.nearest(x).0).0
     }
 
@@ -97,14 +100,14 @@ impl ProfileSegment {
             }
             (Self::Line { from, to }, Self::Arc { centre, radius, .. })
             | (Self::Arc { centre, radius, .. }, Self::Line { from, to }) => {
-                let Some(way) = unit(&difference(to, from)) else { return Vec::new() };
-                let foot = add_scaled(from, dot(&difference(centre, from), &way), &way);
-                chord_ends(&foot, &difference(&foot, centre), *radius, &way)
+                let Some(direction) = unit(&difference(to, from)) else { return Vec::new() };
+                let foot = add_scaled(from, dot(&difference(centre, from), &direction), &direction);
+                chord_ends(&foot, &difference(&foot, centre), *radius, &direction)
             }
             (Self::Arc { centre: a, radius: r, .. }, Self::Arc { centre: b, radius: s, .. }) => {
                 let apart = difference(b, a);
                 let distance = dot(&apart, &apart).sqrt();
-                let Some(way) = unit(&apart).filter(|_| distance > ARC_RADIUS_TOLERANCE * r) else {
+                let Some(direction) = unit(&apart).filter(|_| distance > ARC_RADIUS_TOLERANCE * r) else {
                     return vec![
                         self.point_and_normal(0.0).0,
                         self.point_and_normal(1.0).0,
@@ -112,8 +115,8 @@ impl ProfileSegment {
                         other.point_and_normal(1.0).0,
                     ];
                 };
-                let foot = add_scaled(a, 0.5 * (distance + (r * r - s * s) / distance), &way);
-                chord_ends(&foot, &difference(&foot, a), *r, &[-way[1], way[0]])
+                let foot = add_scaled(a, 0.5 * (distance + (r * r - s * s) / distance), &direction);
+                chord_ends(&foot, &difference(&foot, a), *r, &[-direction[1], direction[0]])
             }
         }
     }
@@ -122,7 +125,8 @@ impl ProfileSegment {
     fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
         let slack = ARC_RADIUS_TOLERANCE * self.length().max(other.length());
         let away = |a: &[f64; 2], b: &[f64; 2]| dot(&difference(a, b), &difference(a, b)) > slack * slack;
-        let on_both = |x: &[f64; 2]| !away(x, &self.place(x)) && !away(x, &other.place(x));
+        let on_both =
+            |x: &[f64; 2]| !away(x, &self.nearest_position(x)) && !away(x, &other.nearest_position(x));
         let apart = |x: &[f64; 2]| {
             joint
                 .is_none_or(|joint| dot(&difference(x, joint), &difference(x, joint)) > slack * self.length())
@@ -133,19 +137,19 @@ impl ProfileSegment {
 
 /// Intersections of a circle with a line of this direction; `foot` is the position of the line nearest to its centre, and `out` the vector
 /// from the centre to it.
-fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> Vec<[f64; 2]> {
+fn chord_ends(foot: &[f64; 2], out: &[f64; 2], radius: f64, direction: &[f64; 2]) -> Vec<[f64; 2]> {
     let square = radius * radius - dot(out, out);
     if square < -2.0 * ARC_RADIUS_TOLERANCE * radius * radius {
         return Vec::new();
     }
     let half = square.max(0.0).sqrt();
-    vec![add_scaled(foot, half, way), add_scaled(foot, -half, way)]
+    vec![add_scaled(foot, half, direction), add_scaled(foot, -half, direction)]
 }
 
 /// Ground below a line of straight segments and arcs, built segment by segment from its start. There is no ground beyond its ends.
 #[derive(Clone, Debug)]
 pub struct GroundProfile {
-    pieces: Vec<ProfileSegment>,
+    segments: Vec<ProfileSegment>,
     end: [f64; 2],
     start: [f64; 2],
 }
@@ -153,7 +157,7 @@ pub struct GroundProfile {
 impl GroundProfile {
     /// Profile that starts at `start` (m), without segments.
     pub fn starting_at(start: [f64; 2]) -> Self {
-        Self { pieces: Vec::new(), end: start, start }
+        Self { segments: Vec::new(), end: start, start }
     }
 
     /// Adds a straight segment to `to` (m).
@@ -171,7 +175,7 @@ impl GroundProfile {
                 ),
             ));
         }
-        self.pieces.push(ProfileSegment::Line { from: self.end, to });
+        self.segments.push(ProfileSegment::Line { from: self.end, to });
         self.end = to;
         Ok(())
     }
@@ -192,7 +196,7 @@ impl GroundProfile {
         if sweep == 0.0 {
             return Err(SurfaceError::new("to", "begins and ends at the same place"));
         }
-        self.pieces.push(ProfileSegment::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
+        self.segments.push(ProfileSegment::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
         self.end = to;
         Ok(())
     }
@@ -201,8 +205,8 @@ impl GroundProfile {
     ///
     /// # Errors
     /// When it has no segments, does not run from left to right overall, or crosses itself.
-    pub fn finish(self) -> Result<Self, SurfaceError> {
-        if self.pieces.is_empty() {
+    pub fn close(self) -> Result<Self, SurfaceError> {
+        if self.segments.is_empty() {
             return Err(SurfaceError::new("pieces", "there are none"));
         }
         if !(self.end[0] > self.start[0]) {
@@ -212,8 +216,8 @@ impl GroundProfile {
             );
             return Err(SurfaceError::new("pieces", problem));
         }
-        for (number, piece) in self.pieces.iter().enumerate() {
-            for (later, other) in self.pieces.iter().enumerate().skip(number + 1) {
+        for (number, piece) in self.segments.iter().enumerate() {
+            for (later, other) in self.segments.iter().enumerate().skip(number + 1) {
                 let joint = (later == number + 1).then(|| piece.point_and_normal(1.0).0);
                 if let Some(place) = piece.crosses(other, joint.as_ref()) {
                     let problem =
@@ -228,7 +232,7 @@ impl GroundProfile {
     /// Nearest segment with the position on it.
     fn nearest(&self, x: &[f64; 2]) -> (usize, f64, SegmentPart, f64) {
         let mut best = (0, 0.0, SegmentPart::Interior, f64::INFINITY);
-        for (number, piece) in self.pieces.iter().enumerate() {
+        for (number, piece) in self.segments.iter().enumerate() {
             let (share, part) = piece.nearest(x);
             let from = difference(x, &piece.point_and_normal(share).0);
             let square = dot(&from, &from);
@@ -243,28 +247,28 @@ impl GroundProfile {
     fn feature(&self, number: usize, share: f64, part: SegmentPart) -> (u64, [f64; 2]) {
         let joint = match part {
             SegmentPart::Interior => {
-                return ((number as u64) << 2, self.pieces[number].point_and_normal(share).1);
+                return ((number as u64) << 2, self.segments[number].point_and_normal(share).1);
             }
             SegmentPart::Start => number,
-            SegmentPart::End => number + 1,
+            SegmentPart::Endpoint => number + 1,
         };
-        let before = joint.checked_sub(1).map(|n| self.pieces[n].point_and_normal(1.0).1);
-        let after = self.pieces.get(joint).map(|piece| piece.point_and_normal(0.0).1);
+        let before = joint.checked_sub(1).map(|n| self.segments[n].point_and_normal(1.0).1);
+        let after = self.segments.get(joint).map(|piece| piece.point_and_normal(0.0).1);
         let sum = [before, after].into_iter().flatten().fold([0.0; 2], |s, n| [s[0] + n[0], s[1] + n[1]]);
         ((joint as u64) << 2 | 2, unit(&sum).unwrap_or([0.0, 1.0]))
     }
 
     fn nearest_from(&self, x: &[f64; 2], number: usize, share: f64, part: SegmentPart) -> NearestPoint<2> {
         let (key, normal) = self.feature(number, share, part);
-        let (place, _) = self.pieces[number].point_and_normal(share);
-        let from = difference(x, &place);
+        let (position, _) = self.segments[number].point_and_normal(share);
+        let from = difference(x, &position);
         let sign = if dot(&from, &normal) < 0.0 { -1.0 } else { 1.0 };
         let away = if part == SegmentPart::Interior { None } else { unit(&from) };
         let distance = sign * dot(&from, &from).sqrt();
         NearestPoint {
             distance,
             normal: away.map_or(normal, |away| away.map(|c| sign * c)),
-            position: place,
+            position,
             feature_id: key,
         }
     }
@@ -286,7 +290,7 @@ impl Surface<2> for GroundProfile {
         }
         let before = found.len();
         let square = |place: &[f64; 2]| dot(&difference(x, place), &difference(x, place));
-        for (number, piece) in self.pieces.iter().enumerate() {
+        for (number, piece) in self.segments.iter().enumerate() {
             let (share, part) = piece.nearest(x);
             let (place, normal) = piece.point_and_normal(share);
             let own = square(&place);
@@ -294,9 +298,9 @@ impl Surface<2> for GroundProfile {
                 continue;
             }
             // As for facets, a position at which a nearer segment ends belongs to that segment.
-            let shadowed = self.pieces.iter().enumerate().any(|(other, nearer)| {
-                let theirs = square(&nearer.place(x));
-                let beside = difference(&place, &nearer.place(&place));
+            let shadowed = self.segments.iter().enumerate().any(|(other, nearer)| {
+                let theirs = square(&nearer.nearest_position(x));
+                let beside = difference(&place, &nearer.nearest_position(&place));
                 (theirs, other) < (own, number) && dot(&beside, &beside) <= (1e-7 * radius).powi(2)
             });
             if !shadowed {
@@ -316,7 +320,7 @@ impl Surface<2> for GroundProfile {
                 around.1[c] = around.1[c].max(x[c]);
             }
         };
-        for piece in &self.pieces {
+        for piece in &self.segments {
             match piece {
                 ProfileSegment::Line { from, to } => [*from, *to].into_iter().for_each(&mut add),
                 ProfileSegment::Arc { centre, radius, .. } => {
@@ -330,8 +334,8 @@ impl Surface<2> for GroundProfile {
 
     fn arc_length(&self, x: &[f64; 2]) -> Option<f64> {
         let (number, share, ..) = self.nearest(x);
-        let before: f64 = self.pieces[..number].iter().map(ProfileSegment::length).sum();
-        Some(before + share * self.pieces[number].length())
+        let before: f64 = self.segments[..number].iter().map(ProfileSegment::length).sum();
+        Some(before + share * self.segments[number].length())
     }
 }
 
@@ -352,7 +356,7 @@ mod tests {
         let centre = [foot[0] + radius * half, foot[1] + radius * half];
         profile.arc_to([centre[0], centre[1] - radius], centre).unwrap();
         profile.line_to([9.0, centre[1] - radius]).unwrap();
-        profile.finish().unwrap()
+        profile.close().unwrap()
     }
 
     #[test]
@@ -365,7 +369,7 @@ mod tests {
                     None => profile.line_to(*to).unwrap(),
                 }
             }
-            profile.finish().map(|_| ()).map_err(|error| error.to_string())
+            profile.close().map(|_| ()).map_err(|error| error.to_string())
         };
         let loops = of(&[([3.0, 0.0], None), ([3.0, 2.0], None), ([1.0, -1.0], None), ([4.0, -1.0], None)]);
         assert!(loops.unwrap_err().starts_with("pieces[2]: meets pieces[0] at [1.66666"));
@@ -419,7 +423,7 @@ mod tests {
         kink.line_to([0.0, 0.0]).unwrap();
         kink.line_to([1.0, 1.0]).unwrap();
         found.clear();
-        kink.finish().unwrap().query_contacts(&[0.0, 0.3], 0.25, &mut found);
+        kink.close().unwrap().query_contacts(&[0.0, 0.3], 0.25, &mut found);
         assert_eq!(found.len(), 2);
     }
 }

@@ -16,7 +16,7 @@ use crate::{Raster, RasterError};
 pub struct HeightField {
     raster: Raster,
     lowest: f64,
-    highest: f64,
+    max_height: f64,
     /// Upper bound of the vertical distance of a position from the ground over its normal distance; infinite where the ground has holes.
     max_gap_ratio: f64,
 }
@@ -25,7 +25,7 @@ pub struct HeightField {
 struct NearestTriangle {
     triangle: u64,
     corners: [[f64; 3]; 3],
-    place: [f64; 3],
+    position: [f64; 3],
     feature: FacetFeature,
 }
 
@@ -44,9 +44,9 @@ impl HeightField {
     pub fn new(raster: Raster) -> Result<Self, RasterError> {
         raster.validate()?;
         let known = || raster.values.iter().copied().filter(|v| v.is_finite());
-        let (lowest, highest) =
+        let (lowest, max_height) =
             (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
-        let mut field = Self { raster, lowest, highest, max_gap_ratio: 1.0 };
+        let mut field = Self { raster, lowest, max_height, max_gap_ratio: 1.0 };
         field.max_gap_ratio = field.steepest_normal_length();
         Ok(field)
     }
@@ -95,7 +95,7 @@ impl HeightField {
             .all(|(i, j)| self.raster.value(*i, *j).is_finite())
     }
 
-    fn node(&self, i: usize, j: usize) -> [f64; 3] {
+    fn node_position(&self, i: usize, j: usize) -> [f64; 3] {
         let [x, y] = self.raster.node_position(i, j);
         [x, y, self.raster.value(i, j)]
     }
@@ -115,10 +115,10 @@ impl HeightField {
                 if !self.is_cell_complete(i, j) {
                     continue;
                 }
-                let (a, c) = (self.node(i, j), self.node(i + 1, j + 1));
+                let (a, c) = (self.node_position(i, j), self.node_position(i + 1, j + 1));
                 let cell = (j * self.raster.columns + i) as u64;
-                visit(2 * cell, &[a, self.node(i + 1, j), c]);
-                visit(2 * cell + 1, &[a, c, self.node(i, j + 1)]);
+                visit(2 * cell, &[a, self.node_position(i + 1, j), c]);
+                visit(2 * cell + 1, &[a, c, self.node_position(i, j + 1)]);
             }
         }
     }
@@ -150,7 +150,7 @@ impl Surface<3> for HeightField {
     }
 
     fn gap(&self, x: &[f64; 3], reach: f64) -> Option<NearestPoint<3>> {
-        if x[2] - self.highest > reach || self.lowest - x[2] > reach {
+        if x[2] - self.max_height > reach || self.lowest - x[2] > reach {
             return None;
         }
         // The nearest point is no farther than the ground vertically above or below.
@@ -169,33 +169,28 @@ impl Surface<3> for HeightField {
             let away = dot(&from, &from);
             if away < square || best.is_none() && away == square {
                 square = away;
-                best = Some(NearestTriangle { triangle, corners: *corners, place, feature });
+                best = Some(NearestTriangle { triangle, corners: *corners, position: place, feature });
             }
         });
-        let NearestTriangle { triangle, corners, place, feature } = best?;
-        let from = difference(x, &place);
+        let NearestTriangle { triangle, corners, position, feature } = best?;
+        let from = difference(x, &position);
         let sign = if self.contains(x) { -1.0 } else { 1.0 };
         let away = if feature == FacetFeature::Face { None } else { unit(&from) };
         let own = || facet_normal(&corners).unwrap_or([0.0, 0.0, 1.0]);
         let normal = away.map_or_else(own, |away| away.map(|c| sign * c));
         let distance = sign * dot(&from, &from).sqrt();
-        Some(NearestPoint {
-            distance,
-            normal,
-            position: place,
-            feature_id: self.feature_id(triangle, feature),
-        })
+        Some(NearestPoint { distance, normal, position, feature_id: self.feature_id(triangle, feature) })
     }
 
     fn query_contacts(&self, x: &[f64; 3], radius: f64, found: &mut ContactQuery<3>) {
-        if x[2] - self.highest > radius || self.contains(x) {
+        if x[2] - self.max_height > radius || self.contains(x) {
             return;
         }
         let candidates = found.candidates();
         candidates.clear();
         self.visit_triangles(x, radius, |triangle, corners| {
-            let (place, feature) = nearest_on_facet(corners, x);
-            let from = difference(x, &place);
+            let (position, feature) = nearest_on_facet(corners, x);
+            let from = difference(x, &position);
             let away = dot(&from, &from);
             let own = facet_normal(corners).unwrap_or([0.0, 0.0, 1.0]);
             if away > radius * radius || dot(&from, &own) < 0.0 {
@@ -203,20 +198,20 @@ impl Surface<3> for HeightField {
             }
             let outward = if feature == FacetFeature::Face { None } else { unit(&from) };
             let key = self.feature_id(triangle, feature);
-            let place = NearestPoint {
+            let position = NearestPoint {
                 distance: away.sqrt(),
                 normal: outward.unwrap_or(own),
-                position: place,
+                position,
                 feature_id: key,
             };
-            candidates.push(FacetCandidate { corners: *corners, place });
+            candidates.push(FacetCandidate { corners: *corners, nearest: position });
         });
         found.select_distinct(radius);
     }
 
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         let ([x, y], [far_x, far_y]) = (self.raster.origin, self.raster.last_node_position());
-        ([x, y, f64::NEG_INFINITY], [far_x, far_y, self.highest])
+        ([x, y, f64::NEG_INFINITY], [far_x, far_y, self.max_height])
     }
 }
 
@@ -257,16 +252,16 @@ mod tests {
         ) {
             let field = waves();
             let at = [x, y, z];
-            let mut least = f64::INFINITY;
+            let mut smallest = f64::INFINITY;
             field.visit_triangles(&at, 10.0, |_, corners| {
                 let from = difference(&at, &nearest_on_facet(corners, &at).0);
-                least = least.min(dot(&from, &from).sqrt());
+                smallest = smallest.min(dot(&from, &from).sqrt());
             });
             let gap = field.gap(&at, 3.0).unwrap();
-            prop_assert!((gap.distance.abs() - least).abs() < 1e-12);
+            prop_assert!((gap.distance.abs() - smallest).abs() < 1e-12);
             prop_assert_eq!(gap.distance < 0.0, field.contains(&at));
-            prop_assert!(field.gap(&at, 0.99 * least).is_none());
-            let short = field.gap(&at, 1.01 * least).unwrap();
+            prop_assert!(field.gap(&at, 0.99 * smallest).is_none());
+            let short = field.gap(&at, 1.01 * smallest).unwrap();
             prop_assert!(short == gap, "{short:?} {gap:?}");
         }
     }

@@ -89,7 +89,7 @@ macro_rules! shared_surface {
     ($($surface:ident),*) => {$(
         impl<const D: usize> $surface<D> {
             /// Converts the surface to shared ownership.
-            pub fn shared(self) -> SharedSurface<D> {
+            pub fn into_shared(self) -> SharedSurface<D> {
                 Arc::new(self)
             }
         }

@@ -50,7 +50,7 @@ impl<const D: usize> RigidTransform<D> {
     }
 
     /// Composition: this transform, followed by `next`.
-    pub fn then(&self, next: &Self) -> Self {
+    pub fn followed_by(&self, next: &Self) -> Self {
         let rotation = std::array::from_fn(|i| {
             std::array::from_fn(|j| (0..D).map(|k| next.rotation[i][k] * self.rotation[k][j]).sum())
         });

@@ -117,7 +117,7 @@ mod tests {
             let mut found = ContactQuery::default();
             cylinder.query_contacts(&[0.5, 1.2, 0.0], 0.3, &mut found);
             assert_eq!(found.len(), 1);
-            assert_eq!(found.all()[0].normal, [0.0, 1.0, 0.0]);
+            assert_eq!(found.contacts()[0].normal, [0.0, 1.0, 0.0]);
         }
     }
 

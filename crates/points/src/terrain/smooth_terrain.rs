@@ -116,7 +116,7 @@ impl Terrain {
             }
         }
         for _ in 0..self.smoothing {
-            bends = self.smoothed(&bends, &around);
+            bends = self.smoothed_window(&bends, &around);
         }
         for j in rows {
             for i in columns.clone() {
@@ -137,11 +137,11 @@ impl Terrain {
     }
 
     fn line_x(&self, j: usize) -> RasterLine<'_> {
-        RasterLine { raster: &self.raster, along: 0, fixed: j }
+        RasterLine { raster: &self.raster, axis: 0, cross_index: j }
     }
 
     fn line_y(&self, i: usize) -> RasterLine<'_> {
-        RasterLine { raster: &self.raster, along: 1, fixed: i }
+        RasterLine { raster: &self.raster, axis: 1, cross_index: i }
     }
 
     /// Recovered slope at a node.
@@ -175,7 +175,7 @@ impl Terrain {
     }
 
     /// Means over 3 × 3 nodes of a window, of those with data.
-    fn smoothed(&self, before: &[[f64; 3]], [columns, rows]: &[Range<usize>; 2]) -> Vec<[f64; 3]> {
+    fn smoothed_window(&self, before: &[[f64; 3]], [columns, rows]: &[Range<usize>; 2]) -> Vec<[f64; 3]> {
         let mut after = before.to_vec();
         for j in rows.clone() {
             for i in columns.clone() {
@@ -216,29 +216,29 @@ fn difference([before, here, after]: [Option<f64>; 3]) -> Option<f64> {
 /// Row or column of a raster.
 struct RasterLine<'a> {
     raster: &'a Raster,
-    along: usize,
-    fixed: usize,
+    axis: usize,
+    cross_index: usize,
 }
 
 impl RasterLine<'_> {
     fn height(&self, k: Option<usize>) -> Option<f64> {
         let counts = [self.raster.columns, self.raster.rows];
-        let k = k.filter(|k| *k < counts[self.along])?;
-        let (i, j) = if self.along == 0 { (k, self.fixed) } else { (self.fixed, k) };
+        let k = k.filter(|k| *k < counts[self.axis])?;
+        let (i, j) = if self.axis == 0 { (k, self.cross_index) } else { (self.cross_index, k) };
         Some(self.raster.value(i, j)).filter(|height| height.is_finite())
     }
 
-    fn around(&self, k: usize) -> [Option<f64>; 3] {
+    fn neighbour_heights(&self, k: usize) -> [Option<f64>; 3] {
         [k.checked_sub(1), Some(k), Some(k + 1)].map(|k| self.height(k))
     }
 
     fn slope(&self, k: usize) -> Option<f64> {
-        difference(self.around(k))
+        difference(self.neighbour_heights(k))
     }
 
     /// Second difference at node `k`; at an end that of the node beside it, and zero without three nodes in a row.
     fn second_difference(&self, k: usize) -> f64 {
-        let at = |k: usize| match self.around(k) {
+        let at = |k: usize| match self.neighbour_heights(k) {
             [Some(b), Some(h), Some(a)] => Some(a - 2.0 * h + b),
             _ => None,
         };

@@ -12,10 +12,10 @@ use crate::background_grid::BackgroundGrid;
 struct WallHalfSpace {
     /// Wall condition; its node is at the last position of the face.
     wall: NodeWall,
-    /// Coordinate of the face at the time `since` (m).
+    /// Coordinate of the face at the time `motion_start` (m).
     start: f64,
     /// Time from which the face moves (s).
-    since: f64,
+    motion_start: f64,
 }
 
 /// Walls of a stage.
@@ -36,9 +36,9 @@ impl BoundaryConditions {
     ) -> Self {
         let face = |(_, boundary): (usize, &Boundary)| WallHalfSpace {
             wall: node_wall(boundary),
-            start: boundary.position(&case.domain),
+            start: boundary.wall_coordinate(&case.domain),
             // Walls move from the beginning of the run.
-            since: 0.0,
+            motion_start: 0.0,
         };
         let faces = case.active_boundaries(stage).into_iter().map(face).collect();
         let cells = &background.grid.cells;
@@ -59,12 +59,12 @@ impl BoundaryConditions {
         let mut changed = false;
         for face in &mut self.faces {
             let axis = face.wall.axis;
-            let place = face.start + face.wall.velocity[axis] * (time - face.since);
+            let place = face.start + face.wall.velocity[axis] * (time - face.motion_start);
             let below = background.node_below(axis, place);
-            let node = match face.wall.upper {
+            let node = match face.wall.is_upper {
                 false => below,
                 // The first node at or above the face.
-                true if lies_at(background, axis, below, place) => below,
+                true if is_node_at(background, axis, below, place) => below,
                 true => (below + 1).min(self.nodes[axis] - 1),
             };
             changed |= node != face.wall.node;
@@ -92,12 +92,12 @@ impl BoundaryConditions {
 
     /// Whether a wall bounds the upper or lower side of the domain along an axis, so that it returns a point beyond the side.
     pub fn has_wall(&self, axis: usize, upper: bool) -> bool {
-        self.faces.iter().any(|face| face.wall.axis == axis && face.wall.upper == upper)
+        self.faces.iter().any(|face| face.wall.axis == axis && face.wall.is_upper == upper)
     }
 }
 
 /// Whether a node along `axis` is at a coordinate (m), up to round-off.
-fn lies_at<const D: usize>(background: &BackgroundGrid<D>, axis: usize, node: usize, place: f64) -> bool {
+fn is_node_at<const D: usize>(background: &BackgroundGrid<D>, axis: usize, node: usize, place: f64) -> bool {
     let local = (place - background.grid.origin[axis]) / background.grid.cell;
     (background.basis_1d.coordinate(node, background.grid.cells[axis]) - local).abs() < 1e-6
 }
@@ -113,7 +113,7 @@ fn node_wall(boundary: &Boundary) -> NodeWall {
     };
     NodeWall {
         axis: boundary.side.axis(),
-        upper: boundary.side.is_max(),
+        is_upper: boundary.side.is_max(),
         node: 0,
         kind,
         separation: boundary.separation || boundary.wall.allows_separation(),

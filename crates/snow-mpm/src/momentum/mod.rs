@@ -121,19 +121,20 @@ impl<const D: usize> MomentumSolve<'_, D> {
                 node.force = Vector4::ZERO;
                 continue;
             }
-            let index = self.background.layout.index(row, number);
+            let index = self.background.layout.axis_indices(row, number);
             let free = row_free && (1..D).all(|axis| self.walls.is_row_free(axis, index[axis]));
             if self.background.is_periodic_image(&index) {
-                self.node(&index, free, node, mass, &mut MomentumTerms::default());
+                self.solve_node(&index, free, node, mass, &mut MomentumTerms::default());
                 continue;
             }
-            self.node(&index, free, node, mass, &mut sums);
+            self.solve_node(&index, free, node, mass, &mut sums);
         }
         sums
     }
 
+    /// Velocity and acceleration of a node at the end of the step.
     #[inline(always)]
-    fn node(
+    fn solve_node(
         &self,
         index: &[usize; 3],
         free: bool,

@@ -15,10 +15,10 @@ pub const MAX_RECORDED: usize = 8;
 /// Obstacles of a case.
 pub struct NodeObstacles<const D: usize> {
     /// Faces of the obstacles at rest.
-    rest: NodeFaces,
-    moving: MovingObstacles<NodeFace, D>,
+    static_faces: NodeFaces,
+    moving_obstacles: MovingObstacles<NodeFace, D>,
     /// Names of the obstacles whose reactions are recorded.
-    bearers: Vec<String>,
+    recorded_obstacles: Vec<String>,
 }
 
 impl<const D: usize> NodeObstacles<D> {
@@ -36,10 +36,10 @@ impl<const D: usize> NodeObstacles<D> {
             reaction_index: bearers.iter().position(|name| *name == obstacle.name).map(|number| number as u8),
             ..NodeFace::at_rest(normal, law.friction(), law.allows_separation())
         };
-        let BackgroundGrid { grid, layout, basis_1d: axis, low, high, .. } = background;
+        let BackgroundGrid { grid, layout, basis_1d: axis, low, upper_corner, .. } = background;
         let acts = |obstacle: &Obstacle, law: &ObstacleLaw| face(obstacle, law, [0.0; 3]);
-        let moving = MovingObstacles::new(standing, (*low, *high), acts);
-        let rest = if moving.iter().count() == standing.len() {
+        let moving_obstacles = MovingObstacles::new(standing, (*low, *upper_corner), acts);
+        let static_faces = if moving_obstacles.iter().count() == standing.len() {
             NodeFaces::default()
         } else {
             NodeFaces::from_positions(grid, layout, axis, |place, found| {
@@ -47,35 +47,35 @@ impl<const D: usize> NodeObstacles<D> {
                 found.extend(held.map(|(obstacle, law, normal)| face(obstacle, &law, normal)));
             })
         };
-        Ok(Self { rest, moving, bearers })
+        Ok(Self { static_faces, moving_obstacles, recorded_obstacles: bearers })
     }
 
     /// Faces of the obstacles at rest.
-    pub fn rest(&self) -> &NodeFaces {
-        &self.rest
+    pub fn static_faces(&self) -> &NodeFaces {
+        &self.static_faces
     }
 
     /// Names of the obstacles whose reactions are recorded.
-    pub fn recorded(&self) -> &[String] {
-        &self.bearers
+    pub fn recorded_names(&self) -> &[String] {
+        &self.recorded_obstacles
     }
 
     /// Whether any obstacle moves.
     pub fn are_moving(&self) -> bool {
-        !self.moving.is_empty()
+        !self.moving_obstacles.is_empty()
     }
 
     /// Step from `time` (s) in which no obstacle moves farther than half a `cell` (m), where it is shorter than the `critical` one.
     pub fn limit_by_obstacle_motion(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
-        limit_step_by_obstacles(critical, self.moving.iter(), (time, 0.5 * cell, 1))
+        limit_step_by_obstacles(critical, self.moving_obstacles.iter(), (time, 0.5 * cell, 1))
     }
 
     /// Finds the faces of the active nodes for a step, given by its start and length (s).
     pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, faces: &mut NodeFaces) {
-        self.moving.update_positions(step);
+        self.moving_obstacles.update_positions(step);
         let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;
-        faces.rebuild(grid, layout, axis, &self.rest, |place, found| {
-            let held = self.moving.constraining(place, grid.cell);
+        faces.rebuild(grid, layout, axis, &self.static_faces, |place, found| {
+            let held = self.moving_obstacles.constraining(place, grid.cell);
             found.extend(held.map(|(face, normal, velocity)| NodeFace { normal, velocity, ..face }));
         });
     }

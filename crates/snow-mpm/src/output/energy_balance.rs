@@ -26,20 +26,20 @@ pub struct EnergyBalance {
     /// Work of local damping, negative.
     damping: f64,
     /// Energy removed with points, or by resets between stages.
-    removed: f64,
+    removed_energy: f64,
     /// Dissipation of the law in removed points.
     dissipated_of_removed: f64,
     /// Mass and energy removed by each cut of the case.
     cuts: Vec<CutRemoval>,
     /// Reactions of the recorded obstacles.
-    borne: [Reaction; MAX_RECORDED],
+    reactions: [Reaction; MAX_RECORDED],
 }
 
 /// Mass and energy removed by a cut since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CutRemoval {
     /// Distance that the cut has moved (m).
-    pub travel: f64,
+    pub cut_displacement: f64,
     /// Removed mass (kg).
     pub mass: f64,
     /// Removed kinetic and recoverable energy (J), a part of the removed energy.
@@ -49,7 +49,7 @@ pub struct CutRemoval {
 impl CutRemoval {
     /// Distance that the cut has moved (m), if it has started. A cut at rest starts when it removes mass.
     pub fn travel_if_started(&self) -> Option<f64> {
-        (self.travel > 0.0 || self.mass > 0.0).then_some(self.travel)
+        (self.cut_displacement > 0.0 || self.mass > 0.0).then_some(self.cut_displacement)
     }
 }
 
@@ -59,36 +59,36 @@ pub struct StoredEnergies {
     /// Kinetic energy of the point velocities.
     pub kinetic: f64,
     /// Kinetic energy of the affine velocity fields around the points, with APIC.
-    pub affine: f64,
+    pub affine_kinetic: f64,
     /// Recoverable energy of the materials.
     pub elastic: f64,
     /// Dissipated energy: work of the stresses that is not recoverable.
-    pub dissipated: f64,
+    pub dissipated_energy: f64,
 }
 
 impl StoredEnergies {
     /// Energies of bodies whose shape functions have the second moment `moment` (m²).
     pub fn of_bodies<const D: usize>(bodies: &Bodies<D>, moment: f64) -> Self {
         let mut stored = Self::default();
-        for body in &bodies.all {
+        for body in &bodies.bodies {
             let [kinetic, affine] = body.kinetic_energies(moment);
             let elastic: f64 = body.stored_energies().iter().sum();
             stored.kinetic += kinetic;
-            stored.affine += affine;
+            stored.affine_kinetic += affine;
             stored.elastic += elastic;
-            stored.dissipated += body.points.work.iter().sum::<f64>() - elastic;
+            stored.dissipated_energy += body.points.work.iter().sum::<f64>() - elastic;
         }
         stored
     }
 
     /// Total kinetic energy, with that of the affine fields (J).
     pub fn kinetic_total(&self) -> f64 {
-        self.kinetic + self.affine
+        self.kinetic + self.affine_kinetic
     }
 
     /// Sum of all energies (J).
     pub fn total(&self) -> f64 {
-        self.kinetic + self.affine + self.elastic + self.dissipated
+        self.kinetic + self.affine_kinetic + self.elastic + self.dissipated_energy
     }
 }
 
@@ -99,7 +99,7 @@ impl EnergyBalance {
             start: stored.total(),
             kinetic_at_start: stored.kinetic_total(),
             cuts: vec![CutRemoval::default(); cuts],
-            borne: [Reaction { moment: Some([0.0; 3]), ..Reaction::default() }; MAX_RECORDED],
+            reactions: [Reaction { moment: Some([0.0; 3]), ..Reaction::default() }; MAX_RECORDED],
             ..Self::default()
         }
     }
@@ -116,16 +116,16 @@ impl EnergyBalance {
 
     /// Reaction of recorded obstacle number `number`.
     pub fn reactions(&self, number: usize) -> Reaction {
-        self.borne[number]
+        self.reactions[number]
     }
 
     /// Adds the terms of a step of `dt` (s).
     pub fn add(&mut self, sums: &MomentumTerms, dt: f64) {
         let bears = sums.impulses.iter().zip(&sums.moments);
-        for (borne, (impulse, moment)) in self.borne.iter_mut().zip(bears) {
-            borne.moment = Some(moment.map(|c| c / dt));
-            borne.force = impulse.map(|c| c / dt);
-            (0..3).for_each(|c| borne.impulse[c] += impulse[c]);
+        for (reaction, (impulse, moment)) in self.reactions.iter_mut().zip(bears) {
+            reaction.moment = Some(moment.map(|c| c / dt));
+            reaction.force = impulse.map(|c| c / dt);
+            (0..3).for_each(|c| reaction.impulse[c] += impulse[c]);
         }
         self.gravity += sums.gravity;
         self.nodes += sums.kinetic_gain;
@@ -136,28 +136,28 @@ impl EnergyBalance {
 
     /// Adds a sudden change of energy, by removed points or resets, from the energies `before` and `after`.
     pub fn add_change(&mut self, before: &StoredEnergies, after: &StoredEnergies) {
-        self.removed += before.total() - after.total();
+        self.removed_energy += before.total() - after.total();
         self.kinetic_at_start -= before.kinetic_total() - after.kinetic_total();
     }
 
     /// Adds removed points: the dissipation of the law in them is kept in the balance. Returns the removed energy (J).
     pub fn add_removed(&mut self, before: &StoredEnergies, after: &StoredEnergies) -> f64 {
-        let gone = before.dissipated - after.dissipated;
+        let gone = before.dissipated_energy - after.dissipated_energy;
         let removed = before.total() - after.total() - gone;
         self.dissipated_of_removed += gone;
-        self.removed += removed;
+        self.removed_energy += removed;
         self.kinetic_at_start -= before.kinetic_total() - after.kinetic_total();
         removed
     }
 
     /// Dissipation of the law since the start (J).
-    pub fn dissipated(&self, stored: &StoredEnergies) -> f64 {
-        stored.dissipated + self.dissipated_of_removed
+    pub fn law_dissipation(&self, stored: &StoredEnergies) -> f64 {
+        stored.dissipated_energy + self.dissipated_of_removed
     }
 
     /// Numerical dissipation since the start, the remainder of the balance (J).
     pub fn numerical(&self, stored: &StoredEnergies) -> f64 {
-        let came = self.start + self.gravity + self.boundary + self.damping - self.removed;
+        let came = self.start + self.gravity + self.boundary + self.damping - self.removed_energy;
         came - stored.total() - self.dissipated_of_removed
     }
 
@@ -176,12 +176,12 @@ impl EnergyBalance {
     pub fn scalar_outputs(&self, stored: &StoredEnergies) -> Vec<ScalarOutput> {
         let entries = [
             ("energy_translation", stored.kinetic),
-            ("energy_affine", stored.affine),
+            ("energy_affine", stored.affine_kinetic),
             ("energy_stored", stored.elastic),
             ("work_of_gravity", self.gravity),
             ("work_of_walls", self.boundary),
             ("work_of_damping", self.damping),
-            ("energy_plastic", self.dissipated(stored)),
+            ("energy_plastic", self.law_dissipation(stored)),
             ("energy_numerical", self.numerical(stored)),
             ("energy_filtered", self.transfer_loss(stored)),
         ];

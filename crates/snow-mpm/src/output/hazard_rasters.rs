@@ -23,10 +23,11 @@ pub struct HazardCell {
     /// Largest `ρ |v|²` at a thickness of at least the threshold (Pa).
     pressure: f64,
     /// Time at which the thickness first reached the threshold (s); not-a-number before.
-    arrival: f64,
+    arrival_time: f64,
 }
 
-const UNTOUCHED: HazardCell = HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
+const EMPTY_CELL: HazardCell =
+    HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival_time: f64::NAN };
 
 /// Current content of a cell: thickness (m), mass over area (kg/m²), momentum over area (kg/(m s)).
 type CellContent = [f64; 5];
@@ -40,7 +41,7 @@ pub struct HazardRasters {
     threshold: f64,
     cells: Vec<HazardCell>,
     contents: Vec<CellContent>,
-    touched: Vec<u32>,
+    covered_cells: Vec<u32>,
 }
 
 impl HazardRasters {
@@ -64,13 +65,13 @@ impl HazardRasters {
             }
         };
         let count = grid.columns * grid.rows;
-        let (cells, over) = (vec![UNTOUCHED; count], vec![[0.0; 5]; count]);
+        let (cells, over) = (vec![EMPTY_CELL; count], vec![[0.0; 5]; count]);
         Ok(Some(Self {
             grid,
             threshold: rasters.threshold,
             cells,
             contents: over,
-            touched: Vec::with_capacity(count),
+            covered_cells: Vec::with_capacity(count),
         }))
     }
 
@@ -86,25 +87,25 @@ impl HazardRasters {
 
     /// Updates the extreme values with the points at `time` (s).
     pub fn update<const D: usize>(&mut self, bodies: &Bodies<D>, time: f64) {
-        self.spread(bodies);
-        for &number in &self.touched {
+        self.distribute_points(bodies);
+        for &number in &self.covered_cells {
             let (cell, over) = (&mut self.cells[number as usize], &self.contents[number as usize]);
             cell.thickness = cell.thickness.max(over[0]);
             if over[0] >= self.threshold {
                 let speed = speed(over);
                 cell.speed = cell.speed.max(speed);
                 cell.pressure = cell.pressure.max(over[1] / over[0] * speed * speed);
-                if cell.arrival.is_nan() {
-                    cell.arrival = time;
+                if cell.arrival_time.is_nan() {
+                    cell.arrival_time = time;
                 }
             }
         }
     }
 
     /// Distributes the points over the cells.
-    fn spread<const D: usize>(&mut self, bodies: &Bodies<D>) {
-        self.touched.drain(..).for_each(|number| self.contents[number as usize] = [0.0; 5]);
-        for body in &bodies.all {
+    fn distribute_points<const D: usize>(&mut self, bodies: &Bodies<D>) {
+        self.covered_cells.drain(..).for_each(|number| self.contents[number as usize] = [0.0; 5]);
+        for body in &bodies.bodies {
             let points = &body.points;
             for (i, place) in points.position.iter().enumerate() {
                 let momentum: [f64; D] = points.velocity[i].map(|v| v * points.mass[i]);
@@ -146,7 +147,7 @@ impl HazardRasters {
                 let number = row * columns + column;
                 let over = &mut self.contents[number];
                 if over[0] == 0.0 {
-                    self.touched.push(number as u32);
+                    self.covered_cells.push(number as u32);
                 }
                 over[0] += part * volume;
                 over[1] += part * mass;
@@ -158,7 +159,7 @@ impl HazardRasters {
     /// Rasters for output, with the names of those of depth-integrated flows.
     pub fn rasters<const D: usize>(&self, bodies: &Bodies<D>) -> Vec<PlanRaster> {
         let mut now = self.clone();
-        now.spread(bodies);
+        now.distribute_points(bodies);
         let raster = |name: &str, unit, value: &dyn Fn(usize) -> f64| {
             let values = (0..self.cells.len()).map(value).collect();
             PlanRaster { name: name.to_owned(), unit, raster: Raster { values, ..self.grid.clone() } }
@@ -176,7 +177,7 @@ impl HazardRasters {
             seen("peak_thickness_vertical", "m", |cell| cell.thickness),
             seen("peak_velocity", "m/s", |cell| cell.speed),
             seen("peak_dynamic_pressure", "Pa", |cell| cell.pressure),
-            seen("arrival_time", "s", |cell| cell.arrival),
+            seen("arrival_time", "s", |cell| cell.arrival_time),
             left("final_thickness_vertical", "m", |over| over[0]),
             left("final_velocity", "m/s", speed),
         ]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use colluvium_case::bodies::law_points::LawPoints;
 use colluvium_constitutive::{BLOCK_SIZE, Material, States, SymTensor};
 use colluvium_grid::{
-    DomainSlice, FixedDomain, PointSlice as Places, SquareMatrix, Vector4, sort_by_cell, wrap,
+    DomainSlice, FixedDomain, PointSlice as Places, SquareMatrix, Vector4, sort_by_cell, wrap_into_period,
 };
 use colluvium_points::{ScratchBuffers, struct_of_arrays};
 
@@ -25,7 +25,7 @@ struct_of_arrays! {
         /// Velocities (m/s).
         pub velocity: [f64; D],
         /// Moments `Σ N v (x_i - x_p)ᵀ` of the velocity field around the point (m²/s), row `i`, column `j`; zero with FLIP.
-        pub affine: SquareMatrix<D>,
+        pub affine_velocity: SquareMatrix<D>,
         /// Masses (kg).
         pub mass: f64,
         /// Current volumes (m³; m² × 1 m in the plane).
@@ -67,12 +67,12 @@ pub struct PointFailure {
 }
 
 /// Domains of points with spline functions, which have no width.
-static FIXED: [FixedDomain; BLOCK_SIZE] = [FixedDomain; BLOCK_SIZE];
+static FIXED_DOMAINS: [FixedDomain; BLOCK_SIZE] = [FixedDomain; BLOCK_SIZE];
 
 /// Block of points at `position`, for a transfer.
 #[inline(always)]
 pub fn point_slice<'a, const D: usize>(position: &'a [[f64; D]], extent: &'a [f64; D]) -> Places<'a, D> {
-    Places { position, domain: DomainSlice::Fixed(&FIXED[..position.len()]), extent }
+    Places { position, domain: DomainSlice::Fixed(&FIXED_DOMAINS[..position.len()]), extent }
 }
 
 impl<const D: usize> BodyPoints<D> {
@@ -98,12 +98,13 @@ impl<const D: usize> BodyPoints<D> {
     /// Kinetic energies of the points (J): that of the point velocities, and that of the affine velocity fields around them. `moment` is
     /// the second moment of the shape functions (m²).
     pub fn kinetic_energies(&self, moment: f64) -> [f64; 2] {
-        let PointColumns { velocity, affine, mass, .. } = &self.points;
+        let PointColumns { velocity, affine_velocity, mass, .. } = &self.points;
         let mut sums = [0.0; 2];
-        for ((velocity, affine), mass) in velocity.iter().zip(affine).zip(mass) {
+        for ((velocity, affine_velocity), mass) in velocity.iter().zip(affine_velocity).zip(mass) {
             sums[0] += 0.5 * mass * crate::points::vectors::square(velocity);
             // Sheet: snow-mpm §2.11.
-            sums[1] += 0.5 * mass * affine.as_flattened().iter().map(|b| b * b).sum::<f64>() / moment;
+            sums[1] +=
+                0.5 * mass * affine_velocity.as_flattened().iter().map(|b| b * b).sum::<f64>() / moment;
         }
         sums
     }
@@ -125,9 +126,9 @@ impl<const D: usize> BodyPoints<D> {
 #[derive(Default)]
 pub struct Bodies<const D: usize> {
     /// Bodies with points.
-    pub all: Vec<BodyPoints<D>>,
+    pub bodies: Vec<BodyPoints<D>>,
     /// Sum over the steps since the last sort of the largest displacement along an axis (m).
-    pub travel: f64,
+    pub travel_since_sort: f64,
     /// Mean mass of a point (kg).
     pub mean_mass: f64,
     scratch: ScratchBuffers,
@@ -135,24 +136,24 @@ pub struct Bodies<const D: usize> {
 
 impl<const D: usize> Bodies<D> {
     /// Creates the set of bodies.
-    pub fn new(all: Vec<BodyPoints<D>>) -> Self {
-        Self { all, ..Self::default() }
+    pub fn new(bodies: Vec<BodyPoints<D>>) -> Self {
+        Self { bodies, ..Self::default() }
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.all.iter().map(|body| body.points.len()).sum()
+        self.bodies.iter().map(|body| body.points.len()).sum()
     }
 
     /// Sorts the points by cell and finds the active nodes. The nodes must be empty.
     pub fn sort(&mut self, background: &mut BackgroundGrid<D>) {
-        for body in &mut self.all {
+        for body in &mut self.bodies {
             let order = sort_by_cell(&background.grid, &body.points.position);
             if order.iter().enumerate().any(|(i, &old)| i != old as usize) {
                 body.reorder(&order, &mut self.scratch);
             }
         }
-        self.travel = 0.0;
+        self.travel_since_sort = 0.0;
         self.find_active_nodes(background);
     }
 
@@ -160,9 +161,9 @@ impl<const D: usize> Bodies<D> {
     pub fn find_active_nodes(&mut self, background: &mut BackgroundGrid<D>) {
         background.layout.clear();
         let (mut mass, mut count) = (0.0, 0);
-        for body in &mut self.all {
+        for body in &mut self.bodies {
             body.slabs = background.layout.add_points(&body.points.position);
-            body.reports.resize(body.points.len().div_ceil(BLOCK_SIZE), Ok(StepBound::NONE));
+            body.reports.resize(body.points.len().div_ceil(BLOCK_SIZE), Ok(StepBound::UNBOUNDED));
             mass += body.points.mass.iter().sum::<f64>();
             count += body.points.len();
         }
@@ -170,16 +171,16 @@ impl<const D: usize> Bodies<D> {
     }
 
     /// Moves points that left through a periodic side to the opposite side.
-    pub fn wrap(&mut self, background: &BackgroundGrid<D>) {
-        let BackgroundGrid { low, high, periodic, .. } = background;
+    pub fn wrap_into_period(&mut self, background: &BackgroundGrid<D>) {
+        let BackgroundGrid { low, upper_corner, periodic, .. } = background;
         if *periodic == [false; D] {
             return;
         }
-        for body in &mut self.all {
+        for body in &mut self.bodies {
             let PointColumns { position, origin, .. } = &mut body.points;
-            if wrap([low, high], periodic, position, origin) {
+            if wrap_into_period([low, upper_corner], periodic, position, origin) {
                 // The points are in other slabs now.
-                self.travel = f64::INFINITY;
+                self.travel_since_sort = f64::INFINITY;
             }
         }
     }
@@ -187,13 +188,13 @@ impl<const D: usize> Bodies<D> {
     /// Keeps the points for which `keep` returns true, by body and index, and the bodies that have any. Returns whether any was removed.
     pub fn retain(&mut self, keep: impl Fn(&BodyPoints<D>, usize) -> bool) -> bool {
         let before = self.len();
-        for body in &mut self.all {
+        for body in &mut self.bodies {
             let order: Vec<u32> = (0..body.points.len() as u32).filter(|&i| keep(body, i as usize)).collect();
             if order.len() < body.points.len() {
                 body.reorder(&order, &mut self.scratch);
             }
         }
-        self.all.retain(|body| !body.points.is_empty());
+        self.bodies.retain(|body| !body.points.is_empty());
         self.len() < before
     }
 }
@@ -205,7 +206,7 @@ pub fn stress_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Vecto
     for j in 0..D {
         let mut column = [0.0; 4];
         for i in 0..D {
-            column[i] = -volume * stress.at(i, j);
+            column[i] = -volume * stress.component(i, j);
         }
         columns[j] = Vector4::new(column);
     }

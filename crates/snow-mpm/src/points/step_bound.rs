@@ -10,7 +10,7 @@ pub struct StepBound {
     /// Limit that gives the longest step.
     pub limit: StepLimit,
     /// Index of the limiting point in its body.
-    pub index: usize,
+    pub point_index: usize,
     /// Largest displacement along an axis in the last step (m).
     pub max_move: f64,
     /// Whether a point has left the domain, of a body with `remove_outside`.
@@ -19,13 +19,13 @@ pub struct StepBound {
 
 impl StepBound {
     /// Bound without points.
-    pub const NONE: Self =
-        Self { rate: 0.0, limit: StepLimit::NOTHING, index: 0, max_move: 0.0, any_outside: false };
+    pub const UNBOUNDED: Self =
+        Self { rate: 0.0, limit: StepLimit::NO_MOTION, point_index: 0, max_move: 0.0, any_outside: false };
 
     /// Takes a stricter limit; of equal ones the first is kept.
-    pub fn tighten(&mut self, rate: f64, limit: StepLimit, index: usize) {
+    pub fn restrict(&mut self, rate: f64, limit: StepLimit, index: usize) {
         if rate > self.rate {
-            (self.rate, self.limit, self.index) = (rate, limit, index);
+            (self.rate, self.limit, self.point_index) = (rate, limit, index);
         }
     }
 }

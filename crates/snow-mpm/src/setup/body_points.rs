@@ -36,11 +36,11 @@ pub(super) fn body_points<const D: usize>(
         case.initialise_law(number, listed.as_ref(), &position)?;
     let velocity_of = |(point, x): (usize, &[f64; D])| {
         let given = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
-        let velocity = given.unwrap_or_else(|| of_case.velocity.at(spatial(x)));
+        let velocity = given.unwrap_or_else(|| of_case.velocity.velocity_at(spatial(x)));
         std::array::from_fn(|c| velocity[c])
     };
     let velocity = position.iter().enumerate().map(velocity_of).collect();
-    let affine = match options.transfer {
+    let affine_velocity = match options.transfer {
         SnowTransfer::Apic => affine_moments(case, background, number, &position),
         SnowTransfer::Flip => vec![[[0.0; D]; D]; count],
     };
@@ -48,7 +48,7 @@ pub(super) fn body_points<const D: usize>(
         id: (first_id as u32..(first_id + count) as u32).collect(),
         origin: position.clone(),
         velocity,
-        affine,
+        affine_velocity,
         mass,
         stress,
         work: Vec::new(),
@@ -91,7 +91,7 @@ fn affine_moments<const D: usize>(
             let at = |sign: f64| {
                 let mut place = spatial(x);
                 place[j] += sign * half;
-                field.at(place)
+                field.velocity_at(place)
             };
             let (above, below) = (at(1.0), at(-1.0));
             std::array::from_fn::<f64, D, _>(|i| squares[j] * (above[i] - below[i]) / (2.0 * half))

@@ -92,7 +92,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     for (number, body) in case.bodies.iter().enumerate() {
         let cells = body.shape.min_thickness(dimension) / options.cell_size;
         // Sheet: snow-mpm P10.
-        let (least, why) = if may_soften(&case.materials[&body.material]) {
+        let (minimum, why) = if may_soften(&case.materials[&body.material]) {
             (
                 4.0,
                 "a layer that softens needs 4 or more, and its resistance to fracture depends on their number",
@@ -100,7 +100,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         } else {
             (2.0, "shape functions extend across it: with 2 or more it bends and shears independently")
         };
-        if cells < least - 1e-9 {
+        if cells < minimum - 1e-9 {
             warnings
                 .push(format!("bodies[{number}].shape: its smallest thickness is {cells:.2} cells; {why}"));
         }

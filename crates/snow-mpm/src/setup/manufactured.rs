@@ -16,7 +16,11 @@ impl SnowMpm {
     ///
     /// # Errors
     /// Those of building the case itself, and when the law rejects the deformation at the start.
-    pub fn manufactured(&self, case: &Case, solution: Manufactured) -> Result<Box<dyn Solver>, CaseError> {
+    pub fn manufactured_solver(
+        &self,
+        case: &Case,
+        solution: Manufactured,
+    ) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case, Some(solution))
     }
 }
@@ -25,7 +29,7 @@ impl<const D: usize> SnowSolver<D> {
     /// Sets positions and deformations of the points to the start of a solution, and applies its force from then on.
     pub(crate) fn begin_manufactured(&mut self, solution: Manufactured) -> Result<(), CaseError> {
         let cell = self.background.grid.cell;
-        for body in &mut self.bodies.all {
+        for body in &mut self.bodies.bodies {
             let points = &mut body.points;
             let mut motions = Vec::with_capacity(points.len());
             for p in 0..points.len() {
@@ -46,9 +50,9 @@ impl<const D: usize> SnowSolver<D> {
             self.set_moments(&solution);
         }
         self.bodies.sort(&mut self.background);
-        self.energy_balance = EnergyBalance::new(&self.stored(), self.case.removal_shapes.len());
+        self.energy_balance = EnergyBalance::new(&self.stored_energies(), self.case.removal_shapes.len());
         self.update_step_bounds();
-        self.manufactured = Some(solution);
+        self.manufactured_solution = Some(solution);
         Ok(())
     }
 
@@ -56,7 +60,7 @@ impl<const D: usize> SnowSolver<D> {
     /// §3.3).
     fn set_moments(&mut self, solution: &Manufactured) {
         let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
-        for body in &mut self.bodies.all {
+        for body in &mut self.bodies.bodies {
             let (points, extent) = (&mut body.points, [body.width; D]);
             for p in 0..points.len() {
                 let mut squares = [[0.0; D]];
@@ -65,7 +69,7 @@ impl<const D: usize> SnowSolver<D> {
                     solution.velocity_gradient(spatial(&points.origin[p]), DIFFERENCE * ground.grid.cell);
                 let moment = |i: usize, j: usize| squares[0][j] * gradient.map_or(0.0, |of| of[i][j]);
                 let moments: SquareMatrix<D> = std::array::from_fn(|i| std::array::from_fn(|j| moment(i, j)));
-                points.affine[p] = moments;
+                points.affine_velocity[p] = moments;
             }
         }
     }

@@ -101,7 +101,7 @@ pub(crate) fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
         points: points.iter().sum(),
         nodes,
         memory,
-        key: "methods.snow-mpm.cell_size",
+        case_key: "methods.snow-mpm.cell_size",
         ..ProblemSize::default()
     })
 }
@@ -116,10 +116,10 @@ fn plan_in<const D: usize>(
     let mut solver = solver(case, options, chosen)?;
     let time_step = solver.limit();
     let mut volumes = vec![0.0; case.bodies.len()];
-    for body in &solver.bodies.all {
+    for body in &solver.bodies.bodies {
         volumes[body.number as usize] += body.points.volume.iter().sum::<f64>();
     }
-    let memory = solver.bodies.all.iter().map(BodyPoints::bytes).sum::<usize>() + solver.nodes.bytes();
+    let memory = solver.bodies.bodies.iter().map(BodyPoints::bytes).sum::<usize>() + solver.nodes.bytes();
     Ok(Plan {
         points: solver.bodies.len(),
         nodes: solver.background.layout.len(),
@@ -133,7 +133,7 @@ fn plan_in<const D: usize>(
             width: options.cell_size,
             point_distance: options.cell_size / options.points_per_cell as f64,
             axes: D,
-            key: "methods.snow-mpm.cell_size",
+            case_key: "methods.snow-mpm.cell_size",
             noun: "cells",
         }),
         updates_per_second: UPDATES_PER_SECOND[usize::from(D == 3)],
@@ -147,9 +147,9 @@ fn periodic_background<const D: usize>(
     background: BackgroundGrid<D>,
 ) -> Result<BackgroundGrid<D>, CaseError> {
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
-    background.with_periodic_axes(periodic).map_err(|least| {
+    background.with_periodic_axes(periodic).map_err(|smallest| {
         let problem = format!(
-            "needs {least} cells or more along each periodic axis, because shape functions extend that far \
+            "needs {smallest} cells or more along each periodic axis, because shape functions extend that far \
              beyond its sides"
         );
         CaseError::new("domain.periodic", problem)
@@ -181,13 +181,13 @@ fn solver<const D: usize>(
         all.push(body);
     }
     let obstacles = NodeObstacles::new(case, &standing, &background)?;
-    let nothing = TimeStep { dt: f64::INFINITY, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
+    let limit = TimeStep { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, point: None, position: [0.0; 3] };
     let clock = Clock {
         stage: 0,
         stage_start: 0.0,
         time: 0.0,
         step: 0,
-        limit: nothing,
+        limit,
         sums: MomentumTerms::default(),
         external_work: 0.0,
         rest_checks: RestChecks::default(),
@@ -196,18 +196,18 @@ fn solver<const D: usize>(
         case: Arc::new(case.clone()),
         options: options.clone(),
         nodes: GridNodes::new(&background.layout),
-        boundaries: BoundaryConditions::new(case, 0, &background, Arc::new(obstacles.rest().clone())),
+        boundaries: BoundaryConditions::new(case, 0, &background, Arc::new(obstacles.static_faces().clone())),
         obstacles,
         background,
         bodies: Bodies::new(all),
         energy_balance: EnergyBalance::default(),
         hazard_rasters: HazardRasters::of_case(case, options.cell_size)?,
-        manufactured: None,
+        manufactured_solution: None,
         cut_bounds: case.removal_shapes.iter().map(|cut| cut.bounds(D)).collect(),
         clock,
     };
     solver.bodies.sort(&mut solver.background);
-    solver.energy_balance = EnergyBalance::new(&solver.stored(), case.removal_shapes.len());
+    solver.energy_balance = EnergyBalance::new(&solver.stored_energies(), case.removal_shapes.len());
     solver.update_step_bounds();
     if let Some(maps) = &mut solver.hazard_rasters {
         maps.update(&solver.bodies, 0.0);

@@ -57,7 +57,7 @@ pub struct SnowSolver<const D: usize> {
     /// Bounds of the shapes of the cuts (m).
     pub(crate) cut_bounds: Vec<colluvium_case::description::AxisBounds>,
     /// Manufactured solution for verification, whose force acts on the points.
-    pub(crate) manufactured: Option<Manufactured>,
+    pub(crate) manufactured_solution: Option<Manufactured>,
     pub(crate) clock: Clock,
 }
 
@@ -75,10 +75,10 @@ impl<const D: usize> SnowSolver<D> {
             obstacles,
             energy_balance: ledger,
             clock,
-            manufactured,
+            manufactured_solution,
             ..
         } = self;
-        if bodies.travel >= background.grid.cell {
+        if bodies.travel_since_sort >= background.grid.cell {
             nodes.reset(&background.layout);
             bodies.sort(background);
         }
@@ -88,7 +88,7 @@ impl<const D: usize> SnowSolver<D> {
             obstacles.update_faces((clock.time, dt), background, boundaries.obstacles_mut());
         }
         // 1, 2
-        let push = manufactured.as_ref().map(|solution| (solution, clock.time));
+        let push = manufactured_solution.as_ref().map(|solution| (solution, clock.time));
         p2g(background, bodies, nodes, options.transfer, push);
         background.sum_periodic_images(&mut nodes.nodes);
         // 3
@@ -105,14 +105,14 @@ impl<const D: usize> SnowSolver<D> {
         let update = PointUpdater {
             dt,
             transfer: options.transfer,
-            flip: options.flip_share(dt),
+            flip_fraction: options.flip_share(dt),
             deformation: options.deformation,
             bounds: StepCoefficients::of_options(options, D),
             background,
             nodes: &nodes.nodes,
             boundaries,
         };
-        bodies.all.iter_mut().for_each(|body| update.body(body));
+        bodies.bodies.iter_mut().for_each(|body| update.body(body));
         ledger.add(&sums, dt);
         self.end_step(dt, sums)
     }
@@ -120,7 +120,7 @@ impl<const D: usize> SnowSolver<D> {
     /// Evaluates the reports of the points and advances the clock.
     fn end_step(&mut self, dt: f64, sums: MomentumTerms) -> Result<(), SolverError> {
         let (mut moved, mut left) = (0f64, false);
-        for (number, body) in self.bodies.all.iter().enumerate() {
+        for (number, body) in self.bodies.bodies.iter().enumerate() {
             for report in &body.reports {
                 match report {
                     Ok(pace) => (moved, left) = (moved.max(pace.max_move), left | pace.any_outside),
@@ -128,8 +128,8 @@ impl<const D: usize> SnowSolver<D> {
                 }
             }
         }
-        self.bodies.travel += moved;
-        self.bodies.wrap(&self.background);
+        self.bodies.travel_since_sort += moved;
+        self.bodies.wrap_into_period(&self.background);
         self.clock.time += dt;
         self.clock.step += 1;
         self.clock.sums = sums;
@@ -147,8 +147,8 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Removes the points outside the domain, of bodies with `remove_outside`.
     fn remove_outside_points(&mut self) {
-        let BackgroundGrid { low, high, .. } = self.background;
-        let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= high[axis]);
+        let BackgroundGrid { low, upper_corner, .. } = self.background;
+        let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= upper_corner[axis]);
         self.retain(|body, i| !body.remove_outside || inside(&body.points.position[i]));
     }
 
@@ -157,19 +157,19 @@ impl<const D: usize> SnowSolver<D> {
         &mut self,
         keep: impl Fn(&crate::points::bodies::BodyPoints<D>, usize) -> bool,
     ) -> f64 {
-        let before = self.stored();
+        let before = self.stored_energies();
         self.nodes.reset(&self.background.layout);
         if !self.bodies.retain(keep) {
             return 0.0;
         }
-        let removed = self.energy_balance.add_removed(&before, &self.stored());
+        let removed = self.energy_balance.add_removed(&before, &self.stored_energies());
         self.bodies.sort(&mut self.background);
         self.update_step_bounds();
         removed
     }
 
     /// Current energies (J).
-    pub(crate) fn stored(&self) -> StoredEnergies {
+    pub(crate) fn stored_energies(&self) -> StoredEnergies {
         StoredEnergies::of_bodies(&self.bodies, self.second_moment())
     }
 
@@ -189,7 +189,7 @@ impl<const D: usize> SnowSolver<D> {
         use colluvium_constitutive::BLOCK_SIZE;
 
         let bounds = StepCoefficients::of_options(&self.options, D);
-        for body in &mut self.bodies.all {
+        for body in &mut self.bodies.bodies {
             let points = &body.points;
             for (number, (report, states)) in body.reports.iter_mut().zip(body.states.blocks()).enumerate() {
                 let first = number * BLOCK_SIZE;
@@ -233,7 +233,7 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Error of a failed point.
     pub(crate) fn point_error(&self, body: usize, failure: &PointFailure) -> SolverError {
-        let points = &self.bodies.all[body].points;
+        let points = &self.bodies.bodies[body].points;
         SolverError::Point {
             step: self.clock.step,
             time: self.clock.time,

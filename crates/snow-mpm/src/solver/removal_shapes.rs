@@ -21,17 +21,18 @@ impl<const D: usize> SnowSolver<D> {
             if !cut.is_active_between(from, to) {
                 continue;
             }
-            if self.energy_balance.removals().iter().all(|taken| taken.travel == 0.0) {
+            if self.energy_balance.removals().iter().all(|taken| taken.cut_displacement == 0.0) {
                 self.check_rest(cut)?;
             }
-            self.energy_balance.removal(number).travel +=
+            self.energy_balance.removal(number).cut_displacement +=
                 cut.speed() * (cut.moving_time(to) - cut.moving_time(from));
             let sweep = cut.swept_region(from, to, &self.cut_bounds[number]);
             let takes = |body: &BodyPoints<D>| cut.applies_to(&case.bodies[body.number as usize].name);
             let mass = self.mass_in_region(&sweep, takes);
             if mass > 0.0 {
-                let keeps =
-                    |body: &BodyPoints<D>, i: usize| !(takes(body) && sweep.covers(&body.points.position[i]));
+                let keeps = |body: &BodyPoints<D>, i: usize| {
+                    !(takes(body) && sweep.contains(&body.points.position[i]))
+                };
                 let energy = self.retain(keeps);
                 let taken = self.energy_balance.removal(number);
                 taken.mass += mass;
@@ -54,9 +55,9 @@ impl<const D: usize> SnowSolver<D> {
     /// Mass of the points in the swept region of a cut (kg).
     fn mass_in_region(&self, sweep: &SweptRegion<'_>, takes: impl Fn(&BodyPoints<D>) -> bool) -> f64 {
         let mut mass = 0.0;
-        for body in self.bodies.all.iter().filter(|body| takes(body)) {
+        for body in self.bodies.bodies.iter().filter(|body| takes(body)) {
             let points = body.points.position.iter().zip(&body.points.mass);
-            mass += points.filter(|(place, _)| sweep.covers(place)).map(|(_, mass)| mass).sum::<f64>();
+            mass += points.filter(|(place, _)| sweep.contains(place)).map(|(_, mass)| mass).sum::<f64>();
         }
         mass
     }

@@ -10,7 +10,7 @@ use crate::solver::SnowSolver;
 impl<const D: usize> SnowSolver<D> {
     /// Snapshot of all fields on the points, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
-        let bodies = &self.bodies.all;
+        let bodies = &self.bodies.bodies;
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
         for (number, body) in bodies.iter().enumerate() {
             order.extend(body.points.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
@@ -53,12 +53,15 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Totals over the points; kinetic energy and angular momentum include the affine velocity fields of the points.
     pub(crate) fn collect_budget(&self) -> Budget {
-        let stored = self.stored();
-        let mut budget =
-            Budget { kinetic: stored.kinetic + stored.affine, elastic: stored.elastic, ..Budget::default() };
+        let stored = self.stored_energies();
+        let mut budget = Budget {
+            kinetic: stored.kinetic + stored.affine_kinetic,
+            elastic: stored.elastic,
+            ..Budget::default()
+        };
         let gravity = self.case.gravity3();
-        for body in &self.bodies.all {
-            let PointColumns { position, velocity, affine, mass, .. } = &body.points;
+        for body in &self.bodies.bodies {
+            let PointColumns { position, velocity, affine_velocity, mass, .. } = &body.points;
             for i in 0..mass.len() {
                 let (x, v, m) = (spatial(&position[i]), spatial(&velocity[i]), mass[i]);
                 budget.mass += m;
@@ -69,7 +72,8 @@ impl<const D: usize> SnowSolver<D> {
                     budget.potential -= m * gravity[c] * x[c];
                     if a < D && b < D {
                         // Sheet: snow-mpm §3.6.
-                        budget.angular_momentum[c] += m * (affine[i][b][a] - affine[i][a][b]);
+                        budget.angular_momentum[c] +=
+                            m * (affine_velocity[i][b][a] - affine_velocity[i][a][b]);
                     }
                 }
             }
@@ -79,21 +83,28 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Energy balance, speed of the fastest point, total volume, and values of obstacles and cuts.
     pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
-        let stored = self.stored();
+        let stored = self.stored_energies();
         let mut readings = self.energy_balance.scalar_outputs(&stored);
-        let squares =
-            self.bodies.all.iter().flat_map(|body| &body.points.velocity).map(crate::points::vectors::square);
+        let squares = self
+            .bodies
+            .bodies
+            .iter()
+            .flat_map(|body| &body.points.velocity)
+            .map(crate::points::vectors::square);
         let fastest = squares.fold(0.0, f64::max).sqrt();
         readings.push(("largest_speed".to_owned(), "m/s".to_owned(), fastest));
         // Sheet: snow-mpm §3.11.
-        let volume = self.bodies.all.iter().flat_map(|body| &body.points.volume).sum();
+        let volume = self.bodies.bodies.iter().flat_map(|body| &body.points.volume).sum();
         readings.push(("volume".to_owned(), "m3".to_owned(), volume));
         if !self.case.obstacles.is_empty() {
             readings.push(("obstacles.friction".to_owned(), "J".to_owned(), self.energy_balance.friction()));
         }
         for (cut, taken) in self.case.removal_shapes.iter().zip(self.energy_balance.removals()) {
-            let entries =
-                [("travel", "m", taken.travel), ("mass", "kg", taken.mass), ("energy", "J", taken.energy)];
+            let entries = [
+                ("travel", "m", taken.cut_displacement),
+                ("mass", "kg", taken.mass),
+                ("energy", "J", taken.energy),
+            ];
             let readings_of =
                 entries.map(|(name, unit, value)| (format!("{}.{name}", cut.name), unit.to_owned(), value));
             readings.extend(readings_of);

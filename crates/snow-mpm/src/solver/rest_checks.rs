@@ -39,12 +39,12 @@ struct YieldedPoints {
     /// Number of yielded points.
     count: usize,
     /// Number of points without remaining strength.
-    collapsed: usize,
+    collapsed_points: usize,
     /// Number of points of the layer.
     layer_count: usize,
     /// Index of the first yielded point among the points of its body, of those without strength if there are any; its position (m).
     index: usize,
-    place: [f64; 3],
+    position: [f64; 3],
 }
 
 impl<const D: usize> SnowSolver<D> {
@@ -54,25 +54,25 @@ impl<const D: usize> SnowSolver<D> {
     /// When a point of the weak layer has collapsed: the crack exists before the cut.
     pub(super) fn check_rest(&mut self, cut: &RemovalShape) -> Result<(), SolverError> {
         let Some(name) = sawn_layer(&self.case, cut) else { return Ok(()) };
-        let velocities = self.bodies.all.iter().flat_map(|body| &body.points.velocity);
+        let velocities = self.bodies.bodies.iter().flat_map(|body| &body.points.velocity);
         let fastest = velocities.map(square).fold(0f64, f64::max).sqrt();
         let of_layer = |body: &BodyPoints<D>| self.case.bodies[body.number as usize].name == *name;
-        let number = self.bodies.all.iter().position(of_layer);
-        let yielded = number.and_then(|number| self.yielded_points(&self.bodies.all[number]));
-        if let (Some(number), Some(YieldedPoints { collapsed, layer_count: of, index, .. })) =
-            (number, yielded.filter(|yielded| yielded.collapsed > 0))
+        let number = self.bodies.bodies.iter().position(of_layer);
+        let yielded = number.and_then(|number| self.yielded_points(&self.bodies.bodies[number]));
+        if let (Some(number), Some(YieldedPoints { collapsed_points, layer_count: of, index, .. })) =
+            (number, yielded.filter(|yielded| yielded.collapsed_points > 0))
         {
             let reason = format!(
-                "{collapsed} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
+                "{collapsed_points} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
                  first cut, this one among them: make the layer stronger or the slab lighter, apply its \
                  weight more slowly (gravity_ramp and damping of the stage before), or, on ground that is not \
                  parallel to an axis, add old, elastic snow below the layer"
             );
             return Err(self.point_error(number, &PointFailure { index, reason }));
         }
-        let seen = &mut self.clock.rest_checks;
-        seen.early_yield = seen.early_yield.or(yielded.map(|yielded| (CheckTime::FirstCut, yielded)));
-        seen.initial_speed = Some(fastest).filter(|fastest| *fastest > REST_SPEED);
+        let checks = &mut self.clock.rest_checks;
+        checks.early_yield = checks.early_yield.or(yielded.map(|yielded| (CheckTime::FirstCut, yielded)));
+        checks.initial_speed = Some(fastest).filter(|fastest| *fastest > REST_SPEED);
         Ok(())
     }
 
@@ -83,7 +83,7 @@ impl<const D: usize> SnowSolver<D> {
             && number + 1 < self.case.stages.len()
             && self.clock.rest_checks.early_yield.is_none()
         {
-            let yielded = self.bodies.all.iter().find_map(|body| self.yielded_points(body));
+            let yielded = self.bodies.bodies.iter().find_map(|body| self.yielded_points(body));
             self.clock.rest_checks.early_yield = yielded.map(|yielded| (CheckTime::EndOf(number), yielded));
         }
     }
@@ -94,7 +94,7 @@ impl<const D: usize> SnowSolver<D> {
         let spec = &self.case.materials[&of_case.material];
         let strength = strength_of_weak_layer(spec)?;
         // A wrapper of a law may begin with a part of its strength.
-        let least = if spec.inner().is_none() { strength * (1.0 - YIELD_TOLERANCE) } else { 0.0 };
+        let smallest = if spec.inner().is_none() { strength * (1.0 - YIELD_TOLERANCE) } else { 0.0 };
         let names = body.material.output_names();
         let column = |name: &str| names.iter().position(|own| *own == name);
         let (bears, collapsed) = (column("compressive_strength")?, column("collapsed")?);
@@ -102,35 +102,39 @@ impl<const D: usize> SnowSolver<D> {
             body.material.outputs(stress, states, out);
         });
         let has_collapsed = |outputs: &&[f64]| outputs[collapsed] > 0.5;
-        let has_yielded = |outputs: &&[f64]| outputs[bears] < least || has_collapsed(outputs);
+        let has_yielded = |outputs: &&[f64]| outputs[bears] < smallest || has_collapsed(outputs);
         let all = || outputs.chunks(names.len());
         let index =
             all().position(|of| has_collapsed(&of)).or_else(|| all().position(|of| has_yielded(&of)))?;
         Some(YieldedPoints {
             body: body.number,
             count: all().filter(has_yielded).count(),
-            collapsed: all().filter(has_collapsed).count(),
+            collapsed_points: all().filter(has_collapsed).count(),
             layer_count: body.points.len(),
             index,
-            place: spatial(&body.points.position[index]),
+            position: spatial(&body.points.position[index]),
         })
     }
 
     /// Warning of the checks of rest.
     pub(crate) fn rest_warning(&self) -> Option<String> {
         let RestChecks { initial_speed: unrest, early_yield: early } = self.clock.rest_checks;
-        if let Some((moment, YieldedPoints { body, count, collapsed, layer_count: of, place, .. })) = early {
+        if let Some((
+            moment,
+            YieldedPoints { body, count, collapsed_points, layer_count: of, position, .. },
+        )) = early
+        {
             let when = match moment {
                 CheckTime::EndOf(stage) => format!("at the end of stage {:?}", self.case.stages[stage].name),
                 CheckTime::FirstCut => "when the first cut began".to_owned(),
             };
-            let (name, place) = (&self.case.bodies[body as usize].name, self.case.map_position(&place));
+            let (name, position) = (&self.case.bodies[body as usize].name, self.case.map_position(&position));
             return Some(format!(
                 "{when} {count} of the {of} points of the weak layer {name:?} had yielded under their weight \
-                 alone, {collapsed} of them without strength, one at {:.4?} m. The layer is then weaker than \
+                 alone, {collapsed_points} of them without strength, one at {:.4?} m. The layer is then weaker than \
                  that of the case: make it stronger or the slope less, or, on ground that is not parallel to \
                  an axis, add old, elastic snow below it",
-                &place[..D]
+                &position[..D]
             ));
         }
         unrest.map(|fastest| {

@@ -11,7 +11,7 @@ use colluvium_constitutive::{InitialCondition, MaterialSpec, SymTensor};
 use colluvium_points::Shape;
 
 /// Least length of a column over the thickness of its slab.
-const LEAST_LENGTH: f64 = 5.0;
+const MIN_COLUMN_LENGTH: f64 = 5.0;
 /// Upper bound of the speed of a saw over that of shear waves in the slab.
 const HIGHEST_SPEED: f64 = 0.05;
 /// Least share of the length of the weak layer above which a body is part of the slab.
@@ -32,22 +32,22 @@ pub(crate) fn strength_of_weak_layer(spec: &MaterialSpec) -> Option<f64> {
 
 /// Layer in the axes of a saw test: ends along it, and from its lower to its upper side (m).
 struct SawLayer {
-    along: [f64; 2],
-    across: [f64; 2],
+    length_range: [f64; 2],
+    height_range: [f64; 2],
 }
 
 /// Direction of a saw, axis across which its slab weighs on the weak layer, and sign of the upward direction along it.
 #[derive(Clone, Copy)]
 struct SawAxes {
-    along: usize,
-    across: usize,
-    up: f64,
+    cut_axis: usize,
+    normal_axis: usize,
+    upward_sign: f64,
 }
 
 /// Column of a saw test.
 struct SawColumn<'a> {
     /// Weak layer.
-    weak: (&'a Body, SawLayer),
+    weak_layer: (&'a Body, SawLayer),
     /// Bodies above the weak layer.
     slab: Vec<(&'a Body, SawLayer)>,
     /// Axes of the cut; none where its direction is along no axis.
@@ -61,37 +61,38 @@ impl<'a> SawColumn<'a> {
         let weak = |body: &&Body| cut.applies_to(&body.name) && is_weak(case, body);
         let body = case.bodies.iter().find(weak)?;
         let own = layer(&body.shape, &body.shape, axes)?;
-        let (length, top) = (own.along[1] - own.along[0], own.across[1]);
+        let (length, top) = (own.length_range[1] - own.length_range[0], own.height_range[1]);
         let lies_on = |of: &SawLayer| {
-            let shared = of.along[1].min(own.along[1]) - of.along[0].max(own.along[0]);
-            of.across[0] >= top - ROUND_OFF * length && shared >= MIN_COVERAGE * length
+            let shared =
+                of.length_range[1].min(own.length_range[1]) - of.length_range[0].max(own.length_range[0]);
+            of.height_range[0] >= top - ROUND_OFF * length && shared >= MIN_COVERAGE * length
         };
         let left = case.bodies.iter().filter(|body| !cut.applies_to(&body.name));
         let left = left.filter_map(|of| Some((of, layer(&of.shape, &body.shape, axes)?)));
         let slab: Vec<_> = left.filter(|(_, of)| lies_on(of)).collect();
-        (!slab.is_empty()).then_some(Self { weak: (body, own), slab, axes })
+        (!slab.is_empty()).then_some(Self { weak_layer: (body, own), slab, axes })
     }
 
     /// Length of the weak layer (m).
     fn length(&self) -> f64 {
-        self.weak.1.along[1] - self.weak.1.along[0]
+        self.weak_layer.1.length_range[1] - self.weak_layer.1.length_range[0]
     }
 
     /// Thickness of the slab (m).
     fn thickness(&self) -> f64 {
-        let top = self.slab.iter().map(|(_, layer)| layer.across[1]).fold(f64::NEG_INFINITY, f64::max);
-        top - self.weak.1.across[1]
+        let top = self.slab.iter().map(|(_, layer)| layer.height_range[1]).fold(f64::NEG_INFINITY, f64::max);
+        top - self.weak_layer.1.height_range[1]
     }
 }
 
 impl SawAxes {
     fn of_removal(case: &Case, cut: &RemovalShape) -> Option<Self> {
         let dimension = case.dimension();
-        let along = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed())?;
+        let cut_axis = (0..dimension).find(|&axis| cut.velocity[axis].abs() == cut.speed())?;
         let gravity = case.gravity3();
-        let others = (0..dimension).filter(|axis| *axis != along);
-        let across = others.reduce(|a, b| if gravity[b].abs() > gravity[a].abs() { b } else { a })?;
-        Some(Self { along, across, up: if gravity[across] > 0.0 { -1.0 } else { 1.0 } })
+        let others = (0..dimension).filter(|axis| *axis != cut_axis);
+        let normal_axis = others.reduce(|a, b| if gravity[b].abs() > gravity[a].abs() { b } else { a })?;
+        Some(Self { cut_axis, normal_axis, upward_sign: if gravity[normal_axis] > 0.0 { -1.0 } else { 1.0 } })
     }
 }
 
@@ -99,13 +100,13 @@ impl SawAxes {
 fn layer(shape: &Shape, below: &Shape, axes: Option<SawAxes>) -> Option<SawLayer> {
     match (shape, below) {
         (Shape::ArcLayer { on, start, end, from, to, .. }, Shape::ArcLayer { on: same, .. }) => {
-            (on == same).then_some(SawLayer { along: [*start, *end], across: [*from, *to] })
+            (on == same).then_some(SawLayer { length_range: [*start, *end], height_range: [*from, *to] })
         }
         (Shape::Box { min, max }, Shape::Box { .. } | Shape::Polygon { .. }) => {
-            let SawAxes { along, across, up } = axes?;
+            let SawAxes { cut_axis, normal_axis, upward_sign } = axes?;
             Some(SawLayer {
-                along: [min[along], max[along]],
-                across: ordered(up * min[across], up * max[across]),
+                length_range: [min[cut_axis], max[cut_axis]],
+                height_range: ordered(upward_sign * min[normal_axis], upward_sign * max[normal_axis]),
             })
         }
         (Shape::Polygon { vertices }, Shape::Box { .. } | Shape::Polygon { .. }) => {
@@ -121,19 +122,25 @@ fn ordered(a: f64, b: f64) -> [f64; 2] {
 
 /// Polygon between two lines along the direction of a saw, as a layer that ends in the middle of its oblique ends; none for another
 /// polygon.
-fn oblique_layer(vertices: &[[f64; 2]], SawAxes { along, across, up }: SawAxes) -> Option<SawLayer> {
+fn oblique_layer(
+    vertices: &[[f64; 2]],
+    SawAxes { cut_axis, normal_axis, upward_sign }: SawAxes,
+) -> Option<SawLayer> {
     let range = |places: &mut dyn Iterator<Item = f64>| {
         places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
     };
-    let [low, high] = range(&mut vertices.iter().map(|vertex| vertex[across]));
+    let [low, high] = range(&mut vertices.iter().map(|vertex| vertex[normal_axis]));
     let slack = ROUND_OFF * (high - low);
     let on = |side: f64| {
-        range(&mut vertices.iter().filter(|v| (v[across] - side).abs() <= slack).map(|v| v[along]))
+        range(&mut vertices.iter().filter(|v| (v[normal_axis] - side).abs() <= slack).map(|v| v[cut_axis]))
     };
-    let of_two = vertices.iter().all(|v| v[across] - low <= slack || high - v[across] <= slack);
+    let of_two = vertices.iter().all(|v| v[normal_axis] - low <= slack || high - v[normal_axis] <= slack);
     let (lower, upper) = (on(low), on(high));
     let ends = std::array::from_fn(|end| 0.5 * (lower[end] + upper[end]));
-    of_two.then_some(SawLayer { along: ends, across: ordered(up * low, up * high) })
+    of_two.then_some(SawLayer {
+        length_range: ends,
+        height_range: ordered(upward_sign * low, upward_sign * high),
+    })
 }
 
 /// Rejects invalid saw tests (sheet: snow-mpm §7): a column shorter than five times its slab, a saw faster than a twentieth of the shear
@@ -154,11 +161,11 @@ pub(crate) fn check_saw_tests(case: &Case) -> Result<(), CaseError> {
             );
             return Err(CaseError::new(format!("removal_shapes[{number}].velocity"), problem));
         }
-        let (length, least) = (column.length(), LEAST_LENGTH * column.thickness());
-        if length < least * (1.0 - ROUND_OFF) {
+        let (length, smallest) = (column.length(), MIN_COLUMN_LENGTH * column.thickness());
+        if length < smallest * (1.0 - ROUND_OFF) {
             let problem = format!(
                 "the cut column is {length:.4} m long, less than five times the thickness of its slab ({:.4} \
-                 m), so that its far end affects the crack: make it {least:.4} m long or longer",
+                 m), so that its far end affects the crack: make it {smallest:.4} m long or longer",
                 column.thickness()
             );
             return Err(CaseError::new(format!("removal_shapes[{number}]"), problem));
@@ -181,18 +188,19 @@ fn is_too_fast(cut: &RemovalShape, waves: f64) -> bool {
 /// Rejects a weak layer that yields under its slab at rest: at its lower side, far from the ends, where all strain is across the layer.
 /// Along a track the weight changes with its slope: the run checks it (see [`sawn_layer`]).
 fn check_layer_strength(case: &Case, column: &SawColumn<'_>) -> Result<(), CaseError> {
-    let ((body, own), Some(axes)) = (&column.weak, column.axes) else { return Ok(()) };
+    let ((body, own), Some(axes)) = (&column.weak_layer, column.axes) else { return Ok(()) };
     let spec = &case.materials[&body.material];
     let (false, MaterialSpec::CohesiveCamClay(law)) = (matches!(body.shape, Shape::ArcLayer { .. }), spec)
     else {
         return Ok(());
     };
     let mass = |(body, of): &(&Body, SawLayer)| {
-        case.materials[&body.material].density() * (of.across[1] - of.across[0])
+        case.materials[&body.material].density() * (of.height_range[1] - of.height_range[0])
     };
-    let mass = column.slab.iter().map(mass).sum::<f64>() + spec.density() * (own.across[1] - own.across[0]);
+    let mass = column.slab.iter().map(mass).sum::<f64>()
+        + spec.density() * (own.height_range[1] - own.height_range[0]);
     let gravity = case.gravity3();
-    let (pressure, shear) = (mass * gravity[axes.across].abs(), mass * gravity[axes.along]);
+    let (pressure, shear) = (mass * gravity[axes.normal_axis].abs(), mass * gravity[axes.cut_axis]);
     let side = -law.poissons_ratio / (1.0 - law.poissons_ratio) * pressure;
     // Across the layer, along it and sideways: not in the axes of the case.
     let stress = SymTensor([-pressure, side, side, shear, 0.0, 0.0]);
@@ -220,7 +228,7 @@ pub(crate) fn is_weak(case: &Case, body: &Body) -> bool {
 
 /// Name of the weak layer of a saw test with this cut; `None` for other cuts.
 pub(crate) fn sawn_layer<'a>(case: &'a Case, cut: &RemovalShape) -> Option<&'a str> {
-    Some(&SawColumn::of_removal(case, cut)?.weak.0.name)
+    Some(&SawColumn::of_removal(case, cut)?.weak_layer.0.name)
 }
 
 /// Speed of the fastest shear waves (m/s) in bodies whose law has a Young's modulus and a Poisson's ratio.
@@ -284,7 +292,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             ));
         }
         if let Some([length, thickness]) = extents(case, cut)
-            && length < LEAST_LENGTH * thickness * (1.0 - ROUND_OFF)
+            && length < MIN_COLUMN_LENGTH * thickness * (1.0 - ROUND_OFF)
         {
             warnings.push(format!(
                 "removal_shapes[{number}]: the cut material is {length} m long, less than five times the \
@@ -298,7 +306,7 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
 /// Extent of the removed bodies along the direction of a cut, and of the remaining bodies across it (m), by the bounds of their shapes.
 fn extents(case: &Case, cut: &RemovalShape) -> Option<[f64; 2]> {
     let dimension = case.dimension();
-    let SawAxes { along, across, .. } = SawAxes::of_removal(case, cut)?;
+    let SawAxes { cut_axis, normal_axis, .. } = SawAxes::of_removal(case, cut)?;
     let (sawn, left): (Vec<&Body>, Vec<&Body>) =
         case.bodies.iter().partition(|body| cut.applies_to(&body.name));
     if sawn.is_empty() || left.is_empty() {
@@ -311,5 +319,5 @@ fn extents(case: &Case, cut: &RemovalShape) -> Option<[f64; 2]> {
         });
         high - low
     };
-    Some([extent(&sawn, along), extent(&left, across)])
+    Some([extent(&sawn, cut_axis), extent(&left, normal_axis)])
 }

@@ -39,13 +39,13 @@ fn deform_exponentially<const D: usize>(motions: &mut MotionBlock) {
 
 /// Work of the stresses of a step over the logarithmic strain (J): the mean of `V σ` before and after, of second order in the step.
 pub struct StressWork {
-    before: [BlockArray; 6],
+    previous_stress: [BlockArray; 6],
 }
 
 impl StressWork {
     /// Returns the work with the stresses before the step.
     pub fn before_step<const D: usize>(stress: &[SymTensor]) -> Self {
-        Self { before: components::<D>(stress) }
+        Self { previous_stress: components::<D>(stress) }
     }
 
     /// Adds the work to `work`, from volumes and stresses after the step, and changes of volume.
@@ -56,7 +56,7 @@ impl StressWork {
         (volume, stress): (&[f64], &[SymTensor]),
         work: &mut [f64],
     ) {
-        let (before, after) = (&self.before, components::<D>(stress));
+        let (before, after) = (&self.previous_stress, components::<D>(stress));
         let (mut volumes, mut done) = ([0.0; BLOCK_SIZE], [0.0; BLOCK_SIZE]);
         volumes[..volume.len()].copy_from_slice(volume);
         for p in 0..BLOCK_SIZE {

@@ -34,7 +34,7 @@ pub fn p2g<const D: usize>(
         let mut motion = [Vector4::ZERO; BLOCK_SIZE];
         let mut columns = [[Vector4::ZERO; D]; BLOCK_SIZE];
         let mut forces = [Vector4::ZERO; BLOCK_SIZE];
-        for body in &bodies.all {
+        for body in &bodies.bodies {
             let (points, extent) = (&body.points, [body.width; D]);
             for block in body.blocks_of(slab) {
                 for (k, p) in block.clone().enumerate() {
@@ -51,14 +51,14 @@ pub fn p2g<const D: usize>(
                 }
                 let affine = AffineFields {
                     moments: true,
-                    fields: &points.affine[block.clone()],
+                    fields: &points.affine_velocity[block.clone()],
                     mass: &points.mass[block.clone()],
                 };
                 let given = P2gInput {
                     momentum_and_mass: &motion[..block.len()],
                     stress_columns: &columns[..block.len()],
                     body_force: &forces[..pushed],
-                    affine: (transfer == SnowTransfer::Apic).then_some(affine),
+                    affine_fields: (transfer == SnowTransfer::Apic).then_some(affine),
                 };
                 let to = NodeRange { nodes: &mut *window, first };
                 background.transfers.p2g(&ground, &point_slice(&points.position[block], &extent), to, &given);
@@ -74,7 +74,7 @@ pub struct PointUpdater<'a, const D: usize> {
     /// Transfer of velocities.
     pub transfer: SnowTransfer,
     /// FLIP fraction.
-    pub flip: f64,
+    pub flip_fraction: f64,
     /// Deformation of the step as a function of the velocity gradient.
     pub deformation: DeformationUpdate,
     /// Coefficients of the next step's bounds.
@@ -92,7 +92,7 @@ struct PointBlock<'a, const D: usize> {
     first: usize,
     position: &'a mut [[f64; D]],
     velocity: &'a mut [[f64; D]],
-    affine: &'a mut [SquareMatrix<D>],
+    affine_velocity: &'a mut [SquareMatrix<D>],
     volume: &'a mut [f64],
     stress: &'a mut [SymTensor],
     work: &'a mut [f64],
@@ -102,26 +102,26 @@ struct PointBlock<'a, const D: usize> {
 
 /// Working arrays of a thread.
 struct Workspace<const D: usize> {
-    interpolated: [InterpolatedMotion<D>; BLOCK_SIZE],
+    interpolated_motion: [InterpolatedMotion<D>; BLOCK_SIZE],
     motions: MotionBlock,
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
     fn workspace(&self) -> Workspace<D> {
         let motions = MotionBlock::at_rest(self.dt, self.background.grid.cell, D < 3);
-        Workspace { interpolated: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
+        Workspace { interpolated_motion: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
     }
 
     /// Grid to points: velocity, deformation, stress, position (steps 4 to 9), for all points of a body. Each block of points gives a
     /// step bound or a failure.
     pub fn body(&self, body: &mut BodyPoints<D>) {
         let BodyPoints { points, states, material, reports, width, remove_outside, .. } = body;
-        let PointColumns { position, velocity, affine, volume, stress, work, mass, .. } = points;
+        let PointColumns { position, velocity, affine_velocity, volume, stress, work, mass, .. } = points;
         let (material, extent, remove_outside) = (&**material, [*width; D], *remove_outside);
         let blocks = (
             position.par_chunks_mut(BLOCK_SIZE),
             velocity.par_chunks_mut(BLOCK_SIZE),
-            affine.par_chunks_mut(BLOCK_SIZE),
+            affine_velocity.par_chunks_mut(BLOCK_SIZE),
             volume.par_chunks_mut(BLOCK_SIZE),
             stress.par_chunks_mut(BLOCK_SIZE),
             work.par_chunks_mut(BLOCK_SIZE),
@@ -131,10 +131,19 @@ impl<const D: usize> PointUpdater<'_, D> {
         );
         blocks.into_par_iter().enumerate().with_min_len(BLOCKS_PER_TASK).for_each_init(
             || self.workspace(),
-            |bench, (number, (position, velocity, affine, volume, stress, work, mass, states, report))| {
+            |bench, (number, (position, velocity, affine_velocity, volume, stress, work, mass, states, report))| {
                 let first = number * BLOCK_SIZE;
-                let mut block =
-                    PointBlock { first, position, velocity, affine, volume, stress, work, mass, states };
+                let mut block = PointBlock {
+                    first,
+                    position,
+                    velocity,
+                    affine_velocity,
+                    volume,
+                    stress,
+                    work,
+                    mass,
+                    states,
+                };
                 *report = self.block(&mut block, bench, material, (&extent, remove_outside));
             },
         );
@@ -149,10 +158,10 @@ impl<const D: usize> PointUpdater<'_, D> {
     ) -> Result<StepBound, PointFailure> {
         let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
         let count = block.position.len();
-        let (reads, motions) = (&mut bench.interpolated[..count], &mut bench.motions);
+        let (reads, motions) = (&mut bench.interpolated_motion[..count], &mut bench.motions);
         let points = point_slice(block.position, extent);
         if self.transfer == SnowTransfer::Apic {
-            sweeps.g2p_with_apic(&ground, &points, self.nodes, true, (reads, block.affine));
+            sweeps.g2p_with_apic(&ground, &points, self.nodes, true, (reads, block.affine_velocity));
         } else {
             sweeps.g2p(&ground, &points, self.nodes, reads);
         }
@@ -178,7 +187,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         for (own, read) in velocities.iter_mut().zip(reads) {
             let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
             for c in 0..D {
-                own[c] = self.flip * (own[c] + self.dt * acceleration[c]) + (1.0 - self.flip) * velocity[c];
+                own[c] = self.flip_fraction * (own[c] + self.dt * acceleration[c])
+                    + (1.0 - self.flip_fraction) * velocity[c];
             }
         }
     }
@@ -191,7 +201,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         reads: &[InterpolatedMotion<D>],
         remove_outside: bool,
     ) -> Result<(f64, bool), PointFailure> {
-        let BackgroundGrid { low, high, .. } = self.background;
+        let BackgroundGrid { low, upper_corner, .. } = self.background;
         let (mut moved, mut inside) = ([0f64; D], true);
         for (position, read) in block.position.iter_mut().zip(reads) {
             let velocity = read.velocity.as_array();
@@ -200,10 +210,10 @@ impl<const D: usize> PointUpdater<'_, D> {
                 position[c] += step;
                 moved[c] = moved[c].max(step.abs());
                 // NaN is not inside either.
-                inside &= (position[c] >= low[c]) & (position[c] <= high[c]);
+                inside &= (position[c] >= low[c]) & (position[c] <= upper_corner[c]);
             }
         }
-        let moved = moved.iter().fold(0f64, |most, step| most.max(*step));
+        let moved = moved.iter().fold(0f64, |largest, step| largest.max(*step));
         if inside && moved <= self.max_move() {
             return Ok((moved, false));
         }
@@ -248,11 +258,11 @@ impl<const D: usize> PointUpdater<'_, D> {
 
     /// Whether a point at most a cell beyond the domain is returned by walls there.
     fn is_held_by_wall(&self, position: &[f64; D], outside: f64) -> bool {
-        let BackgroundGrid { low, high, .. } = self.background;
+        let BackgroundGrid { low, upper_corner, .. } = self.background;
         outside < 1.0
             && (0..D).filter(|axis| !self.background.periodic[*axis]).all(|axis| {
                 (position[axis] >= low[axis] || self.boundaries.has_wall(axis, false))
-                    && (position[axis] <= high[axis] || self.boundaries.has_wall(axis, true))
+                    && (position[axis] <= upper_corner[axis] || self.boundaries.has_wall(axis, true))
             })
     }
 }

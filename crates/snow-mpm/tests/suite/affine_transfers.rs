@@ -52,20 +52,20 @@ fn one_sweep_does_both<const D: usize>(sweeps: &dyn Transfers<D>, moments: bool)
 
     let motion: Vec<Vector4> = (0..COUNT).map(lanes).collect();
     let columns: Vec<[Vector4; D]> = (0..COUNT).map(|p| std::array::from_fn(|j| lanes(31 * p + j))).collect();
-    let (affine, mass): (Vec<SquareMatrix<D>>, Vec<f64>) =
+    let (affine_fields, mass): (Vec<SquareMatrix<D>>, Vec<f64>) =
         (0..COUNT).map(|p| (square(p), 1.0 + 0.5 * noise(p))).unzip();
-    let affine = AffineFields { moments, fields: &affine, mass: &mass };
-    let deposit = |affine| {
+    let affine_fields = AffineFields { moments, fields: &affine_fields, mass: &mass };
+    let deposit = |affine_fields| {
         let mut nodes = vec![NodalState::default(); layout.len()];
         let given =
-            P2gInput { momentum_and_mass: &motion, stress_columns: &columns, body_force: &[], affine };
+            P2gInput { momentum_and_mass: &motion, stress_columns: &columns, body_force: &[], affine_fields };
         sweeps.p2g(&ground, &points, NodeRange { nodes: &mut nodes, first: 0 }, &given);
         nodes
     };
-    let (plain, whole) = (deposit(None), deposit(Some(affine)));
+    let (plain, whole) = (deposit(None), deposit(Some(affine_fields)));
     let mut momenta = vec![Vector4::ZERO; layout.len()];
     let to = NodeRange { nodes: &mut momenta[..], first: 0 };
-    sweeps.p2g_values(&ground, &points, to, &[Vector4::ZERO; COUNT], Some(affine));
+    sweeps.p2g_values(&ground, &points, to, &[Vector4::ZERO; COUNT], Some(affine_fields));
     let size = momenta.iter().map(|m| m.abs().reduce_add()).fold(1.0, f64::max);
     let mut moved = 0.0f64;
     for ((plain, whole), momentum) in plain.iter().zip(&whole).zip(&momenta) {

@@ -31,23 +31,23 @@ fn a_restored_solver_is_bit_identical() {
     let mut first = start_solver(&SnowMpm, &read_case(&ball(&json!({}))));
     // Far enough for points to have been sorted again, and to have drifted since.
     advance_steps(&mut *first, 220);
-    let saved = first.saved().unwrap();
+    let saved = first.checkpoint_bytes().unwrap();
     let mut second = SnowMpm.build(&case).unwrap();
     second.restore(&mut saved.as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();
-    assert_eq!(second.saved().unwrap(), saved);
+    assert_eq!(second.checkpoint_bytes().unwrap(), saved);
     for solver in [&mut first, &mut second] {
         let dt = solver.limit().dt;
         take_steps(&mut **solver, 1, 0.5 * dt);
         advance_steps(&mut **solver, 120);
     }
     assert_eq!(first.snapshot().hash(), second.snapshot().hash());
-    assert_eq!(first.saved().unwrap(), second.saved().unwrap());
+    assert_eq!(first.checkpoint_bytes().unwrap(), second.checkpoint_bytes().unwrap());
 }
 
 #[test]
 fn bytes_of_another_case_are_refused() {
-    let saved = start_solver(&SnowMpm, &read_case(&ball(&json!({})))).saved().unwrap();
+    let saved = start_solver(&SnowMpm, &read_case(&ball(&json!({})))).checkpoint_bytes().unwrap();
     let mut other = start_solver(&SnowMpm, &read_case(&ball(&json!({ "shape": "quadratic" }))));
     let error = other.restore(&mut saved.as_slice()).unwrap_err();
     assert!(error.to_string().contains("another case"), "{error}");

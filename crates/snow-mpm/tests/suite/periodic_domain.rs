@@ -82,7 +82,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
         pool.install(|| {
             let mut solver = start_solver(&SnowMpm, &read_case(&case));
             advance_steps(&mut *solver, 200);
-            (solver.snapshot().hash(), solver.saved().unwrap())
+            (solver.snapshot().hash(), solver.checkpoint_bytes().unwrap())
         })
     };
     let (hash, saved) = run(1);
@@ -94,7 +94,7 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     let mut first = start_solver(&SnowMpm, &read_case(&case));
     advance_steps(&mut *first, 400);
     advance_steps(&mut *second, 200);
-    assert_eq!(first.saved().unwrap(), second.saved().unwrap());
+    assert_eq!(first.checkpoint_bytes().unwrap(), second.checkpoint_bytes().unwrap());
 }
 
 #[test]

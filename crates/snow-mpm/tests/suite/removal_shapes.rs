@@ -69,7 +69,7 @@ fn a_restart_during_a_cut_is_bit_identical() {
     let mut first = start_solver(&SnowMpm, &read_case(&sawn()));
     advance_to(&mut *first, 0.06);
     assert!(scalar_output(&*first, "saw.mass") > 0.0);
-    let saved = first.saved().unwrap();
+    let saved = first.checkpoint_bytes().unwrap();
     let mut second = SnowMpm.build(&case).unwrap();
     second.restore(&mut saved.as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();
@@ -80,7 +80,7 @@ fn a_restart_during_a_cut_is_bit_identical() {
         advance_steps(&mut **solver, 120);
     }
     assert!(first.points() < before);
-    assert_eq!(first.saved().unwrap(), second.saved().unwrap());
+    assert_eq!(first.checkpoint_bytes().unwrap(), second.checkpoint_bytes().unwrap());
 }
 
 #[test]

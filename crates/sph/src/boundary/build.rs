@@ -67,10 +67,10 @@ pub fn flat_walls<const D: usize>(
         kind.push(FlatWall {
             boundary: number,
             axis: boundary.side.axis(),
-            position: boundary.position(&case.domain),
-            upper: boundary.side.is_max(),
+            position: boundary.wall_coordinate(&case.domain),
+            is_upper: boundary.side.is_max(),
             velocity: boundary.velocity.as_ref().map_or([0.0; D], |velocity| leading_components(velocity)),
-            factor: history.as_ref().map_or(1.0, |history| history.at(0.0)),
+            factor: history.as_ref().map_or(1.0, |history| history.factor_at(0.0)),
             history,
             displacement: 0.0,
             contact,

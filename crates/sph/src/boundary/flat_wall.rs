@@ -23,7 +23,7 @@ pub struct FlatWall<const D: usize> {
     /// Coordinate of the face at time zero (m).
     pub position: f64,
     /// Whether the wall lies above the face.
-    pub upper: bool,
+    pub is_upper: bool,
     /// Velocity of the wall (m/s) at a factor of one; its normal component moves the face.
     pub velocity: [f64; D],
     /// Factor on this velocity over time; one without.
@@ -64,6 +64,6 @@ impl<const D: usize> FlatWall<D> {
     #[inline]
     pub fn distance(&self, x: &[f64; D]) -> f64 {
         let along = x[self.axis] - self.face();
-        if self.upper { -along } else { along }
+        if self.is_upper { -along } else { along }
     }
 }

@@ -48,7 +48,7 @@ impl<const D: usize> FlatWalls<D> {
             let layers = counts[plane.axis];
             let line = |axis: usize| -> Vec<f64> {
                 if axis == plane.axis {
-                    let sign = if plane.upper { 1.0 } else { -1.0 };
+                    let sign = if plane.is_upper { 1.0 } else { -1.0 };
                     return (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect();
                 }
                 let all = -layers..counts[axis] - layers;
@@ -82,12 +82,12 @@ impl<const D: usize> FlatWalls<D> {
     }
 
     /// Positions of the first faces that bound `axis` below and above at `time` (s) (m).
-    pub fn ends(&self, axis: usize, time: f64) -> (f64, f64) {
+    pub fn bounding_faces(&self, axis: usize, time: f64) -> (f64, f64) {
         self.planes().filter(|plane| plane.axis == axis).fold(
             (-f64::INFINITY, f64::INFINITY),
             |(low, high), plane| {
                 let face = plane.face_at(time);
-                if plane.upper { (low, high.min(face)) } else { (low.max(face), high) }
+                if plane.is_upper { (low, high.min(face)) } else { (low.max(face), high) }
             },
         )
     }
@@ -96,7 +96,7 @@ impl<const D: usize> FlatWalls<D> {
     pub fn first_passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&FlatWall<D>> {
         self.planes().find(|plane| {
             let (x, face) = (x[plane.axis], plane.face_at(time));
-            if plane.upper { x > face + margin } else { x < face - margin }
+            if plane.is_upper { x > face + margin } else { x < face - margin }
         })
     }
 
@@ -126,10 +126,10 @@ impl<const D: usize> FlatWalls<D> {
         if self.mirrors.iter().all(|plane| plane.velocity == [0.0; D]) {
             return;
         }
-        for image in images.iter_mut().filter(|image| image.across != [None; D]) {
+        for image in images.iter_mut().filter(|image| image.mirrors != [None; D]) {
             image.velocity_shift = [0.0; D];
             for (number, plane) in (0..).zip(&self.mirrors) {
-                if image.across[plane.axis] == Some(number) {
+                if image.mirrors[plane.axis] == Some(number) {
                     image.apply_mirror(plane);
                 }
             }
@@ -146,7 +146,7 @@ impl<const D: usize> FlatWalls<D> {
     }
 
     /// Wraps positions outside of a periodic domain into it, and the origins of their displacements with them.
-    pub fn wrap(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
+    pub fn wrap_into_period(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
         for PeriodicAxis { axis, low, high } in &self.periods {
             let length = high - low;
             for (x, origin) in positions.iter_mut().zip(&mut *origins) {
@@ -174,7 +174,7 @@ impl<const D: usize> FlatWalls<D> {
                 let end = images.len();
                 for k in first..end {
                     let image = images[k];
-                    if image.flip[axis] > 0.0 && image.shift[axis] == 0.0 {
+                    if image.axis_sign[axis] > 0.0 && image.shift[axis] == 0.0 {
                         images.push(change(image));
                     }
                 }

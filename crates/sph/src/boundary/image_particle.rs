@@ -10,24 +10,24 @@ pub struct ImageParticle<const D: usize> {
     /// Index of the particle.
     pub source: u32,
     /// -1 along the axes that are mirrored.
-    pub flip: [f64; D],
+    pub axis_sign: [f64; D],
     /// Twice the coordinate of the mirror, or a period.
     pub shift: [f64; D],
-    /// Sign of the velocity: of smooth mirrors `flip`, of rough ones -1 along every axis.
+    /// Sign of the velocity: of smooth mirrors `axis_sign`, of rough ones -1 along every axis.
     pub velocity_sign: [f64; D],
     /// Twice the velocity of the mirror (m/s).
     pub velocity_shift: [f64; D],
-    /// Sign of the axes for stress: of smooth mirrors `flip`, of rough ones 1, which keep it.
+    /// Sign of the axes for stress: of smooth mirrors `axis_sign`, of rough ones 1, which keep it.
     pub stress_sign: [f64; D],
     /// Number of the mirror across each axis that is mirrored.
-    pub(crate) across: [Option<u32>; D],
+    pub(crate) mirrors: [Option<u32>; D],
 }
 
 impl<const D: usize> ImageParticle<D> {
     /// Velocity gradient of the image of a particle with the gradient `l` (1/s).
     #[inline]
     pub fn gradient(&self, l: &SquareMatrix<D>) -> SquareMatrix<D> {
-        std::array::from_fn(|a| std::array::from_fn(|b| self.velocity_sign[a] * l[a][b] * self.flip[b]))
+        std::array::from_fn(|a| std::array::from_fn(|b| self.velocity_sign[a] * l[a][b] * self.axis_sign[b]))
     }
 
     /// Identity image of a particle.
@@ -35,20 +35,20 @@ impl<const D: usize> ImageParticle<D> {
         let (none, same) = ([0.0; D], [1.0; D]);
         Self {
             source,
-            flip: same,
+            axis_sign: same,
             shift: none,
             velocity_sign: same,
             velocity_shift: none,
             stress_sign: same,
-            across: [None; D],
+            mirrors: [None; D],
         }
     }
 
     /// Image in the mirror `plane` with this number.
     pub(crate) fn flipped(mut self, number: u32, plane: &FlatWall<D>) -> Self {
         let axis = plane.axis;
-        self.across[axis] = Some(number);
-        self.flip[axis] = -1.0;
+        self.mirrors[axis] = Some(number);
+        self.axis_sign[axis] = -1.0;
         if plane.contact == WallContact::NoSlip {
             self.velocity_sign = self.velocity_sign.map(|c| -c);
         } else {

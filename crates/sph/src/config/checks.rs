@@ -11,7 +11,7 @@ use super::{
 type OptionError = (&'static str, String);
 
 /// Checks a value against a rule.
-fn rule(name: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), OptionError> {
+fn check_rule(name: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), OptionError> {
     if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
 }
 
@@ -52,13 +52,13 @@ impl SphOptions {
 
     /// Checks spacing and smoothing length.
     fn check_spacing(&self) -> Result<(), OptionError> {
-        rule("spacing", self.spacing, is_positive(self.spacing), "must be finite and positive (m)")?;
+        check_rule("spacing", self.spacing, is_positive(self.spacing), "must be finite and positive (m)")?;
         let ratio = self.smoothing;
-        rule("smoothing", ratio, (0.9..=3.0).contains(&ratio), "is not in 0.9..=3")?;
-        let most = self.clumping_from().unwrap_or(f64::INFINITY);
-        if ratio > most && !self.allow_pairing {
+        check_rule("smoothing", ratio, (0.9..=3.0).contains(&ratio), "is not in 0.9..=3")?;
+        let largest = self.clumping_from().unwrap_or(f64::INFINITY);
+        if ratio > largest && !self.allow_pairing {
             let problem = format!(
-                "{ratio} makes particles clump with this kernel: use at most {most}, or set allow_pairing"
+                "{ratio} makes particles clump with this kernel: use at most {largest}, or set allow_pairing"
             );
             return Err(("smoothing", problem));
         }
@@ -76,19 +76,19 @@ impl SphOptions {
             ("shifting", self.shifting),
             ("wall_guard", self.wall_guard),
         ] {
-            rule(name, value, is_not_negative(value), "must be finite and not negative")?;
+            check_rule(name, value, is_not_negative(value), "must be finite and not negative")?;
         }
-        for (name, value, most) in [
+        for (name, value, largest) in [
             ("stress_diffusion", self.stress_diffusion, 0.5),
             ("density_diffusion", self.density_diffusion, 0.5),
             ("close_repulsion", self.close_repulsion, 0.2),
             ("xsph", self.xsph, 1.0),
             ("hourglass_viscosity", self.hourglass_viscosity, 1.0),
         ] {
-            rule(name, value, (0.0..=most).contains(&value), &format!("is not in 0..={most}"))?;
+            check_rule(name, value, (0.0..=largest).contains(&value), &format!("is not in 0..={largest}"))?;
         }
         let growth = self.smoothing_growth;
-        rule("smoothing_growth", growth, (1.0..=3.0).contains(&growth), "is not in 1..=3")
+        check_rule("smoothing_growth", growth, (1.0..=3.0).contains(&growth), "is not in 1..=3")
     }
 
     /// Checks artificial stress and artificial pressure.
@@ -96,8 +96,8 @@ impl SphOptions {
         if let Tensile::ArtificialStress { strength, exponent }
         | Tensile::ArtificialPressure { strength, exponent } = self.tensile
         {
-            rule("tensile.strength", strength, (0.0..=1.0).contains(&strength), "is not in 0..=1")?;
-            rule("tensile.exponent", exponent, is_positive(exponent), "must be finite and positive")?;
+            check_rule("tensile.strength", strength, (0.0..=1.0).contains(&strength), "is not in 0..=1")?;
+            check_rule("tensile.exponent", exponent, is_positive(exponent), "must be finite and positive")?;
         }
         Ok(())
     }
@@ -106,11 +106,11 @@ impl SphOptions {
     fn check_confining(&self) -> Result<(), OptionError> {
         let Some(ConfiningPressure { pressure, ramp, .. }) = self.confining else { return Ok(()) };
         let text = "must be finite and not negative (Pa)";
-        rule("confining.pressure", pressure, is_not_negative(pressure), text)?;
-        rule("confining.ramp", ramp, is_not_negative(ramp), "must be finite and not negative (s)")?;
+        check_rule("confining.pressure", pressure, is_not_negative(pressure), text)?;
+        check_rule("confining.ramp", ramp, is_not_negative(ramp), "must be finite and not negative (s)")?;
         let ratio = self.smoothing;
         let text = "is not in 1..=1.5, the range in which confining detects surfaces";
-        rule("smoothing", ratio, (1.0..=1.5).contains(&ratio), text)
+        check_rule("smoothing", ratio, (1.0..=1.5).contains(&ratio), text)
     }
 
     /// Checks numbers of steps and ranks, and the time step.
@@ -120,14 +120,14 @@ impl SphOptions {
             ("density_reset_steps", self.density_reset_steps, "density_reset"),
         ] {
             let text = format!("must be at least 1; to turn it off, set {off} to none");
-            rule(name, steps as f64, steps > 0, &text)?;
+            check_rule(name, steps as f64, steps > 0, &text)?;
         }
         let ranks = self.ranks;
-        rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
+        check_rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
         let courant = self.courant;
-        rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        check_rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if let Some(step) = self.time_step {
-            rule("time_step", step, is_positive(step), "must be finite and positive (s)")?;
+            check_rule("time_step", step, is_positive(step), "must be finite and positive (s)")?;
         }
         Ok(())
     }

@@ -40,7 +40,7 @@ impl TimeHistory {
     }
 
     /// Factor at `time` (s).
-    pub fn at(&self, time: f64) -> f64 {
+    pub fn factor_at(&self, time: f64) -> f64 {
         lines::value_at(&self.times, |t| *t, |number| self.factors[number], time).unwrap_or(1.0)
     }
 
@@ -60,7 +60,7 @@ impl TimeHistory {
     /// Integral of the factor from `start` to its last corner before `end`, the time of this corner (`start` without any), and
     /// the mean from there to `end`.
     fn integral_pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
-        let (mut area, mut last) = (0.0, (start, self.at(start)));
+        let (mut area, mut last) = (0.0, (start, self.factor_at(start)));
         let first = self.times.partition_point(|t| *t <= start);
         for (&time, &factor) in self.times[first..].iter().zip(&self.factors[first..]) {
             if time >= end {
@@ -69,7 +69,7 @@ impl TimeHistory {
             area += (time - last.0) * 0.5 * (last.1 + factor);
             last = (time, factor);
         }
-        (area, last.0, 0.5 * (last.1 + self.at(end)))
+        (area, last.0, 0.5 * (last.1 + self.factor_at(end)))
     }
 }
 
@@ -86,10 +86,10 @@ mod tests {
         for (time, factor) in
             [(-1.0, 0.0), (1.0, 0.0), (1.5, 1.5), (2.0, 3.0), (3.5, 0.0), (4.0, -1.0), (9.0, -1.0)]
         {
-            assert_eq!(history().at(time), factor, "{time}");
+            assert_eq!(history().factor_at(time), factor, "{time}");
         }
         let step = TimeHistory { times: vec![2.0], factors: vec![0.7] };
-        assert_eq!((step.at(0.0), step.mean(0.0, 5.0)), (0.7, 0.7));
+        assert_eq!((step.factor_at(0.0), step.mean(0.0, 5.0)), (0.7, 0.7));
     }
 
     #[test]

@@ -36,11 +36,11 @@ pub(crate) fn surface_detection_problem<const D: usize>(
     spacing: f64,
 ) -> Option<String> {
     let [first, within] = [0, i32::MAX].map(|above| lattice_index(smoothing, spacing, above));
-    let most = SURFACE_INDEX[D - 1];
+    let largest = SURFACE_INDEX[D - 1];
     let ratio = smoothing.length() / spacing;
-    (first > most || within <= most).then(|| {
+    (first > largest || within <= largest).then(|| {
         format!(
-            "{ratio} does not allow confining to detect surfaces by Σ V W <= {most} with this kernel: the sum \
+            "{ratio} does not allow confining to detect surfaces by Σ V W <= {largest} with this kernel: the sum \
              is {first:.3} in the first layer, {within:.3} inside. Choose another value, or confine on all"
         )
     })
@@ -117,7 +117,7 @@ pub(crate) fn apply_confining_pressure<const D: usize>(
         let pushed = acceleration[range.clone()].par_iter_mut().zip(&mut pushes[range]);
         pushed.enumerate().with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(k, (a, push))| {
             let i = first + k;
-            let scale = if group.confined && acts(i) { pressure / p.density[i] } else { 0.0 };
+            let scale = if group.is_confined && acts(i) { pressure / p.density[i] } else { 0.0 };
             *push = push.map(|direction| scale * direction);
             (0..D).for_each(|c| a[c] += push[c]);
         });

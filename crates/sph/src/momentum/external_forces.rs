@@ -21,8 +21,8 @@ pub fn apply_loads<const D: usize>(
     rates: &mut Rates<D>,
     dt: f64,
 ) {
-    let BodyLoads { all, starts } = &bodies.loads;
-    if all.is_empty() {
+    let BodyLoads { loads, start_times } = &bodies.loads;
+    if loads.is_empty() {
         return;
     }
     let p = &bodies.particles;
@@ -30,9 +30,9 @@ pub fn apply_loads<const D: usize>(
         rates.external_accelerations.clear();
         rates.external_accelerations.resize(p.len(), [0.0; D]);
     }
-    for on in all {
+    for on in loads {
         let load = &setting.case.loads[on.number];
-        let factor = load.factor(clock.time + dt - starts[on.number]);
+        let factor = load.factor(clock.time + dt - start_times[on.number]);
         let group = bodies.groups.iter().find(|group| group.body == on.body);
         let Some(group) = group.filter(|_| factor != 0.0) else { continue };
         for i in group.range() {
@@ -64,12 +64,12 @@ pub fn record_reactions<const D: usize>(
     }
     let first = setting.case.bodies.len();
     let Rates {
-        obstacle_accelerations: by_obstacles, reactions: felt, power, reaction_samples: told, ..
+        obstacle_accelerations: by_obstacles, reactions: felt, power, reaction_samples: samples, ..
     } = rates;
-    told.clear();
+    samples.clear();
     if obstacles.recorded_obstacles().next().is_some() {
         felt.resize(first + setting.case.obstacles.len(), ReactionSum::default());
-        felt[first..].iter_mut().for_each(ReactionSum::begin);
+        felt[first..].iter_mut().for_each(ReactionSum::begin_step);
     }
     power.clear();
     power.resize(by_obstacles.len(), 0.0);
@@ -86,17 +86,17 @@ pub fn record_reactions<const D: usize>(
             power[i] += dot(&own, &obstacles.velocity_at(number, &p.position[i]));
             if is_told {
                 let (bearer, force) = ((first + number) as u32, own.map(|a| -p.mass[i] * a));
-                told.push(ReactionSample {
+                samples.push(ReactionSample {
                     particle: i as u32,
                     reaction_index: bearer,
-                    place: p.position[i],
+                    position: p.position[i],
                     force,
                     impulse: None,
                 });
             }
         }
     }
-    told.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
+    samples.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
 }
 
 /// Stops particles at obstacles at the end of a step of `dt` (s), and computes the energies taken by obstacles. Returns whether any was
@@ -121,7 +121,7 @@ pub fn stop_at_obstacles<const D: usize>(
             let hit = ReactionSample {
                 particle: particle as u32,
                 reaction_index: number as u32,
-                place: *x,
+                position: *x,
                 force,
                 impulse,
             };
@@ -130,7 +130,7 @@ pub fn stop_at_obstacles<const D: usize>(
         }
     };
     for (particle, own) in &*support_reactions {
-        let (x, impulse) = (own.place, own.impulse);
+        let (x, impulse) = (own.position, own.impulse);
         if walls.obstacles.is_recorded(own.obstacle as u32) {
             hits(
                 *particle,
@@ -181,7 +181,7 @@ pub fn update_follower_loads<const D: usize>(
     dt: f64,
 ) {
     let Bodies { particles: p, groups, loads, ghost_particles: guests, .. } = bodies;
-    for on in loads.all.iter_mut().filter(|on| on.is_follower(&setting.case)) {
+    for on in loads.loads.iter_mut().filter(|on| on.is_follower(&setting.case)) {
         let Some(group) = groups.iter().find(|group| group.body == on.body) else { continue };
         // Ghost particles of other ranks lack neighbours here; their load vectors are sent by the owner.
         for i in group.range().filter(|i| !guests.get(*i).is_some_and(|guest| *guest)) {

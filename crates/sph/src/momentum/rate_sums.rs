@@ -28,7 +28,7 @@ pub fn accelerate<const D: usize>(
     let gravity = setting.gravity_at(clock, dt);
     let sums = PairSums::new(setting, bodies, walls);
     rates.derivatives.acceleration.resize(bodies.particles.len(), [0.0; D]);
-    let whole = |pull: [f64; D]| std::array::from_fn(|c| pull[c] + gravity[c]);
+    let whole = |acceleration: [f64; D]| std::array::from_fn(|c| acceleration[c] + gravity[c]);
     if bodies.any_rigid() {
         // Internal pair forces of a rigid body do not move it, but stresses may give it a moment.
         // Supports carry a freely moving body as a whole.
@@ -52,12 +52,12 @@ pub fn accelerate<const D: usize>(
         });
     }
     record_reactions(&sums, setting, walls, rates);
-    (lists.weights_current, rates.current) = (true, true);
+    (lists.weights_current, rates.is_current) = (true, true);
     apply_confining_pressure(setting, clock, bodies, walls, lists, rates, dt);
     apply_loads(setting, clock, bodies, rates, dt);
     add_hourglass_viscosity(setting, clock, bodies, walls, lists, rates);
     // No forces act on smooth bodies.
-    walls.smooth.ranges().for_each(|body| rates.derivatives.acceleration[body].fill([0.0; D]));
+    walls.smooth_bodies.ranges().for_each(|body| rates.derivatives.acceleration[body].fill([0.0; D]));
     bodies.rigidify_accelerations(setting, clock, rates, &gravity, dt);
 }
 
@@ -183,7 +183,9 @@ fn update_xsph_velocity<const D: usize>(
     for_each_particle(&lists.neighbours, &mut lists.weights, &mut rates.xsph_velocity, |i, row, _, drift| {
         *drift = pairs.xsph_velocity(i, row).map(|v| v * share);
     });
-    for group in bodies.groups.iter().filter(|group| group.held.is_some() || group.rigid.is_some()) {
+    for group in
+        bodies.groups.iter().filter(|group| group.prescribed_velocity.is_some() || group.rigid.is_some())
+    {
         rates.xsph_velocity[group.range()].fill([0.0; D]);
     }
 }
@@ -206,9 +208,9 @@ fn update_smoothing_lengths<const D: usize>(
         *rate = pairs.length_rate(i, row, weights);
     });
     let h = setting.smoothing.length();
-    let (least, most) = (h / setting.options.smoothing_growth, h * setting.options.smoothing_growth);
+    let (smallest, largest) = (h / setting.options.smoothing_growth, h * setting.options.smoothing_growth);
     for (length, rate) in bodies.particles.length.iter_mut().zip(&rates.length) {
-        *length = (*length + dt * rate).clamp(least, most);
+        *length = (*length + dt * rate).clamp(smallest, largest);
     }
 }
 
@@ -216,7 +218,7 @@ fn update_smoothing_lengths<const D: usize>(
 /// and those of smooth bodies, on which no forces act.
 fn zero_ghost_rates<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates: &mut Derivatives<D>) {
     let guests = bodies.ghost_particles.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i));
-    for i in guests.chain(walls.smooth.ranges().flatten()) {
+    for i in guests.chain(walls.smooth_bodies.ranges().flatten()) {
         rates.gradient[i] = [[0.0; D]; D];
         rates.divergence[i] = 0.0;
     }

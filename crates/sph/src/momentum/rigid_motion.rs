@@ -33,7 +33,7 @@ fn accelerate<const D: usize>(
     accelerations: &mut [[f64; D]],
 ) {
     for (x, a) in positions.iter().zip(accelerations) {
-        let of_body = velocity_at(rate, &mass.arm(&spatial(x)));
+        let of_body = velocity_at(rate, &mass.lever_arm(&spatial(x)));
         *a = std::array::from_fn(|c| of_body[c]);
     }
 }
@@ -84,7 +84,7 @@ impl<const D: usize> Bodies<D> {
                 let mut sum = [0.0; 6];
                 for i in range.clone() {
                     let own = spatial(&field[i].map(|a| p.mass[i] * a));
-                    let own = wrench_at(&own, &mass.arm(&spatial(&p.position[i])));
+                    let own = wrench_at(&own, &mass.lever_arm(&spatial(&p.position[i])));
                     (0..6).for_each(|k| sum[k] += own[k]);
                 }
                 sum
@@ -102,10 +102,10 @@ impl<const D: usize> Bodies<D> {
             // Velocities are at the middle of the step.
             let elapsed = clock.time + 0.5 * dt - clock.stage_start;
             let motion = setting.case.stages[clock.stage].motion_of(&setting.case.bodies[body].name);
-            let acts = motion.map_or(RigidBodyActions::REST, |motion| {
+            let acts = motion.map_or(RigidBodyActions::AT_REST, |motion| {
                 RigidBodyActions::of_motion(motion, elapsed, D, (&force, &[mx, my, mz]))
             });
-            let rate = solve(&mass.matrix(), &acts.applied(), &acts.free).unwrap_or_default();
+            let rate = solve(&mass.matrix(), &acts.applied(), &acts.free_components).unwrap_or_default();
             accelerate(positions, &mass, &rate, &mut rates.derivatives.acceleration[range]);
             rates.rigid_forces.push(RigidForces { group: number, mass, actions: acts, rate });
         }
@@ -137,7 +137,7 @@ impl<const D: usize> Bodies<D> {
             let group = &mut self.groups[*group];
             let range = group.range();
             let Some(rigid) = &mut group.rigid else { continue };
-            rigid.moves_freely = acts.free != [false; 6];
+            rigid.moves_freely = acts.free_components != [false; 6];
             let mut body = RigidStep::new(*mass, &rigid.state, acts, step, 0.0);
             if rigid.moves_freely {
                 let points = (&p.position[range.clone()], 0.5 * setting.options.spacing);
@@ -157,15 +157,15 @@ impl<const D: usize> Bodies<D> {
             body.damp(&[local; 3]);
             let left = |i: usize| p.mass[i] * setting.damping_factor(p.sound[i], p.length[i], dt);
             let left = range.clone().map(left).sum::<f64>() / mass.mass;
-            (0..6).filter(|k| acts.free[*k]).for_each(|k| body.motion[k] *= left);
-            body.finish(&mut rigid.state);
+            (0..6).filter(|k| acts.free_components[*k]).for_each(|k| body.motion[k] *= left);
+            body.apply(&mut rigid.state);
             let (along, about) = (body.velocity(), body.mean_gradient(dt));
             (rigid.rate, rigid.step, rigid.rotation_gradient) = (rate, Some(body), about);
             let positions = &p.position[range.clone()];
             let records = &mut self.pair_data.records[range.clone()];
             let moving = p.velocity[range].par_iter_mut().zip(records).zip(positions);
             moving.for_each(|((v, record), x)| {
-                let turned = multiply(&about, &mass.arm(&spatial(x)));
+                let turned = multiply(&about, &mass.lever_arm(&spatial(x)));
                 *v = std::array::from_fn(|c| along[c] + turned[c]);
                 set_velocity(record, v);
             });
@@ -185,7 +185,7 @@ impl<const D: usize> Bodies<D> {
             (0..3).for_each(|c| mass.centre[c] += dt * motion[c]);
             let moving = p.velocity[range.clone()].par_iter_mut().zip(&p.position[range]);
             moving.for_each(|(v, x)| {
-                let of_body = velocity_at(&motion, &mass.arm(&spatial(x)));
+                let of_body = velocity_at(&motion, &mass.lever_arm(&spatial(x)));
                 *v = std::array::from_fn(|c| of_body[c]);
             });
         }

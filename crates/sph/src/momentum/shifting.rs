@@ -33,7 +33,7 @@ fn steps_per_shift(strength: f64) -> u64 {
 pub struct Shifting<const D: usize> {
     surface: Vec<bool>,
     /// Squares of the largest particle speeds of the bodies (m²/s²), where these are used.
-    fastest: Vec<f64>,
+    max_speeds_squared: Vec<f64>,
     shifts: Vec<Option<Shift<D>>>,
 }
 
@@ -55,13 +55,13 @@ impl<const D: usize> Shifting<D> {
         walls.move_images(bodies);
         // Values of the previous step belong to other lists, or are absent after a restart.
         walls.extrapolate_densities(setting, bodies, &lists.neighbours);
-        self.find(setting, clock.time - clock.last_shift_time, bodies, walls, lists);
+        self.compute(setting, clock.time - clock.last_shift_time, bodies, walls, lists);
         clock.last_shift_time = clock.time;
         let p = &mut bodies.particles;
         for (i, shift) in self.shifts.iter().enumerate() {
             let Some(shift) = shift else { continue };
             for c in 0..D {
-                p.position[i][c] += shift.position[c];
+                p.position[i][c] += shift.displacement[c];
                 p.velocity[i][c] += shift.velocity[c];
             }
             p.density[i] += shift.density;
@@ -69,11 +69,11 @@ impl<const D: usize> Shifting<D> {
         }
         walls.place_at_time(clock.time, p);
         lists.weights_current = false;
-        rates.current = false;
+        rates.is_current = false;
     }
 
     /// Computes surfaces and shifts of particles that moved for `dt` (s).
-    fn find(
+    fn compute(
         &mut self,
         setting: &SolverContext<D>,
         dt: f64,
@@ -87,15 +87,15 @@ impl<const D: usize> Shifting<D> {
         (0..p.len()).into_par_iter().map(at_surface).collect_into_vec(&mut self.surface);
         let surface = &self.surface;
         let fastest = |body: &ParticleGroup| p.velocity[body.range()].iter().map(square).fold(0.0, f64::max);
-        self.fastest.clear();
+        self.max_speeds_squared.clear();
         if setting.options.shifting_speed == ShiftingSpeed::Largest {
-            self.fastest.extend(bodies.groups.iter().map(fastest));
+            self.max_speeds_squared.extend(bodies.groups.iter().map(fastest));
         }
-        let fastest = &self.fastest;
+        let fastest = &self.max_speeds_squared;
         let moves = |i: usize| {
             let number = bodies.groups.iter().position(|body| body.range().contains(&i))?;
             let body = Some(&bodies.groups[number])
-                .filter(|body| body.held.is_none() && body.rigid.is_none() && !surface[i])?;
+                .filter(|body| body.prescribed_velocity.is_none() && body.rigid.is_none() && !surface[i])?;
             let length = fastest.get(number).copied().unwrap_or_else(|| square(&p.velocity[i])).sqrt() * dt;
             pairs.shift(i, neighbours.neighbours(i), length, (&body.range(), surface))
         };

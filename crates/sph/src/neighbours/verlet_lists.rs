@@ -26,7 +26,7 @@ pub struct ListedPositions<const D: usize> {
     /// Time of the list, for moving walls (s).
     pub time: f64,
     /// Distance within which neighbours are listed (m).
-    pub reach: f64,
+    pub list_radius: f64,
 }
 
 /// Neighbours of each particle, and the weights of the pairs.
@@ -38,22 +38,22 @@ pub struct VerletLists<const D: usize> {
     /// Whether the weights are those of the present positions.
     pub weights_current: bool,
     /// Positions of the list.
-    pub listed: ListedPositions<D>,
+    pub listed_positions: ListedPositions<D>,
     /// Step of the last sort.
-    pub sorted: Option<u64>,
+    pub last_sort: Option<u64>,
     cells: CellList<D>,
     scratch: ScratchBuffers,
 }
 
 impl<const D: usize> VerletLists<D> {
-    /// Returns empty lists for the positions `listed`, after a sort in step `sorted`.
-    pub fn new(listed: ListedPositions<D>, sorted: Option<u64>) -> Self {
+    /// Returns empty lists for the positions `listed_positions`, after a sort in step `last_sort`.
+    pub fn new(listed_positions: ListedPositions<D>, last_sort: Option<u64>) -> Self {
         Self {
             neighbours: NeighbourList::new(),
             weights: Vec::new(),
             weights_current: false,
-            listed,
-            sorted,
+            listed_positions,
+            last_sort,
             cells: CellList::new(),
             scratch: ScratchBuffers::default(),
         }
@@ -61,8 +61,8 @@ impl<const D: usize> VerletLists<D> {
 
     /// Returns a copy without lists and positions.
     pub fn empty_like(&self) -> Self {
-        let listed = ListedPositions { positions: Vec::new(), ..self.listed };
-        Self { weights_current: self.weights_current, ..Self::new(listed, self.sorted) }
+        let listed = ListedPositions { positions: Vec::new(), ..self.listed_positions };
+        Self { weights_current: self.weights_current, ..Self::new(listed, self.last_sort) }
     }
 
     /// Rebuilds the lists where particles have moved too far, and updates images and walls; step 1.
@@ -81,14 +81,14 @@ impl<const D: usize> VerletLists<D> {
         if self.is_outdated(setting, clock, &bodies.particles, walls, support) {
             if begins {
                 let p = &mut bodies.particles;
-                walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
+                walls.planes.wrap_into_period(&mut p.position[..p.id.len()], &mut p.origin);
                 if self.is_sort_due(clock) {
                     self.sort(setting, clock, bodies, rates)?;
-                    self.sorted = Some(clock.step);
+                    self.last_sort = Some(clock.step);
                 }
             }
             self.set_list_positions(setting, clock, &bodies.particles, support);
-            rates.current = false;
+            rates.is_current = false;
             self.build(setting, clock, bodies, walls)?;
         }
         self.place_images_and_walls(setting, clock, bodies, walls, support)
@@ -131,13 +131,14 @@ impl<const D: usize> VerletLists<D> {
         walls: &Walls<D>,
         support: f64,
     ) -> bool {
-        self.listed.positions.len() != particles.len()
-            || self.max_approach(setting, clock, particles, walls) + support > self.listed.reach
+        self.listed_positions.positions.len() != particles.len()
+            || self.max_approach(setting, clock, particles, walls) + support
+                > self.listed_positions.list_radius
     }
 
     /// Whether particles are to be sorted by cell when they are next listed.
     pub fn is_sort_due(&self, clock: &Clock) -> bool {
-        self.sorted.is_none_or(|step| clock.step >= step + STEPS_PER_SORT)
+        self.last_sort.is_none_or(|step| clock.step >= step + STEPS_PER_SORT)
     }
 
     /// Sets the positions of the next lists to the present ones, with a margin over the radius `support` (m).
@@ -148,10 +149,10 @@ impl<const D: usize> VerletLists<D> {
         particles: &Particles<D>,
         support: f64,
     ) {
-        let listed = &mut self.listed;
+        let listed = &mut self.listed_positions;
         listed.positions.clear();
         listed.positions.extend_from_slice(&particles.position[..particles.len()]);
-        (listed.time, listed.reach) =
+        (listed.time, listed.list_radius) =
             (clock.time, support * (1.0 + SKIN) + setting.options.max_shift_approach());
     }
 
@@ -163,7 +164,7 @@ impl<const D: usize> VerletLists<D> {
         particles: &Particles<D>,
         walls: &Walls<D>,
     ) -> f64 {
-        let pairs = particles.position[..particles.len()].par_iter().zip(&self.listed.positions);
+        let pairs = particles.position[..particles.len()].par_iter().zip(&self.listed_positions.positions);
         let of_pair = |(x, old): (&[f64; D], &[f64; D])| {
             let apart: [f64; D] = std::array::from_fn(|c| x[c] - old[c]);
             let square = square(&apart);
@@ -172,8 +173,8 @@ impl<const D: usize> VerletLists<D> {
         let farthest =
             pairs.with_min_len(8 * MIN_PARTICLES_PER_TASK).map(of_pair).reduce(|| 0.0, f64::max).sqrt();
         // A mirror moves its images twice as far.
-        let wall = 2.0 * walls.planes.max_displacement(self.listed.time, clock.time);
-        let wall = wall.max(walls.obstacles.max_displacement(self.listed.time, clock.time));
+        let wall = 2.0 * walls.planes.max_displacement(self.listed_positions.time, clock.time);
+        let wall = wall.max(walls.obstacles.max_displacement(self.listed_positions.time, clock.time));
         2.0 * farthest + wall + setting.options.max_shift_approach()
     }
 
@@ -185,14 +186,14 @@ impl<const D: usize> VerletLists<D> {
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
     ) -> Result<(), SolverError> {
-        let ListedPositions { positions, time, reach } = &self.listed;
+        let ListedPositions { positions, time, list_radius } = &self.listed_positions;
         let pairwise = setting.options.wall_stress == WallStress::Pairwise;
         // Extrapolated walls extend beyond periodic boundaries, and use the soil further out.
         let asks = !pairwise && !walls.planes.periods.is_empty();
-        walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
-        walls.obstacles.list_candidates(positions, *reach);
+        walls.find_images(positions, *time, if asks { 2.0 * list_radius } else { *list_radius });
+        walls.obstacles.list_candidates(positions, *list_radius);
         let len = bodies.particles.len();
-        walls.smooth.find(&bodies.groups, len, &walls.images);
+        walls.smooth_bodies.find_ranges(&bodies.groups, len, &walls.images);
         let total = walls.first(len) + walls.planes.particles.len();
         bodies.resize(total);
         let p = &mut bodies.particles;
@@ -207,7 +208,7 @@ impl<const D: usize> VerletLists<D> {
             j < first && walls.obstacles.separates((i, &x[i]), other, setting.options.spacing)
         };
         let keeps = |i: u32, j: u32| !parts(i as usize, j as usize);
-        let built = self.neighbours.build_first(x, count, *reach, keeps);
+        let built = self.neighbours.build_first(x, count, *list_radius, keeps);
         if let Some(current) = current {
             p.position[..current.len()].copy_from_slice(&current);
         }

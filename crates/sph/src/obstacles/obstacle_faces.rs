@@ -50,7 +50,7 @@ pub struct DummySite<'a, const D: usize> {
 impl<const D: usize> ObstacleFace<D> {
     /// Returns the face of obstacle `obstacle` at its nearest position to a particle at `x` (m).
     fn at_nearest(solid: &RigidObstacle<D>, near: &NearestPoint<D>, x: &[f64; D], obstacle: u32) -> Self {
-        let law = solid.laws.at(&near.position);
+        let law = solid.laws.law_at(&near.position);
         let contact = match law.wall {
             ObstacleWall::Rough => WallContact::NoSlip,
             ObstacleWall::Smooth => WallContact::FreeSlip,
@@ -131,28 +131,28 @@ pub(crate) struct RigidObstacle<const D: usize> {
     pub(crate) laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
     /// Motion of the obstacle; `None` at rest.
-    moving: Option<MovingObstacle<D>>,
+    motion: Option<MovingObstacle<D>>,
     /// Whether the reaction is recorded.
-    recorded: bool,
+    is_recorded: bool,
 }
 
 impl<const D: usize> RigidObstacle<D> {
     /// Contact surface of the obstacle for rigid bodies.
     pub(crate) fn rigid_contact(&self) -> ObstacleContact<'_, D> {
-        ObstacleContact { surface: self.current_surface(), laws: &self.laws, moving: self.moving.as_ref() }
+        ObstacleContact { surface: self.current_surface(), laws: &self.laws, motion: self.motion.as_ref() }
     }
 
     /// Surface at its present position.
     pub(crate) fn current_surface(&self) -> &dyn Surface<D> {
-        match &self.moving {
-            Some(moving) => &moving.placed,
+        match &self.motion {
+            Some(moving) => &moving.surface,
             None => &*self.surface,
         }
     }
 
     /// Velocity of the obstacle at `x` (m/s).
     pub(crate) fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
-        self.moving.as_ref().map_or([0.0; D], |moving| moving.velocity(x))
+        self.motion.as_ref().map_or([0.0; D], |moving| moving.velocity(x))
     }
 }
 
@@ -171,11 +171,11 @@ pub(crate) struct ObstacleCandidate<const D: usize> {
 #[derive(Clone, Debug, Default)]
 struct FaceBlock<const D: usize> {
     /// Particles that may come into contact with obstacles before the next lists.
-    listed: Vec<ObstacleCandidate<D>>,
+    listed_particles: Vec<ObstacleCandidate<D>>,
     /// Faces near the particles, in the order of particles.
     faces: Vec<ObstacleFace<D>>,
     /// End of the faces of each particle.
-    ends: Vec<u32>,
+    row_ends: Vec<u32>,
     contacts: ContactQuery<D>,
     /// Particle deepest in an obstacle, the obstacle, and the depth (m).
     deepest: Option<(u32, u32, f64)>,
@@ -187,7 +187,7 @@ pub struct ObstacleFaces<const D: usize> {
     pub(crate) solids: Vec<RigidObstacle<D>>,
     blocks: Vec<FaceBlock<D>>,
     /// Workspace of the contacts of a stopped particle.
-    pub(crate) found: ContactQuery<D>,
+    pub(crate) contacts: ContactQuery<D>,
 }
 
 impl<const D: usize> ObstacleFaces<D> {
@@ -205,7 +205,8 @@ impl<const D: usize> ObstacleFaces<D> {
         for (body, places) in bodies {
             case.reject_overlapping_points(&standing, body, places, slack)?;
         }
-        let told = |name: &str| case.measures.values().any(|measure| measure.reaction_target() == Some(name));
+        let is_measured =
+            |name: &str| case.measures.values().any(|measure| measure.reaction_target() == Some(name));
         let (low, high) =
             (leading_components::<D>(&case.domain.min), leading_components::<D>(&case.domain.max));
         let domain = (low.map(|c| c - support), high.map(|c| c + support));
@@ -213,9 +214,9 @@ impl<const D: usize> ObstacleFaces<D> {
             standing.into_iter().map(|PlacedObstacle { obstacle, surface, laws, .. }| RigidObstacle {
                 name: obstacle.name.clone(),
                 laws,
-                moving: obstacle.motion.as_ref().map(|motion| MovingObstacle::new(motion, &surface, domain)),
+                motion: obstacle.motion.as_ref().map(|motion| MovingObstacle::new(motion, &surface, domain)),
                 surface,
-                recorded: told(&obstacle.name),
+                is_recorded: is_measured(&obstacle.name),
             });
         Ok(Self { solids: solids.collect(), ..Self::default() })
     }
@@ -230,44 +231,44 @@ impl<const D: usize> ObstacleFaces<D> {
         self.solids
             .iter()
             .enumerate()
-            .filter(|(_, own)| own.recorded)
+            .filter(|(_, own)| own.is_recorded)
             .map(|(number, own)| (number, own.name.as_str()))
     }
 
     /// Indices of obstacles with recorded reactions or motion, and whether the reaction is recorded.
     pub fn recorded_or_moving(&self) -> impl Iterator<Item = (usize, bool)> {
-        let watched = |own: &RigidObstacle<D>| own.recorded || own.moving.is_some();
+        let watched = |own: &RigidObstacle<D>| own.is_recorded || own.motion.is_some();
         self.solids
             .iter()
             .enumerate()
             .filter(move |(_, own)| watched(own))
-            .map(|(number, own)| (number, own.recorded))
+            .map(|(number, own)| (number, own.is_recorded))
     }
 
     /// Moving obstacles.
-    pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
-        self.solids.iter().filter_map(|own| own.moving.as_ref())
+    pub fn moving_obstacles(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        self.solids.iter().filter_map(|own| own.motion.as_ref())
     }
 
     /// Whether any obstacle moves.
     pub fn are_moving(&self) -> bool {
-        self.moving().next().is_some()
+        self.moving_obstacles().next().is_some()
     }
 
     /// Moves the obstacles to `time` (s).
     pub fn move_to(&mut self, time: f64) {
-        self.solids.iter_mut().filter_map(|own| own.moving.as_mut()).for_each(|moving| moving.move_to(time));
+        self.solids.iter_mut().filter_map(|own| own.motion.as_mut()).for_each(|moving| moving.move_to(time));
     }
 
     /// Sets the mean velocities of a step of `dt` (s) that ends at `end` (s).
     pub fn set_mean_velocity(&mut self, end: f64, dt: f64) {
-        let moving = self.solids.iter_mut().filter_map(|own| own.moving.as_mut());
+        let moving = self.solids.iter_mut().filter_map(|own| own.motion.as_mut());
         moving.for_each(|moving| moving.set_mean_velocity(end, dt));
     }
 
     /// Largest displacement of an obstacle between two times (m).
     pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
-        self.moving().map(|moving| moving.max_displacement(start, end)).fold(0.0, f64::max)
+        self.moving_obstacles().map(|moving| moving.max_displacement(start, end)).fold(0.0, f64::max)
     }
 
     /// Velocity of obstacle `number` at `x` (m/s).
@@ -278,12 +279,12 @@ impl<const D: usize> ObstacleFaces<D> {
     /// Velocity difference of obstacle `number` between two positions `apart` (m) (m/s); `None` at rest.
     #[inline]
     pub fn rotational_velocity(&self, number: u32, apart: &[f64; D]) -> Option<[f64; D]> {
-        self.solids[number as usize].moving.as_ref().map(|moving| moving.rotational_velocity(apart))
+        self.solids[number as usize].motion.as_ref().map(|moving| moving.rotational_velocity(apart))
     }
 
     /// Whether the reaction of obstacle `number` is recorded.
     pub(crate) fn is_recorded(&self, number: u32) -> bool {
-        self.solids[number as usize].recorded
+        self.solids[number as usize].is_recorded
     }
 
     /// Whether there are no obstacles.
@@ -301,13 +302,13 @@ impl<const D: usize> ObstacleFaces<D> {
         }
         blocks.resize_with(positions.len().div_ceil(BLOCK_POINTS), FaceBlock::default);
         blocks.par_iter_mut().zip(positions.par_chunks(BLOCK_POINTS)).for_each(|(block, positions)| {
-            block.listed.clear();
+            block.listed_particles.clear();
             for (k, x) in positions.iter().enumerate() {
                 for (number, solid) in solids.iter().enumerate() {
                     let gap = solid.current_surface().gap(x, reach);
                     if gap.is_some() || solid.current_surface().contains(x) {
                         let normal = gap.map_or([0.0; D], |gap| gap.normal);
-                        block.listed.push(ObstacleCandidate {
+                        block.listed_particles.push(ObstacleCandidate {
                             particle: k as u32,
                             solid: number as u32,
                             normal,
@@ -323,9 +324,9 @@ impl<const D: usize> ObstacleFaces<D> {
         let Self { solids, blocks, .. } = self;
         blocks.par_iter_mut().zip(positions.par_chunks(BLOCK_POINTS)).for_each(|(block, positions)| {
             block.faces.clear();
-            block.ends.clear();
+            block.row_ends.clear();
             block.deepest = None;
-            let mut listed = block.listed.iter().peekable();
+            let mut listed = block.listed_particles.iter().peekable();
             for (k, x) in positions.iter().enumerate() {
                 while let Some(ObstacleCandidate { solid: number, .. }) =
                     listed.next_if(|own| own.particle as usize == k)
@@ -334,19 +335,19 @@ impl<const D: usize> ObstacleFaces<D> {
                     let surface = solid.current_surface();
                     block.contacts.clear();
                     surface.query_contacts(x, support, &mut block.contacts);
-                    let touched = block.contacts.all().iter();
+                    let touched = block.contacts.contacts().iter();
                     block.faces.extend(touched.map(|near| ObstacleFace::at_nearest(solid, near, x, *number)));
                     if block.contacts.is_empty()
                         && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
                     {
                         block.faces.push(ObstacleFace::at_nearest(solid, &deeper, x, *number));
                         let depth = -deeper.distance;
-                        if block.deepest.is_none_or(|(.., most)| depth > most) {
+                        if block.deepest.is_none_or(|(.., largest)| depth > largest) {
                             block.deepest = Some((k as u32, *number, depth));
                         }
                     }
                 }
-                block.ends.push(block.faces.len() as u32);
+                block.row_ends.push(block.faces.len() as u32);
             }
         });
     }
@@ -355,9 +356,9 @@ impl<const D: usize> ObstacleFaces<D> {
     pub(crate) fn candidates(&self, i: usize) -> &[ObstacleCandidate<D>] {
         let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
         let k = (i % BLOCK_POINTS) as u32;
-        let first = block.listed.partition_point(|own| own.particle < k);
-        let count = block.listed[first..].iter().take_while(|own| own.particle == k).count();
-        &block.listed[first..first + count]
+        let first = block.listed_particles.partition_point(|own| own.particle < k);
+        let count = block.listed_particles[first..].iter().take_while(|own| own.particle == k).count();
+        &block.listed_particles[first..first + count]
     }
 
     /// First particle deeper than `margin` (m) in an obstacle, with the obstacle's name.
@@ -373,8 +374,8 @@ impl<const D: usize> ObstacleFaces<D> {
     pub fn faces(&self, i: usize) -> &[ObstacleFace<D>] {
         let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
         let k = i % BLOCK_POINTS;
-        let Some(&end) = block.ends.get(k) else { return &[] };
-        let start = if k == 0 { 0 } else { block.ends[k - 1] };
+        let Some(&end) = block.row_ends.get(k) else { return &[] };
+        let start = if k == 0 { 0 } else { block.row_ends[k - 1] };
         &block.faces[start as usize..end as usize]
     }
 }

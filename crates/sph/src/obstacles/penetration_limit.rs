@@ -47,15 +47,15 @@ impl<const D: usize> ObstacleFaces<D> {
     pub fn limit_penetration(
         &mut self,
         bodies: &mut Bodies<D>,
-        borne: &mut [ObstacleEnergies],
+        obstacle_energies: &mut [ObstacleEnergies],
         (end, dt, spacing): (f64, f64, f64),
         mut hits: impl FnMut(usize, u32, &[f64; D], [f64; D]),
     ) -> bool {
         self.move_to(end);
         let come = self.max_displacement(end - dt, end);
-        let (mut any, mut found) = (false, std::mem::take(&mut self.found));
+        let (mut any, mut found) = (false, std::mem::take(&mut self.contacts));
         let Bodies { particles: p, groups, .. } = bodies;
-        let free = groups.iter().filter(|group| group.held.is_none() && group.rigid.is_none());
+        let free = groups.iter().filter(|group| group.prescribed_velocity.is_none() && group.rigid.is_none());
         for i in free.flat_map(ParticleGroup::range) {
             let before = self.faces(i).iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
             let way = 2.0 * dt * square(&p.velocity[i]).sqrt() + come;
@@ -65,8 +65,11 @@ impl<const D: usize> ObstacleFaces<D> {
             if before > kept + way {
                 continue;
             }
-            let mut hit =
-                StoppedParticle { x: p.position[i], v: p.velocity[i], lost: ObstacleEnergies::default() };
+            let mut hit = StoppedParticle {
+                x: p.position[i],
+                v: p.velocity[i],
+                energy_losses: ObstacleEnergies::default(),
+            };
             let mass = p.mass[i];
             let own = &*self;
             let mut heard = |obstacle: u32, x: &[f64; D], slower: [f64; D]| {
@@ -74,9 +77,9 @@ impl<const D: usize> ObstacleFaces<D> {
                     hits(i, obstacle, x, slower.map(|v| mass * v));
                 }
             };
-            let from = std::array::from_fn(|c| hit.x[c] - dt * hit.v[c]);
+            let start = std::array::from_fn(|c| hit.x[c] - dt * hit.v[c]);
             let looks = (kept, kept + way);
-            let way = ParticlePath { from, to: hit.x, dt, spacing };
+            let way = ParticlePath { start, end: hit.x, dt, spacing };
             if !self.deflect(i, &mut hit, &mut found, (looks, way), &mut heard) {
                 continue;
             }
@@ -85,13 +88,13 @@ impl<const D: usize> ObstacleFaces<D> {
                 (0..D).for_each(|c| previous[c] += hit.v[c] - p.velocity[i][c]);
             }
             (p.position[i], p.velocity[i]) = (hit.x, hit.v);
-            borne[i].add(&ObstacleEnergies {
-                friction: p.mass[i] * hit.lost.friction,
-                normal_loss: p.mass[i] * hit.lost.normal_loss,
-                work: p.mass[i] * hit.lost.work,
+            obstacle_energies[i].add(&ObstacleEnergies {
+                friction: p.mass[i] * hit.energy_losses.friction,
+                normal_loss: p.mass[i] * hit.energy_losses.normal_loss,
+                work: p.mass[i] * hit.energy_losses.work,
             });
         }
-        self.found = found;
+        self.contacts = found;
         any
     }
 
@@ -109,7 +112,7 @@ impl<const D: usize> ObstacleFaces<D> {
         for _ in 0..MAX_STOPS {
             let mut deepest: Option<(NearestPoint<D>, u32)> = None;
             let x = hit.x;
-            self.contacts_on_path(i, &ParticlePath { to: x, ..way }, looks, found, |place, number| {
+            self.contacts_on_path(i, &ParticlePath { end: x, ..way }, looks, found, |place, number| {
                 let nearer = deepest.as_ref().is_none_or(|(deepest, _)| place.distance < deepest.distance);
                 if nearer && place.distance < (1.0 - DISTANCE_TOLERANCE) * kept {
                     deepest = Some((*place, number));
@@ -117,8 +120,14 @@ impl<const D: usize> ObstacleFaces<D> {
             });
             let Some((place, number)) = deepest else { break };
             let (before, solid) = (hit.v, &self.solids[number as usize]);
-            let friction = solid.laws.at(&place.position).friction();
-            hit.stop(&place.normal, kept - place.distance, friction, &solid.velocity_at(&x), way.dt);
+            let friction = solid.laws.law_at(&place.position).friction();
+            hit.move_out_of_obstacle(
+                &place.normal,
+                kept - place.distance,
+                friction,
+                &solid.velocity_at(&x),
+                way.dt,
+            );
             heard(number, &hit.x, std::array::from_fn(|c| before[c] - hit.v[c]));
             any = true;
         }
@@ -131,13 +140,20 @@ struct StoppedParticle<const D: usize> {
     x: [f64; D],
     v: [f64; D],
     /// Energies lost, over the mass (J/kg).
-    lost: ObstacleEnergies,
+    energy_losses: ObstacleEnergies,
 }
 
 impl<const D: usize> StoppedParticle<D> {
     /// Moves the particle by `lacks` (m) along the normal of an obstacle that has the velocity `course` (m/s) there, and corrects its
     /// velocity accordingly, with friction.
-    fn stop(&mut self, normal: &[f64; D], lacks: f64, friction: f64, course: &[f64; D], dt: f64) {
+    fn move_out_of_obstacle(
+        &mut self,
+        normal: &[f64; D],
+        lacks: f64,
+        friction: f64,
+        course: &[f64; D],
+        dt: f64,
+    ) {
         (0..D).for_each(|c| self.x[c] += lacks * normal[c]);
         let before = self.v;
         let seen: [f64; D] = std::array::from_fn(|c| before[c] - course[c]);
@@ -149,10 +165,10 @@ impl<const D: usize> StoppedParticle<D> {
         // No frictional impulse without slip, not even with infinite friction.
         let rubs = if after > closing && speed > 0.0 { rubs } else { 0.0 };
         let left = if speed > 0.0 { 1.0 - rubs / speed } else { 1.0 };
-        self.lost.normal_loss += 0.5 * (closing * closing - after * after);
-        self.lost.friction += 0.5 * speed * speed * (1.0 - left * left);
+        self.energy_losses.normal_loss += 0.5 * (closing * closing - after * after);
+        self.energy_losses.friction += 0.5 * speed * speed * (1.0 - left * left);
         self.v = std::array::from_fn(|c| course[c] + left * slip[c] + after * normal[c]);
-        self.lost.work += (0..D).map(|c| course[c] * (self.v[c] - before[c])).sum::<f64>();
+        self.energy_losses.work += (0..D).map(|c| course[c] * (self.v[c] - before[c])).sum::<f64>();
     }
 }
 
@@ -163,15 +179,16 @@ mod tests {
     #[test]
     fn impact_on_a_moving_obstacle_is_frame_independent_and_its_work_is_recorded() {
         let (normal, course) = ([0.0, 1.0], [0.7, 2.0]);
-        let mut still = StoppedParticle { x: [1.0, -0.2], v: [3.0, -4.0], lost: ObstacleEnergies::default() };
+        let mut still =
+            StoppedParticle { x: [1.0, -0.2], v: [3.0, -4.0], energy_losses: ObstacleEnergies::default() };
         let mut carried =
-            StoppedParticle { x: [1.0, -0.2], v: [3.7, -2.0], lost: ObstacleEnergies::default() };
-        still.stop(&normal, 0.3, 0.5, &[0.0; 2], 0.1);
-        carried.stop(&normal, 0.3, 0.5, &course, 0.1);
+            StoppedParticle { x: [1.0, -0.2], v: [3.7, -2.0], energy_losses: ObstacleEnergies::default() };
+        still.move_out_of_obstacle(&normal, 0.3, 0.5, &[0.0; 2], 0.1);
+        carried.move_out_of_obstacle(&normal, 0.3, 0.5, &course, 0.1);
         assert!((0..2).all(|c| (carried.v[c] - course[c] - still.v[c]).abs() < 1e-14), "{:?}", carried.v);
-        assert!((carried.lost.friction - still.lost.friction).abs() < 1e-14);
+        assert!((carried.energy_losses.friction - still.energy_losses.friction).abs() < 1e-14);
         let gained = 0.5 * dot(&carried.v, &carried.v) - 0.5 * (3.7 * 3.7 + 4.0);
-        let ObstacleEnergies { friction, normal_loss: stopped, work } = carried.lost;
+        let ObstacleEnergies { friction, normal_loss: stopped, work } = carried.energy_losses;
         assert!((gained - (work - friction - stopped)).abs() < 1e-13, "{gained} {work}");
     }
 
@@ -179,17 +196,24 @@ mod tests {
     fn an_impact_reverses_penetration_and_removes_the_recorded_energy() {
         let normal = [0.0, 1.0];
         for friction in [0.0, 0.5, f64::INFINITY] {
-            let mut hit =
-                StoppedParticle { x: [1.0, -0.2], v: [3.0, -4.0], lost: ObstacleEnergies::default() };
-            hit.stop(&normal, 0.3, friction, &[0.0; 2], 0.1);
+            let mut hit = StoppedParticle {
+                x: [1.0, -0.2],
+                v: [3.0, -4.0],
+                energy_losses: ObstacleEnergies::default(),
+            };
+            hit.move_out_of_obstacle(&normal, 0.3, friction, &[0.0; 2], 0.1);
             assert!((hit.x[1] - 0.1).abs() < 1e-15 && (hit.v[1] + 1.0).abs() < 1e-14, "{:?}", hit.v);
             assert!((hit.v[0] - (3.0 - (friction * 3.0).min(3.0))).abs() < 1e-14 || friction == 0.0);
             let lost = 12.5 - 0.5 * dot(&hit.v, &hit.v);
-            assert!((lost - hit.lost.friction - hit.lost.normal_loss).abs() < 1e-12, "{friction}");
+            assert!(
+                (lost - hit.energy_losses.friction - hit.energy_losses.normal_loss).abs() < 1e-12,
+                "{friction}"
+            );
         }
         // A separating particle is not accelerated.
-        let mut hit = StoppedParticle { x: [0.0, 0.0], v: [1.0, 2.0], lost: ObstacleEnergies::default() };
-        hit.stop(&normal, 0.1, 0.5, &[0.0; 2], 0.1);
-        assert_eq!((hit.v, hit.lost), ([1.0, 2.0], ObstacleEnergies::default()));
+        let mut hit =
+            StoppedParticle { x: [0.0, 0.0], v: [1.0, 2.0], energy_losses: ObstacleEnergies::default() };
+        hit.move_out_of_obstacle(&normal, 0.1, 0.5, &[0.0; 2], 0.1);
+        assert_eq!((hit.v, hit.energy_losses), ([1.0, 2.0], ObstacleEnergies::default()));
     }
 }

@@ -9,7 +9,7 @@ use crate::points::particles::ParticleGroup;
 #[derive(Clone, Debug)]
 pub struct SmoothBodyRanges {
     /// Range of the particles of the body.
-    pub own: Range<usize>,
+    pub body_particles: Range<usize>,
     /// Range of their images.
     pub images: Range<usize>,
 }
@@ -23,7 +23,7 @@ pub struct SmoothBodies {
 
 impl SmoothBodies {
     /// Finds the ranges among `len` particles, which are followed by their images in the same order.
-    pub fn find<const D: usize>(
+    pub fn find_ranges<const D: usize>(
         &mut self,
         groups: &[ParticleGroup],
         len: usize,
@@ -31,8 +31,8 @@ impl SmoothBodies {
     ) {
         let before = |end: usize| len + images.partition_point(|image| (image.source as usize) < end);
         self.ranges_of_bodies.clear();
-        self.ranges_of_bodies.extend(groups.iter().filter(|group| group.smooth).map(|group| {
-            SmoothBodyRanges { own: group.range(), images: before(group.start)..before(group.end) }
+        self.ranges_of_bodies.extend(groups.iter().filter(|group| group.is_smooth).map(|group| {
+            SmoothBodyRanges { body_particles: group.range(), images: before(group.start)..before(group.end) }
         }));
     }
 
@@ -45,16 +45,20 @@ impl SmoothBodies {
     /// Whether particle `j`, or the source of image `j`, belongs to a smooth body.
     #[inline]
     pub fn contain(&self, j: usize) -> bool {
-        self.ranges_of_bodies.iter().any(|place| place.own.contains(&j) || place.images.contains(&j))
+        self.ranges_of_bodies
+            .iter()
+            .any(|place| place.body_particles.contains(&j) || place.images.contains(&j))
     }
 
     /// Particles of smooth bodies and their images.
     pub fn particles(&self) -> impl Iterator<Item = usize> {
-        self.ranges_of_bodies.iter().flat_map(|place| place.own.clone().chain(place.images.clone()))
+        self.ranges_of_bodies
+            .iter()
+            .flat_map(|place| place.body_particles.clone().chain(place.images.clone()))
     }
 
     /// Particle ranges without images, body by body.
     pub fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
-        self.ranges_of_bodies.iter().map(|place| place.own.clone())
+        self.ranges_of_bodies.iter().map(|place| place.body_particles.clone())
     }
 }

@@ -16,9 +16,9 @@ const PROBE_DEPTH: f64 = 1e-4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParticlePath<const D: usize> {
     /// Initial position (m).
-    pub from: [f64; D],
+    pub start: [f64; D],
     /// Final position (m).
-    pub to: [f64; D],
+    pub end: [f64; D],
     /// Time step (s).
     pub dt: f64,
     /// Spacing of the particles (m).
@@ -55,7 +55,7 @@ impl<const D: usize> ObstacleFaces<D> {
     pub(crate) fn contacts_on_path(
         &self,
         i: usize,
-        way: &ParticlePath<D>,
+        path: &ParticlePath<D>,
         (radius, reach): (f64, f64),
         found: &mut ContactQuery<D>,
         mut visit: impl FnMut(&NearestPoint<D>, u32),
@@ -63,14 +63,14 @@ impl<const D: usize> ObstacleFaces<D> {
         for meeting in self.candidates(i) {
             let surface = self.solids[meeting.solid as usize].current_surface();
             found.clear();
-            surface.query_contacts(&way.to, radius, found);
-            let inside = if found.is_empty() { surface.gap(&way.to, reach) } else { None };
-            let through = self.crossing(meeting.solid, way, reach);
+            surface.query_contacts(&path.end, radius, found);
+            let inside = if found.is_empty() { surface.gap(&path.end, reach) } else { None };
+            let through = self.crossing(meeting.solid, path, reach);
             let faces = |place: &&NearestPoint<D>| {
                 through.is_none_or(|through| dot(&place.normal, &through.normal) > 0.0)
             };
             let mut any = false;
-            for place in found.all().iter().chain(inside.as_ref()).filter(faces) {
+            for place in found.contacts().iter().chain(inside.as_ref()).filter(faces) {
                 any |= place.distance < radius;
                 visit(place, meeting.solid);
             }
@@ -81,12 +81,12 @@ impl<const D: usize> ObstacleFaces<D> {
     }
 
     /// Crossing point of a particle path with the surface of obstacle `number`, in its frame; `None` without a crossing.
-    fn crossing(&self, number: u32, way: &ParticlePath<D>, reach: f64) -> Option<NearestPoint<D>> {
+    fn crossing(&self, number: u32, path: &ParticlePath<D>, reach: f64) -> Option<NearestPoint<D>> {
         let solid = &self.solids[number as usize];
-        let (surface, course) = (solid.current_surface(), solid.velocity_at(&way.to));
-        let from = std::array::from_fn(|c| way.from[c] + way.dt * course[c]);
-        let goes = std::array::from_fn(|c| way.to[c] - from[c]);
+        let (surface, course) = (solid.current_surface(), solid.velocity_at(&path.end));
+        let from = std::array::from_fn(|c| path.start[c] + path.dt * course[c]);
+        let goes = std::array::from_fn(|c| path.end[c] - from[c]);
         let now = surface.gap(&from, reach)?;
-        path_enters_solid(surface, &from, &goes, &now, PROBE_DEPTH * way.spacing)
+        path_enters_solid(surface, &from, &goes, &now, PROBE_DEPTH * path.spacing)
     }
 }

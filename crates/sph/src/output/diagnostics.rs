@@ -23,11 +23,11 @@ struct ParticleDiagnostics {
     /// Gradient of the position, `M = Σ V_j (x_j - x_i) ⊗ ∇W`.
     linear: SymTensor,
     /// Number of particles of higher index, or images, at the same position.
-    coincident: usize,
+    coincident_count: usize,
     /// Whether the corrected gradient falls back to the plain one.
-    uncorrected: bool,
+    is_uncorrected: bool,
     /// Whether moving least squares fall back to Shepard's interpolation.
-    averaged: bool,
+    is_averaged: bool,
 }
 
 impl<const D: usize> SphSolver<D> {
@@ -69,9 +69,9 @@ impl<const D: usize> SphSolver<D> {
             ParticleDiagnostics {
                 constant: spatial(&pairs.gradient_of_constant(i, row)).map(|g| h * g),
                 linear: linear.sym(),
-                coincident: others.filter(|j| distance(*j) < COINCIDENT * h).count(),
-                uncorrected: moment.correction().is_none(),
-                averaged: mls && body.is_some_and(|body| near.linear_weights(i, &body).is_none()),
+                coincident_count: others.filter(|j| distance(*j) < COINCIDENT * h).count(),
+                is_uncorrected: moment.correction().is_none(),
+                is_averaged: mls && body.is_some_and(|body| near.linear_weights(i, &body).is_none()),
             }
         };
         Some(
@@ -117,14 +117,14 @@ impl<const D: usize> SphSolver<D> {
         let mut push = |name: &str, count: usize| {
             readings.push((name.to_owned(), String::new(), count as f64));
         };
-        push("coincident_pairs", findings.iter().map(|finding| finding.coincident).sum());
+        push("coincident_pairs", findings.iter().map(|finding| finding.coincident_count).sum());
         let count =
             |is: fn(&ParticleDiagnostics) -> bool| findings.iter().filter(|finding| is(finding)).count();
         if self.setting.options.has_corrected_gradients() {
-            push("uncorrected_gradients", count(|finding| finding.uncorrected));
+            push("uncorrected_gradients", count(|finding| finding.is_uncorrected));
         }
         if self.setting.options.has_linear_averages() {
-            push("averages_by_shepard", count(|finding| finding.averaged));
+            push("averages_by_shepard", count(|finding| finding.is_averaged));
         }
         readings
     }

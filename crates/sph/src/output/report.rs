@@ -15,7 +15,7 @@ impl<const D: usize> SphSolver<D> {
     /// Reference scales of unbalanced force and kinetic energy where no external force acts.
     pub(crate) fn equilibrium_scales(&self) -> EquilibriumScales {
         let (mut scales, p) = (EquilibriumScales::default(), &self.bodies.particles);
-        for group in self.bodies.groups.iter().filter(|group| group.held.is_none()) {
+        for group in self.bodies.groups.iter().filter(|group| group.prescribed_velocity.is_none()) {
             let moduli = p.law_points(group).law_values(1, |stress, states, out| {
                 group.material.wave_moduli(stress, states, out);
             });
@@ -50,7 +50,11 @@ impl<const D: usize> SphSolver<D> {
 
     /// Time lag of the velocity of a particle behind its position: half a step, or zero (s).
     fn velocity_lag(&self, i: usize) -> f64 {
-        let held = self.bodies.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
+        let held = self
+            .bodies
+            .groups
+            .iter()
+            .any(|group| group.prescribed_velocity.is_some() && group.range().contains(&i));
         if self.setting.has_half_step_velocities() && !held { 0.5 * self.clock.last_step } else { 0.0 }
     }
 
@@ -62,8 +66,8 @@ impl<const D: usize> SphSolver<D> {
         let [x, v, a] =
             [&p.position[i], velocity, &self.rates.derivatives.acceleration[i]].map(|vector| spatial(vector));
         let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
-        let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damping_factor(i, half));
-        std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
+        let (own, moment_rate, factor) = (cross(&x, &v), cross(&before, &a), self.damping_factor(i, half));
+        std::array::from_fn(|c| (own[c] + half * moment_rate[c]) * factor)
     }
 
     /// State of a rigid body at the time of the positions.
@@ -134,7 +138,7 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn is_energetically_closed(&self) -> bool {
         let (bodies, p) = (&self.bodies, &self.bodies.particles);
         let open = |group: &ParticleGroup| {
-            group.held.is_some() || group.confined || !p.law_points(group).defines_energy()
+            group.prescribed_velocity.is_some() || group.is_confined || !p.law_points(group).defines_energy()
         };
         self.setting.case.is_isolated(self.clock.stage) && !bodies.groups.iter().any(open)
     }

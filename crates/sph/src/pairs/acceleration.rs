@@ -35,7 +35,7 @@ impl<const D: usize> PairSums<'_, D> {
         weights: &mut [f64],
         by_obstacles: Option<&mut [f64; D]>,
     ) -> [f64; D] {
-        let records = &self.shown.records;
+        let records = &self.pair_data.records;
         let regular = self.first_mirrored(row);
         let own_record = [&records[i]; 4];
         let (own, mine) = (
@@ -60,7 +60,7 @@ impl<const D: usize> PairSums<'_, D> {
             let square = packed_particles::dot(&apart, &apart);
             let mut weight = self.kernel_weights(variable, square, weights, (start, count));
             let mass = other.volume * other.density;
-            let mut pull = if grad_h {
+            let mut acceleration = if grad_h {
                 let others = self.weights_of_others(four, square);
                 let flux = std::array::from_fn(|c| mine.stress[c] * weight + more.stress[c] * others);
                 weight = (weight + others) * 0.5;
@@ -70,13 +70,13 @@ impl<const D: usize> PairSums<'_, D> {
                 let scale = weight * if form.divides_by_both { other.volume * thinness } else { mass };
                 packed_particles::product::<D>(&flux, &apart).map(|c| c * scale)
             };
-            self.add_artificial_stress((i, four), (&apart, square), weight * mass, &mut pull);
+            self.add_artificial_stress((i, four), (&apart, square), weight * mass, &mut acceleration);
             if viscous {
                 let viscosity =
                     self.viscosity((&own, &mine), (&other, &more), &apart, square) * (weight * mass);
-                (0..D).for_each(|c| pull[c] += apart[c] * viscosity);
+                (0..D).for_each(|c| acceleration[c] += apart[c] * viscosity);
             }
-            (0..D).for_each(|c| sum[c] += pull[c]);
+            (0..D).for_each(|c| sum[c] += acceleration[c]);
             if let Some(close) = self.short_range_repulsion
                 && square.simd_lt(Lanes::splat(reach)).any()
             {
@@ -114,11 +114,11 @@ impl<const D: usize> PairSums<'_, D> {
         (i, four): (usize, [usize; 4]),
         (apart, square): (&[Lanes; D], Lanes),
         weight: Lanes,
-        pull: &mut [Lanes; D],
+        acceleration: &mut [Lanes; D],
     ) {
         if let Some(repelled) = self.repulsion_stress(i, four, square) {
             let extra = packed_particles::product::<D>(&repelled, apart);
-            (0..D).for_each(|c| pull[c] += extra[c] * weight);
+            (0..D).for_each(|c| acceleration[c] += extra[c] * weight);
         }
     }
 
@@ -177,7 +177,7 @@ impl<const D: usize> PairSums<'_, D> {
         if self.options.momentum == MomentumEquation::Corrected {
             self.add_corrected(i, &row[..regular], weights, sum);
         }
-        if !self.walls.smooth.is_empty() {
+        if !self.walls.smooth_bodies.is_empty() {
             self.smooth_acceleration(i, row, form, sum);
         }
         if regular < row.len() {

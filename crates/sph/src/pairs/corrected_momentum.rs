@@ -19,9 +19,9 @@ impl<const D: usize> PairContext<'_, D> {
 impl<const D: usize> PairSums<'_, D> {
     /// Corrected traction `σ_i L_i x`.
     fn corrected_traction(&self, i: usize, x: &[f64; D]) -> [f64; D] {
-        let turned = product(&self.shown.correction[i], x);
+        let turned = product(&self.pair_data.correction[i], x);
         let stress = &self.particles.stress[i];
-        std::array::from_fn(|a| (0..D).map(|b| stress.at(a, b) * turned[b]).sum())
+        std::array::from_fn(|a| (0..D).map(|b| stress.component(a, b) * turned[b]).sum())
     }
 
     /// Adds `Σ m_j (σ_i L_i + σ_j L_j) / (ρ_i ρ_j) ∇W` to the acceleration of particle `i` (m/s²).
@@ -29,7 +29,7 @@ impl<const D: usize> PairSums<'_, D> {
         let p = self.particles;
         for (&j, &weight) in row.iter().zip(weights) {
             let j = j as usize;
-            if weight == 0.0 || self.walls.smooth.contain(j) {
+            if weight == 0.0 || self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let (apart, _) = separation(&p.position[i], &p.position[j]);

@@ -14,13 +14,13 @@ use crate::points::vector_algebra::{geostatic_stress, separation};
 /// Softening of the stress diffusion for coincident particles (sheet: sph §2.10).
 const SOFTENING: f64 = 1e-4;
 /// Strength and exponent of the shifting term against coincident particles.
-const CLOSE: (f64, i32) = (0.2, 4);
+const CLOSE_PAIR_TERM: (f64, i32) = (0.2, 4);
 
 /// Shift of a particle towards even spacing, with the changes of its fields.
 #[derive(Clone)]
 pub struct Shift<const D: usize> {
     /// Displacement (m).
-    pub position: [f64; D],
+    pub displacement: [f64; D],
     /// Change of velocity (m/s).
     pub velocity: [f64; D],
     /// Change of density (kg/m³).
@@ -36,7 +36,7 @@ impl<const D: usize> PairContext<'_, D> {
         let mut sum = [0.0; D];
         for &j in &row[..self.neighbours_before(row, self.first_wall_particle)] {
             let j = j as usize;
-            if self.walls.smooth.contain(j) {
+            if self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let (_, square) = separation(&p.position[i], &p.position[j]);
@@ -61,7 +61,7 @@ impl<const D: usize> PairContext<'_, D> {
         let mut sum = [0.0; D];
         for (&j, weight) in row[..self.neighbours_before(row, self.first_wall_particle)].iter().zip(weights) {
             let j = j as usize;
-            if self.walls.smooth.contain(j) {
+            if self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let gradient = if j < p.len() {
@@ -72,14 +72,15 @@ impl<const D: usize> PairContext<'_, D> {
             };
             let (apart, square) = separation(&p.position[i], &p.position[j]);
             let unseen = |c: usize| {
-                let seen: f64 = (0..D).map(|b| (gradients[i][c][b] + gradient[c][b]) * apart[b]).sum();
-                p.velocity[j][c] - p.velocity[i][c] - 0.5 * seen
+                let expected: f64 = (0..D).map(|b| (gradients[i][c][b] + gradient[c][b]) * apart[b]).sum();
+                p.velocity[j][c] - p.velocity[i][c] - 0.5 * expected
             };
             let along: f64 = (0..D).map(|c| unseen(c) * apart[c]).sum();
             let h = 0.5 * (p.length[i] + p.length[j]);
             let viscosity = h * (p.sound[i] + p.sound[j]) / (p.density[i] + p.density[j]);
-            let pull = p.mass[j] * weight * viscosity * along / (square + crate::pairs::SOFTENING * h * h);
-            (0..D).for_each(|c| sum[c] += pull * apart[c]);
+            let weight_factor =
+                p.mass[j] * weight * viscosity * along / (square + crate::pairs::SOFTENING * h * h);
+            (0..D).for_each(|c| sum[c] += weight_factor * apart[c]);
         }
         sum
     }
@@ -178,12 +179,12 @@ impl<const D: usize> PairContext<'_, D> {
             if square >= self.support_square() {
                 continue;
             }
-            let k = self.effective_index(i, j);
-            let r = square.sqrt();
+            let (k, r) = (self.effective_index(i, j), square.sqrt());
             let weight = p.mass[k] / p.density[k] * self.pair_gradient_factor(i, k, r);
-            let close = 1.0 + CLOSE.0 * (self.kernel_ratio_argument(i, k, r) / reference).powi(CLOSE.1);
+            let ratio = self.kernel_ratio_argument(i, k, r) / reference;
+            let close = 1.0 + CLOSE_PAIR_TERM.0 * ratio.powi(CLOSE_PAIR_TERM.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
-            if j >= self.first_wall_particle || self.walls.smooth.contain(j) {
+            if j >= self.first_wall_particle || self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             all.add(weight, &apart);
@@ -206,12 +207,12 @@ impl<const D: usize> PairContext<'_, D> {
         let size = crowding.iter().map(|c| c * c).sum::<f64>().sqrt() * scale.abs();
         let limit = MAX_SHIFT * self.options.spacing;
         let scale = if size > limit { scale * limit / size } else { scale };
-        let position = crowding.map(|c| c * scale);
+        let displacement = crowding.map(|c| c * scale);
         let change = |correction: &SquareMatrix<D>, slope: &[f64; D]| -> f64 {
-            product(correction, slope).iter().zip(&position).map(|(g, x)| g * x).sum()
+            product(correction, slope).iter().zip(&displacement).map(|(g, x)| g * x).sum()
         };
         Some(Shift {
-            position,
+            displacement,
             velocity: std::array::from_fn(|c| change(&all, &velocity[c])),
             density: change(&within, &fields[0]),
             stress: SymTensor(std::array::from_fn(|c| change(&within, &fields[1 + c]))),
@@ -282,7 +283,7 @@ impl<const D: usize> PairContext<'_, D> {
         let (mut rate, mut slope) = (0.0, p.mass[i] * kernel.length_derivative(0.0));
         for (&j, &weight) in row[..self.first_mirrored(row)].iter().zip(weights) {
             let j = j as usize;
-            if self.walls.smooth.contain(j) {
+            if self.walls.smooth_bodies.contain(j) {
                 continue;
             }
             let (apart, square) = separation(&p.position[i], &p.position[j]);

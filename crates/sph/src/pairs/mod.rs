@@ -72,7 +72,7 @@ pub struct PairContext<'a, const D: usize> {
 /// Input of the sums of the equations of motion: [`PairContext`] and the pair data of the particles.
 pub struct PairSums<'a, const D: usize> {
     pairs: PairContext<'a, D>,
-    pub(crate) shown: &'a PairData<D>,
+    pub(crate) pair_data: &'a PairData<D>,
     pub(crate) groups: &'a [ParticleGroup],
     /// Short-range repulsion, where there are fluids.
     short_range_repulsion: Option<ShortRangeRepulsion>,
@@ -149,7 +149,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
     /// Index of the fields of neighbour `j` for `i`: `i` itself for dummy particles and smooth bodies, else `j`.
     #[inline]
     pub(crate) fn effective_index(&self, i: usize, j: usize) -> usize {
-        if j >= self.first_dummy_particle || self.walls.smooth.contain(j) { i } else { j }
+        if j >= self.first_dummy_particle || self.walls.smooth_bodies.contain(j) { i } else { j }
     }
 
     pub(crate) fn grad_h(&self) -> bool {
@@ -243,7 +243,7 @@ impl<'a, const D: usize> PairSums<'a, D> {
     pub fn new(setting: &'a SolverContext<D>, bodies: &'a Bodies<D>, walls: &'a Walls<D>) -> Self {
         Self {
             pairs: PairContext::new(setting, &bodies.particles, walls),
-            shown: &bodies.pair_data,
+            pair_data: &bodies.pair_data,
             groups: &bodies.groups,
             short_range_repulsion: ShortRangeRepulsion::of_groups(setting, &bodies.groups),
         }
@@ -251,7 +251,7 @@ impl<'a, const D: usize> PairSums<'a, D> {
 
     /// Pair data of the particles.
     pub(crate) fn pair_data(&self) -> &PairData<D> {
-        self.shown
+        self.pair_data
     }
 
     /// Computes the weights `F` of the neighbours of `i` without a mirrored state.
@@ -265,7 +265,7 @@ impl<'a, const D: usize> PairSums<'a, D> {
             }
             return;
         }
-        let records = &self.shown.records;
+        let records = &self.pair_data.records;
         let own = crate::points::packed_particles::packed_kinematics::<D>([&records[i]; 4]);
         crate::points::packed_particles::for_each_four(&row[..regular], i, |start, four, count| {
             let other = crate::points::packed_particles::packed_kinematics::<D>(four.map(|j| &records[j]));
@@ -277,7 +277,7 @@ impl<'a, const D: usize> PairSums<'a, D> {
 
     /// Artificial repulsion `R_i + R_j` times the power of the ratio of kernels; `None` where no particle is in tension.
     fn repulsion_stress(&self, i: usize, four: [usize; 4], square: Lanes) -> Option<[Lanes; 6]> {
-        let repulsion = &self.shown.repulsion;
+        let repulsion = &self.pair_data.repulsion;
         if repulsion.is_empty() {
             return None;
         }

@@ -37,7 +37,7 @@ fn with_shear_traction<const D: usize>(
 
 /// Normal traction (tension positive) and shear traction vector of a stress on faces with the normal `n` (Pa).
 fn face_tractions<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> (f64, [f64; D]) {
-    let whole: [f64; D] = std::array::from_fn(|a| (0..D).map(|b| stress.at(a, b) * n[b]).sum());
+    let whole: [f64; D] = std::array::from_fn(|a| (0..D).map(|b| stress.component(a, b) * n[b]).sum());
     let across = dot(&whole, n);
     (across, std::array::from_fn(|c| whole[c] - across * n[c]))
 }
@@ -88,19 +88,19 @@ impl<const D: usize> PairSums<'_, D> {
                 Some(MirrorState::new(along(1.0), stress, repulsion))
             }
             WallContact::Friction(coefficient) => {
-                let most = adhesion - coefficient * across;
+                let largest = adhesion - coefficient * across;
                 let (speed, size) = (dot(&slip, &slip).sqrt(), dot(&shear, &shear).sqrt());
-                if speed > STICK_RATIO * most / (p.density[i] * p.sound[i]) {
+                if speed > STICK_RATIO * largest / (p.density[i] * p.sound[i]) {
                     let rubs = adhesion + coefficient * p.friction_pressure(i, -across);
                     let stress = with(&slip.map(|v| v * rubs / speed));
                     let rub = SlipFriction { normal: *n, direction: slip.map(|v| -coefficient * v / speed) };
                     let sliding = MirrorState::new(along(1.0), stress, repulsion);
                     return Some(MirrorState { slip_friction: Some(rub), ..sliding });
                 }
-                if size <= most {
+                if size <= largest {
                     return Some(MirrorState::new(along(-1.0), stress, repulsion));
                 }
-                Some(MirrorState::new(along(1.0), with(&shear.map(|s| s * most / size)), repulsion))
+                Some(MirrorState::new(along(1.0), with(&shear.map(|s| s * largest / size)), repulsion))
             }
         }
     }

@@ -26,7 +26,7 @@ pub fn update_pair_data<const D: usize>(
         walls.load_images(bodies);
         sum_densities(setting, bodies, walls, lists);
         let len = bodies.particles.len();
-        bodies.particles.density[..len].copy_from_slice(&bodies.pair_data.summed);
+        bodies.particles.density[..len].copy_from_slice(&bodies.pair_data.summed_density);
     }
     walls.extrapolate_from_soil(setting, clock, bodies, &lists.neighbours);
     update_artificial_stress(setting.options.tensile, bodies);
@@ -63,7 +63,7 @@ fn fill_records<const D: usize>(momentum: MomentumEquation, bodies: &mut Bodies<
             *record = p.record(i, scale(i));
         }
     });
-    walls.smooth.particles().for_each(|i| clear_volume::<D>(&mut records[i]));
+    walls.smooth_bodies.particles().for_each(|i| clear_volume::<D>(&mut records[i]));
 }
 
 /// Computes the density `Σ m W` of every particle (BN 2).
@@ -74,7 +74,7 @@ pub fn sum_densities<const D: usize>(
     lists: &VerletLists<D>,
 ) {
     let pairs = PairContext::new(setting, &bodies.particles, walls);
-    let summed = &mut bodies.pair_data.summed;
+    let summed = &mut bodies.pair_data.summed_density;
     summed.resize(bodies.particles.len(), 0.0);
     summed.par_iter_mut().enumerate().with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, density)| {
         *density = pairs.summed_density(i, lists.neighbours.neighbours(i));
@@ -102,7 +102,7 @@ fn find_corrections<const D: usize>(
     );
     for (image, slot) in images.iter().zip(len..) {
         let l = correction[image.source as usize];
-        let flip = image.flip;
+        let flip = image.axis_sign;
         correction[slot] = std::array::from_fn(|a| std::array::from_fn(|b| flip[a] * l[a][b] * flip[b]));
     }
 }

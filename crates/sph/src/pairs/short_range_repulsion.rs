@@ -85,8 +85,8 @@ impl<const D: usize> PairSums<'_, D> {
                 continue;
             }
             let sound = 0.5 * (p.sound[i] * p.sound[i] + p.sound[j] * p.sound[j]);
-            let pull = close.acceleration_factor(square, sound, (p.mass[i], p.mass[j]));
-            (0..D).for_each(|c| sum[c] += pull * apart[c].to_array()[lane]);
+            let acceleration = close.acceleration_factor(square, sound, (p.mass[i], p.mass[j]));
+            (0..D).for_each(|c| sum[c] += acceleration * apart[c].to_array()[lane]);
         }
     }
 
@@ -96,12 +96,13 @@ impl<const D: usize> PairSums<'_, D> {
         for plane in self.walls.planes.faces.iter().filter(|plane| plane.contact == WallContact::FreeSlip) {
             let between = 2.0 * plane.distance(&p.position[i]);
             if between * between < close.square && self.is_free_fluid(i) {
-                let pull = close.acceleration_factor(
+                let acceleration = close.acceleration_factor(
                     between * between,
                     p.sound[i] * p.sound[i],
                     (p.mass[i], p.mass[i]),
                 );
-                sum[plane.axis] += if plane.upper { pull * between } else { -pull * between };
+                sum[plane.axis] +=
+                    if plane.is_upper { acceleration * between } else { -acceleration * between };
             }
         }
     }
@@ -125,7 +126,7 @@ pub(crate) fn repulsion_energy<const D: usize>(
     planes.images(&positions, reach, &mut images);
     for image in &images {
         let x = positions[image.source as usize];
-        positions.push(std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]));
+        positions.push(std::array::from_fn(|c| image.axis_sign[c] * x[c] + image.shift[c]));
     }
     let mut near = NeighbourList::new();
     let keeps = |k: u32, other: u32| {

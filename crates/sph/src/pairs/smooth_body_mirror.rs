@@ -18,12 +18,12 @@ use crate::points::vector_algebra::separation;
 /// Smooth body beside a particle: the direction into it, and its particles among the neighbours.
 struct SmoothBodyFace<'a, const D: usize> {
     normal: [f64; D],
-    near: [&'a [u32]; 2],
+    nearby_particles: [&'a [u32]; 2],
 }
 
 impl<const D: usize> SmoothBodyFace<'_, D> {
-    fn near(&self) -> impl Iterator<Item = usize> {
-        self.near.iter().copied().flatten().map(|&a| a as usize)
+    fn nearby_particles(&self) -> impl Iterator<Item = usize> {
+        self.nearby_particles.iter().copied().flatten().map(|&a| a as usize)
     }
 }
 
@@ -47,15 +47,23 @@ pub(crate) fn reflected_stress<const D: usize>(stress: &SymTensor, n: &[f64; D])
 impl<const D: usize> PairContext<'_, D> {
     /// Smooth bodies near particle `i`, except its own.
     fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = SmoothBodyFace<'r, D>> {
-        let outside = self.walls.smooth.ranges_of_bodies.iter().filter(move |place| !place.own.contains(&i));
+        let outside = self
+            .walls
+            .smooth_bodies
+            .ranges_of_bodies
+            .iter()
+            .filter(move |place| !place.body_particles.contains(&i));
         outside.filter_map(move |place| {
             let part = |range: &Range<usize>| {
                 &row[self.neighbours_before(row, range.start)..self.neighbours_before(row, range.end)]
             };
-            let mut face = SmoothBodyFace { normal: [0.0; D], near: [part(&place.own), part(&place.images)] };
+            let mut face = SmoothBodyFace {
+                normal: [0.0; D],
+                nearby_particles: [part(&place.body_particles), part(&place.images)],
+            };
             let (p, kernel) = (self.particles, self.kernel_of(self.particles.length[i]));
             let mut sum = [0.0; D];
-            for a in face.near() {
+            for a in face.nearby_particles() {
                 let (apart, square) = separation(&p.position[i], &p.position[a]);
                 let weight = kernel.gradient_factor(square.sqrt());
                 (0..D).for_each(|c| sum[c] += weight * apart[c]);
@@ -90,7 +98,7 @@ impl<const D: usize> PairSums<'_, D> {
         for face in self.faces(i, row) {
             self.mirror_acceleration(
                 i,
-                self.separations(i, face.near()),
+                self.separations(i, face.nearby_particles()),
                 form,
                 |a| Some(self.smooth_mirror_state(i, a, &face.normal)),
                 sum,
@@ -110,7 +118,7 @@ impl<const D: usize> PairSums<'_, D> {
             let answer = |a| Some(self.smooth_mirror_state(i, a, &face.normal));
             self.add_mirror_gradient(
                 i,
-                self.separations(i, face.near()),
+                self.separations(i, face.nearby_particles()),
                 answer,
                 (&mut *gradient, &mut *trace, &mut *moment),
             );

@@ -55,7 +55,10 @@ mod tests {
             );
             for a in 0..2 {
                 for b in 0..2 {
-                    assert!((plane.at(a, b) - space.at(a, b)).abs() < 1e-12, "{plane:?} {space:?}");
+                    assert!(
+                        (plane.component(a, b) - space.component(a, b)).abs() < 1e-12,
+                        "{plane:?} {space:?}"
+                    );
                 }
             }
         }

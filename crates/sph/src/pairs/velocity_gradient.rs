@@ -30,9 +30,9 @@ fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMom
     let mut change = 0.0;
     for (a, row) in gradient.iter_mut().enumerate() {
         let turn: [f64; D] = std::array::from_fn(|b| spin[a][b] + short * square[a][b]);
-        let seen = product(&moment.matrix, &turn);
-        (0..D).for_each(|b| row[b] += turn[b] - seen[b]);
-        change += turn[a] - seen[a];
+        let applied = product(&moment.matrix, &turn);
+        (0..D).for_each(|b| row[b] += turn[b] - applied[b]);
+        change += turn[a] - applied[a];
     }
     change
 }
@@ -43,9 +43,9 @@ struct GradientForm {
     /// Whether pairs are weighted by the mass of the neighbour over the density, instead of its volume.
     by_mass: bool,
     /// Whether the gradient is corrected by the inverse of the moment.
-    corrected: bool,
+    is_corrected: bool,
     /// Whether the gradient is made exact for rotations.
-    corotated: bool,
+    is_corotated: bool,
     /// Continuity equation.
     continuity: ContinuityEquation,
     /// Whether the divergence has a sum of its own; where the forms of gradient and continuity equation agree, it is the trace.
@@ -118,7 +118,7 @@ impl<const D: usize> PairSums<'_, D> {
         let form = self.gradient_form();
         let GradientSums { mut gradient, mut moment, mut trace } =
             self.gradient_sums::<TURNS>(i, (row, weights, regular), turn, &form);
-        if !self.walls.smooth.is_empty() {
+        if !self.walls.smooth_bodies.is_empty() {
             self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
         }
         if regular < row.len() {
@@ -127,14 +127,14 @@ impl<const D: usize> PairSums<'_, D> {
         if ground && !self.walls.obstacles.is_empty() {
             self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
         }
-        let spread = if self.grad_h() { self.shown.grad_h_factor[i] } else { 1.0 };
+        let spread = if self.grad_h() { self.pair_data.grad_h_factor[i] } else { 1.0 };
         // The corrected gradient is exact for the plain weights: 1/ϑ belongs to the other sums.
-        let correction = if form.corrected { moment.correction() } else { None };
+        let correction = if form.is_corrected { moment.correction() } else { None };
         let mut gradient = match correction {
             Some(l) => gradient.map(|row| product(&l, &row)),
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
-        if form.corotated {
+        if form.is_corotated {
             if self.grad_h() {
                 moment.matrix = moment.matrix.map(|row| row.map(|c| c * spread));
             }
@@ -150,15 +150,15 @@ impl<const D: usize> PairSums<'_, D> {
     fn gradient_form(&self) -> GradientForm {
         let operator = self.options.gradient_operator();
         let by_mass = operator == VelocityGradientOperator::DensityDifference;
-        let corrected = operator == VelocityGradientOperator::Corrected;
+        let is_corrected = operator == VelocityGradientOperator::Corrected;
         let continuity = self.options.continuity;
         let sums_divergence = match continuity {
             ContinuityEquation::Mass => !by_mass,
-            ContinuityEquation::Volume => by_mass || corrected,
+            ContinuityEquation::Volume => by_mass || is_corrected,
             ContinuityEquation::Trace | ContinuityEquation::Summation => false,
         };
-        let corotated = self.options.is_corotated();
-        GradientForm { by_mass, corrected, corotated, continuity, sums_divergence }
+        let is_corotated = self.options.is_corotated();
+        GradientForm { by_mass, is_corrected, is_corotated, continuity, sums_divergence }
     }
 
     /// Sums of particle `i` over its neighbours without mirrored particles, the first `regular` of its row, from velocities less the
@@ -171,8 +171,8 @@ impl<const D: usize> PairSums<'_, D> {
         turn: &SquareMatrix<D>,
         form: &GradientForm,
     ) -> GradientSums<D> {
-        let &GradientForm { by_mass, corrected, corotated, continuity, sums_divergence } = form;
-        let records = &self.shown.records;
+        let &GradientForm { by_mass, is_corrected, is_corotated, continuity, sums_divergence } = form;
+        let records = &self.pair_data.records;
         let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
@@ -198,7 +198,7 @@ impl<const D: usize> PairSums<'_, D> {
                 let weight = if continuity == ContinuityEquation::Mass { mass } else { volume };
                 trace += packed_particles::dot(&relative, &apart) * weight;
             }
-            if corrected || corotated {
+            if is_corrected || is_corotated {
                 // Upper half only, since the moment is symmetric.
                 for a in 0..D {
                     for b in a..D {
@@ -206,11 +206,12 @@ impl<const D: usize> PairSums<'_, D> {
                     }
                 }
             }
-            if corrected {
+            if is_corrected {
                 neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
             }
         });
-        let neighbours = if corrected { packed_particles::sum(neighbours) as u32 } else { row.len() as u32 };
+        let neighbours =
+            if is_corrected { packed_particles::sum(neighbours) as u32 } else { row.len() as u32 };
         let mut sums = GradientSums {
             gradient: sum_lanes(&gradient),
             moment: GradientMoment { matrix: from_upper_half(&sum_lanes(&moment)), neighbours },

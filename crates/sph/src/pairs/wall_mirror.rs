@@ -81,11 +81,11 @@ impl<const D: usize> PairSums<'_, D> {
                 if normal > 0.0 {
                     return None;
                 }
-                let most = -coefficient * normal;
+                let largest = -coefficient * normal;
                 let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
-                if speed > STICK_RATIO * most / (p.density[i] * p.sound[i]) {
+                if speed > STICK_RATIO * largest / (p.density[i] * p.sound[i]) {
                     let rubs = coefficient * p.friction_pressure(i, -normal);
-                    let factor = rubs / speed * if plane.upper { -1.0 } else { 1.0 };
+                    let factor = rubs / speed * if plane.is_upper { -1.0 } else { 1.0 };
                     let normal = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
                     let against =
                         std::array::from_fn(|c| if c == axis { 0.0 } else { -coefficient * own[c] / speed });
@@ -94,11 +94,12 @@ impl<const D: usize> PairSums<'_, D> {
                     let sliding = MirrorState::new(along(1.0), stress, repulsion);
                     return Some(MirrorState { slip_friction: Some(rub), ..sliding });
                 }
-                if shear <= most {
+                if shear <= largest {
                     return Some(MirrorState::new(along(-1.0), stress, repulsion));
                 }
-                let stress =
-                    friction_mirror_stress::<D>(&stress, axis, |c| stress.at(axis, c) * most / shear);
+                let stress = friction_mirror_stress::<D>(&stress, axis, |c| {
+                    stress.component(axis, c) * largest / shear
+                });
                 Some(MirrorState::new(along(1.0), stress, repulsion))
             }
         }
@@ -157,8 +158,8 @@ impl<const D: usize> PairSums<'_, D> {
             // With a corrected gradient, the adjoint is corrected too.
             let turned = shown.correction.get(i).map_or(apart, |l| product(l, &apart));
             for a in 0..D {
-                let pull: f64 = (0..D).map(|b| pair.at(a, b) * turned[b]).sum();
-                sum[a] += mass * weight * (pull + viscosity * apart[a]);
+                let stress_term: f64 = (0..D).map(|b| pair.component(a, b) * turned[b]).sum();
+                sum[a] += mass * weight * (stress_term + viscosity * apart[a]);
             }
             if let Some(SlipFriction { normal, direction: against }) = &answer.slip_friction {
                 let across: f64 = (0..D).map(|c| apart[c] * normal[c]).sum();
@@ -237,8 +238,8 @@ impl<const D: usize> PairSums<'_, D> {
 /// Normal traction on a face (tension positive) and magnitude of the shear traction (Pa).
 fn face_tractions<const D: usize>(stress: &SymTensor, plane: &FlatWall<D>) -> (f64, f64) {
     let axis = plane.axis;
-    let shear: f64 = (0..D).filter(|&c| c != axis).map(|c| stress.at(axis, c).powi(2)).sum();
-    (stress.at(axis, axis), shear.sqrt())
+    let shear: f64 = (0..D).filter(|&c| c != axis).map(|c| stress.component(axis, c).powi(2)).sum();
+    (stress.component(axis, axis), shear.sqrt())
 }
 
 /// Mirrored stress for which the shear traction on a face normal to `axis`, the mean of both stresses, is
@@ -249,10 +250,10 @@ fn friction_mirror_stress<const D: usize>(
     traction: impl Fn(usize) -> f64,
 ) -> SymTensor {
     // Index in a SymTensor of the component (a, b).
-    const AT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+    const COMPONENT_INDEX: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
     let mut answer = *stress;
     for c in (0..D).filter(|&c| c != axis) {
-        answer[AT[axis][c]] = 2.0 * traction(c) - stress.at(axis, c);
+        answer[COMPONENT_INDEX[axis][c]] = 2.0 * traction(c) - stress.component(axis, c);
     }
     answer
 }

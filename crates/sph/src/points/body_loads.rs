@@ -30,7 +30,7 @@ pub struct LoadedBody<'a, const D: usize> {
     /// Index into `Case::bodies`.
     pub body: u32,
     /// Whether the body is held.
-    pub held: bool,
+    pub is_held: bool,
     /// Id of the first particle.
     pub first: u32,
     /// Positions of the particles (m).
@@ -41,9 +41,9 @@ pub struct LoadedBody<'a, const D: usize> {
 #[derive(Clone, Default)]
 pub struct BodyLoads<const D: usize> {
     /// Loads on bodies.
-    pub all: Vec<BodyLoad<D>>,
+    pub loads: Vec<BodyLoad<D>>,
     /// Start time of each load of the case (s).
-    pub starts: Vec<f64>,
+    pub start_times: Vec<f64>,
 }
 
 impl<const D: usize> BodyLoads<D> {
@@ -52,41 +52,43 @@ impl<const D: usize> BodyLoads<D> {
     /// # Errors
     /// When a load acts on a held body, or on nothing.
     pub fn new(case: &Case, bodies: &[LoadedBody<'_, D>], spacing: f64) -> Result<Self, CaseError> {
-        let mut all = Vec::new();
+        let mut loads = Vec::new();
         for (number, load) in case.loads.iter().enumerate() {
             let on = |loaded: &&LoadedBody<'_, D>| case.bodies[loaded.body as usize].name == load.body();
-            let Some(&LoadedBody { body, held, first, positions }) = bodies.iter().find(on) else { continue };
-            if held {
+            let Some(&LoadedBody { body, is_held, first, positions }) = bodies.iter().find(on) else {
+                continue;
+            };
+            if is_held {
                 let problem = format!("the body {:?} is held, and loads do not act on it", load.body());
                 return Err(CaseError::new(format!("loads[{number}].body"), problem));
             }
             let carried = case.load_vectors(number, positions, &[spacing; D])?;
-            all.push(BodyLoad { number, body, first, vectors: carried });
+            loads.push(BodyLoad { number, body, first, vectors: carried });
         }
-        Ok(Self { all, starts: case.load_starts() })
+        Ok(Self { loads, start_times: case.load_starts() })
     }
 
     /// Begins the loads of a stage that begins at `start` (s).
-    pub fn begin(&mut self, case: &Case, stage: usize, start: f64) {
-        case.begin_loads(&mut self.starts, stage, start);
+    pub fn begin_stage(&mut self, case: &Case, stage: usize, start: f64) {
+        case.begin_loads(&mut self.start_times, stage, start);
     }
 
     /// Checkpoint state: start times of loads, and load vectors of those that follow their surfaces.
     pub fn checkpoint_state(&self) -> (Vec<f64>, Vec<Vec<f64>>) {
-        (self.starts.clone(), self.all.iter().map(|on| on.vectors.as_flattened().to_vec()).collect())
+        (self.start_times.clone(), self.loads.iter().map(|on| on.vectors.as_flattened().to_vec()).collect())
     }
 
     /// Restores a checkpoint state; `None` where it does not fit.
     pub fn restore_state(&mut self, (starts, carried): &(Vec<f64>, Vec<Vec<f64>>)) -> Option<()> {
         let fits = |(on, saved): (&BodyLoad<D>, &Vec<f64>)| on.vectors.len() * D == saved.len();
-        if starts.len() != self.starts.len()
-            || carried.len() != self.all.len()
-            || !self.all.iter().zip(carried).all(fits)
+        if starts.len() != self.start_times.len()
+            || carried.len() != self.loads.len()
+            || !self.loads.iter().zip(carried).all(fits)
         {
             return None;
         }
-        self.starts.clone_from(starts);
-        for (on, saved) in self.all.iter_mut().zip(carried) {
+        self.start_times.clone_from(starts);
+        for (on, saved) in self.loads.iter_mut().zip(carried) {
             on.vectors.as_flattened_mut().copy_from_slice(saved);
         }
         Some(())

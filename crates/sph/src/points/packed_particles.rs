@@ -107,11 +107,11 @@ pub fn packed_state<const D: usize>(four: [&PairRecord; 4]) -> PackedState {
 #[inline(always)]
 pub fn product<const D: usize>(tensor: &[Lanes; 6], x: &[Lanes; D]) -> [Lanes; D] {
     // Component (a, b) of a SymTensor.
-    const AT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+    const COMPONENT_INDEX: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
     std::array::from_fn(|a| {
-        let mut sum = tensor[AT[a][0]] * x[0];
+        let mut sum = tensor[COMPONENT_INDEX[a][0]] * x[0];
         for b in 1..D {
-            sum += tensor[AT[a][b]] * x[b];
+            sum += tensor[COMPONENT_INDEX[a][b]] * x[b];
         }
         sum
     })

@@ -39,7 +39,7 @@ pub struct ParticleGroup {
     /// Initial density (kg/m³).
     pub density: f64,
     /// Prescribed velocities, where the body is held.
-    pub held: Option<Velocity>,
+    pub prescribed_velocity: Option<Velocity>,
     /// Factor on these velocities over time; one without.
     pub history: Option<TimeHistory>,
     /// Mean factor over the step.
@@ -47,9 +47,9 @@ pub struct ParticleGroup {
     /// Rigid motion, where the body is rigid.
     pub rigid: Option<RigidBody>,
     /// Whether others slip freely along it; only held bodies may be smooth.
-    pub smooth: bool,
+    pub is_smooth: bool,
     /// Whether a confining pressure acts on it.
-    pub confined: bool,
+    pub is_confined: bool,
     /// Whether its law is a fluid law.
     pub fluid: bool,
 }
@@ -62,7 +62,7 @@ impl ParticleGroup {
 
     /// Whether the body is a fluid that moves by itself.
     pub fn is_free_fluid(&self) -> bool {
-        self.fluid && self.held.is_none() && self.rigid.is_none()
+        self.fluid && self.prescribed_velocity.is_none() && self.rigid.is_none()
     }
 
     /// Returns the body without particles.
@@ -72,7 +72,7 @@ impl ParticleGroup {
             end: 0,
             material: Arc::clone(&self.material),
             states: States::default(),
-            held: self.held.clone(),
+            prescribed_velocity: self.prescribed_velocity.clone(),
             history: self.history.clone(),
             ..*self
         }
@@ -94,7 +94,7 @@ struct_of_arrays! {
         /// Velocities of the previous step, for the scheme that needs them (m/s); empty without.
         pub previous: [f64; D],
         /// Delayed pressures for friction on faces (Pa), zero without contact; empty without friction.
-        pub pressed: f64,
+        pub delayed_pressure: f64,
         /// Masses (kg).
         pub mass: f64,
         /// Densities (kg/m³).
@@ -178,7 +178,7 @@ pub struct PairData<const D: usize> {
     /// Corrections of the gradient, of particles and images; empty without the corrected momentum equation.
     pub correction: Vec<SquareMatrix<D>>,
     /// Densities by summation, before they are assigned to the particles (kg/m³).
-    pub summed: Vec<f64>,
+    pub summed_density: Vec<f64>,
     /// Stresses extrapolated from the soil, before they are assigned to wall particles (Pa).
     pub wall_stresses: Vec<SymTensor>,
 }
@@ -251,9 +251,9 @@ impl<const D: usize> Bodies<D> {
     pub fn impose_held_velocities(&mut self) {
         let p = &mut self.particles;
         for group in &self.groups {
-            let Some(field) = &group.held else { continue };
+            let Some(field) = &group.prescribed_velocity else { continue };
             for i in group.range() {
-                let v = field.at(spatial(&p.position[i]));
+                let v = field.velocity_at(spatial(&p.position[i]));
                 p.velocity[i] = std::array::from_fn(|c| group.factor * v[c]);
                 set_velocity(&mut self.pair_data.records[i], &p.velocity[i]);
             }

@@ -51,8 +51,8 @@ impl RigidBody {
     }
 
     /// Sets velocity and spin to zero.
-    pub fn stop(&mut self) {
-        self.state.stop();
+    pub fn set_at_rest(&mut self) {
+        self.state.set_at_rest();
         self.rate = [0.0; 6];
     }
 }

@@ -34,7 +34,7 @@ const IMBALANCE: f64 = 1.1;
 
 /// Width of the halo over the reach of the sums: one for the accelerations, and one for the velocity
 /// gradients, for which neighbours need theirs; one or two more for each pass that an option adds before these.
-fn passes(options: &SphOptions) -> usize {
+fn halo_passes(options: &SphOptions) -> usize {
     let summed = options.continuity == ContinuityEquation::Summation
         || options.symmetrisation == Symmetrisation::GradH;
     let once = [
@@ -60,15 +60,20 @@ struct Rank<const D: usize> {
     /// Index of each of its particles, halo included, in the sequence of a solver without ranks.
     sequence: Vec<u32>,
     /// For each rank, the indices of particles here that are in its halo.
-    sends: Vec<Vec<u32>>,
+    sent_particles: Vec<Vec<u32>>,
     /// For each rank, the indices of its particles in the halo here.
-    receives: Vec<Vec<u32>>,
+    received_particles: Vec<Vec<u32>>,
 }
 
 impl<const D: usize> Rank<D> {
     fn new(domain: SphSolver<D>, ranks: usize) -> Self {
         let sequence = (0..domain.bodies.particles.len() as u32).collect();
-        Self { domain, sequence, sends: vec![Vec::new(); ranks], receives: vec![Vec::new(); ranks] }
+        Self {
+            domain,
+            sequence,
+            sent_particles: vec![Vec::new(); ranks],
+            received_particles: vec![Vec::new(); ranks],
+        }
     }
 
     /// Indices of its own particles.
@@ -91,12 +96,13 @@ impl<const D: usize> Rank<D> {
         width: f64,
         images: &[crate::walls::ImageParticle<D>],
     ) -> Vec<u32> {
-        let x = &self.domain.lists.listed.positions;
+        let x = &self.domain.lists.listed_positions.positions;
         let mut near: Vec<u32> =
             self.own_particles().filter(|&i| bounds.contains_within(&x[i as usize], width)).collect();
         let image_near = |image: &&crate::walls::ImageParticle<D>| {
             let x = &x[image.source as usize];
-            bounds.contains_within(&std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]), width)
+            bounds
+                .contains_within(&std::array::from_fn(|c| image.axis_sign[c] * x[c] + image.shift[c]), width)
         };
         near.extend(images.iter().filter(image_near).map(|image| image.source));
         near.sort_unstable();
@@ -158,8 +164,8 @@ impl<const D: usize> RankedSolver<D> {
         let mut whole = self.first().empty_like();
         whole.rates.reactions.clone_from(&self.first().rates.reactions);
         assemble(&mut whole, &parcels.iter().collect::<Vec<_>>());
-        if self.first().lists.listed.positions.is_empty() && !self.is_distributed {
-            whole.lists.listed.positions.clear();
+        if self.first().lists.listed_positions.positions.is_empty() && !self.is_distributed {
+            whole.lists.listed_positions.positions.clear();
         }
         whole
     }
@@ -177,12 +183,13 @@ impl<const D: usize> RankedSolver<D> {
             (limit.0, limit.2.map(|i| rank.sequence[i]), to_time_step(limit, &bodies.particles))
         };
         let found: Vec<_> = self.ranks.par_iter_mut().map(of_rank).collect();
-        let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let (.., least) = least.expect("at least one rank");
+        let smallest = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (.., smallest) = smallest.expect("at least one rank");
         let SphSolver { setting, clock, walls, .. } = self.first();
-        let least = limit_by_obstacle_motion(least, &walls.obstacles, (clock.time, setting.options.spacing));
+        let smallest =
+            limit_by_obstacle_motion(smallest, &walls.obstacles, (clock.time, setting.options.spacing));
         let fixed = setting.options.time_step;
-        let all = self.ranks.iter_mut().map(|rank| rank.domain.clock.set_limit(least, fixed));
+        let all = self.ranks.iter_mut().map(|rank| rank.domain.clock.set_limit(smallest, fixed));
         all.last().expect("at least one rank")
     }
 
@@ -195,7 +202,7 @@ impl<const D: usize> RankedSolver<D> {
             self.exchange();
         }
         let support = self.refresh()?;
-        let felt = self.first().rates.reactions.clone();
+        let reactions = self.first().rates.reactions.clone();
         on_all(&mut self.ranks, |rank| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
             walls.obstacles.set_mean_velocity(clock.time + dt, dt);
@@ -207,7 +214,7 @@ impl<const D: usize> RankedSolver<D> {
             self.sum_equilibrium(dt);
         }
         self.sum_obstacle_energies();
-        self.sum_reactions(felt, dt);
+        self.sum_reactions(reactions, dt);
         self.ranks.iter_mut().for_each(|rank| rank.domain.clock.end_step(dt));
         Ok(())
     }
@@ -227,14 +234,14 @@ impl<const D: usize> RankedSolver<D> {
             found.into_iter().fold((0.0f64, 0.0f64), |(a, b), (c, d)| (a.max(c), b.max(d)));
         let SphSolver { setting, clock, lists, .. } = self.first();
         let support = setting.support(longest);
-        if self.is_distributed && reached + support <= lists.listed.reach {
+        if self.is_distributed && reached + support <= lists.listed_positions.list_radius {
             return Ok(support);
         }
         let is_sort_due = lists.is_sort_due(clock);
         self.ranks.par_iter_mut().for_each(|rank| {
             let SphSolver { bodies, walls, .. } = &mut rank.domain;
             let p = &mut bodies.particles;
-            walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
+            walls.planes.wrap_into_period(&mut p.position[..p.id.len()], &mut p.origin);
         });
         if is_sort_due {
             self.sort()?;
@@ -242,7 +249,7 @@ impl<const D: usize> RankedSolver<D> {
         self.ranks.par_iter_mut().for_each(|rank| {
             let SphSolver { setting, clock, bodies, lists, rates, .. } = &mut rank.domain;
             lists.set_list_positions(setting, clock, &bodies.particles, support);
-            rates.current = false;
+            rates.is_current = false;
         });
         self.distribute()?;
         Ok(support)
@@ -258,7 +265,7 @@ impl<const D: usize> RankedSolver<D> {
         let mut found: Vec<(u32, EquilibriumTerms)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
         found.sort_unstable_by_key(|(place, _)| *place);
         let first = &mut self.ranks[0].domain;
-        first.equilibrium_terms = first.equilibrium_terms.next(found.into_iter().map(|(_, own)| own));
+        first.equilibrium_terms = first.equilibrium_terms.next_terms(found.into_iter().map(|(_, own)| own));
     }
 
     /// Sums the energies taken by obstacles over all particles in their sequence, for the first rank.
@@ -277,28 +284,28 @@ impl<const D: usize> RankedSolver<D> {
         found.iter().for_each(|(_, own)| first.obstacle_energies.add(own));
     }
 
-    /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their sequence, starting from the earlier `felt`, for
+    /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their sequence, starting from the earlier `reactions`, for
     /// the first rank: the sums of each rank itself are of its own particles and of ghosts.
-    fn sum_reactions(&mut self, mut felt: Vec<ReactionSum>, dt: f64) {
+    fn sum_reactions(&mut self, mut reactions: Vec<ReactionSum>, dt: f64) {
         let SphSolver { setting, walls, .. } = self.first();
         if walls.obstacles.recorded_obstacles().next().is_none() {
             return;
         }
         let bodies = setting.case.bodies.len();
-        felt.resize(bodies + setting.case.obstacles.len(), ReactionSum::default());
-        let mut told: Vec<(u32, ReactionSample<D>)> = Vec::new();
+        reactions.resize(bodies + setting.case.obstacles.len(), ReactionSum::default());
+        let mut samples: Vec<(u32, ReactionSample<D>)> = Vec::new();
         for Rank { domain, sequence, .. } in &self.ranks {
             let is_guest = |i: u32| domain.bodies.ghost_particles.get(i as usize).is_some_and(|guest| *guest);
             let own = domain.rates.reaction_samples.iter().filter(|one| !is_guest(one.particle));
-            told.extend(own.map(|one| (sequence[one.particle as usize], *one)));
+            samples.extend(own.map(|one| (sequence[one.particle as usize], *one)));
         }
-        told.sort_by_key(|(place, one)| (one.impulse.is_some(), *place));
-        let (sums, stops) = told.split_at(told.partition_point(|(_, one)| one.impulse.is_none()));
-        felt[bodies..].iter_mut().for_each(ReactionSum::begin);
-        sums.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
-        felt[bodies..].iter_mut().for_each(|felt| felt.add_impulse(dt));
-        stops.iter().for_each(|(_, one)| felt[one.reaction_index as usize].accumulate(one));
-        self.ranks[0].domain.rates.reactions = felt;
+        samples.sort_by_key(|(place, one)| (one.impulse.is_some(), *place));
+        let (sums, stops) = samples.split_at(samples.partition_point(|(_, one)| one.impulse.is_none()));
+        reactions[bodies..].iter_mut().for_each(ReactionSum::begin_step);
+        sums.iter().for_each(|(_, one)| reactions[one.reaction_index as usize].accumulate(one));
+        reactions[bodies..].iter_mut().for_each(|reactions| reactions.add_impulse(dt));
+        stops.iter().for_each(|(_, one)| reactions[one.reaction_index as usize].accumulate(one));
+        self.ranks[0].domain.rates.reactions = reactions;
     }
 
     /// Updates the copies in the halos.
@@ -307,13 +314,13 @@ impl<const D: usize> RankedSolver<D> {
         let SphSolver { setting, clock, .. } = self.first();
         let whole = is_regularisation_due(setting, clock);
         self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
-            for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
+            for (parcel, indices) in parcels.iter_mut().zip(&rank.sent_particles) {
                 parcel.fill(&rank.domain, &rank.sequence, indices, whole);
             }
         });
         let mail = &self.messages;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
-            for (parcels, places) in mail.iter().zip(&rank.receives) {
+            for (parcels, places) in mail.iter().zip(&rank.received_particles) {
                 parcels[to].update_ghosts(&mut rank.domain, places);
             }
         });
@@ -353,7 +360,7 @@ impl<const D: usize> RankedSolver<D> {
                 let place = &mut rank.sequence[i as usize];
                 *place = places[*place as usize];
             });
-            rank.domain.lists.sorted = Some(rank.domain.clock.step);
+            rank.domain.lists.last_sort = Some(rank.domain.clock.step);
         }
         Ok(())
     }
@@ -361,10 +368,10 @@ impl<const D: usize> RankedSolver<D> {
     /// Moves particles to the ranks of their boxes, then their copies to the halos; rebuilds the neighbour lists.
     fn distribute(&mut self) -> Result<(), SolverError> {
         let loads: Vec<u64> = self.ranks.iter().map(|rank| rank.weights().map(u64::from).sum()).collect();
-        let most = loads.iter().copied().max().unwrap_or(0) as f64;
+        let largest = loads.iter().copied().max().unwrap_or(0) as f64;
         let mean = loads.iter().sum::<u64>() as f64 / loads.len() as f64;
         let cuts = match self.cuts.take() {
-            Some(cuts) if most <= IMBALANCE * mean => cuts,
+            Some(cuts) if largest <= IMBALANCE * mean => cuts,
             _ => self.new_bisection(),
         };
         self.migrate(&cuts);
@@ -382,7 +389,9 @@ impl<const D: usize> RankedSolver<D> {
     fn new_bisection(&self) -> Bisection<D> {
         let (mut positions, mut weights) = (Vec::new(), Vec::new());
         for rank in &self.ranks {
-            positions.extend(rank.own_particles().map(|i| rank.domain.lists.listed.positions[i as usize]));
+            positions.extend(
+                rank.own_particles().map(|i| rank.domain.lists.listed_positions.positions[i as usize]),
+            );
             weights.extend(rank.weights());
         }
         Bisection::new(&positions, &weights, self.ranks.len()).0
@@ -393,7 +402,8 @@ impl<const D: usize> RankedSolver<D> {
         self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
             let mut shares = vec![Vec::new(); parcels.len()];
             for i in rank.own_particles() {
-                shares[cuts.owner(&rank.domain.lists.listed.positions[i as usize]) as usize].push(i);
+                shares[cuts.owner(&rank.domain.lists.listed_positions.positions[i as usize]) as usize]
+                    .push(i);
             }
             for (parcel, share) in parcels.iter_mut().zip(&shares) {
                 parcel.fill(&rank.domain, &rank.sequence, share, true);
@@ -412,11 +422,12 @@ impl<const D: usize> RankedSolver<D> {
         let boxes: Vec<Option<BoundingBox<D>>> = self
             .ranks
             .iter()
-            .map(|rank| BoundingBox::enclosing(&rank.domain.lists.listed.positions))
+            .map(|rank| BoundingBox::enclosing(&rank.domain.lists.listed_positions.positions))
             .collect();
-        let width = passes(&self.first().setting.options) as f64 * self.first().lists.listed.reach;
+        let width = halo_passes(&self.first().setting.options) as f64
+            * self.first().lists.listed_positions.list_radius;
         let send = |(me, (rank, parcels)): (usize, (&mut Rank<D>, &mut Vec<ParticleMessage<D>>))| {
-            let (listed, mut images) = (&rank.domain.lists.listed, Vec::new());
+            let (listed, mut images) = (&rank.domain.lists.listed_positions, Vec::new());
             rank.domain.walls.planes.move_to(listed.time);
             rank.domain.walls.planes.images(&listed.positions, width, &mut images);
             let wanted = |(to, bounds): (usize, &Option<BoundingBox<D>>)| match bounds {
@@ -424,8 +435,8 @@ impl<const D: usize> RankedSolver<D> {
                 Some(bounds) => rank.halo_of(bounds, width, &images),
                 None => Vec::new(),
             };
-            rank.sends = boxes.iter().enumerate().map(wanted).collect();
-            for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
+            rank.sent_particles = boxes.iter().enumerate().map(wanted).collect();
+            for (parcel, indices) in parcels.iter_mut().zip(&rank.sent_particles) {
                 parcel.fill(&rank.domain, &rank.sequence, indices, true);
             }
         };
@@ -433,13 +444,13 @@ impl<const D: usize> RankedSolver<D> {
         let mail = &self.messages;
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             let parcels: Vec<&ParticleMessage<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
-            (rank.sequence, rank.receives) = assemble(&mut rank.domain, &parcels);
+            (rank.sequence, rank.received_particles) = assemble(&mut rank.domain, &parcels);
             rank.domain.bodies.ghost_particles.clear();
             rank.domain.bodies.ghost_particles.resize(rank.sequence.len(), true);
-            let own = std::mem::take(&mut rank.receives[to]);
+            let own = std::mem::take(&mut rank.received_particles[to]);
             own.iter().for_each(|&i| rank.domain.bodies.ghost_particles[i as usize] = false);
-            rank.sends[to].clear();
-            for indices in &mut rank.sends {
+            rank.sent_particles[to].clear();
+            for indices in &mut rank.sent_particles {
                 indices.iter_mut().for_each(|i| *i = own[*i as usize]);
             }
         });

@@ -19,9 +19,9 @@ pub struct ParticleMessage<const D: usize> {
     particles: Particles<D>,
     rates: Derivatives<D>,
     /// Positions for which neighbours are listed (m).
-    listed: Vec<[f64; D]>,
+    listed_positions: Vec<[f64; D]>,
     /// Vectors of follower loads of the particles, load after load.
-    carried: Vec<[f64; D]>,
+    follower_loads: Vec<[f64; D]>,
     /// States of the laws, of each body; empty where they are not sent.
     states: Vec<States>,
 }
@@ -31,11 +31,11 @@ impl<const D: usize> ParticleMessage<D> {
     pub fn fill(&mut self, domain: &SphSolver<D>, sequence: &[u32], indices: &[u32], whole: bool) {
         let SphSolver { setting, bodies, lists, rates, .. } = domain;
         copy_entries(&mut self.sequence, sequence, indices);
-        self.particles.pick(&bodies.particles, indices);
-        self.rates.pick(&rates.derivatives, indices);
-        let listed = &lists.listed.positions;
+        self.particles.gather_from(&bodies.particles, indices);
+        self.rates.gather_from(&rates.derivatives, indices);
+        let listed = &lists.listed_positions.positions;
         let listed = if listed.is_empty() { &bodies.particles.position } else { listed };
-        copy_entries(&mut self.listed, listed, indices);
+        copy_entries(&mut self.listed_positions, listed, indices);
         self.counts.clear();
         self.states.clear();
         let mut left = indices;
@@ -53,18 +53,19 @@ impl<const D: usize> ParticleMessage<D> {
 
     /// Copies the vectors of follower loads of the particles.
     fn collect_loads(&mut self, case: &Case, bodies: &Bodies<D>) {
-        self.carried.clear();
-        for on in bodies.loads.all.iter().filter(|on| on.is_follower(case)) {
+        self.follower_loads.clear();
+        for on in bodies.loads.loads.iter().filter(|on| on.is_follower(case)) {
             let ids = self.particles_of(on.body, &bodies.groups);
-            self.carried.extend(self.particles.id[ids].iter().map(|id| on.vectors[(id - on.first) as usize]));
+            self.follower_loads
+                .extend(self.particles.id[ids].iter().map(|id| on.vectors[(id - on.first) as usize]));
         }
     }
 
     /// Writes the vectors of follower loads into `bodies`.
     fn apply_loads(&self, case: &Case, bodies: &mut Bodies<D>) {
         let Bodies { loads, groups, .. } = bodies;
-        let mut carried = self.carried.iter();
-        for on in loads.all.iter_mut().filter(|on| on.is_follower(case)) {
+        let mut carried = self.follower_loads.iter();
+        for on in loads.loads.iter_mut().filter(|on| on.is_follower(case)) {
             let ids = self.particles_of(on.body, groups);
             for (id, vector) in self.particles.id[ids].iter().zip(&mut carried) {
                 on.vectors[(id - on.first) as usize] = *vector;
@@ -88,8 +89,8 @@ impl<const D: usize> ParticleMessage<D> {
     pub fn update_ghosts(&self, domain: &mut SphSolver<D>, indices: &[u32]) {
         let SphSolver { setting, bodies, rates, .. } = domain;
         self.apply_loads(&setting.case, bodies);
-        bodies.particles.put(&self.particles, indices);
-        rates.derivatives.put(&self.rates, indices);
+        bodies.particles.scatter_from(&self.particles, indices);
+        rates.derivatives.scatter_from(&self.rates, indices);
         let mut first = 0;
         for (group, (states, count)) in bodies.groups.iter_mut().zip(self.states.iter().zip(&self.counts)) {
             // The points keep their positions, but the received ones bring their states.
@@ -134,8 +135,8 @@ pub fn assemble<const D: usize>(
     bodies.particles.gather(&particles, &picks);
     let derivatives: Vec<&Derivatives<D>> = parcels.iter().map(|parcel| &parcel.rates).collect();
     rates.derivatives.gather(&derivatives, &picks);
-    let listed = &mut lists.listed.positions;
-    gather_entries(listed, |part| &parcels[part].listed, parcels.len(), &picks);
+    let listed = &mut lists.listed_positions.positions;
+    gather_entries(listed, |part| &parcels[part].listed_positions, parcels.len(), &picks);
     // Data derived from these are recomputed.
     bodies.pair_data.grad_h_factor.clear();
     bodies.pair_data.records.clear();

@@ -21,15 +21,16 @@ impl<const D: usize> RankedSolver<D> {
     ) -> Result<(), SolverError> {
         let mut whole = self.gather();
         work(&mut whole)?;
-        let listed = !whole.lists.listed.positions.is_empty();
+        let listed = !whole.lists.listed_positions.positions.is_empty();
         self.move_to_first(whole);
         // After a restart the neighbours are those listed in the checkpoint.
         if listed {
             let Rank { domain, .. } = &self.ranks[0];
-            let (time, reach) = (domain.lists.listed.time, domain.lists.listed.reach);
+            let (time, reach) =
+                (domain.lists.listed_positions.time, domain.lists.listed_positions.list_radius);
             for rank in &mut self.ranks {
-                let listed = &mut rank.domain.lists.listed;
-                (listed.time, listed.reach) = (time, reach);
+                let listed = &mut rank.domain.lists.listed_positions;
+                (listed.time, listed.list_radius) = (time, reach);
             }
             self.distribute()?;
         }

@@ -15,7 +15,7 @@ use crate::points::particles::{ParticleGroup, Particles};
 use crate::points::rigid_body::RigidBody;
 
 /// Largest number of particles, limited by the ids.
-const MOST_PARTICLES: usize = u32::MAX as usize;
+const MAX_PARTICLES: usize = u32::MAX as usize;
 
 /// Adds the particles of a body, in their initial state.
 pub(super) fn add_body<const D: usize>(
@@ -44,7 +44,7 @@ pub(super) fn add_body<const D: usize>(
         case.initialise_law(number, listed.as_ref(), &positions)?;
     particles.id.extend(start as u32..(start + count) as u32);
     let history = options.held_history.get(&body.name).cloned();
-    let factor = history.as_ref().map_or(1.0, |history| history.at(0.0));
+    let factor = history.as_ref().map_or(1.0, |history| history.factor_at(0.0));
     let velocities = initial_velocities(options, body, &path, (listed.as_ref(), factor), &positions)?;
     particles.velocity.extend(velocities);
     particles.mass.extend(samples.iter().zip(&densities).map(|(sample, density)| sample.volume * density));
@@ -63,13 +63,13 @@ pub(super) fn add_body<const D: usize>(
         states,
         youngs_modulus,
         density: spec.density(),
-        held: options.held.contains(&body.name).then(|| body.velocity.clone()),
+        prescribed_velocity: options.held.contains(&body.name).then(|| body.velocity.clone()),
         history,
         factor,
         rigid: body.rigid.then(|| rigid(particles, start..end, options.spacing)),
-        smooth: options.smooth_bodies.contains(&body.name),
-        confined: is_confined(options, body),
-        fluid: spec.facts().kind == ModelFamily::Fluid,
+        is_smooth: options.smooth_bodies.contains(&body.name),
+        is_confined: is_confined(options, body),
+        fluid: spec.model_info().kind == ModelFamily::Fluid,
     })
 }
 
@@ -88,7 +88,7 @@ fn initial_velocities<const D: usize>(
     }
     let velocity = |(point, x): (usize, &[f64; D])| match own {
         Some(velocities) => leading_components::<D>(&velocities[point]),
-        None => leading_components::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
+        None => leading_components::<D>(&body.velocity.velocity_at(spatial(x)).map(|v| factor * v)),
     };
     Ok(positions.iter().enumerate().map(velocity).collect())
 }
@@ -99,8 +99,8 @@ fn check_count(options: &SphOptions, path: &str, start: usize, count: usize) -> 
         let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
-    if start + count > MOST_PARTICLES {
-        let problem = format!("gives more than {MOST_PARTICLES} particles");
+    if start + count > MAX_PARTICLES {
+        let problem = format!("gives more than {MAX_PARTICLES} particles");
         return Err(CaseError::new("methods.sph.spacing", problem));
     }
     Ok(())
@@ -142,7 +142,7 @@ fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]])
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
-        let (axis, face) = (boundary.side.axis(), boundary.position(&case.domain));
+        let (axis, face) = (boundary.side.axis(), boundary.wall_coordinate(&case.domain));
         let sign = if boundary.side.is_max() { -1.0 } else { 1.0 };
         if let Some(x) = positions.iter().find(|x| sign * (x[axis] - face) <= 0.0) {
             let problem = format!("the particle at {x:?} m lies inside the wall boundaries[{number}]");
@@ -158,13 +158,13 @@ pub(super) fn check_distances<const D: usize>(
     options: &SphOptions,
 ) -> Result<(), CaseError> {
     let mut list = HalfNeighbourList::<D>::new();
-    let least = 1e-6 * options.spacing;
+    let smallest = 1e-6 * options.spacing;
     // Search cells must not be much smaller than the spacing.
     list.build(&particles.position, 0.5 * options.spacing)
         .map_err(|error| CaseError::new("bodies", error.to_string()))?;
     let close = |&(i, j): &(u32, u32)| {
         let (a, b) = (&particles.position[i as usize], &particles.position[j as usize]);
-        (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < least * least
+        (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < smallest * smallest
     };
     match list.pairs().find(close) {
         None => Ok(()),

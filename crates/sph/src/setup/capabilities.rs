@@ -263,7 +263,7 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
         return Err(CaseError::new("methods.sph.continuity", problem));
     }
     let fluid = case.bodies.iter().any(|body| {
-        case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == ModelFamily::Fluid)
+        case.materials.get(&body.material).is_some_and(|spec| spec.model_info().kind == ModelFamily::Fluid)
     });
     for (name, on) in [
         ("density_diffusion", options.density_diffusion > 0.0),

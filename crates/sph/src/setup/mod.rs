@@ -112,7 +112,7 @@ fn problem_size_in<const D: usize>(
 ) -> Result<ProblemSize, CaseError> {
     let walls = wall_particle_count::<D>(case, options, smoothing::<D>(options)?.radius());
     let memory = points * bytes_each::<D>(options)? + states + walls * source_bytes(D) as f64;
-    let (key, cure) = if walls > points {
+    let (case_key, cure) = if walls > points {
         ("domain", "most of them are wall particles: make the domain smaller, or the spacing larger")
     } else {
         ("methods.sph.spacing", "")
@@ -120,7 +120,7 @@ fn problem_size_in<const D: usize>(
     Ok(ProblemSize {
         points: points + walls,
         memory,
-        key,
+        case_key,
         placing_time: walls * PLACING_TIME,
         advice: cure,
         ..ProblemSize::default()
@@ -188,7 +188,7 @@ fn build_plan<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan,
             width: options.spacing,
             point_distance: options.spacing,
             axes: D,
-            key: "methods.sph.spacing",
+            case_key: "methods.sph.spacing",
             noun: "spacings",
         }),
         updates_per_second: if D == 3 { 8e5 } else { 3e6 },
@@ -221,7 +221,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     }
     let loaded = |group: &ParticleGroup| LoadedBody {
         body: group.body,
-        held: group.held.is_some(),
+        is_held: group.prescribed_velocity.is_some(),
         first: bodies.particles.id[group.start],
         positions: &bodies.particles.position[group.range()],
     };
@@ -229,7 +229,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         BodyLoads::new(case, &bodies.groups.iter().map(loaded).collect::<Vec<_>>(), options.spacing)?;
     bodies.resize(count);
     if has_friction(case) {
-        bodies.particles.pressed.resize(count, 0.0);
+        bodies.particles.delayed_pressure.resize(count, 0.0);
     }
     let places =
         bodies.groups.iter().map(|group| (group.body as usize, &bodies.particles.position[group.range()]));

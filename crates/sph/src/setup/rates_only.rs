@@ -50,15 +50,15 @@ pub struct ParticleRates<const D: usize> {
 }
 
 /// Leading components, padded with zeros.
-fn resized<const E: usize>(values: &[f64]) -> [f64; E] {
+fn resized_vector<const E: usize>(values: &[f64]) -> [f64; E] {
     leading_components(&spatial(values))
 }
 
 impl<const D: usize> PrescribedParticle<D> {
-    fn over<const E: usize>(&self) -> PrescribedParticle<E> {
+    fn with_dimension<const E: usize>(&self) -> PrescribedParticle<E> {
         PrescribedParticle {
-            displacement: resized(&self.displacement),
-            velocity: resized(&self.velocity),
+            displacement: resized_vector(&self.displacement),
+            velocity: resized_vector(&self.velocity),
             compression: self.compression,
             stress: self.stress,
         }
@@ -66,21 +66,21 @@ impl<const D: usize> PrescribedParticle<D> {
 }
 
 impl<const D: usize> ParticleRates<D> {
-    fn over<const E: usize>(&self) -> ParticleRates<E> {
+    fn with_dimension<const E: usize>(&self) -> ParticleRates<E> {
         let mut gradient = [[0.0; E]; E];
         for (row, of) in gradient.iter_mut().zip(&self.gradient) {
-            *row = resized(of);
+            *row = resized_vector(of);
         }
         ParticleRates {
-            position: resized(&self.position),
-            velocity: resized(&self.velocity),
+            position: resized_vector(&self.position),
+            velocity: resized_vector(&self.velocity),
             mass: self.mass,
             density: self.density,
             stress: self.stress,
-            acceleration: resized(&self.acceleration),
+            acceleration: resized_vector(&self.acceleration),
             gradient,
             divergence: self.divergence,
-            drift: resized(&self.drift),
+            drift: resized_vector(&self.drift),
         }
     }
 }
@@ -97,7 +97,7 @@ pub fn prepared_solver<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> Result<Box<dyn Solver>, CaseError> {
-    prepared_in_space(case, &|id, position| given(id, &resized(position)).over())
+    prepared_in_space(case, &|id, position| given(id, &resized_vector(position)).with_dimension())
 }
 
 /// Kinetic energy (J, per metre or square metre in plane or line) of `case` at its start and after each of `count` steps of exactly
@@ -136,7 +136,8 @@ pub(crate) fn solver<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> SphSolver<D> {
-    let given: &ParticlePrescription<'_> = &|id, position| given(id, &resized(position)).over();
+    let given: &ParticlePrescription<'_> =
+        &|id, position| given(id, &resized_vector(position)).with_dimension();
     build_prescribed(case, &setup::options(case).unwrap(), given).unwrap()
 }
 
@@ -148,7 +149,7 @@ fn build_prescribed<const D: usize>(
     let mut solver: SphSolver<D> = setup::solver(case, options)?;
     let p = &mut solver.bodies.particles;
     for i in 0..p.len() {
-        let given = given(p.id[i], &resized(&p.position[i])).over::<D>();
+        let given = given(p.id[i], &resized_vector(&p.position[i])).with_dimension::<D>();
         (0..D).for_each(|c| p.position[i][c] += given.displacement[c]);
         p.origin[i] = p.position[i];
         p.velocity[i] = given.velocity;
@@ -172,8 +173,8 @@ pub fn rates<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> PrescribedParticle<D>,
 ) -> Result<Vec<ParticleRates<D>>, CaseError> {
-    let found = rates_in_space(case, &|id, position| given(id, &resized(position)).over())?;
-    Ok(found.iter().map(ParticleRates::over).collect())
+    let found = rates_in_space(case, &|id, position| given(id, &resized_vector(position)).with_dimension())?;
+    Ok(found.iter().map(ParticleRates::with_dimension).collect())
 }
 
 fn rates_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Vec<ParticleRates<3>>, CaseError> {
@@ -208,5 +209,5 @@ fn prescribed_rates<const D: usize>(
         divergence: rates.derivatives.divergence[i],
         drift: pairs.xsph_velocity(i, lists.neighbours.neighbours(i)),
     };
-    Ok((0..p.len()).map(|i| particle(i).over()).collect())
+    Ok((0..p.len()).map(|i| particle(i).with_dimension()).collect())
 }

@@ -50,7 +50,7 @@ pub struct EquilibriumTerms {
 
 impl EquilibriumTerms {
     /// Terms of the next step, from the contributions of the particles, in this order; work is accumulated.
-    pub(crate) fn next(self, particles: impl Iterator<Item = Self>) -> Self {
+    pub(crate) fn next_terms(self, particles: impl Iterator<Item = Self>) -> Self {
         particles.fold(Self { work: self.work, ..Self::default() }, |sum, own| Self {
             unbalanced: sum.unbalanced + own.unbalanced,
             external: sum.external + own.external,
@@ -127,12 +127,13 @@ impl<const D: usize> SphSolver<D> {
         }
         self.advance_listed(dt)?;
         let Self {
-            setting, clock, bodies, rates, equilibrium_terms: audit, obstacle_energies: borne, ..
+            setting, clock, bodies, rates, equilibrium_terms: audit, obstacle_energies: energies, ..
         } = self;
         if setting.needs_equilibrium(clock) {
-            *audit = audit.next(equilibrium_terms(setting, clock, bodies, rates, dt).map(|(_, own)| own));
+            *audit =
+                audit.next_terms(equilibrium_terms(setting, clock, bodies, rates, dt).map(|(_, own)| own));
         }
-        rates.obstacle_energies.iter().for_each(|own| borne.add(own));
+        rates.obstacle_energies.iter().for_each(|own| energies.add(own));
         clock.end_step(dt);
         Ok(())
     }
@@ -152,16 +153,16 @@ impl<const D: usize> SphSolver<D> {
         walls.update_time_histories(clock.time, clock.time + dt);
         bodies.update_time_histories(clock.time, clock.time + dt);
         if averages.regularise(setting, clock, bodies, walls, lists, dt)? {
-            rates.current = false;
+            rates.is_current = false;
         }
         shifting.shift(setting, clock, bodies, walls, lists, rates);
         self.integrate(dt)?;
         let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
-        rates.reactions.iter_mut().for_each(|felt| felt.add_impulse(dt));
+        rates.reactions.iter_mut().for_each(|reaction| reaction.add_impulse(dt));
         update_follower_loads(setting, bodies, lists, rates, reference.is_some(), dt);
         let turned = walls.reflect_escaped(bodies, &mut rates.derivatives, clock.time + dt);
         if stop_at_obstacles(setting, bodies, walls, rates, (clock.time + dt, dt)) || turned {
-            (lists.weights_current, rates.current) = (false, false);
+            (lists.weights_current, rates.is_current) = (false, false);
         }
         walls.update_delayed_pressures(setting, bodies, dt);
         Ok(())
@@ -190,6 +191,6 @@ impl<const D: usize> SphSolver<D> {
         let Self { setting, mut bodies, walls, lists, .. } = self.diagnostic_copy()?;
         walls.load_images(&mut bodies);
         sum_densities(&setting, &mut bodies, &walls, &lists);
-        Ok(bodies.pair_data.summed)
+        Ok(bodies.pair_data.summed_density)
     }
 }

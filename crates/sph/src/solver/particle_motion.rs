@@ -23,7 +23,7 @@ pub fn equilibrium_terms<const D: usize>(
 ) -> impl Iterator<Item = (usize, EquilibriumTerms)> {
     let gravity = setting.gravity_at(clock, dt);
     let p = &bodies.particles;
-    let free = bodies.groups.iter().filter(|group| group.held.is_none());
+    let free = bodies.groups.iter().filter(|group| group.prescribed_velocity.is_none());
     free.flat_map(ParticleGroup::range).filter(|&i| !bodies.is_ghost(i)).map(move |i| {
         let (m, v) = (p.mass[i], &p.velocity[i]);
         let push = rates.external_accelerations.get(i).copied().unwrap_or([0.0; D]);
@@ -38,7 +38,7 @@ pub fn equilibrium_terms<const D: usize>(
 }
 
 /// Adds the accelerations times `step` to the velocities, and the damping of `dt`; step 5.
-pub fn kick<const D: usize>(
+pub fn add_accelerations<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &mut Bodies<D>,
@@ -76,7 +76,7 @@ fn allowed_range<const D: usize>(setting: &SolverContext<D>, walls: &Walls<D>, t
         if domain.is_periodic(c) {
             return (-f64::INFINITY, f64::INFINITY);
         }
-        let (low, high) = walls.planes.ends(c, time);
+        let (low, high) = walls.planes.bounding_faces(c, time);
         (domain.min[c].max(low) - margin, domain.max[c].min(high) + margin)
     })
 }
@@ -139,7 +139,7 @@ pub fn drift<const D: usize>(
         })
         .reduce(|| None, Option::or);
     lists.weights_current = false;
-    rates.current = false;
+    rates.is_current = false;
     first.map_or(Ok(()), |(i, reason)| {
         let astray = || out_of_range_reason(setting, walls, &particles.position[i], end);
         Err(particles.particle_error(clock, i, reason.map_or_else(astray, ToOwned::to_owned)))
@@ -177,7 +177,7 @@ mod tests {
             solver.advance(1e-4).unwrap();
             solver.update_lists(true).unwrap();
             let (p, time) = (&solver.bodies.particles, solver.clock.time);
-            assert!(!solver.walls.images.is_empty() && solver.lists.listed.time < time);
+            assert!(!solver.walls.images.is_empty() && solver.lists.listed_positions.time < time);
             for (image, slot) in solver.walls.images.iter().zip(p.len()..) {
                 let middle = 0.5 * (p.position[slot][0] + p.position[image.source as usize][0]);
                 assert!((middle - 0.5 * time).abs() < 1e-15, "{middle} m after {time} s");

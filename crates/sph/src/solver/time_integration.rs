@@ -13,7 +13,7 @@ use crate::pairs::pair_data::{update_pair_data, update_pair_velocities};
 use crate::points::particles::{Bodies, SquareMatrix};
 use crate::rates::Rates;
 use crate::solver::SphSolver;
-use crate::solver::particle_motion::{drift, kick};
+use crate::solver::particle_motion::{add_accelerations, drift};
 use crate::stress::stress_update::{StageTime, update_stress};
 use crate::walls::Walls;
 
@@ -163,7 +163,7 @@ impl<const D: usize> SphSolver<D> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         update_accelerations(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
         let step = 0.5 * (clock.last_step + dt);
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, step, dt); // 5
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, step, dt); // 5
         bodies.integrate_rigid(setting, clock, walls, rates, (step, dt));
         update_strain(setting, clock, bodies, walls, lists, rates, dt)?; // 6–8
         drift(setting, clock, bodies, walls, lists, rates, dt)?; // 9
@@ -183,7 +183,14 @@ impl<const D: usize> SphSolver<D> {
             &mut rates.derivatives.acceleration,
         );
         apply_loads(setting, clock, bodies, rates, dt);
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, 0.5 * (clock.last_step + dt), dt);
+        add_accelerations(
+            setting,
+            clock,
+            bodies,
+            &rates.derivatives.acceleration,
+            0.5 * (clock.last_step + dt),
+            dt,
+        );
         reference.find_rates(&bodies.particles, &mut rates.derivatives);
         update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Start)?;
         drift(setting, clock, bodies, walls, lists, rates, dt)
@@ -196,7 +203,7 @@ impl<const D: usize> SphSolver<D> {
         if clock.last_step > 0.0 {
             // From n - 1/2 to n with the rates of the previous step.
             let half = 0.5 * clock.last_step;
-            kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
+            add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
             update_stress(setting, clock, bodies, &rates.derivatives, half, StageTime::Start)?;
         }
         update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
@@ -204,7 +211,7 @@ impl<const D: usize> SphSolver<D> {
         kept.restore(bodies);
         let step = 0.5 * (clock.last_step + dt);
         diffuse_stress(setting, clock, bodies, walls, lists, rates, step);
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
         update_stress(setting, clock, bodies, &rates.derivatives, step, StageTime::Middle)?;
         drift(setting, clock, bodies, walls, lists, rates, dt)
     }
@@ -216,7 +223,7 @@ impl<const D: usize> SphSolver<D> {
         update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
         find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
         drift(setting, clock, bodies, walls, lists, rates, half)?;
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
         update_stress(setting, clock, bodies, &rates.derivatives, half, StageTime::Start)?;
         let middle = Clock { time: clock.time + half, ..*clock };
         lists.refresh(setting, &middle, bodies, walls, rates, false)?;
@@ -228,7 +235,7 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
         kept.restore(bodies);
         diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, dt, dt);
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, dt, dt);
         update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Middle)
     }
 
@@ -241,26 +248,26 @@ impl<const D: usize> SphSolver<D> {
         let middle = Clock { time: clock.time + half, ..*clock };
         lists.refresh(setting, &middle, bodies, walls, rates, false)?;
         update_accelerations(setting, &middle, bodies, walls, lists, rates, half);
-        kick(setting, &middle, bodies, &rates.derivatives.acceleration, dt, dt);
+        add_accelerations(setting, &middle, bodies, &rates.derivatives.acceleration, dt, dt);
         update_strain(setting, &middle, bodies, walls, lists, rates, half)?;
         drift(setting, clock, bodies, walls, lists, rates, half)
     }
 
     fn velocity_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
-        if rates.current {
+        if rates.is_current {
             update_pair_data(setting, clock, bodies, walls, lists);
         } else {
             update_accelerations(setting, clock, bodies, walls, lists, rates, 0.0);
         }
         let half = 0.5 * dt;
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
         update_strain(setting, clock, bodies, walls, lists, rates, dt)?;
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
         let end = Clock { time: clock.time + dt, ..*clock };
         lists.refresh(setting, &end, bodies, walls, rates, false)?;
         update_accelerations(setting, &end, bodies, walls, lists, rates, 0.0);
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
         Ok(())
     }
 
@@ -276,7 +283,7 @@ impl<const D: usize> SphSolver<D> {
             let p = &mut bodies.particles;
             p.velocity[..len].copy_from_slice(&p.previous);
         }
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
         // Strain by the mean of the velocities at the start and the end of the step.
         copy(after, &bodies.particles.velocity[..len]);
         add(&mut bodies.particles.velocity[..len], 1.0, before);
@@ -303,11 +310,11 @@ impl<const D: usize> SphSolver<D> {
                 let step = fraction * dt;
                 copy(&mut kept.stage_velocity, &bodies.particles.velocity[..len]);
                 kept.restore(bodies);
-                kick(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
+                add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, step, step);
                 update_stress(setting, clock, bodies, &rates.derivatives, step, StageTime::Start)?;
                 bodies.particles.position[..len].copy_from_slice(&kept.position);
                 add(&mut bodies.particles.position[..len], step, &kept.stage_velocity);
-                rates.current = false;
+                rates.is_current = false;
             }
             let now = Clock { time: clock.time + fraction * dt, ..*clock };
             lists.refresh(setting, &now, bodies, walls, rates, false)?;
@@ -326,7 +333,7 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
         bodies.particles.velocity[..len].copy_from_slice(&kept.velocity);
         rates.derivatives.acceleration.copy_from_slice(&kept.mean_acceleration);
-        kick(setting, clock, bodies, &rates.derivatives.acceleration, dt, dt);
+        add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, dt, dt);
         update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Middle)
     }
 }

@@ -221,7 +221,7 @@ mod tests {
     use crate::solver::{SphSolver, diffuse_stress};
 
     /// Disordered particles under a stress field and gravity.
-    fn disordered(stress: impl Fn(u32, &[f64; 2]) -> SymTensor) -> SphSolver<2> {
+    fn disordered_solver(stress: impl Fn(u32, &[f64; 2]) -> SymTensor) -> SphSolver<2> {
         let text = json!({
             "title": "average", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, -10],
             "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
@@ -257,7 +257,7 @@ mod tests {
     }
 
     /// Largest stress change since the start (Pa).
-    fn change(solver: &SphSolver<2>, before: &[SymTensor]) -> f64 {
+    fn max_stress_change(solver: &SphSolver<2>, before: &[SymTensor]) -> f64 {
         let pairs = solver.bodies.particles.stress.iter().zip(before);
         pairs.map(|(now, old)| (*now - *old).norm()).fold(0.0, f64::max)
     }
@@ -271,13 +271,13 @@ mod tests {
     fn shepards_average_is_exact_for_constants_and_least_squares_for_linear_stress() {
         let constant = SymTensor([1e3, -2e3, 5e2, 3e3, 0.0, 0.0]);
         for (form, exact) in [(Regularisation::Shepard, false), (Regularisation::Mls, true)] {
-            let mut solver = disordered(|_, _| constant);
+            let mut solver = disordered_solver(|_, _| constant);
             smooth(&mut solver, form);
-            assert!(change(&solver, &vec![constant; 400]) < 1e-9, "{form:?}");
-            let mut solver = disordered(linear);
+            assert!(max_stress_change(&solver, &vec![constant; 400]) < 1e-9, "{form:?}");
+            let mut solver = disordered_solver(linear);
             let before = solver.bodies.particles.stress[..400].to_vec();
             smooth(&mut solver, form);
-            let change = change(&solver, &before);
+            let change = max_stress_change(&solver, &before);
             assert_eq!(change < 1e-9, exact, "{form:?}: {change}");
         }
     }
@@ -325,18 +325,19 @@ mod tests {
             let vertical = -1e4 * (1.0 - x[1]);
             SymTensor::diagonal(0.4 * vertical, vertical, 0.4 * vertical)
         };
-        let mut solver = disordered(geostatic);
+        let mut solver = disordered_solver(geostatic);
         let before = solver.bodies.particles.stress[..400].to_vec();
         diffuse(&mut solver, 1e-3);
-        assert!(change(&solver, &before) < 1e-9);
+        assert!(max_stress_change(&solver, &before) < 1e-9);
     }
 
     #[test]
     fn diffusion_keeps_the_mean_stress() {
-        let mut solver = disordered(|id, _| SymTensor::diagonal(1e3, -2e3, 5e2) * (1.0 + noise(id, 0)));
+        let mut solver =
+            disordered_solver(|id, _| SymTensor::diagonal(1e3, -2e3, 5e2) * (1.0 + noise(id, 0)));
         let before = solver.bodies.particles.stress[..400].to_vec();
         diffuse(&mut solver, 1e-3);
-        assert!(change(&solver, &before) > 1.0);
+        assert!(max_stress_change(&solver, &before) > 1.0);
         let total = |stresses: &[SymTensor]| stresses.iter().fold(SymTensor::ZERO, |sum, s| sum + *s);
         let drift = total(&solver.bodies.particles.stress[..400]) - total(&before);
         assert!(drift.norm() < 1e-9 * 400.0, "{drift:?}");

@@ -107,7 +107,7 @@ impl<const D: usize> TotalLagrangianReference<D> {
                 *deformation = matmul(&sum, &initial.correction[i]);
             }
             let stress = matmul(
-                &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].at(a, b))),
+                &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].component(a, b))),
                 &cofactor(deformation),
             );
             *nominal = matmul(&stress, &initial.correction[i]);
@@ -133,8 +133,8 @@ impl<const D: usize> TotalLagrangianReference<D> {
             let stress = mean * (linear * sound * pi - quadratic * pi * pi);
             let size = (weight.iter().map(|c| c * c).sum::<f64>() / square.max(1e-24 * h * h)).sqrt();
             for a in 0..D {
-                let pull: f64 = (0..D).map(|b| pair[a][b] * weight[b]).sum();
-                sum[a] += (pull + stress * size * apart[a]) / density;
+                let acceleration: f64 = (0..D).map(|b| pair[a][b] * weight[b]).sum();
+                sum[a] += (acceleration + stress * size * apart[a]) / density;
             }
         }
         sum
@@ -166,8 +166,8 @@ impl<const D: usize> TotalLagrangianReference<D> {
         self.update_nominal_stress(particles);
         accelerations.resize(particles.len(), [0.0; D]);
         accelerations.par_iter_mut().enumerate().with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, a)| {
-            let pull = self.acceleration(particles, i, viscosity);
-            *a = std::array::from_fn(|c| pull[c] + gravity[c]);
+            let acceleration = self.acceleration(particles, i, viscosity);
+            *a = std::array::from_fn(|c| acceleration[c] + gravity[c]);
         });
     }
 

@@ -32,7 +32,7 @@ impl<const D: usize> Particles<D> {
     /// Pressure of friction on a face (Pa), where the pressure of particle `i` is `present` (Pa).
     #[inline]
     pub fn friction_pressure(&self, i: usize, present: f64) -> f64 {
-        friction_pressure(self.pressed.get(i).copied().unwrap_or(0.0), present)
+        friction_pressure(self.delayed_pressure.get(i).copied().unwrap_or(0.0), present)
     }
 }
 
@@ -51,12 +51,12 @@ impl<const D: usize> Walls<D> {
 
     /// Updates the delayed pressures by those at the end of a step of `dt` (s).
     pub fn update_delayed_pressures(&self, setting: &SolverContext<D>, bodies: &mut Bodies<D>, dt: f64) {
-        let Particles { pressed, position, stress, sound, .. } = &mut bodies.particles;
+        let Particles { delayed_pressure: pressed, position, stress, sound, .. } = &mut bodies.particles;
         let (delay, reach) = (DELAY * setting.options.spacing, setting.smoothing.radius());
         let all = pressed.par_iter_mut().zip(&*position).zip(&*stress).zip(&*sound).enumerate();
         all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, (((pressed, x), stress), sound))| {
             let across = |n: [f64; D]| -> f64 {
-                (0..D).map(|a| (0..D).map(|b| n[a] * stress.at(a, b) * n[b]).sum::<f64>()).sum()
+                (0..D).map(|a| (0..D).map(|b| n[a] * stress.component(a, b) * n[b]).sum::<f64>()).sum()
             };
             let present = self.frictional_normal(i, x, reach).map_or(0.0, |n| (-across(n)).max(0.0));
             *pressed = delayed_pressure(*pressed, present, dt * sound / delay);

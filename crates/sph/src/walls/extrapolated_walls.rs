@@ -33,7 +33,7 @@ impl<const D: usize> SoilExtrapolation<'_, D> {
         for &j in self.neighbours.neighbours(wall) {
             let place = &p.position[j as usize];
             let particle = walls.particle_of(p.len(), j as usize);
-            let Some(j) = particle.filter(|&j| !walls.smooth.contain(j)) else { continue };
+            let Some(j) = particle.filter(|&j| !walls.smooth_bodies.contain(j)) else { continue };
             let (apart, square) = separation(place, &p.position[wall]);
             let weight = p.mass[j] / p.density[j] * self.setting.smoothing.value(square.sqrt());
             if weight > 0.0 {

@@ -35,7 +35,7 @@ pub struct Walls<const D: usize> {
     /// Images of the particles near mirrors and periodic boundaries.
     pub images: Vec<ImageParticle<D>>,
     /// Index ranges of the smooth bodies.
-    pub smooth: SmoothBodies,
+    pub smooth_bodies: SmoothBodies,
     /// Rigid geometry, common to all stages, at rest or moving.
     pub obstacles: ObstacleFaces<D>,
 }
@@ -81,7 +81,7 @@ impl<const D: usize> Walls<D> {
         let len = particles.len();
         for (image, slot) in self.images.iter().zip(len..) {
             let x = particles.position[image.source as usize];
-            particles.position[slot] = std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]);
+            particles.position[slot] = std::array::from_fn(|c| image.axis_sign[c] * x[c] + image.shift[c]);
         }
         self.planes.place_particles(&mut particles.position[self.first(len)..]);
     }
@@ -95,12 +95,12 @@ impl<const D: usize> Walls<D> {
 
     /// Updates the velocities of the images.
     pub fn move_images(&self, bodies: &mut Bodies<D>) {
-        let Bodies { particles, pair_data: shown, .. } = bodies;
+        let Bodies { particles, pair_data, .. } = bodies;
         for (image, slot) in self.images.iter().zip(particles.len()..) {
             let v = particles.velocity[image.source as usize];
             particles.velocity[slot] =
                 std::array::from_fn(|c| image.velocity_sign[c] * v[c] + image.velocity_shift[c]);
-            set_velocity(&mut shown.records[slot], &particles.velocity[slot]);
+            set_velocity(&mut pair_data.records[slot], &particles.velocity[slot]);
         }
     }
 
@@ -121,11 +121,11 @@ impl<const D: usize> Walls<D> {
             let image = ImageParticle::of_particle(0).flipped(0, plane);
             for i in groups
                 .iter()
-                .filter(|group| group.fluid && group.held.is_none())
+                .filter(|group| group.fluid && group.prescribed_velocity.is_none())
                 .flat_map(ParticleGroup::range)
             {
                 let x = p.position[i][axis];
-                if !(if plane.upper { x > face } else { x < face }) {
+                if !(if plane.is_upper { x > face } else { x < face }) {
                     continue;
                 }
                 any = true;
@@ -171,7 +171,7 @@ impl<const D: usize> Walls<D> {
     pub fn particle_of(&self, len: usize, j: usize) -> Option<usize> {
         let Some(number) = j.checked_sub(len) else { return Some(j) };
         let image = self.images.get(number)?;
-        (image.flip == [1.0; D]).then_some(image.source as usize)
+        (image.axis_sign == [1.0; D]).then_some(image.source as usize)
     }
 
     /// Index of the first neighbour that is a dummy particle with a mirrored state.

@@ -12,10 +12,10 @@ impl<const D: usize> FlatWall<D> {
     /// Plane of the wall as a support of rigid bodies, in a case.
     fn wall_plane(&self, case: &Case) -> WallPlane {
         let friction = case.boundaries[self.boundary].wall.friction();
-        let off = if self.upper { -1.0 } else { 1.0 };
+        let normal_sign = if self.is_upper { -1.0 } else { 1.0 };
         WallPlane {
             axis: self.axis,
-            off,
+            normal_sign,
             face: self.face(),
             velocity: spatial(&self.mean_velocity()),
             friction,

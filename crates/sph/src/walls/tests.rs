@@ -10,7 +10,7 @@ fn plane(axis: usize) -> FlatWall<2> {
         boundary: 0,
         axis,
         position: 0.0,
-        upper: false,
+        is_upper: false,
         velocity: [0.0; 2],
         history: None,
         factor: 1.0,
@@ -26,7 +26,7 @@ fn images_in_rough_mirrors_have_opposite_velocity_and_equal_stress() {
     let mut images = Vec::new();
     walls.images(&[[0.1, 0.2]], 1.0, &mut images);
     let found: Vec<_> =
-        images.iter().map(|i| (i.flip, i.velocity_sign, i.velocity_shift, i.stress_sign)).collect();
+        images.iter().map(|i| (i.axis_sign, i.velocity_sign, i.velocity_shift, i.stress_sign)).collect();
     let below = ([1.0, -1.0], [-1.0, -1.0], [1.0, 0.5], [1.0, 1.0]);
     let corner = ([-1.0, -1.0], [1.0, -1.0], [-1.0, 0.5], [-1.0, 1.0]);
     let beside = ([-1.0, 1.0], [-1.0, 1.0], [0.0, 0.0], [-1.0, 1.0]);
@@ -38,7 +38,7 @@ fn a_particle_in_a_corner_has_three_images() {
     let walls = FlatWalls::<2> { mirrors: vec![plane(0), plane(1)], ..FlatWalls::default() };
     let mut images = Vec::new();
     walls.images(&[[0.1, 0.2], [0.1, 5.0], [5.0, 5.0]], 1.0, &mut images);
-    let mut flips: Vec<_> = images.iter().map(|image| (image.source, image.flip)).collect();
+    let mut flips: Vec<_> = images.iter().map(|image| (image.source, image.axis_sign)).collect();
     flips.sort_by(|a, b| a.partial_cmp(b).unwrap());
     assert_eq!(flips, [(0, [-1.0, -1.0]), (0, [-1.0, 1.0]), (0, [1.0, -1.0]), (1, [-1.0, 1.0])]);
 }
@@ -51,7 +51,7 @@ fn images_of_a_moving_mirror_move_with_it() {
     let mut images = Vec::new();
     walls.images(&[[1.2, 0.3]], 1.0, &mut images);
     let of = |images: &[ImageParticle<2>]| {
-        images.iter().map(|i| (i.flip, i.shift, i.velocity_shift)).collect::<Vec<_>>()
+        images.iter().map(|i| (i.axis_sign, i.shift, i.velocity_shift)).collect::<Vec<_>>()
     };
     let below = ([1.0, -1.0], [0.0, 0.0], [0.0, 0.0]);
     let around =
@@ -116,7 +116,7 @@ fn a_doubly_periodic_corner_has_three_images_and_a_mirror_joins_in() {
     walls.images(&[[0.1, 0.2]], 1.0, &mut images);
     assert_eq!(images.len(), 3);
     let (mut x, mut origin) = ([[-0.5, 1.0], [21.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]);
-    walls.wrap(&mut x, &mut origin);
+    walls.wrap_into_period(&mut x, &mut origin);
     assert_eq!((x, origin), ([[9.5, 1.0], [1.0, 1.0]], [[10.0, 0.0], [-20.0, 0.0]]));
 }
 

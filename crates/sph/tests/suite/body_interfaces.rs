@@ -260,7 +260,7 @@ fn held_bodies_follow_their_velocity_history_and_are_bit_identical_after_a_resta
                 let off = (u[0] - 0.3 * exact).hypot(u[1] - 0.2 * exact);
                 assert!(*body == 0 || off < 1e-15, "{integration}: {u:?} at {t} s, not {exact}");
             }
-            restarted.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+            restarted.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
             restarted.begin_stage(0, 0.0).unwrap();
         }
         for solver in [&mut solver, &mut restarted] {

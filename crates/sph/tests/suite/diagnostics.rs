@@ -36,13 +36,13 @@ fn kernel_sums_are_exact_within_and_deficient_at_surfaces() {
             // Particles of the floor count as those of the block.
             assert!(size < 1e-12, "{x:?}: {constant:?}");
             assert!(
-                (position.at(0, 0) - 1.0).abs() < 0.02 && position.at(0, 1).abs() < 1e-12,
+                (position.component(0, 0) - 1.0).abs() < 0.02 && position.component(0, 1).abs() < 1e-12,
                 "{position:?}"
             );
         } else if x[0] < 0.05 && (0.15..0.85).contains(&x[1]) {
             // From the surface into the body.
             assert!(constant[0] > 0.3 && constant[1].abs() < 1e-12, "{x:?}: {constant:?}");
-            assert!(position.at(0, 0) < 0.7, "{position:?}");
+            assert!(position.component(0, 0) < 0.7, "{position:?}");
         }
     }
     for name in ["coincident_pairs", "uncorrected_gradients", "averages_by_shepard"] {

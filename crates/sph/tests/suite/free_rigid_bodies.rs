@@ -324,7 +324,7 @@ fn impact_of_a_rotating_box_is_bit_identical_on_threads_and_after_a_restart() {
     let mut whole = start_solver(&Sph, &case);
     advance_steps(&mut *whole, 100);
     let mut again = Sph.build(&case).unwrap();
-    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+    again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
     for solver in [&mut whole, &mut again] {
         advance_steps(&mut **solver, 100);
     }

@@ -334,7 +334,7 @@ fn moving_obstacles_are_bit_identical_on_threads_and_ranks_and_after_a_restart()
             pool.install(|| {
                 let mut solver = start_solver(&Sph, &case);
                 advance_steps(&mut *solver, 300);
-                solver.saved().unwrap()
+                solver.checkpoint_bytes().unwrap()
             })
         };
         let one = on(1, 1);
@@ -345,10 +345,10 @@ fn moving_obstacles_are_bit_identical_on_threads_and_ranks_and_after_a_restart()
         let mut first = start_solver(&Sph, &case);
         advance_steps(&mut *first, 137);
         let mut then = start_solver(&Sph, &case);
-        then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
+        then.restore(&mut first.checkpoint_bytes().unwrap().as_slice()).unwrap();
         then.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *then, 163);
-        assert!(one == then.saved().unwrap(), "{space}: other bits after a restart");
+        assert!(one == then.checkpoint_bytes().unwrap(), "{space}: other bits after a restart");
     }
 }
 

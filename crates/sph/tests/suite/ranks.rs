@@ -54,7 +54,11 @@ fn every_number_agrees(case: &Case, steps: usize, name: &str) {
         let found = plain(&*solver);
         assert_eq!(found.positions, expected.positions, "{name}, {ranks} ranks");
         assert_eq!(found.hash(), expected.hash(), "{name}, {ranks} ranks");
-        assert_eq!(solver.saved().unwrap(), alone.saved().unwrap(), "{name}, {ranks} ranks");
+        assert_eq!(
+            solver.checkpoint_bytes().unwrap(),
+            alone.checkpoint_bytes().unwrap(),
+            "{name}, {ranks} ranks"
+        );
     }
 }
 
@@ -66,11 +70,15 @@ fn restarts_agree(case: &Case, name: &str) -> Box<dyn Solver> {
         let mut first = in_ranks(case, before);
         advance_steps(&mut *first, 53);
         let mut then = in_ranks(case, after);
-        then.restore(&mut first.saved().unwrap().as_slice()).unwrap();
+        then.restore(&mut first.checkpoint_bytes().unwrap().as_slice()).unwrap();
         then.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *then, 37);
         assert_eq!(plain(&*then).hash(), plain(&*whole).hash(), "{name}: {before} ranks, then {after}");
-        assert_eq!(then.saved().unwrap(), whole.saved().unwrap(), "{name}: {before} ranks, then {after}");
+        assert_eq!(
+            then.checkpoint_bytes().unwrap(),
+            whole.checkpoint_bytes().unwrap(),
+            "{name}: {before} ranks, then {after}"
+        );
     }
     whole
 }
@@ -154,12 +162,12 @@ fn walls_of_varying_velocity_are_bit_identical_in_ranks_and_after_a_restart() {
         let mut whole = start_solver(&Sph, &case);
         advance_steps(&mut *whole, 57);
         let mut again = start_solver(&Sph, &case);
-        again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+        again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut whole, &mut again] {
             advance_steps(&mut **solver, 60);
         }
-        assert_eq!(whole.saved().unwrap(), again.saved().unwrap(), "{wall}, {options}");
+        assert_eq!(whole.checkpoint_bytes().unwrap(), again.checkpoint_bytes().unwrap(), "{wall}, {options}");
         // Their velocities are neither zero nor constant.
         let constant = heap(&json!({}), &floor(wall.clone()));
         let mut constant = start_solver(&Sph, &constant);
@@ -326,7 +334,7 @@ fn loads_are_the_same_in_ranks_and_after_a_restart() {
         let time = solver.time();
         solver.begin_stage(1, time).unwrap();
         advance_steps(&mut *solver, 50);
-        solver.saved().unwrap()
+        solver.checkpoint_bytes().unwrap()
     };
     assert_eq!(staged(1), staged(3));
     // Forces on the particles of a rank count towards equilibrium.

@@ -196,7 +196,7 @@ fn velocity_verlet_uses_accelerations_of_the_smoothed_state() {
         advance_steps(&mut *whole, 10);
         // A stage that begins here recomputes the accelerations.
         let mut anew = start_solver(&Sph, &case);
-        anew.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+        anew.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
         anew.begin_stage(0, whole.time()).unwrap();
         let dt = whole.limit().dt.min(anew.limit().dt);
         let velocities = [&mut whole, &mut anew].map(|solver| {

@@ -167,7 +167,7 @@ fn smooth_bodies_conserve_power_and_carry_no_tangential_force() {
         let pushed: f64 = (0..2).map(|c| p.mass * p.acceleration[c] * p.velocity[c]).sum();
         let strained: f64 = (0..2)
             .flat_map(|a| (0..2).map(move |b| (a, b)))
-            .map(|(a, b)| p.stress.at(a, b) * p.gradient[a][b])
+            .map(|(a, b)| p.stress.component(a, b) * p.gradient[a][b])
             .sum();
         power += pushed + p.mass / p.density * strained;
         size += pushed.abs();

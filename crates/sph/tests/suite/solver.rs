@@ -90,7 +90,7 @@ fn a_restored_solver_continues_bit_identically() {
         let mut whole = start_solver(&Sph, &case);
         for cut in [1, 37, 64] {
             advance(&mut *whole, cut);
-            let saved = whole.saved().unwrap();
+            let saved = whole.checkpoint_bytes().unwrap();
             let mut again = Sph.build(&case).unwrap();
             again.restore(&mut saved.as_slice()).unwrap();
             again.begin_stage(0, 0.0).unwrap();
@@ -98,7 +98,7 @@ fn a_restored_solver_continues_bit_identically() {
             advance(&mut *whole, 30);
             assert_eq!(again.snapshot().hash(), whole.snapshot().hash(), "{options}, cut after {cut} steps");
         }
-        let saved = whole.saved().unwrap();
+        let saved = whole.checkpoint_bytes().unwrap();
         assert!(whole.restore(&mut &saved[..saved.len() / 2]).is_err());
     }
 }

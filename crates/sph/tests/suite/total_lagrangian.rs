@@ -131,7 +131,7 @@ fn the_total_lagrangian_form_restarts_bit_identically() {
     };
     advance(&mut first, 30);
     let mut second = Sph.build(&case).unwrap();
-    second.restore(&mut first.saved().unwrap().as_slice()).unwrap();
+    second.restore(&mut first.checkpoint_bytes().unwrap().as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();
     advance(&mut first, 30);
     advance(&mut second, 30);

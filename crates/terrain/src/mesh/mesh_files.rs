@@ -117,8 +117,8 @@ pub(crate) fn read_obj(
         });
         let ends: Vec<usize> = ends.collect();
         let line = ends.partition_point(|end| read(&text[..*end]).is_ok());
-        let said = text.lines().nth(line).unwrap_or_default().trim();
-        format!("line {}: {said:?} cannot be read: {error}", line + 1)
+        let content = text.lines().nth(line).unwrap_or_default().trim();
+        format!("line {}: {content:?} cannot be read: {error}", line + 1)
     })?;
     check_weights(&text)?;
     let mut lines = face_lines(&text);

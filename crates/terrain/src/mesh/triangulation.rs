@@ -99,7 +99,7 @@ fn in_plane(corners: &[[f64; 3]]) -> Result<Vec<[f64; 2]>, String> {
 fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let (mut found, mut at, mut tried) = (Vec::with_capacity(flat.len() - 2), 1, 0);
-    let least = ROUND_OFF * area;
+    let smallest = ROUND_OFF * area;
     while left.len() > 2 && tried < left.len() {
         let count = left.len();
         let near = [left[(at + count - 1) % count], left[at % count], left[(at + 1) % count]];
@@ -107,10 +107,10 @@ fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
         let holds = |k: &&usize| {
             let x = flat[**k];
             let within =
-                [(a, b), (b, c), (c, a)].iter().all(|(from, to)| double_area(*from, *to, x) >= -least);
+                [(a, b), (b, c), (c, a)].iter().all(|(from, to)| double_area(*from, *to, x) >= -smallest);
             within && x != a && x != b && x != c
         };
-        if double_area(a, b, c) > least && !left.iter().any(|k| holds(&k)) {
+        if double_area(a, b, c) > smallest && !left.iter().any(|k| holds(&k)) {
             found.push(near);
             left.remove(at % count);
             at %= count;
@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     /// Corners at a constant height, rotated so that corner `first` comes first.
-    fn turned(flat: &[[f64; 2]], first: usize) -> Vec<[f64; 3]> {
+    fn rotated_corners(flat: &[[f64; 2]], first: usize) -> Vec<[f64; 3]> {
         (0..flat.len()).map(|k| flat[(k + first) % flat.len()]).map(|[x, y]| [1e3 + x, y, 0.5 * x]).collect()
     }
 
@@ -153,7 +153,7 @@ mod tests {
         let cases: [(&[[f64; 2]], f64); 4] = [(&ell, 3.0), (&dart, 1.2), (&straight, 4.0), (&holed, 12.0)];
         for (flat, area) in cases {
             for first in 0..flat.len() {
-                let corners = turned(flat, first);
+                let corners = rotated_corners(flat, first);
                 let found =
                     triangulate(&corners).unwrap_or_else(|why| panic!("{flat:?} from {first}: {why}"));
                 assert_eq!(found.len(), flat.len() - 2);
@@ -166,7 +166,7 @@ mod tests {
                 );
             }
         }
-        let square = turned(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 0);
+        let square = rotated_corners(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 0);
         assert_eq!(triangulate(&square), Ok(vec![[0, 1, 2], [0, 2, 3]]));
     }
 
@@ -175,7 +175,7 @@ mod tests {
         let problem = |corners: &[[f64; 3]]| triangulate(corners).unwrap_err();
         let bow = [[0.0, 0.0, 0.0], [2.0, 2.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         assert!(problem(&bow).contains("crosses itself"));
-        let twice: Vec<[f64; 3]> = turned(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 0).repeat(2);
+        let twice: Vec<[f64; 3]> = rotated_corners(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], 0).repeat(2);
         assert!(problem(&twice).contains("crosses itself"));
         let bent = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.8], [1.0, 1.0, 0.0], [0.0, 1.0, 0.8]];
         assert!(problem(&bent).contains("off its plane"));

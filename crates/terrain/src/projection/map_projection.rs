@@ -69,7 +69,7 @@ impl ProjectionParameter {
 }
 
 /// Difference of semi-major axes (m) that counts as round-off.
-const SAME_ELLIPSOID: f64 = 1.0;
+const AXIS_TOLERANCE: f64 = 1.0;
 
 /// Projection of a horizontal coordinate reference system.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -135,7 +135,7 @@ impl MapProjection {
             own.len() == others.len()
                 && own.iter().zip(&others).any(|(a, b)| (a - b).abs() > parameter.tolerance())
         });
-        kinds || ellipsoids.is_some_and(|(a, b)| (a - b).abs() > SAME_ELLIPSOID) || parameters
+        kinds || ellipsoids.is_some_and(|(a, b)| (a - b).abs() > AXIS_TOLERANCE) || parameters
     }
 }
 

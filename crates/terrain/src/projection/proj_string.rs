@@ -58,17 +58,17 @@ pub(crate) fn is_proj_string(text: &str) -> bool {
 /// When the projection is unknown.
 pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     let words = text.split_whitespace().filter_map(|word| word.strip_prefix('+'));
-    let said: HashMap<&str, &str> = words.map(|word| word.split_once('=').unwrap_or((word, ""))).collect();
+    let keys: HashMap<&str, &str> = words.map(|word| word.split_once('=').unwrap_or((word, ""))).collect();
     let unread = || {
         format!("has its system as a PROJ text that is not supported, {text:?}: write it as well-known text")
     };
-    if let Some(code) = said.get("init").and_then(|init| crate::projection::well_known_text::epsg_code(init))
+    if let Some(code) = keys.get("init").and_then(|init| crate::projection::well_known_text::epsg_code(init))
     {
         return crate::projection::map_projection::epsg_well_known_text(code)
             .map(str::to_owned)
             .ok_or_else(unread);
     }
-    let name = *said.get("proj").ok_or_else(unread)?;
+    let name = *keys.get("proj").ok_or_else(unread)?;
     const GLOBE: &str = r#"DATUM["unknown"],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;
     if ["longlat", "latlong", "lonlat", "latlon"].contains(&name) {
         return Ok(format!(r#"GEOGCS["unknown",{GLOBE}"#));
@@ -79,8 +79,8 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     let (_, method) = PROJECTIONS.iter().find(|(own, _)| *own == name).ok_or_else(unread)?;
     let mut values: Vec<(&str, f64)> = Vec::new();
     if name == "utm" {
-        let zone: f64 = said.get("zone").and_then(|zone| zone.parse().ok()).ok_or_else(unread)?;
-        let northing = if said.contains_key("south") { 1e7 } else { 0.0 };
+        let zone: f64 = keys.get("zone").and_then(|zone| zone.parse().ok()).ok_or_else(unread)?;
+        let northing = if keys.contains_key("south") { 1e7 } else { 0.0 };
         values.extend([
             ("latitude_of_origin", 0.0),
             ("central_meridian", 6.0 * zone - 183.0),
@@ -89,12 +89,12 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
         values.extend([("false_easting", 5e5), ("false_northing", northing)]);
     } else {
         for (own, other) in PARAMETERS {
-            if let Some(value) = said.get(own) {
+            if let Some(value) = keys.get(own) {
                 values.push((other, value.parse().map_err(|_| unread())?));
             }
         }
     }
-    let (unit, metres) = length(&said, ["units", "to_meter"]).unwrap_or(("m", 1.0));
+    let (unit, metres) = length(&keys, ["units", "to_meter"]).unwrap_or(("m", 1.0));
     let mut found =
         format!(r#"PROJCS["{}",GEOGCS["unknown",{GLOBE},PROJECTION["{method}"]"#, text.replace('"', " "));
     for (name, value) in values {
@@ -102,7 +102,7 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     }
     let _ = write!(found, r#",UNIT["{unit}",{metres}]]"#);
     // Heights have a unit of their own where it is named.
-    Ok(match length(&said, ["vunits", "vto_meter"]) {
+    Ok(match length(&keys, ["vunits", "vto_meter"]) {
         Some((unit, metres)) => {
             format!(r#"COMPD_CS["unknown",{found},VERT_CS["unknown",UNIT["{unit}",{metres}]]]"#)
         }
@@ -112,11 +112,11 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
 
 /// Unit by its name and its size (m) under two keys, of which the size takes precedence; NaN for an unknown unit, and `None` where the text
 /// has neither key.
-fn length<'a>(said: &HashMap<&str, &'a str>, [name, size]: [&str; 2]) -> Option<(&'a str, f64)> {
+fn length<'a>(keys: &HashMap<&str, &'a str>, [name, size]: [&str; 2]) -> Option<(&'a str, f64)> {
     let known =
         |unit: &str| UNITS.iter().find(|(own, _)| *own == unit).map_or(f64::NAN, |(_, metres)| *metres);
-    match (said.get(name), said.get(size)) {
-        (_, Some(size)) => Some((said.get(name).unwrap_or(size), size.parse().unwrap_or(f64::NAN))),
+    match (keys.get(name), keys.get(size)) {
+        (_, Some(size)) => Some((keys.get(name).unwrap_or(size), size.parse().unwrap_or(f64::NAN))),
         (Some(unit), None) => Some((unit, known(unit))),
         (None, None) => None,
     }

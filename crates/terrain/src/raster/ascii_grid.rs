@@ -107,7 +107,7 @@ pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> 
         reference: Georeference { pixel_is_area: corner, ..Georeference::default() },
     };
     let own = BandMetadata::with_no_data(head.no_data);
-    let band = own.or(beside).or(BandMetadata::with_no_data(Some(NO_DATA)));
+    let band = own.completed_by(beside).completed_by(BandMetadata::with_no_data(Some(NO_DATA)));
     band.apply(&mut raster, None)?;
     Ok(raster)
 }

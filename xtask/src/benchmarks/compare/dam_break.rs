@@ -59,14 +59,14 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
         slopes.push(regression_slope(&between(&measured)));
         picture.series.push(Series::new(name, measured, Style::Markers));
     }
-    let (least, most) = (slopes[0].min(slopes[1]), slopes[0].max(slopes[1]));
-    let claim = format!("{least:.2} and {most:.2} in the experiments");
+    let (smallest, largest) = (slopes[0].min(slopes[1]), slopes[0].max(slopes[1]));
+    let claim = format!("{smallest:.2} and {largest:.2} in the experiments");
     for (method, front) in ["mpm", "sph"].into_iter().zip(&fronts) {
         outcome.assert_within(
             format!("{method}: speed of the front, dZ/dT for 1.5 < Z < 3"),
             &claim,
             regression_slope(&between(front)),
-            (0.85 * least, 1.15 * most),
+            (0.85 * smallest, 1.15 * largest),
             "between the two experiments, which differ by a third, and 15 % beyond (sheet: mpm A-25)",
         );
     }

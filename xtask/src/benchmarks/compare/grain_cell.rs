@@ -25,9 +25,9 @@ const SEEDS: [u32; 4] = [4, 5, 6, 7];
 struct BiaxialCurve(Vec<[f64; 4]>);
 
 impl BiaxialCurve {
-    fn of(test: &ElementTest) -> Result<Self, String> {
+    fn from_test(test: &ElementTest) -> Result<Self, String> {
         let trace = test.trace().map_err(|error| error.to_string())?;
-        if let Some(why) = trace.stopped {
+        if let Some(why) = trace.stop_reason {
             return Err(why.to_string());
         }
         let column = |name: &str| trace.path.column(name).ok_or_else(|| format!("no column {name}"));
@@ -81,7 +81,7 @@ impl BiaxialCurve {
 }
 
 /// Test at another pressure (Pa).
-fn under(test: &ElementTest, pressure: f64) -> ElementTest {
+fn at_pressure(test: &ElementTest, pressure: f64) -> ElementTest {
     ElementTest { initial_stress: [-pressure, -pressure, -pressure, 0.0, 0.0, 0.0], ..test.clone() }
 }
 
@@ -98,7 +98,10 @@ fn grains(file: &std::path::Path, outcome: &mut BenchmarkOutcome) -> Result<[Bia
     let (mut low, mut high, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for seed in SEEDS {
         let test = packing(file, seed)?;
-        let (one, two) = (BiaxialCurve::of(&under(&test, 100e3))?, BiaxialCurve::of(&under(&test, 200e3))?);
+        let (one, two) = (
+            BiaxialCurve::from_test(&at_pressure(&test, 100e3))?,
+            BiaxialCurve::from_test(&at_pressure(&test, 200e3))?,
+        );
         let ratio = two.peak() / (2.0 * one.peak());
         outcome.info(
             format!("packing {seed}: peak at 200 kPa over twice that at 100 kPa"),
@@ -143,8 +146,10 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     }
     let material = serde_json::from_value(law).map_err(|error| error.to_string())?;
     let fitted = ElementTest { material, ..test };
-    let (own, foretold) =
-        (BiaxialCurve::of(&under(&fitted, 100e3))?, BiaxialCurve::of(&under(&fitted, 200e3))?);
+    let (own, foretold) = (
+        BiaxialCurve::from_test(&at_pressure(&fitted, 100e3))?,
+        BiaxialCurve::from_test(&at_pressure(&fitted, 200e3))?,
+    );
     let reason = "a strength that grows with the pressure alone; the scatter of the mean of four packings of 200 grains";
     let name = "at 200 kPa: largest difference of the stresses, law over grains";
     outcome.assert_within(name, "1", foretold.peak() / high.peak(), (0.93, 1.07), reason);

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::MethodComparison;
 use crate::analysis::{MaxOrNan, regression_slope};
 use crate::benchmarks::mpm::inclined_block::{
-    ANGLE, LOADED, gravity_along_plane, speed_series, speeds_after_loading, travelled_distance,
+    ANGLE, GRAVITY_END, gravity_along_plane, speed_series, speeds_after_loading, travelled_distance,
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
@@ -71,7 +71,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     }
     flow(&mut outcome, &mut together)?;
     let exact = 0.7 * gravity_along_plane();
-    let line = vec![(LOADED, 0.5 * LOADED * exact), (1.2, 1.1 * exact)];
+    let line = vec![(GRAVITY_END, 0.5 * GRAVITY_END * exact), (1.2, 1.1 * exact)];
     picture.series.push(Series::new("closed form", line, Style::Dashed));
     outcome.svg("Velocity of the centre of mass, μ = 0.3 tan θ.", &picture)?;
     together.write_sections(&mut outcome, &block(0.3 * tangent, None)?, "compare/inclined-block")?;

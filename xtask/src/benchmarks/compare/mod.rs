@@ -27,10 +27,10 @@ pub const ALL: &[Benchmark] = &[
     dam_break::BENCHMARK,
     aluminium_bars::BENCHMARK,
     slope_cut::BENCHMARK,
-    slope_acads::ONE,
-    slope_acads::THREE,
+    slope_acads::ONE_SOIL,
+    slope_acads::THREE_SOILS,
     slope_clays::LAYERS,
-    slope_clays::WEAK,
+    slope_clays::WEAK_LAYER,
     slide::BENCHMARK,
 ];
 

@@ -46,7 +46,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
             outcome.assert_below(
                 format!("{method}: largest rise of the total energy over the work of gravity"),
                 "none",
-                obstacle_energy_shares(&report).rise,
+                obstacle_energy_shares(&report).max_rise,
                 1e-3,
                 "0.1 %: what springs and steps exchange",
             );
@@ -85,7 +85,7 @@ fn above_ground(
 /// Checks the agreement of the methods, which have equal friction and initial positions.
 fn judge(outcome: &mut BenchmarkOutcome, found: &[(&str, Vec<(f64, f64)>)]) {
     let [mpm, sph, dem, flow] = found else { return };
-    let way =
+    let displacement =
         |path: &[(f64, f64)]| path.last().map_or(f64::NAN, |p| p.1) - path.first().map_or(f64::NAN, |p| p.1);
     for (one, band, reason) in [
         (sph, 0.05, "5 %: the same law of the material and of the floor on points as far apart"),
@@ -94,9 +94,9 @@ fn judge(outcome: &mut BenchmarkOutcome, found: &[(&str, Vec<(f64, f64)>)]) {
     ] {
         outcome.assert_close(
             format!("{}: way of the centre of mass in 6 s, against mpm (m)", one.0),
-            way(&mpm.1),
+            displacement(&mpm.1),
             band,
-            way(&one.1),
+            displacement(&one.1),
             reason,
         );
     }

@@ -7,27 +7,27 @@ use crate::analysis::bishop_layered::{LayeredSlope, SoilLayer};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
 /// One soil.
-pub const ONE: Benchmark = Benchmark {
+pub const ONE_SOIL: Benchmark = Benchmark {
     id: "compare/acads-1a",
     title: "Factor of safety of a slope of one soil, ACADS problem 1(a), MPM and SPH",
     source: "Giam & Donald 1989 (ACADS U255), problem EX1(a); Bishop 1955; Davis 1968",
     short_seconds: None,
     full_seconds: 300,
-    run: one,
+    run: run_one_soil,
 };
 
 /// Three soils.
-pub const THREE: Benchmark = Benchmark {
+pub const THREE_SOILS: Benchmark = Benchmark {
     id: "compare/acads-1c",
     title: "Factor of safety of a slope of three soils, ACADS problem 1(c), MPM and SPH",
     source: "Giam & Donald 1989 (ACADS U255), problem EX1(c); Bishop 1955; Davis 1968",
     short_seconds: None,
     full_seconds: 300,
-    run: three,
+    run: run_three_soils,
 };
 
 /// Factor of the strengths of the cases: with its own strength the first slope is not stable.
-const STRENGTHENED: f64 = 1.5;
+const STRENGTH_FACTOR: f64 = 1.5;
 
 /// Surface of both slopes: 10 m high, 2:1, 5 m over the base (m).
 fn surface() -> Vec<[f64; 2]> {
@@ -64,21 +64,21 @@ fn judge(
         outcome.assert_within(
             format!("{method}: factor of safety"),
             &format!("{referee:.2}, the referees' factor"),
-            found.factor().unwrap_or(f64::NAN) / STRENGTHENED,
+            found.factor().unwrap_or(f64::NAN) / STRENGTH_FACTOR,
             (referee - 0.05, referee + 0.05),
             "± 0.05 on 20 cells over the height, without dilatancy",
         );
         outcome.assert_within(
             format!("{method}: largest factor with which it stands"),
             "at most that of Bishop's circles",
-            found.stable / STRENGTHENED,
+            found.stable_factor / STRENGTH_FACTOR,
             (0.0, bishop),
             "an upper end of what soil without dilatancy can have",
         );
         outcome.assert_within(
             format!("{method}: least factor with which it fails"),
             &format!("at least {davis:.3}, by Davis's strength"),
-            found.failed / STRENGTHENED,
+            found.failing_factor / STRENGTH_FACTOR,
             (davis, f64::INFINITY),
             "the lower end",
         );
@@ -87,14 +87,14 @@ fn judge(
     Ok(())
 }
 
-fn one(_quick: bool) -> Result<BenchmarkOutcome, String> {
+fn run_one_soil(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let slope = LayeredSlope { soils: vec![soil(surface(), 20e3, 3e3, 19.6)], base: 0.0 };
     judge(&mut outcome, &load_case("compare/acads-1a")?, 1.0, bounds(&slope, 19.6))?;
     Ok(outcome)
 }
 
-fn three(_quick: bool) -> Result<BenchmarkOutcome, String> {
+fn run_three_soils(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let toe = [10.0, 5.0];
     let middle = vec![toe, [20.0, 7.0], [30.0, 9.0], [34.0, 11.0], [50.0, 11.0]];

@@ -18,20 +18,20 @@ pub const LAYERS: Benchmark = Benchmark {
 };
 
 /// Slope over a weak layer.
-pub const WEAK: Benchmark = Benchmark {
+pub const WEAK_LAYER: Benchmark = Benchmark {
     id: "compare/slope-weak-layer",
     title: "Factor of safety of an undrained slope over a weak layer, MPM and SPH",
     source: "least upper bound of sliding blocks and of slip circles",
     short_seconds: None,
     full_seconds: 240,
-    run: weak,
+    run: run_weak_base,
 };
 
 /// Undrained strength of the slope (Pa).
 const STRENGTH: f64 = 50e3;
 
 /// Range of the search below and above the least upper bound: wider than the tolerance. Trials far from the bound would only take time.
-const SEARCHED: [f64; 2] = [0.13, 0.07];
+const SEARCH_RANGE: [f64; 2] = [0.13, 0.07];
 
 /// Slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
 fn clays(below: &[(f64, f64)], base: f64) -> LayeredClaySlope {
@@ -54,14 +54,14 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, bound: f64) ->
         outcome.assert_within(
             format!("{name}, {method}: largest factor with which it stands"),
             "at most the least upper bound",
-            found.stable,
+            found.stable_factor,
             (0.0, bound),
             "limit analysis: with that strength it falls",
         );
         outcome.assert_within(
             format!("{name}, {method}: least factor with which it fails"),
             "from 0.05 below the least upper bound to as much above",
-            found.failed,
+            found.failing_factor,
             (bound - 0.05, bound + 0.05),
             "± 0.05 on 20 cells over the height",
         );
@@ -81,7 +81,7 @@ fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
             &base,
             &[
                 ("/materials/lower/undrained_strength", json!(strength)),
-                ("/measures/safety/range", json!([bound - SEARCHED[0], bound + SEARCHED[1]])),
+                ("/measures/safety/range", json!([bound - SEARCH_RANGE[0], bound + SEARCH_RANGE[1]])),
             ],
         )?;
         judge(&mut outcome, &format!("lower over upper strength {ratio}"), &case, bound)?;
@@ -98,7 +98,7 @@ fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-fn weak(_quick: bool) -> Result<BenchmarkOutcome, String> {
+fn run_weak_base(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let clays = clays(&[(0.0, 0.2 * STRENGTH), (-1.0, STRENGTH)], -5.0);
     // Along the base of the layer: the weight of the layer drives the slip too.

@@ -44,14 +44,14 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         outcome.assert_within(
             format!("{method}: largest factor with which it stands"),
             "at most the factor of the charts",
-            found.stable,
+            found.stable_factor,
             (0.0, CHARTS),
             "an upper end of what soil without dilatancy can have",
         );
         outcome.assert_within(
             format!("{method}: least factor with which it fails"),
             &format!("at least {:.3}, by Davis's strength", without_dilatancy()),
-            found.failed,
+            found.failing_factor,
             (without_dilatancy(), f64::INFINITY),
             "the lower end",
         );

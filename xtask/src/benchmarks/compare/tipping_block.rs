@@ -27,7 +27,7 @@ const MASS: f64 = 240.0;
 /// Gravity (m/s²).
 const GRAVITY: [f64; 2] = [5.0, -8.66];
 /// End of the time in which the corner does not slip (s).
-const HELD: f64 = 0.4;
+const NO_SLIP_END: f64 = 0.4;
 
 /// Scalar over time (s).
 type TimeSeries = [(f64, f64)];
@@ -38,7 +38,7 @@ fn pendulum() -> Vec<(f64, f64)> {
     let inertia = (width * width + height * height) / 3.0;
     let (mut angle, mut spin, per_row, dt) = (0.0, 0.0, 1000, 1e-5);
     let mut rows = vec![(0.0, 0.0)];
-    while rows.len() as f64 * 0.01 <= HELD + 1e-9 {
+    while rows.len() as f64 * 0.01 <= NO_SLIP_END + 1e-9 {
         for _ in 0..per_row {
             // From the corner to the centre of mass.
             let (sin, cos) = f64::sin_cos(angle);
@@ -93,7 +93,7 @@ fn judge(
 ) -> Result<(), String> {
     let apart = turned.iter().zip(exact).map(|(own, exact)| (own.1 - exact.1).abs()).max_or_nan();
     outcome.assert_below(
-        format!("{method}: largest error of the angle in {HELD} s over the angle then"),
+        format!("{method}: largest error of the angle in {NO_SLIP_END} s over the angle then"),
         "a block that turns about its lower corner",
         apart / exact[exact.len() - 1].1,
         5e-3,
@@ -115,11 +115,11 @@ fn judge(
         1e-3,
         "a thousandth",
     );
-    let borne = pairs(report, "bearing.y")?;
+    let reactions = pairs(report, "bearing.y")?;
     outcome.assert_below(
         format!("{method}: force on the ground at the end over the weight across it, less one"),
         "its weight",
-        (borne[borne.len() - 1].1 / (MASS * GRAVITY[1]) - 1.0).abs(),
+        (reactions[reactions.len() - 1].1 / (MASS * GRAVITY[1]) - 1.0).abs(),
         1e-3,
         "a thousandth",
     );

@@ -14,10 +14,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "sheet: dem §5, B15; Kumar 2015, §3.4",
     short_seconds: Some(60),
     full_seconds: 60,
-    run: |_| all(),
+    run: |_| run_applications(),
 };
 
-fn all() -> Result<BenchmarkOutcome, String> {
+fn run_applications() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     slide(&mut outcome)?;
     cliff(&mut outcome)?;
@@ -36,12 +36,12 @@ fn slide(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let all = vectors(&report.snapshot, name);
         all.iter().map(|own| own[0]).sum::<f64>() / all.len() as f64
     };
-    let (way, speed) = (mean("displacement"), mean("velocity"));
+    let (displacement, speed) = (mean("displacement"), mean("velocity"));
     outcome.assert_close(
         "block on 14°, μ = 0.15: way after which it has 50 m/s (m)",
         1322.0,
         0.005,
-        way * (50.0 / speed).powi(2),
+        displacement * (50.0 / speed).powi(2),
         "B15: closed form; ± 0.5 %, as it begins above its overlap at rest",
     );
     outcome.assert_below(

@@ -51,7 +51,7 @@ const DENSE: [(f64, f64, f64); 12] = [
 ];
 
 /// The sheet's loose specimen: strain, ratio of stresses, volumetric strain.
-const LOOSE: [(f64, f64, f64); 10] = [
+const LOOSE_SPECIMEN: [(f64, f64, f64); 10] = [
     (0.002, 1.24, -0.0011),
     (0.004, 1.37, -0.0013),
     (0.008, 1.51, -0.0018),
@@ -83,10 +83,10 @@ impl BiaxialTest {
         method_options(&mut value)["stages"]["prepare"]["pairs"][0]["friction"]["coefficient"] =
             json!(preparation);
         let start = 330.0;
-        Ok(Self::of(&run_in_memory("dem", &parse_case(&value)?)?, start))
+        Ok(Self::from_report(&run_in_memory("dem", &parse_case(&value)?)?, start))
     }
 
-    fn of(report: &RunReport, start: f64) -> Self {
+    fn from_report(report: &RunReport, start: f64) -> Self {
         let all = |name: &str| {
             measure_series(report, name).into_iter().filter(|(t, _)| *t > start - 0.05).collect::<Vec<_>>()
         };
@@ -114,7 +114,7 @@ impl BiaxialTest {
             .ratio
             .iter()
             .copied()
-            .fold((f64::NAN, 0.0), |most, now| if now.1 > most.1 { now } else { most });
+            .fold((f64::NAN, 0.0), |largest, now| if now.1 > largest.1 { now } else { largest });
         (angle(ratio), strain)
     }
 
@@ -154,11 +154,11 @@ fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     outcome.info("B14, dense: strain at the peak, mean of the packings", "0.015", strain, reason);
     outcome.info("B14, dense: solid fraction before shear", "0.8428", test.solid_fraction[0].1, reason);
     outcome.info("B14, dense: contacts of a grain before shear", "4.04", test.contacts, reason);
-    let least = test.volume.iter().map(|(_, v)| *v).fold(0.0, f64::min);
+    let smallest = test.volume.iter().map(|(_, v)| *v).fold(0.0, f64::min);
     outcome.assert_within(
         "B14, dense: largest contraction",
         "-0.0018",
-        least,
+        smallest,
         (-0.01, -1e-4),
         "B14: contraction, then dilation",
     );
@@ -266,6 +266,6 @@ fn critical() -> Result<BenchmarkOutcome, String> {
         (-0.008, 0.008),
         "B14: the same within 0.008",
     );
-    draw(&mut outcome, &[("dense", &firm, &DENSE), ("loose", &loose, &LOOSE)])?;
+    draw(&mut outcome, &[("dense", &firm, &DENSE), ("loose", &loose, &LOOSE_SPECIMEN)])?;
     Ok(outcome)
 }

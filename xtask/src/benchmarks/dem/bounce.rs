@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const GRAVITY: f64 = 9.81;
-const REST: f64 = 0.5;
+const RESTITUTION: f64 = 0.5;
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
@@ -32,13 +32,13 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let stiffness = 1e6 * GRAVITY;
     let (dt, aloft) = (PI / f64::sqrt(stiffness) / 1000.0, PI / f64::sqrt(stiffness) / 25.0);
     let options = method_options(&mut value);
-    options["pairs"][0]["normal"] = json!({ "law": "linear", "stiffness": stiffness, "restitution": REST });
+    options["pairs"][0]["normal"] =
+        json!({ "law": "linear", "stiffness": stiffness, "restitution": RESTITUTION });
     options["time_step"] = json!(aloft);
     let mut solver = disk_solver(&value)?;
-    let fall = (2.0 / GRAVITY).sqrt();
     // Steps are long in flight, where they are exact, and short near the floor.
     let (mut path, mut impacts, mut apexes, mut top) = (Vec::new(), Vec::new(), Vec::new(), 0.0f64);
-    let (mut touching, mut height) = (false, 1.0);
+    let (fall, mut touching, mut height) = ((2.0 / GRAVITY).sqrt(), false, 1.0);
     while solver.time() < 2.75 * fall {
         step(&mut solver, if height > 2e-3 { aloft } else { dt })?;
         height = solver.snapshot().positions[0][1] - 0.5;
@@ -56,7 +56,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         outcome.assert_close(format!("B3, height after bounce {n} (m)"), exact, 0.01, found, reason);
     }
     for n in 1..=3usize {
-        let bounces: f64 = (1..n).map(|k| REST.powi(k as i32)).sum();
+        let bounces: f64 = (1..n).map(|k| RESTITUTION.powi(k as i32)).sum();
         let found = impacts.get(n - 1).copied().unwrap_or(f64::NAN);
         outcome.assert_close(
             format!("B3, time of impact {n} (s)"),
@@ -74,7 +74,8 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         "§2.14: 1 %",
     );
     let mut picture = LineChart::new("A bouncing disk, restitution 0.5", "time (s)", "height of the gap (m)");
-    let exact = (0..400).map(|k| f64::from(k) * 2.75 * fall / 400.0).map(|t| (t, closed(t, fall))).collect();
+    let exact =
+        (0..400).map(|k| f64::from(k) * 2.75 * fall / 400.0).map(|t| (t, exact_height(t, fall))).collect();
     picture.series.push(Series::new("closed form", exact, Style::Dashed));
     let path_step = path.len() / 120;
     picture.series.push(Series::new("DEM", path.into_iter().step_by(path_step).collect(), Style::Markers));
@@ -83,14 +84,14 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Height of a bouncing point (m).
-fn closed(time: f64, fall: f64) -> f64 {
-    let (mut start, mut speed) = (fall, REST * GRAVITY * fall);
+fn exact_height(time: f64, fall: f64) -> f64 {
+    let (mut start, mut speed) = (fall, RESTITUTION * GRAVITY * fall);
     if time < fall {
         return 1.0 - 0.5 * GRAVITY * time * time;
     }
     while time > start + 2.0 * speed / GRAVITY {
         start += 2.0 * speed / GRAVITY;
-        speed *= REST;
+        speed *= RESTITUTION;
     }
     let t = time - start;
     speed * t - 0.5 * GRAVITY * t * t

@@ -36,18 +36,18 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    flight(&mut outcome)?;
+    check_free_flight(&mut outcome)?;
     table(&mut outcome)?;
     order(&mut outcome)?;
-    others(&mut outcome)?;
-    requested(&mut outcome)?;
+    check_undamped(&mut outcome)?;
+    check_restitutions(&mut outcome)?;
     glass(&mut outcome)?;
     speeds(&mut outcome)?;
     Ok(outcome)
 }
 
 /// Checks B1: free flight is exact for any step.
-fn flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_free_flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("pair")?;
     value["gravity"] = json!([0, -9.81]);
     value["bodies"][0]["velocity"]["value"] = json!([1, 2]);
@@ -207,7 +207,7 @@ fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks undamped collisions, unequal masses, and a wall.
-fn others(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_undamped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let plain = collide(0.0, true, [1.0, 1.0], 200.0, 0.4)?;
     outcome.assert_close(
         "B2, restitution without damping, 200 steps",
@@ -247,23 +247,23 @@ fn others(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks requested restitutions, with a damping ratio for the law with and without no-tension clamp.
-fn requested(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_restitutions(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for clamp in [false, true] {
         let mut worst = 0.0f64;
-        for asked in [0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.1] {
+        for requested in [0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.1] {
             let mut value = load("pair")?;
             let dt = PI / 2e6f64.sqrt() / 1000.0;
             value["bodies"][0]["shape"]["centre"] = json!([-0.5 - 2.3 * dt, 0]);
             let options = method_options(&mut value);
             options["pairs"][0]["normal"] =
-                json!({ "law": "linear", "stiffness": 1e6, "restitution": asked, "clamp": clamp });
+                json!({ "law": "linear", "stiffness": 1e6, "restitution": requested, "clamp": clamp });
             options["time_step"] = json!(dt);
             let mut solver = disk_solver(&value)?;
             for _ in 0..1400 {
                 step(&mut solver, dt)?;
             }
             let v = vectors(&solver.snapshot(), "velocity");
-            worst = max_or_nan(worst, (v[1][0] - v[0][0] - asked).abs());
+            worst = max_or_nan(worst, (v[1][0] - v[0][0] - requested).abs());
         }
         let law = if clamp { "clamped" } else { "unclamped" };
         let name = format!("§2.3, {law}: restitution asked for, 0.1 to 0.95: largest error");
@@ -280,22 +280,22 @@ fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     method_options(&mut value)["time_step"] = json!(dt);
     value["bodies"][0]["shape"]["centre"] = json!([-0.005 - 2.5 * dt, 0, 0]);
     let mut solver = sphere_solver(&value)?;
-    let (mut touching, mut most, mut curve) = (0, (0.0f64, 0.0f64), Vec::new());
+    let (mut touching, mut maximum, mut curve) = (0, (0.0f64, 0.0f64), Vec::new());
     for _ in 0..1100 {
         step(&mut solver, dt)?;
         if let Some(contact) = solver.contacts().first() {
             touching += u32::from(contact.overlap > 0.0);
-            most = (most.0.max(contact.overlap), most.1.max(contact.normal));
+            maximum = (maximum.0.max(contact.overlap), maximum.1.max(contact.normal));
             curve.push((contact.overlap * 1e6, contact.normal));
         }
     }
     let reason = "the 1e-3 of B2's undamped collision; closed form of §2.8";
-    outcome.assert_close("§3.6, glass spheres: largest overlap (m)", deepest, 1e-3, most.0, reason);
+    outcome.assert_close("§3.6, glass spheres: largest overlap (m)", deepest, 1e-3, maximum.0, reason);
     outcome.assert_close(
         "§3.6, glass spheres: largest force (N)",
         force,
         1.5e-3,
-        most.1,
+        maximum.1,
         "that of the overlap, to the power 3/2",
     );
     outcome.assert_close(
@@ -333,7 +333,7 @@ fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (true, [(0.3, 0.3971), (0.5, 0.5503), (0.7, 0.7182), (0.9, 0.9020)]),
     ] {
         let mut worst = 0.0f64;
-        for (asked, reference) in pairs {
+        for (requested, reference) in pairs {
             for speed in [0.1, 1.0, 10.0] {
                 let mut value = load("spheres")?;
                 // The duration of an elastic impact is proportional to the speed to the power -1/5.
@@ -342,7 +342,7 @@ fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 value["bodies"][0]["velocity"]["value"] = json!([speed, 0, 0]);
                 let options = method_options(&mut value);
                 options["time_step"] = json!(dt);
-                options["pairs"][0]["normal"]["restitution"] = json!(asked);
+                options["pairs"][0]["normal"]["restitution"] = json!(requested);
                 options["pairs"][0]["normal"]["clamp"] = json!(clamp);
                 let mut solver = sphere_solver(&value)?;
                 for _ in 0..2500 {

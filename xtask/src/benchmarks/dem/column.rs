@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Five columns.
-pub const SWEEP: Benchmark = Benchmark {
+pub const ASPECT_SWEEP: Benchmark = Benchmark {
     id: "dem/column-sweep",
     title: "Collapse of columns of 1500 disks, a = 0.5 to 8, DEM",
     source: "sheet: dem §5, B13; Staron and Hinch 2005; Lube et al. 2005",
@@ -59,7 +59,7 @@ enum PackingSpread {
 
 impl PackingSpread {
     /// Bounds for a mean over `count` packings, the statement of the source, and the reason.
-    fn ends(self, count: usize) -> ((f64, f64), String, &'static str) {
+    fn bounds_of_mean(self, count: usize) -> ((f64, f64), String, &'static str) {
         match self {
             Self::Packings(middle, deviation) => {
                 let off = 3.0 * deviation / (count as f64).sqrt();
@@ -77,9 +77,9 @@ impl PackingSpread {
 /// Times over √(H₀/g) of the largest kinetic energy and at rest, and the front at 3 √(H₀/g) over that at the end.
 #[derive(Clone, Copy)]
 struct PackingScatter {
-    when: PackingSpread,
-    early: PackingSpread,
-    rest: PackingSpread,
+    front_time: PackingSpread,
+    early_front: PackingSpread,
+    final_rest: PackingSpread,
 }
 
 const fn row(
@@ -92,11 +92,11 @@ const fn row(
 }
 
 /// Bands of the sheet, where it gives no scatter of packings.
-const fn banded(when: f64, band: f64) -> PackingScatter {
+const fn sheet_bands(when: f64, band: f64) -> PackingScatter {
     PackingScatter {
-        when: PackingSpread::Band(when, when * band),
-        early: PackingSpread::Band(0.725, 0.125),
-        rest: PackingSpread::Band(7.0, 2.0),
+        front_time: PackingSpread::Band(when, when * band),
+        early_front: PackingSpread::Band(0.725, 0.125),
+        final_rest: PackingSpread::Band(7.0, 2.0),
     }
 }
 
@@ -106,9 +106,9 @@ const SHEET: [ReferenceColumn; 5] = [
         [0.88, 0.68, 0.506, 0.050],
         0.10,
         PackingScatter {
-            when: PackingSpread::Packings(1.23, 0.23),
-            early: PackingSpread::Packings(0.65, 0.09),
-            rest: PackingSpread::Packings(8.7, 1.5),
+            front_time: PackingSpread::Packings(1.23, 0.23),
+            early_front: PackingSpread::Packings(0.65, 0.09),
+            final_rest: PackingSpread::Packings(8.7, 1.5),
         },
     ),
     row(
@@ -116,9 +116,9 @@ const SHEET: [ReferenceColumn; 5] = [
         [1.98, 1.68, 0.672, 0.103],
         0.10,
         PackingScatter {
-            when: PackingSpread::Packings(1.28, 0.18),
-            early: PackingSpread::Packings(0.68, 0.05),
-            rest: PackingSpread::Packings(7.2, 0.65),
+            front_time: PackingSpread::Packings(1.28, 0.18),
+            early_front: PackingSpread::Packings(0.68, 0.05),
+            final_rest: PackingSpread::Packings(7.2, 0.65),
         },
     ),
     row(
@@ -126,13 +126,13 @@ const SHEET: [ReferenceColumn; 5] = [
         [4.07, 3.55, 0.863, 0.181],
         0.10,
         PackingScatter {
-            when: PackingSpread::Packings(1.12, 0.08),
-            early: PackingSpread::Packings(0.70, 0.02),
-            rest: PackingSpread::Packings(6.4, 0.6),
+            front_time: PackingSpread::Packings(1.12, 0.08),
+            early_front: PackingSpread::Packings(0.70, 0.02),
+            final_rest: PackingSpread::Packings(6.4, 0.6),
         },
     ),
-    row(3.97, [7.80, 6.95, 1.15, 0.253], 0.10, banded(0.97, 0.10)),
-    row(7.95, [12.0, 11.9, 1.42, 0.347], 0.15, banded(0.95, 0.15)),
+    row(3.97, [7.80, 6.95, 1.15, 0.253], 0.10, sheet_bands(0.97, 0.10)),
+    row(7.95, [12.0, 11.9, 1.42, 0.347], 0.15, sheet_bands(0.95, 0.15)),
 ];
 
 /// Number of disks.
@@ -219,7 +219,7 @@ struct ColumnDeposit {
     size: [f64; 2],
     /// Front, 98 % quantile and height at the end; front at three times √(H₀/g).
     end: [f64; 3],
-    early: f64,
+    early_front: f64,
     /// Kinetic over the first potential energy, by time over √(H₀/g).
     energy: Vec<(f64, f64)>,
     error: f64,
@@ -245,14 +245,14 @@ fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     let start = solver.time();
     solver.begin_stage(1, start).map_err(|error| error.to_string())?;
     let unit = height.sqrt();
-    let (mut energy, mut early) = (Vec::new(), f64::NAN);
+    let (mut energy, mut early_front) = (Vec::new(), f64::NAN);
     loop {
         advance(&mut solver, 0.02 * unit)?;
         let time = (solver.time() - start) / unit;
         let kinetic = solver.totals().kinetic / potential;
         energy.push((time, kinetic));
-        if early.is_nan() && time >= 3.0 {
-            early = measures(&solver.snapshot())[0];
+        if early_front.is_nan() && time >= 3.0 {
+            early_front = measures(&solver.snapshot())[0];
         }
         if time > 3.0 && kinetic < 2e-5 || time > 14.0 {
             break;
@@ -260,7 +260,7 @@ fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     }
     let last = solver.snapshot();
     let error = output_value(&solver, "energy_error");
-    Ok(ColumnDeposit { size: [width, height], end: measures(&last), early, energy, error, first, last })
+    Ok(ColumnDeposit { size: [width, height], end: measures(&last), early_front, energy, error, first, last })
 }
 
 fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
@@ -354,7 +354,7 @@ impl ColumnDeposit {
             height: top / width,
             kinetic,
             time_of_max_kinetic: when,
-            early_front_share: (self.early - width) / (front - width),
+            early_front_share: (self.early_front - width) / (front - width),
             rest: self.energy.last().copied().unwrap_or((f64::NAN, f64::NAN)),
             error: self.error,
         }
@@ -392,13 +392,13 @@ fn judge(outcome: &mut BenchmarkOutcome, row: &ReferenceColumn, figures: &[Colum
         mean_and_deviation(&kinetic).1,
         "not judged: shows how well the mean is known",
     );
-    let PackingScatter { when, early, rest } = row.scatter;
+    let PackingScatter { front_time, early_front, final_rest } = row.scatter;
     for (what, spread, value) in [
-        ("time of it over √(H₀/g)", when, mean(|own| own.time_of_max_kinetic)),
-        ("front at 3 √(H₀/g) over that at the end", early, mean(|own| own.early_front_share)),
-        ("time at rest over √(H₀/g)", rest, mean(|own| own.rest.0)),
+        ("time of it over √(H₀/g)", front_time, mean(|own| own.time_of_max_kinetic)),
+        ("front at 3 √(H₀/g) over that at the end", early_front, mean(|own| own.early_front_share)),
+        ("time at rest over √(H₀/g)", final_rest, mean(|own| own.rest.0)),
     ] {
-        let (ends, claim, reason) = spread.ends(figures.len());
+        let (ends, claim, reason) = spread.bounds_of_mean(figures.len());
         outcome.assert_within(name(what), &claim, value, ends, reason);
     }
     let largest = |of: fn(&ColumnFigures) -> f64| figures.iter().map(of).fold(0.0, f64::max);

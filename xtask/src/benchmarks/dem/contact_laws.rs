@@ -41,7 +41,7 @@ const EFFECTIVE: f64 = 0.5 * RADIUS;
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    across(&mut outcome)?;
+    check_tangential_force(&mut outcome)?;
     jkr(&mut outcome)?;
     bridge(&mut outcome)?;
     cohesion(&mut outcome)?;
@@ -56,18 +56,18 @@ fn move_sphere(value: &Value, steps: usize) -> Result<Vec<([f64; 2], f64, f64)>,
     for _ in 0..steps {
         step(&mut solver, dt)?;
         let x = &solver.snapshot().positions;
-        let (gap, way) = (x[1][0] - x[0][0] - 2.0 * RADIUS, x[1][1]);
+        let (gap, displacement) = (x[1][0] - x[0][0] - 2.0 * RADIUS, x[1][1]);
         let contact = solver.contacts().first().map_or((0.0, 0.0), |contact| {
             let all: f64 = contact.force.iter().map(|f| f * f).sum();
             (contact.normal, (all - contact.normal * contact.normal).max(0.0).sqrt())
         });
-        curve.push(([gap, way], contact.0, contact.1));
+        curve.push(([gap, displacement], contact.0, contact.1));
     }
     Ok(curve)
 }
 
 /// Case of two spheres at an overlap (m), one moved with this velocity (m/s), with steps of this length (s).
-fn touch(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
+fn contact_case(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
     let mut value = load("touch")?;
     let moved = (vec![RADIUS - overlap, 0.0, 0.0], RADIUS, vec![velocity[0], velocity[1], 0.0]);
     value["bodies"][0]["points"] = grain_file("held", &[(vec![-RADIUS, 0.0, 0.0], RADIUS, vec![0.0; 3])])?;
@@ -77,14 +77,14 @@ fn touch(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
 }
 
 /// Checks the tangential force `S_t ξ` up to `μ F_n` at constant overlap.
-fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_tangential_force(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let overlap: f64 = 1e-5;
-    let mut value = touch(overlap, [0.0, 1e-3], 1e-5)?;
+    let mut value = contact_case(overlap, [0.0, 1e-3], 1e-5)?;
     method_options(&mut value)["grains"]["grain"]["density"] = json!(1e15);
     let curve = move_sphere(&value, 1500)?;
     let normal = 4.0 / 3.0 * MODULUS * EFFECTIVE.sqrt() * overlap.powf(1.5);
     let stiffness = 8.0 * SHEAR * (EFFECTIVE * overlap).sqrt();
-    let exact = |way: f64| (stiffness * way).min(0.5 * normal);
+    let exact = |displacement: f64| (stiffness * displacement).min(0.5 * normal);
     let worst = curve.iter().map(|(x, _, t)| (t - exact(x[1])).abs() / (0.5 * normal)).max_or_nan();
     outcome.assert_close(
         "§2.8, Hertz: force at an overlap of 1e-5 m (N)",
@@ -106,7 +106,10 @@ fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         "way across (µm)",
         "force across (N)",
     );
-    let closed = (0..=150).map(|k| 1e-7 * f64::from(k)).map(|way| (way * 1e6, exact(way))).collect();
+    let closed = (0..=150)
+        .map(|k| 1e-7 * f64::from(k))
+        .map(|displacement| (displacement * 1e6, exact(displacement)))
+        .collect();
     picture.series.push(Series::new("8 G* √(Rδ) ξ, at most μ F_n", closed, Style::Dashed));
     let found = curve.iter().step_by(60).map(|(x, _, t)| (x[1] * 1e6, *t)).collect();
     picture.series.push(Series::new("DEM", found, Style::Markers));
@@ -116,13 +119,13 @@ fn across(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Checks the JKR curve in loading and unloading, and the pull-off force.
 fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let work = 0.05;
-    let mut value = touch(2e-6, [1e-3, 0.0], 2e-6)?;
+    let mut value = contact_case(2e-6, [1e-3, 0.0], 2e-6)?;
     method_options(&mut value)["pairs"][0]["adhesion"] = json!({ "kind": "jkr", "work_of_adhesion": work });
     let curve = move_sphere(&value, 4000)?;
     let pull_off = 1.5 * PI * work * EFFECTIVE;
-    let least = curve.iter().map(|(_, force, _)| -force).max_or_nan();
+    let smallest = curve.iter().map(|(_, force, _)| -force).max_or_nan();
     let reason = "1e-3, as B2 requires of forces; closed form";
-    outcome.assert_close("§2.7, JKR: pull-off force (N)", pull_off, 1e-3, least, reason);
+    outcome.assert_close("§2.7, JKR: pull-off force (N)", pull_off, 1e-3, smallest, reason);
     // Both in terms of the contact radius.
     let at = |a: f64| {
         let cube = a * a * a;
@@ -171,16 +174,16 @@ fn jkr(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Checks the capillary bridge: force on contact, and the rupture distance.
 fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (tension, ratio) = (0.072, 0.01);
-    let mut value = touch(1e-8, [1e-3, 0.0], 2e-5)?;
+    let mut value = contact_case(1e-8, [1e-3, 0.0], 2e-5)?;
     method_options(&mut value)["pairs"][0]["adhesion"] =
         json!({ "kind": "capillary", "surface_tension": tension, "volume_ratio": ratio });
     let curve = move_sphere(&value, 5600)?;
-    let most = 4.0 * PI * EFFECTIVE * tension;
+    let maximum = 4.0 * PI * EFFECTIVE * tension;
     let reason = "1e-3, as B2 requires of forces";
     let first = curve.iter().find(|(x, ..)| x[0] >= 0.0).map_or(f64::NAN, |(_, force, _)| -force);
     outcome.assert_close(
         "§2.7, liquid bridge: force of spheres that touch, 4πRγ (N)",
-        most,
+        maximum,
         2e-2,
         first,
         "the gap of the first step",
@@ -188,11 +191,11 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let volume = ratio * EFFECTIVE.powi(3);
     let closed = |gap: f64| {
         let depth = 0.5 * gap * ((1.0 + volume / (PI * EFFECTIVE * gap * gap)).sqrt() - 1.0);
-        most / (1.0 + gap / (2.0 * depth))
+        maximum / (1.0 + gap / (2.0 * depth))
     };
     let parted: Vec<(f64, f64)> =
         curve.iter().filter(|(x, f, _)| x[0] > 1e-8 && *f < 0.0).map(|(x, f, _)| (x[0], -f)).collect();
-    let worst = parted.iter().map(|(gap, force)| (force - closed(*gap)).abs() / most).max_or_nan();
+    let worst = parted.iter().map(|(gap, force)| (force - closed(*gap)).abs() / maximum).max_or_nan();
     outcome.assert_below(
         "§2.7, liquid bridge: largest error over the force on contact",
         "0",
@@ -220,18 +223,18 @@ fn bridge(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks that a cohesive contact breaks at its strength.
 fn cohesion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut value = touch(1e-6, [1e-3, 0.0], 1e-6)?;
+    let mut value = contact_case(1e-6, [1e-3, 0.0], 1e-6)?;
     let own = &mut method_options(&mut value)["pairs"][0];
     own["normal"] = json!({ "law": "linear", "stiffness": 1e3, "damping_ratio": 0 });
     own["adhesion"] = json!({ "kind": "cohesive", "tension": 1e3, "shear": 1e3 });
     let curve = move_sphere(&value, 4000)?;
-    let most = curve.iter().map(|(_, force, _)| -force).max_or_nan();
+    let maximum = curve.iter().map(|(_, force, _)| -force).max_or_nan();
     // 1e3 Pa on the square of the radius; a step loads by 1e3 N/m times 1e-9 m.
     outcome.assert_close(
         "§2.7, cohesion: largest tension (N)",
         1e3 * RADIUS * RADIUS,
         2e-3,
-        most,
+        maximum,
         "two steps of 1e-9 m",
     );
     Ok(())
@@ -269,7 +272,7 @@ fn bonds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let found = displacement.iter().enumerate().map(|(k, u)| (k as f64, 1e3 * u[1])).collect();
     picture.series.push(Series::new("DEM", found, Style::Markers));
     outcome.svg("B15: ten disks bonded to a held one.", &picture)?;
-    parted(&mut outcome)?;
+    check_bond_strength(&mut outcome)?;
     Ok(outcome)
 }
 
@@ -292,7 +295,7 @@ fn line(at: u32, rotation: f64, shear: f64) -> f64 {
 }
 
 /// Checks tension and shear at which a bond breaks, and its stiffness.
-fn parted(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_bond_strength(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let reason = "0.2 %: the force of two steps";
     let mut picture = LineChart::default();
     for (name, velocity) in [("tension", [1e-3, 0.0]), ("shear", [0.0, 1e-3])] {
@@ -312,12 +315,12 @@ fn parted(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 solver.contacts().first().map_or(0.0, |c| max_or_nan(c.force[0].abs(), c.force[1].abs()));
             curve.push((solver.time() * 1e-3 * 1e6, force));
         }
-        let most = curve.iter().map(|(_, force)| *force).max_or_nan();
+        let largest = curve.iter().map(|(_, force)| *force).max_or_nan();
         outcome.assert_close(
             format!("B15, {name} at which a bond of 100 Pa over 1 m² breaks (N)"),
             100.0,
             2e-3,
-            most,
+            largest,
             reason,
         );
         let stiffness = curve[499].1 / (curve[499].0 * 1e-6);

@@ -164,8 +164,8 @@ fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
             "B10: 3 %",
         );
         picture.series.push(Series::new(format!("friction {friction}"), curve, Style::Line));
-        let most = height.last().map_or(0.0, |last| -(last.1 / height[0].1).ln());
-        picture.series.push(Series::new("", vec![(0.0, exact), (most, exact)], Style::Dashed));
+        let largest = height.last().map_or(0.0, |last| -(last.1 / height[0].1).ln());
+        picture.series.push(Series::new("", vec![(0.0, exact), (largest, exact)], Style::Dashed));
     }
     outcome.svg("B10: broken lines are tan 60° tan(60° + φ).", &picture)?;
     Ok(outcome)

@@ -15,16 +15,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "Bui & Nguyen 2021, Fig. 9; sheet: dem §5, B15",
     short_seconds: Some(20),
     full_seconds: 30,
-    run: |quick| turn(30.0, if quick { 4.5 } else { END }),
+    run: |quick| run_drum(30.0, if quick { 4.5 } else { END_TIME }),
 };
 
 /// Drum with as many grains across as in the sheet.
-pub const FINE: Benchmark = Benchmark {
+pub const FINE_DRUM: Benchmark = Benchmark {
     id: "dem/drum-fine",
     title: "Half-full drum that turns, 60 grains across, DEM",
     short_seconds: None,
     full_seconds: 900,
-    run: |_| turn(60.0, END),
+    run: |_| run_drum(60.0, END_TIME),
     ..BENCHMARK
 };
 
@@ -35,7 +35,7 @@ const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
 /// Time from which the surface is evaluated (s): the drum has turned by 43 degrees.
 const STEADY: f64 = 3.0;
 /// End of the run (s).
-const END: f64 = 7.5;
+const END_TIME: f64 = 7.5;
 /// Half of the width over which the surface is fitted, half of the radius (m), and its bins.
 const HALF_WIDTH: f64 = 0.05;
 const BINS: usize = 8;
@@ -83,7 +83,7 @@ fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().sum::<f64>() / values.count() as f64
 }
 
-fn turn(across: f64, end: f64) -> Result<BenchmarkOutcome, String> {
+fn run_drum(across: f64, end: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new("Angle of the surface in a drum", "time (s)", "angle (degrees)");
     let (mut angles, mut rough, mut error) = (Vec::new(), Vec::new(), 0.0f64);

@@ -25,7 +25,7 @@ const RATE: f64 = 3e-4;
 const PEAK: f64 = 0.014;
 
 /// Number of sectors of the rose diagram.
-const PARTS: usize = 18;
+const SECTORS: usize = 18;
 
 fn peak() -> Result<DemSolver<2, 1>, String> {
     let mut value = load("biaxial")?;
@@ -50,7 +50,7 @@ fn chains(solver: &DemSolver<2, 1>) -> ForceChains {
     let snapshot = solver.snapshot();
     let flat = |x: &[f64; 3]| [x[0], x[1]];
     let grains = snapshot.positions.iter().zip(&snapshot.extents).map(|(x, e)| (flat(x), 0.5 * e[0]));
-    let frame = solver.frame(FrameRequest::Written);
+    let frame = solver.frame(FrameRequest::Requested);
     let ends: Vec<Vec<[f64; 3]>> = match frame.dataset(Dataset::CONTACTS).map(|dataset| &dataset.geometry) {
         Some(DatasetGeometry::Mesh(lines)) => lines.cells().collect(),
         _ => Vec::new(),
@@ -103,7 +103,7 @@ fn run() -> Result<BenchmarkOutcome, String> {
         "the same number",
     );
     outcome.png("Chains of forces at the peak.", &chains(&solver))?;
-    let even = 1.0 / PARTS as f64;
+    let even = 1.0 / SECTORS as f64;
     let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / 72.0;
     // 1 + F:n⊗n with F = 4 (G - ½).
     let first_order = |a: f64| {
@@ -118,7 +118,7 @@ fn run() -> Result<BenchmarkOutcome, String> {
     };
     let rose = ContactRose {
         title: "Directions of contacts at the peak; line: by the fabric tensor".to_owned(),
-        shares: solver.contact_rose(PARTS),
+        sector_shares: solver.contact_rose(SECTORS),
         line: (0..72).map(|k| first_order(angle(k))).collect(),
     };
     outcome.png("Rose of contacts at the peak.", &rose)?;

@@ -30,15 +30,16 @@ const FREQUENCY: f64 = 141.421_356_237;
 
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    back(&mut outcome)?;
+    check_reversibility(&mut outcome)?;
     let seeds = if quick { 1 } else { 6 };
     let mut picture = LineChart::new("Energy of an elastic gas", "time (s)", "relative change of energy");
     let mut means = Vec::new();
     for (share, bound) in [(0.1, 0.0025), (0.05, 0.0005)] {
         let mut sum = 0.0;
         for seed in 0..seeds {
-            let (most, curve) = watch(share, seed, if quick { COLLISIONS / 10 } else { COLLISIONS })?;
-            sum += most / seeds as f64;
+            let (maximum, curve) =
+                energy_change(share, seed, if quick { COLLISIONS / 10 } else { COLLISIONS })?;
+            sum += maximum / seeds as f64;
             if seed == 0 {
                 picture.series.push(Series::new(format!("ω₀Δt = {share}"), curve, Style::Line));
             }
@@ -74,31 +75,31 @@ fn gas(share: f64, seed: u64) -> Result<(DemSolver<2, 1>, f64), String> {
 }
 
 /// Largest relative change of energy, and its history.
-fn watch(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64)>), String> {
+fn energy_change(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64)>), String> {
     let (mut solver, dt) = gas(share, seed)?;
-    let (mut most, mut curve, mut count, mut before) = (0.0f64, Vec::new(), 0, BTreeSet::new());
+    let (mut largest, mut curve, mut count, mut before) = (0.0f64, Vec::new(), 0, BTreeSet::new());
     let every = (1.0 / share) as u64;
     while count < collisions {
         step(&mut solver, dt)?;
         if solver.step_count().is_multiple_of(every) {
             // A collision lasts three times this interval.
             let now: BTreeSet<_> =
-                solver.contacts().iter().map(|contact| (contact.grain, contact.other)).collect();
+                solver.contacts().iter().map(|contact| (contact.grain, contact.second)).collect();
             // Grains are sorted from time to time: few pairs are new then.
             count += now.difference(&before).count();
             before = now;
             let change = output_value(&solver, "energy_error");
-            most = max_or_nan(most, change.abs());
+            largest = max_or_nan(largest, change.abs());
             if solver.step_count().is_multiple_of(20 * every) {
                 curve.push((solver.time(), change));
             }
         }
     }
-    Ok((most, curve))
+    Ok((largest, curve))
 }
 
 /// Checks the return after a thousand steps with reversed velocities.
-fn back(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_reversibility(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (mut solver, dt) = gas(0.1, 0)?;
     let first = solver.snapshot();
     for _ in 0..999 {

@@ -16,7 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "sheet: dem §5, B12; Bagnold 1954",
     short_seconds: Some(40),
     full_seconds: 150,
-    run: |quick| flow(if quick { QUICK } else { FULL }),
+    run: |quick| flow(if quick { SHORT_SETUP } else { FULL_SETUP }),
 };
 
 /// Set-up of the test.
@@ -29,10 +29,10 @@ struct InclineSetup {
 }
 
 /// Set-up of the sheet: 3.6 million steps.
-const FULL: InclineSetup = InclineSetup { stiffness: 2e5, of_sheet: true };
+const FULL_SETUP: InclineSetup = InclineSetup { stiffness: 2e5, of_sheet: true };
 /// Short set-up with a twentieth of the stiffness: 800 thousand steps, overlaps of 0.2 % of the diameter at the base. With 1 % the solid
 /// fraction grows with the depth by more than the sheet allows.
-const QUICK: InclineSetup = InclineSetup { stiffness: 1e4, of_sheet: false };
+const SHORT_SETUP: InclineSetup = InclineSetup { stiffness: 1e4, of_sheet: false };
 
 /// Angle of the incline (degrees).
 const ANGLE: f64 = 20.0;

@@ -119,7 +119,7 @@ fn momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Velocities and spins of a pair after a number of steps.
-fn met(value: &Value, steps: usize, dt: f64) -> Result<[f64; 6], String> {
+fn final_motion(value: &Value, steps: usize, dt: f64) -> Result<[f64; 6], String> {
     let mut solver = disk_solver(value)?;
     for _ in 0..steps {
         step(&mut solver, dt)?;
@@ -134,7 +134,7 @@ fn drift(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let with = |drift: [f64; 2]| {
         let first = [1.0 + drift[0], 0.3 + drift[1]];
         let second = [-0.5 + drift[0], drift[1]];
-        met(&pair([([-0.5, 0.1], 0.5, first, 3.0), ([0.31, -0.1], 0.3, second, -7.0)])?, 400, 1e-5)
+        final_motion(&pair([([-0.5, 0.1], 0.5, first, 3.0), ([0.31, -0.1], 0.3, second, -7.0)])?, 400, 1e-5)
     };
     let drift = [20.0, -8.0];
     let (still, moving) = (with([0.0; 2])?, with(drift)?);
@@ -254,19 +254,19 @@ fn sizes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     picture.series.push(Series::new("I_x(4,4)", exact, Style::Dashed));
     for (ratio, dimension, mean) in [(1.5, 2usize, 1.23879), (6.0, 2, 3.04663), (6.0, 3, 2.80389)] {
         let curve = Diameters::CumulativeBeta { min: 1.0, max: ratio, a: 4.0, b: 4.0, classes: None };
-        let (mut most, mut found, mut passing) = (0.0, 0.0, Vec::new());
+        let (mut maximum, mut found, mut passing) = (0.0, 0.0, Vec::new());
         for seed in 0..SAMPLES {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             let drawn = curve.sample(10_000, dimension, &mut random)?;
             found += drawn.iter().sum::<f64>() / 1e4 / SAMPLES as f64;
             let (distance, curve) = distance(drawn, ratio, dimension);
-            most += distance / SAMPLES as f64;
+            maximum += distance / SAMPLES as f64;
             passing = curve;
         }
         let name =
             |what: &str| format!("B17.7, ratio {ratio}, {dimension}D, mean of {SAMPLES} samples: {what}");
         outcome.assert_close(name("mean diameter by number"), mean, 0.01, found, "B17.7: 1 %");
-        outcome.assert_below(name("distance of the curves"), "0", most, 0.02, "B17.7: 0.02");
+        outcome.assert_below(name("distance of the curves"), "0", maximum, 0.02, "B17.7: 0.02");
         if ratio > 5.0 {
             let shown = passing.into_iter().step_by(250).collect();
             picture.series.push(Series::new(format!("ratio 6, {dimension}D"), shown, Style::Markers));
@@ -279,16 +279,16 @@ fn sizes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 fn distance(mut drawn: Vec<f64>, ratio: f64, dimension: usize) -> (f64, Vec<(f64, f64)>) {
     drawn.sort_by(f64::total_cmp);
     let total: f64 = drawn.iter().map(|d| d.powi(dimension as i32)).sum();
-    let (mut sum, mut most, mut passing) = (0.0, 0.0f64, Vec::new());
+    let (mut sum, mut largest, mut passing) = (0.0, 0.0f64, Vec::new());
     for d in drawn {
         let x = (d - 1.0) / (ratio - 1.0);
         let exact = incomplete_beta(4.0, 4.0, x);
-        most = max_or_nan(most, (sum / total - exact).abs());
+        largest = max_or_nan(largest, (sum / total - exact).abs());
         sum += d.powi(dimension as i32);
-        most = max_or_nan(most, (sum / total - exact).abs());
+        largest = max_or_nan(largest, (sum / total - exact).abs());
         passing.push((x, sum / total));
     }
-    (most, passing)
+    (largest, passing)
 }
 
 /// Checks B17.8: two disks in contact in a periodic cell, `σ = -f l / V`.

@@ -29,16 +29,16 @@ const ROWS: f64 = 30.0;
 /// Width of the border with prescribed motion (mean diameters of the disks): a whole layer of them.
 const BORDER: f64 = 1.2;
 /// Radius of the grains of a membrane, and their approximate distance (mean diameters of the disks).
-const THIN: f64 = 0.1;
+const MEMBRANE_GRAIN_SIZE: f64 = 0.1;
 const APART: f64 = 0.25;
 /// Stiffness of a membrane along it, over the pressure times a diameter.
 const STIFFNESS: f64 = 10.0;
 /// Difference of the pressures on both pairs of sides in successive stages, and the duration of each.
 const STEPS: [f64; 2] = [0.0, 0.08];
-const REST: f64 = 40.0;
+const REST_DURATION: f64 = 40.0;
 
 /// Runs a case up to the end of its stage `settle` and returns its specimen.
-fn settled(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
+fn settled_specimen(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
     value["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
     method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
     method_options(&mut value)["seed"] = json!(seed);
@@ -55,20 +55,20 @@ struct ConsolidatedSpecimen {
     pressure: f64,
 }
 
-fn prepared(seed: u64) -> Result<ConsolidatedSpecimen, String> {
-    let (report, text) = settled(walled_case(COUNT)?, seed)?;
+fn prepared_specimen(seed: u64) -> Result<ConsolidatedSpecimen, String> {
+    let (report, text) = settled_specimen(walled_case(COUNT)?, seed)?;
     let last = |name: &str| measure_series(&report, name).last().map(|(_, at)| *at).ok_or("no wall");
     let size = [last("wall.right.position")?, last("wall.top.position")?];
     let [_, pressure] = stresses(&report.snapshot, |_| true)?;
     Ok(ConsolidatedSpecimen {
-        file: written(&format!("walls-{seed}.json"), &text)?,
+        file: write_input_file(&format!("walls-{seed}.json"), &text)?,
         size,
         pressure: pressure / (size[0] * size[1]),
     })
 }
 
 /// Writes a file that a case begins with.
-fn written(name: &str, text: &str) -> Result<String, String> {
+fn write_input_file(name: &str, text: &str) -> Result<String, String> {
     let folder = crate::root().join("target/validation/specimens");
     let file = folder.join(name);
     let done = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, text));
@@ -91,7 +91,7 @@ fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2]
 
 /// Strain differences and changes of the deviator over the pressure, of a specimen in a periodic cell.
 fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
-    let mut value = sheared(&written(&format!("cell-{seed}.json"), text)?, seed)?;
+    let mut value = shear_case(&write_input_file(&format!("cell-{seed}.json"), text)?, seed)?;
     method_options(&mut value)["stages"] =
         json!({ "shear": { "cell": { "xx": { "rate": RATE }, "yy": { "rate": -RATE } } } });
     let report = run_in_memory("dem", &parse_case(&value)?)?;
@@ -105,7 +105,7 @@ fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
 }
 
 /// Case of the stage `shear` alone that begins with a specimen of a periodic cell.
-fn sheared(file: &str, seed: u64) -> Result<Value, String> {
+fn shear_case(file: &str, seed: u64) -> Result<Value, String> {
     let mut value = periodic_case(COUNT, seed)?;
     let duration = 0.5 * STRAIN / RATE;
     value["stages"] = json!([{ "name": "shear", "duration": duration }]);
@@ -135,7 +135,8 @@ fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     for (list, name) in [("bodies", "border"), ("kinds", "grain")] {
         stored["head"][list].as_array_mut().ok_or("no head")?.push(json!(name));
     }
-    let mut value = sheared(&written(&format!("border-{seed}.json"), &stored.to_string())?, seed)?;
+    let mut value =
+        shear_case(&write_input_file(&format!("border-{seed}.json"), &stored.to_string())?, seed)?;
     let domain = value["domain"].clone();
     let half = json!([0.5 * number(&domain["max"][0]), domain["max"][1]]);
     let mut border = value["bodies"][0].clone();
@@ -157,37 +158,37 @@ fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
 fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
     let row = |length: f64, place: &dyn Fn(f64) -> [f64; 2]| {
         // From corner to corner; the part cut off at a corner has the length of the other distances.
-        let whole = length + 2.0 * THIN;
+        let whole = length + 2.0 * MEMBRANE_GRAIN_SIZE;
         let parts = ((whole / APART) - 2f64.sqrt()).round();
         let pitch = whole / (parts + 2f64.sqrt());
         let mut text = "x,y,radius\n".to_owned();
         for k in 0..=parts as usize {
-            let [x, y] = place(pitch * (k as f64 + 0.5f64.sqrt()) - THIN);
-            text += &format!("{x:?},{y:?},{THIN:?}\n");
+            let [x, y] = place(pitch * (k as f64 + 0.5f64.sqrt()) - MEMBRANE_GRAIN_SIZE);
+            text += &format!("{x:?},{y:?},{MEMBRANE_GRAIN_SIZE:?}\n");
         }
         text
     };
     [
-        ("west", row(high, &|s| [-THIN, s])),
-        ("east", row(high, &|s| [wide + THIN, s])),
-        ("south", row(wide, &|s| [s, -THIN])),
-        ("north", row(wide, &|s| [s, high + THIN])),
+        ("west", row(high, &|s| [-MEMBRANE_GRAIN_SIZE, s])),
+        ("east", row(high, &|s| [wide + MEMBRANE_GRAIN_SIZE, s])),
+        ("south", row(wide, &|s| [s, -MEMBRANE_GRAIN_SIZE])),
+        ("north", row(wide, &|s| [s, high + MEMBRANE_GRAIN_SIZE])),
     ]
 }
 
 /// Boxes that contain such rows.
 fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
     let (low, up) = match side {
-        "west" => ([-4.0 * THIN, 0.0], [0.0, high]),
-        "east" => ([wide, 0.0], [wide + 4.0 * THIN, high]),
-        "south" => ([0.0, -4.0 * THIN], [wide, 0.0]),
-        _ => ([0.0, high], [wide, high + 4.0 * THIN]),
+        "west" => ([-4.0 * MEMBRANE_GRAIN_SIZE, 0.0], [0.0, high]),
+        "east" => ([wide, 0.0], [wide + 4.0 * MEMBRANE_GRAIN_SIZE, high]),
+        "south" => ([0.0, -4.0 * MEMBRANE_GRAIN_SIZE], [wide, 0.0]),
+        _ => ([0.0, high], [wide, high + 4.0 * MEMBRANE_GRAIN_SIZE]),
     };
     json!({ "kind": "box", "min": low, "max": up })
 }
 
 /// Case of the specimen within membranes.
-fn wrapped(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> {
+fn membrane_case(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> {
     let mut value = walled_case(COUNT)?;
     let [wide, high] = specimen.size;
     value["domain"] = json!({ "min": [-2, -2], "max": [wide + 2.0, high + 2.0] });
@@ -195,22 +196,22 @@ fn wrapped(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> 
     value["boundaries"] = json!([]);
     value["materials"]["membrane"] = value["materials"]["grain"].clone();
     for (name, text) in rows(specimen.size) {
-        let file = written(&format!("{name}-{seed}.csv"), &text)?;
+        let file = write_input_file(&format!("{name}-{seed}.csv"), &text)?;
         let shape = strip(name, specimen.size);
         let body =
             json!({ "name": name, "material": "membrane", "shape": shape, "points": { "file": file } });
         value["bodies"].as_array_mut().ok_or("no bodies")?.push(body);
     }
-    let stage = |number: usize| json!({ "name": format!("step-{number}"), "duration": REST, "rayleigh_damping": 0.1 });
+    let stage = |number: usize| json!({ "name": format!("step-{number}"), "duration": REST_DURATION, "rayleigh_damping": 0.1 });
     value["stages"] = (0..STEPS.len()).map(stage).collect();
-    value["output"] = json!({ "measures": REST, "frames": REST });
+    value["output"] = json!({ "measures": REST_DURATION, "frames": REST_DURATION });
     let own = method_options(&mut value);
     own["stages"] = json!({});
     own["specimen"] = json!(specimen.file);
     own["grains"]["membrane"] = json!({ "density": 16 });
     let normal = own["pairs"][0]["normal"].clone();
     // A bond has the cross-section of a grain.
-    let stiffness = STIFFNESS / (APART * 2.0 * THIN);
+    let stiffness = STIFFNESS / (APART * 2.0 * MEMBRANE_GRAIN_SIZE);
     let pairs = own["pairs"].as_array_mut().ok_or("no pairs")?;
     // Without friction the ring of membranes surrounds the specimen as a belt.
     pairs.push(
@@ -245,7 +246,7 @@ fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
 
 /// Strain difference and change of the deviator over the pressure, of a specimen under membranes on all sides.
 fn uniform_traction(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<(f64, f64), String> {
-    let report = run_in_memory("dem", &parse_case(&wrapped(specimen, seed)?)?)?;
+    let report = run_in_memory("dem", &parse_case(&membrane_case(specimen, seed)?)?)?;
     let inside = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);
     let [_, first, last] = &report.frames[..] else { return Err("not three frames".to_owned()) };
     let [start, pressure] = inside(first)?;
@@ -253,7 +254,7 @@ fn uniform_traction(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<(f64, 
 }
 
 /// Value at `x` of a curve that begins at zero.
-fn at(curve: &[(f64, f64)], x: f64) -> f64 {
+fn value_at(curve: &[(f64, f64)], x: f64) -> f64 {
     let after = curve.iter().position(|own| own.0 >= x).unwrap_or(curve.len() - 1).max(1);
     let ((a, low), (b, high)) = (curve[after - 1], curve[after]);
     low + (high - low) * (x - a) / (b - a)
@@ -263,17 +264,17 @@ fn constraints() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut ratios, mut stiffness, mut pressures) = ([0.0; 2], 0.0, Vec::new());
     for seed in 1..=SEEDS {
-        let specimen = prepared(seed)?;
+        let specimen = prepared_specimen(seed)?;
         pressures.push(specimen.pressure);
-        let (_, text) = settled(periodic_case(COUNT, seed)?, seed)?;
+        let (_, text) = settled_specimen(periodic_case(COUNT, seed)?, seed)?;
         let curve = periodic_cell(&text, seed)?;
-        let linear = linear_displacement(&text, seed)? / at(&curve, STRAIN);
+        let linear = linear_displacement(&text, seed)? / value_at(&curve, STRAIN);
         let (strain, deviator) = uniform_traction(&specimen, seed)?;
-        let uniform = deviator / at(&curve, strain);
+        let uniform = deviator / value_at(&curve, strain);
         for (sum, own) in ratios.iter_mut().zip([linear, uniform]) {
             *sum += own / SEEDS as f64;
         }
-        stiffness += at(&curve, STRAIN) / STRAIN / SEEDS as f64;
+        stiffness += value_at(&curve, STRAIN) / STRAIN / SEEDS as f64;
         let reason = "not judged: one drawing";
         outcome.info(format!("drawing {seed}: linear displacement over periodic"), "", linear, reason);
         outcome.info(format!("drawing {seed}: uniform traction over periodic"), "", uniform, reason);

@@ -29,7 +29,7 @@ struct Impact {
     sphere: bool,
     friction: f64,
     /// Tangential over normal stiffness.
-    across: f64,
+    stiffness_ratio: f64,
     restitution: f64,
     /// Tangential over normal speed.
     angle: f64,
@@ -49,20 +49,20 @@ const TABLE: [(Impact, f64, f64); 10] = [
     (row(true, 0.5, 0.5, 0.5, 2.0), 1.2988, -1.7529),
 ];
 
-const fn row(sphere: bool, friction: f64, across: f64, restitution: f64, angle: f64) -> Impact {
-    Impact { sphere, friction, across, restitution, angle }
+const fn row(sphere: bool, friction: f64, stiffness_ratio: f64, restitution: f64, angle: f64) -> Impact {
+    Impact { sphere, friction, stiffness_ratio, restitution, angle }
 }
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let reason = "B7: 0.005";
     for (impact, along, spin) in TABLE {
-        let (v, w) = strike(impact)?;
+        let (v, w) = rebound(impact)?;
         let name = format!(
             "B7, {}, μ {}, k_t/k_n {:.3}, ε {}, ψ {}",
             if impact.sphere { "sphere" } else { "disk" },
             impact.friction,
-            impact.across,
+            impact.stiffness_ratio,
             impact.restitution,
             impact.angle
         );
@@ -82,23 +82,28 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         );
     }
     // The note under the table: a rigid body would have ψ - μ (1 + ε) = 4.55.
-    let (v, _) = strike(row(false, 0.3, 1.0 / 3.0, 0.5, 5.0))?;
+    let (v, _) = rebound(row(false, 0.3, 1.0 / 3.0, 0.5, 5.0))?;
     let name = "B7, disk, μ 0.3, ε 0.5, ψ 5, gross sliding: velocity";
     outcome.assert_within(name, "4.558", v, (4.553, 4.563), reason);
     for (sphere, across, q) in [(false, 1.0 / 3.0, 0.5), (true, 2.0 / 7.0, 0.4)] {
-        matched(&mut outcome, sphere, across, q)?;
+        check_half_period(&mut outcome, sphere, across, q)?;
     }
     Ok(outcome)
 }
 
 /// Checks stiffnesses at which the contact lasts half a period of both springs: the contact sticks and rebounds elastically, or slips.
-fn matched(outcome: &mut BenchmarkOutcome, sphere: bool, across: f64, q: f64) -> Result<(), String> {
+fn check_half_period(
+    outcome: &mut BenchmarkOutcome,
+    sphere: bool,
+    across: f64,
+    q: f64,
+) -> Result<(), String> {
     let friction = 0.3;
     let body = if sphere { "sphere" } else { "disk" };
     let (mut exact, mut found, mut worst) = (Vec::new(), Vec::new(), 0.0f64);
     for k in 1..=12 {
         let angle = 0.25 * f64::from(k);
-        let (v, w) = strike(row(sphere, friction, across, 1.0, angle))?;
+        let (v, w) = rebound(row(sphere, friction, across, 1.0, angle))?;
         let closed = if angle < friction / across {
             (angle * (1.0 - 2.0 * q / (1.0 + q)), -angle * 2.0 / (1.0 + q))
         } else {
@@ -126,7 +131,7 @@ fn matched(outcome: &mut BenchmarkOutcome, sphere: bool, across: f64, q: f64) ->
 }
 
 /// Velocity along the wall and spin times radius after the impact.
-fn strike(impact: Impact) -> Result<(f64, f64), String> {
+fn rebound(impact: Impact) -> Result<(f64, f64), String> {
     let mut value = load(if impact.sphere { "wall-sphere" } else { "wall" })?;
     let dt = PI / 1e3 / STEPS;
     let height = 0.5 + 3.3 * dt;
@@ -137,14 +142,14 @@ fn strike(impact: Impact) -> Result<(f64, f64), String> {
     options["time_step"] = json!(dt);
     options["pairs"][0]["normal"] =
         json!({ "law": "linear", "stiffness": 1e6, "restitution": impact.restitution });
-    options["pairs"][0]["tangential"] = json!({ "stiffness_ratio": impact.across });
+    options["pairs"][0]["tangential"] = json!({ "stiffness_ratio": impact.stiffness_ratio });
     if !impact.sphere {
-        return after(&mut disk_solver(&value)?, dt);
+        return velocity_after_contact(&mut disk_solver(&value)?, dt);
     }
-    after(&mut sphere_solver(&value)?, dt)
+    velocity_after_contact(&mut sphere_solver(&value)?, dt)
 }
 
-fn after(solver: &mut impl Solver, dt: f64) -> Result<(f64, f64), String> {
+fn velocity_after_contact(solver: &mut impl Solver, dt: f64) -> Result<(f64, f64), String> {
     for _ in 0..(1.2 * STEPS) as usize {
         step(solver, dt)?;
     }

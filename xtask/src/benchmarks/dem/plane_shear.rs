@@ -44,10 +44,10 @@ const SHEET: [PlaneShearRow; 8] = [
 ];
 
 /// Report of shear at one rate from the compacted state, as in the sheet's code, and the start and end of the shear.
-fn sheared((rate, .., strain): &PlaneShearRow, most: f64) -> Result<(RunReport, (f64, f64)), String> {
+fn shear_report((rate, .., strain): &PlaneShearRow, limit: f64) -> Result<(RunReport, (f64, f64)), String> {
     let mut value = load("plane-shear")?;
     let start = value["stages"][0]["duration"].as_f64().ok_or("no duration")?;
-    let duration = strain.min(most) / rate;
+    let duration = strain.min(limit) / rate;
     if let Some(stages) = value["stages"].as_array_mut() {
         stages.push(json!({ "name": "shear", "duration": duration }));
     }
@@ -67,11 +67,11 @@ fn mean(report: &RunReport, name: &str, (start, end): (f64, f64)) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-fn rates(rows: &[PlaneShearRow], most: f64) -> Result<BenchmarkOutcome, String> {
+fn rates(rows: &[PlaneShearRow], limit: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut friction, mut fraction, mut error) = (Vec::new(), Vec::new(), 0.0);
     for row in rows {
-        let (report, span) = sheared(row, most)?;
+        let (report, span) = shear_report(row, limit)?;
         let (ratio, solid) = judge(&mut outcome, row, &report, span);
         friction.push((row.0, ratio));
         fraction.push((row.0, solid));

@@ -18,8 +18,8 @@ pub const WALLS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Parts of a larger specimen.
-pub const WINDOWS: Benchmark = Benchmark {
+/// Benchmark of windows cut from a larger specimen of disks.
+pub const WINDOW_TESTS: Benchmark = Benchmark {
     id: "dem/windows",
     title: "Biaxial tests of windows cut from specimens of 1000 disks, DEM",
     short_seconds: Some(40),
@@ -50,13 +50,13 @@ const RATE: f64 = 3e-4;
 fn test(count: u32, seed: u64) -> Result<(f64, f64), String> {
     let report = run_in_memory("dem", &parse_case(&periodic_case(count, seed)?)?)?;
     let start = STAGES[0] + STAGES[1];
-    found(&report, start, ["cell_stress.yy", "cell_stress.xx"])
+    peak_friction(&report, start, ["cell_stress.yy", "cell_stress.xx"])
 }
 
 /// Case of `count` disks in a periodic cell.
 pub fn periodic_case(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("biaxial")?;
-    let side = side(&value, count)?;
+    let side = box_side(&value, count)?;
     value["domain"]["max"] = json!([side, side]);
     value["bodies"][0]["shape"]["max"] = json!([side, side]);
     for (k, duration) in STAGES.iter().enumerate() {
@@ -67,14 +67,14 @@ pub fn periodic_case(count: u32, seed: u64) -> Result<Value, String> {
 }
 
 /// Side of the box in which `count` disks are generated: 1600 in that of the file.
-fn side(value: &Value, count: u32) -> Result<f64, String> {
+fn box_side(value: &Value, count: u32) -> Result<f64, String> {
     let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
     Ok(whole * (f64::from(count) / 1600.0).sqrt())
 }
 
 /// Sine of the friction angle at the peak after `start`, from the columns of both stresses, the vertical one first, and the anisotropy of
 /// the contacts before.
-fn found(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64, f64), String> {
+fn peak_friction(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64, f64), String> {
     let sheared = |name: &str| {
         measure_series(report, name)
             .into_iter()
@@ -107,7 +107,7 @@ pub fn check_isotropy(
 }
 
 /// Bound of the anisotropy of contacts of disks, and its reason.
-const EVEN: (f64, &str) = (0.15, "B16: below 0.15 for 300 grains and more");
+const ANISOTROPY_BOUND: (f64, &str) = (0.15, "B16: below 0.15 for 300 grains and more");
 
 fn sizes() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
@@ -123,9 +123,9 @@ fn sizes() -> Result<BenchmarkOutcome, String> {
         let (mean, spread) = mean_and_deviation(&found.iter().map(|own| own.0).collect::<Vec<f64>>());
         spreads.push(spread);
         points.extend(found.iter().map(|own| (f64::from(count), own.0)));
-        let most = found.iter().map(|own| own.1).fold(0.0, max_or_nan);
+        let maximum = found.iter().map(|own| own.1).fold(0.0, max_or_nan);
         let name = format!("{count} disks: largest anisotropy of the contacts before the shear");
-        check_isotropy(&mut outcome, name, count, most, EVEN);
+        check_isotropy(&mut outcome, name, count, maximum, ANISOTROPY_BOUND);
         let reason = "not judged: no values in the source";
         outcome.info(format!("{count} disks: sine of the friction angle at the peak"), "", mean, reason);
     }
@@ -157,7 +157,7 @@ fn deviator(sine: f64) -> f64 {
 /// Case of `count` disks between rigid walls.
 pub fn walled_case(count: u32) -> Result<Value, String> {
     let mut value = load("box")?;
-    let side = side(&value, count)?;
+    let side = box_side(&value, count)?;
     value["domain"]["max"] = json!([side + 1.0, side + 1.0]);
     value["bodies"][0]["shape"]["max"] = json!([side, side]);
     for wall in [1, 3] {
@@ -173,7 +173,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     let mut value = walled_case(count)?;
     method_options(&mut value)["seed"] = json!(seed);
     let report = run_in_memory("dem", &parse_case(&value)?)?;
-    Ok(found(&report, STAGES[0] + STAGES[1], ["wall.top.stress", "wall.right.stress"])?.0)
+    Ok(peak_friction(&report, STAGES[0] + STAGES[1], ["wall.top.stress", "wall.right.stress"])?.0)
 }
 
 fn walls() -> Result<BenchmarkOutcome, String> {
@@ -222,21 +222,21 @@ fn windows(counts: &[u32]) -> Result<BenchmarkOutcome, String> {
             let width = side * (f64::from(count) / 1000.0).sqrt();
             let inside: Vec<GrainData> =
                 grains.iter().filter(|grain| grain.0[0] < width && grain.0[1] < width).map(shifted).collect();
-            own.push(window(&format!("window-{seed}-{count}"), &inside, width + 2.0 * LARGEST)?);
+            own.push(window(&format!("window-{seed}-{count}"), &inside, width + 2.0 * MAX_RADIUS)?);
         }
     }
     for (own, &count) in all.iter().zip(counts) {
         let mean = |of: fn(&(f64, f64)) -> f64| own.iter().map(of).sum::<f64>() / own.len() as f64;
         let name =
             format!("windows of about {count} disks: mean anisotropy of the contacts before the shear");
-        check_isotropy(&mut outcome, name, count, mean(|own| own.1), EVEN);
-        let most = own.iter().map(|own| own.1).fold(0.0, max_or_nan);
+        check_isotropy(&mut outcome, name, count, mean(|own| own.1), ANISOTROPY_BOUND);
+        let maximum = own.iter().map(|own| own.1).fold(0.0, max_or_nan);
         let reason = format!(
             "not judged: as many normals drawn at random, two to a disk, have {:.2} in the mean and more than {:.2} one time in ten",
-            by_chance(count, std::f64::consts::FRAC_PI_4),
-            by_chance(count, 10f64.ln())
+            random_anisotropy(count, std::f64::consts::FRAC_PI_4),
+            random_anisotropy(count, 10f64.ln())
         );
-        outcome.info(format!("windows of about {count} disks: the largest of {SEEDS}"), "", most, &reason);
+        outcome.info(format!("windows of about {count} disks: the largest of {SEEDS}"), "", maximum, &reason);
         let name = format!("windows of about {count} disks: sine of the friction angle at the peak");
         outcome.info(name, "", mean(|own| own.0), "not judged: no values in the source");
     }
@@ -245,16 +245,16 @@ fn windows(counts: &[u32]) -> Result<BenchmarkOutcome, String> {
 
 /// Anisotropy of two independent normals for each of `count` disks: its square has the mean `8/(2 count)` and an exponential distribution,
 /// since both sums, of cos 2θ and sin 2θ, are normal; `share` is relative to the mean of the square.
-fn by_chance(count: u32, share: f64) -> f64 {
+fn random_anisotropy(count: u32, share: f64) -> f64 {
     (4.0 * share / f64::from(count)).sqrt()
 }
 
 /// Largest radius (m).
-const LARGEST: f64 = 0.67;
+const MAX_RADIUS: f64 = 0.67;
 
 /// Grain of a window, shifted so that it does not reach across its cell.
 fn shifted((place, radius, velocity): &GrainData) -> GrainData {
-    (place.iter().map(|x| x + LARGEST).collect(), *radius, velocity.clone())
+    (place.iter().map(|x| x + MAX_RADIUS).collect(), *radius, velocity.clone())
 }
 
 /// Disks of a periodic cell of 1000 at rest, and the side of the cell (m).
@@ -279,5 +279,5 @@ fn window(name: &str, grains: &[GrainData], width: f64) -> Result<(f64, f64), St
     value["stages"][0]["duration"] = json!(100);
     method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
     let report = run_in_memory("dem", &parse_case(&value)?)?;
-    found(&report, 100.0, ["cell_stress.yy", "cell_stress.xx"])
+    peak_friction(&report, 100.0, ["cell_stress.yy", "cell_stress.xx"])
 }

@@ -19,13 +19,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| cells(),
 };
 
-/// Parts of one of them.
-pub const WINDOWS: Benchmark = Benchmark {
+/// Benchmark of windows cut from a specimen of spheres.
+pub const WINDOW_TESTS: Benchmark = Benchmark {
     id: "dem/windows-spheres",
     title: "Triaxial tests of windows cut from specimens of 979 spheres, DEM",
     short_seconds: Some(75),
     full_seconds: 160,
-    run: |quick| if quick { windows(&[311], 3) } else { windows(&PARTS, SEEDS) },
+    run: |quick| if quick { windows(&[311], 3) } else { windows(&WINDOW_GRAINS, SEEDS) },
     ..BENCHMARK
 };
 
@@ -40,16 +40,18 @@ pub const WALLS: Benchmark = Benchmark {
 };
 
 /// Numbers of spheres of the specimen of the file, of the source's windows, and of the cells.
-const WHOLE: u32 = 979;
-const PARTS: [u32; 4] = [619, 413, 311, 75];
-const CELLS: [u32; 3] = [75, 311, 979];
+const SPECIMEN_GRAINS: u32 = 979;
+/// Numbers of spheres of the windows of the source.
+const WINDOW_GRAINS: [u32; 4] = [619, 413, 311, 75];
+/// Numbers of spheres of the periodic cells.
+const CELL_GRAINS: [u32; 3] = [75, 311, 979];
 /// Number of packings of each cell.
 const SEEDS: u64 = 4;
 /// Durations of preparation and settling of the file, and the rate of the shear (times √(m/(P d))).
-const BEFORE: [f64; 2] = [100.0, 30.0];
+const PREPARATION_AND_SHEAR: [f64; 2] = [100.0, 30.0];
 const RATE: f64 = 1e-3;
-/// Duration in which a window comes to rest.
-const AGAIN: f64 = 60.0;
+/// Duration in which a window comes to rest (times √(m/(P d))).
+const EQUILIBRATION_TIME: f64 = 60.0;
 /// Strain over which stresses are averaged.
 const WINDOW: f64 = 2e-3;
 
@@ -76,14 +78,14 @@ fn peak([one, other, down]: &[Vec<f64>; 3]) -> f64 {
 }
 
 /// Values of a measure after `start`.
-fn sheared(report: &RunReport, start: f64, name: &str) -> Vec<f64> {
+fn values_after(report: &RunReport, start: f64, name: &str) -> Vec<f64> {
     let after = measure_series(report, name).into_iter().filter(|(time, _)| *time > start - 0.3);
     after.map(|(_, value)| value).collect()
 }
 
 /// Result from the rows after `start`.
-fn found(report: &RunReport, start: f64) -> Result<SpheresResult, String> {
-    let sheared = |name: &str| sheared(report, start, name);
+fn result_after(report: &RunReport, start: f64) -> Result<SpheresResult, String> {
+    let sheared = |name: &str| values_after(report, start, name);
     let peak = peak(&["xx", "yy", "zz"].map(|entry| sheared(&format!("cell_stress.{entry}"))));
     let first = |name: &str| sheared(name).first().copied().ok_or_else(|| format!("no {name}"));
     let volume = first("cell.x")? * first("cell.y")? * first("cell.z")?;
@@ -97,26 +99,26 @@ fn found(report: &RunReport, start: f64) -> Result<SpheresResult, String> {
 /// Case of `count` spheres, generated with a seed.
 fn cell(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("triaxial")?;
-    let side = side(&value, count)?;
-    boxed(&mut value, side);
+    let side = box_side(&value, count)?;
+    set_box(&mut value, side);
     method_options(&mut value)["seed"] = json!(seed);
     Ok(value)
 }
 
 /// Side of the box in which `count` spheres are generated: all of the file in its own.
-fn side(value: &Value, count: u32) -> Result<f64, String> {
+fn box_side(value: &Value, count: u32) -> Result<f64, String> {
     let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
-    Ok(whole * (f64::from(count) / f64::from(WHOLE)).cbrt())
+    Ok(whole * (f64::from(count) / f64::from(SPECIMEN_GRAINS)).cbrt())
 }
 
-fn boxed(value: &mut Value, side: f64) {
+fn set_box(value: &mut Value, side: f64) {
     value["domain"]["max"] = json!([side, side, side]);
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
 }
 
 /// Bound on the anisotropy of the contacts of `count` spheres, and its reason. Random directions have 4 (1/2 N)^½ for N contacts in the
 /// plane and 7.5 (2/3 N)^½ in space; at rest without friction there are two contacts a disk and three a sphere (sheet: dem §5, B16).
-fn even(count: u32) -> (f64, &'static str) {
+fn anisotropy_bound(count: u32) -> (f64, &'static str) {
     let chance = |factor: f64, contacts: f64| factor / contacts.sqrt();
     let space = chance(7.5 * (2.0f64 / 3.0).sqrt(), 3.0 * f64::from(count));
     let plane = chance(4.0 * 0.5f64.sqrt(), 2.0 * 300.0);
@@ -135,21 +137,25 @@ fn cells() -> Result<BenchmarkOutcome, String> {
     );
     picture.log = true;
     let (mut marks, mut spreads) = (Vec::new(), Vec::new());
-    for count in CELLS {
-        let test =
-            |seed| found(&run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1]);
+    for count in CELL_GRAINS {
+        let test = |seed| {
+            result_after(
+                &run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?,
+                PREPARATION_AND_SHEAR[0] + PREPARATION_AND_SHEAR[1],
+            )
+        };
         let all: Vec<SpheresResult> = (1..=SEEDS).map(test).collect::<Result<_, _>>()?;
         let porosity = all.iter().map(|own| own.porosity).sum::<f64>() / SEEDS as f64;
         let (peak, spread) = mean_and_deviation(&all.iter().map(|own| own.peak).collect::<Vec<f64>>());
         spreads.push(spread);
         marks.extend(all.iter().map(|own| (f64::from(count), own.peak)));
-        let most = all.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
+        let maximum = all.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
         check_isotropy(
             &mut outcome,
             format!("{count} spheres: largest anisotropy of the contacts before the shear"),
             count,
-            most,
-            even(count),
+            maximum,
+            anisotropy_bound(count),
         );
         let reason = "not judged: no values in the source";
         outcome.info(
@@ -184,7 +190,7 @@ fn cells() -> Result<BenchmarkOutcome, String> {
 /// Peak deviator over the lateral stress of `count` spheres between rigid walls.
 fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     let mut value = load("box-spheres")?;
-    let side = side(&value, count)?;
+    let side = box_side(&value, count)?;
     value["domain"]["max"] = json!([side + 1.0, side + 1.0, side + 1.0]);
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
     for wall in [1, 3, 5] {
@@ -194,7 +200,13 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     value["boundaries"][5]["velocity"] = json!([0.0, 0.0, -RATE * side * (0.5f64 / 0.64).cbrt()]);
     method_options(&mut value)["seed"] = json!(seed);
     let report = run_in_memory("dem", &parse_case(&value)?)?;
-    let stress = |wall: &str| sheared(&report, BEFORE[0] + BEFORE[1], &format!("wall.{wall}.stress"));
+    let stress = |wall: &str| {
+        values_after(
+            &report,
+            PREPARATION_AND_SHEAR[0] + PREPARATION_AND_SHEAR[1],
+            &format!("wall.{wall}.stress"),
+        )
+    };
     Ok(peak(&["right", "back", "top"].map(stress)))
 }
 
@@ -207,9 +219,13 @@ fn walls() -> Result<BenchmarkOutcome, String> {
     );
     picture.log = true;
     let mut marks = [Vec::new(), Vec::new()];
-    for count in [311, WHOLE] {
+    for count in [311, SPECIMEN_GRAINS] {
         let round = |seed| {
-            Ok(found(&run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?, BEFORE[0] + BEFORE[1])?.peak)
+            Ok(result_after(
+                &run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?,
+                PREPARATION_AND_SHEAR[0] + PREPARATION_AND_SHEAR[1],
+            )?
+            .peak)
         };
         let all = |test: &dyn Fn(u64) -> Result<f64, String>| -> Result<Vec<f64>, String> {
             (1..=SEEDS).map(test).collect()
@@ -225,7 +241,7 @@ fn walls() -> Result<BenchmarkOutcome, String> {
             let reason = "not judged: four drawings tell it to a half";
             outcome.info(format!("{name}, standard deviation between drawings"), "", spread, reason);
         }
-        if count < WHOLE {
+        if count < SPECIMEN_GRAINS {
             let name = format!("{count} spheres: peak between rigid walls over that in a periodic cell");
             let reason = "not judged: B16 requires it in the plane, for 300 disks and fewer";
             outcome.info(name, "at least one", rigid.0 / round.0, reason);
@@ -263,10 +279,10 @@ fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
         let [(uneven, spread), (peak, scattered)] = [of(|own| own.anisotropy), of(|own| own.peak)];
         let name =
             format!("windows of about {count} spheres: mean anisotropy of the contacts before the shear");
-        check_isotropy(&mut outcome, name, count, uneven, even(count));
+        check_isotropy(&mut outcome, name, count, uneven, anisotropy_bound(count));
         let chance = format!("not judged: {specimens} specimens");
-        let most = own.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
-        for (name, value) in [("standard deviation between specimens", spread), ("the largest", most)] {
+        let maximum = own.iter().map(|own| own.anisotropy).fold(0.0, max_or_nan);
+        for (name, value) in [("standard deviation between specimens", spread), ("the largest", maximum)] {
             outcome.info(format!("this anisotropy, {name}"), "", value, &chance);
         }
         let name = format!("windows of about {count} spheres: deviator at the peak over the lateral stress");
@@ -278,7 +294,7 @@ fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
 
 /// Centres of the spheres of a specimen at rest, and the sides of its cell (m).
 fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
-    let mut whole = cell(WHOLE, seed)?;
+    let mut whole = cell(SPECIMEN_GRAINS, seed)?;
     whole["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
     method_options(&mut whole)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
     let report = run_in_memory("dem", &parse_case(&whole)?)?;
@@ -290,7 +306,7 @@ fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
 
 /// Result of a part of a specimen with about `count` spheres, brought to the pressure again and sheared.
 fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result<SpheresResult, String> {
-    let share = (f64::from(count) / f64::from(WHOLE)).cbrt();
+    let share = (f64::from(count) / f64::from(SPECIMEN_GRAINS)).cbrt();
     let widths = sides.map(|side| share * side);
     // At a distance of the reach of a sphere from the sides of its cell: none is in contact across them.
     let within = |x: &[f64; 3]| (0..3).all(|c| x[c] < widths[c]);
@@ -298,13 +314,13 @@ fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result
         .filter(|x| within(x))
         .map(|x| (x.iter().map(|c| c + 0.5).collect(), 0.5, vec![0.0; 3]))
         .collect();
-    let mut value = cell(WHOLE, 1)?;
+    let mut value = cell(SPECIMEN_GRAINS, 1)?;
     let cell = widths.map(|width| width + 1.0);
     value["domain"]["max"] = json!(cell);
     value["bodies"][0]["shape"]["max"] = json!(cell);
     value["bodies"][0]["points"] = grain_file(&format!("window-spheres-{seed}-{count}"), &grains)?;
     value["stages"].as_array_mut().ok_or("no stages")?.remove(0);
-    value["stages"][0]["duration"] = json!(AGAIN);
+    value["stages"][0]["duration"] = json!(EQUILIBRATION_TIME);
     method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
-    found(&run_in_memory("dem", &parse_case(&value)?)?, AGAIN)
+    result_after(&run_in_memory("dem", &parse_case(&value)?)?, EQUILIBRATION_TIME)
 }

@@ -64,36 +64,36 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut found = Vec::new();
     for (angle, friction, acceleration, turned, along) in TABLE {
-        let way = slide(f64::tan(angle * PI / 180.0), false)?;
+        let motion = slide(f64::tan(angle * PI / 180.0), false)?;
         let reason = "B6: 1 %";
         let name = |what: &str| format!("B6, disk, friction of {angle}°: {what}");
         if turned == 0.0 {
             outcome.assert_below(
                 name("rotation after 0.2 s (rad)"),
                 "0",
-                way.rotation.abs(),
+                motion.rotation.abs(),
                 1e-12,
                 "no friction, no moment",
             );
         } else {
-            outcome.assert_close(name("rotation after 0.2 s (rad)"), turned, 0.01, way.rotation, reason);
+            outcome.assert_close(name("rotation after 0.2 s (rad)"), turned, 0.01, motion.rotation, reason);
         }
-        outcome.assert_close(name("way in 0.2 s (m)"), along, 0.01, way.displacement, reason);
+        outcome.assert_close(name("way in 0.2 s (m)"), along, 0.01, motion.displacement, reason);
         outcome.assert_close(
             name("velocity over time and gravity"),
             acceleration,
             0.01,
-            way.speed / TIME / GRAVITY,
+            motion.speed / TIME / GRAVITY,
             reason,
         );
         if friction > 0.0 {
-            outcome.assert_close(name("mean friction over weight"), friction, 0.01, way.friction, reason);
+            outcome.assert_close(name("mean friction over weight"), friction, 0.01, motion.friction, reason);
         }
-        found.push((angle, way.rotation));
+        found.push((angle, motion.rotation));
     }
     let exact = (0..=90)
         .map(|k| 0.5 * f64::from(k))
-        .map(|a| (a, closed(f64::tan(a * PI / 180.0), 0.5).1 * 0.5 * TIME * TIME));
+        .map(|a| (a, exact_accelerations(f64::tan(a * PI / 180.0), 0.5).1 * 0.5 * TIME * TIME));
     let mut picture = LineChart::new(
         "Rotation of a disk on a slope of 45° after 0.2 s",
         "friction angle (°)",
@@ -104,24 +104,24 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     outcome.svg("B6: below 18.4° the disk slides and rolls, above it rolls.", &picture)?;
     for angle in [5.0, 10.0, 15.0, 20.0, 30.0] {
         let friction = f64::tan(angle * PI / 180.0);
-        let way = slide(friction, true)?;
-        let (acceleration, rotation) = closed(friction, 0.4);
+        let motion = slide(friction, true)?;
+        let (acceleration, rotation) = exact_accelerations(friction, 0.4);
         let name = |what: &str| format!("B6, sphere, friction of {angle}°: {what}");
         let reason = "B6: the 1 % of the disk";
         outcome.assert_close(
             name("way in 0.2 s (m)"),
             0.5 * acceleration * TIME * TIME,
             0.01,
-            way.displacement,
+            motion.displacement,
             reason,
         );
-        outcome.assert_close(name("speed of the rim (m/s)"), rotation * TIME, 0.01, way.rim_speed, reason);
+        outcome.assert_close(name("speed of the rim (m/s)"), rotation * TIME, 0.01, motion.rim_speed, reason);
     }
     Ok(outcome)
 }
 
 /// Linear and angular acceleration for radius 1 m on a slope of 45°; `q` is the moment of inertia over m r².
-fn closed(friction: f64, q: f64) -> (f64, f64) {
+fn exact_accelerations(friction: f64, q: f64) -> (f64, f64) {
     let down = GRAVITY * 0.5f64.sqrt();
     if friction < q / (1.0 + q) {
         (down * (1.0 - friction), friction * down / q)
@@ -142,12 +142,12 @@ fn slide(friction: f64, sphere: bool) -> Result<RollingMotion, String> {
     let dt = TIME / 20_000.0;
     method_options(&mut value)["time_step"] = json!(dt);
     if sphere {
-        return after(&mut sphere_solver(&value)?, dt, mass);
+        return motion_after(&mut sphere_solver(&value)?, dt, mass);
     }
-    after(&mut disk_solver(&value)?, dt, mass)
+    motion_after(&mut disk_solver(&value)?, dt, mass)
 }
 
-fn after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingMotion, String> {
+fn motion_after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingMotion, String> {
     for _ in 0..20_000 {
         step(solver, dt)?;
     }

@@ -23,18 +23,18 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Pressure of the sleeve and on the platen (Pa).
 const PRESSURE: f64 = 2e4;
 /// Durations of the stages before the shear (s).
-const BEFORE: [f64; 2] = [0.1, 0.05];
+const STAGE_DURATIONS: [f64; 2] = [0.1, 0.05];
 /// Strain of the shear in the short and in the full form, and strain over which stresses are averaged.
-const SHEARED: [f64; 2] = [0.12, 0.2];
+const SHEAR_STRAINS: [f64; 2] = [0.12, 0.2];
 const WINDOW: f64 = 0.01;
 /// Time between rows (s), a divisor of the stages before the shear.
 const ROW: f64 = 0.0025;
 /// Friction of grains during the compression of the loose specimen; the dense one is compressed without friction.
-const LOOSE: f64 = 1.0;
+const LOOSE_FRICTION: f64 = 1.0;
 /// Seeds of packings, whose results are averaged.
 const SEEDS: [u64; 3] = [1, 2, 3];
 /// Solid fraction of the generated loose specimen.
-const LOOSELY: f64 = 0.52;
+const LOOSE_SOLID_FRACTION: f64 = 0.52;
 
 /// Number of grains of a ring.
 fn columns(quick: bool) -> usize {
@@ -46,17 +46,17 @@ fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     let text = colluvium::template("triaxial-sleeve").ok_or("no template")?;
     let mut value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let height = value["domain"]["max"][2].as_f64().ok_or("no height")?;
-    let (rate, strain) = if quick { (0.75, SHEARED[0]) } else { (0.5, SHEARED[1]) };
+    let (rate, strain) = if quick { (0.75, SHEAR_STRAINS[0]) } else { (0.5, SHEAR_STRAINS[1]) };
     value["boundaries"][1]["velocity"] = json!([0, 0, -rate * height]);
     let shear = strain / rate;
-    value["stages"][0]["duration"] = json!(BEFORE[0]);
-    value["stages"][1]["duration"] = json!(BEFORE[1]);
+    value["stages"][0]["duration"] = json!(STAGE_DURATIONS[0]);
+    value["stages"][1]["duration"] = json!(STAGE_DURATIONS[1]);
     value["stages"][2]["duration"] = json!(shear);
-    value["output"] = json!({ "measures": ROW, "frames": BEFORE[1] });
+    value["output"] = json!({ "measures": ROW, "frames": STAGE_DURATIONS[1] });
     let own = method_options(&mut value);
     own["seed"] = json!(seed);
     if friction > 0.0 {
-        own["grains"]["grain"]["fill"]["solid_fraction"] = json!(LOOSELY);
+        own["grains"]["grain"]["fill"]["solid_fraction"] = json!(LOOSE_SOLID_FRACTION);
     }
     own["stages"]["prepare"]["pairs"] =
         json!([{ "between": ["grain", "grain"], "friction": { "coefficient": friction } }]);
@@ -102,7 +102,7 @@ fn solid(frame: &Snapshot, body: u32) -> f64 {
 }
 
 fn rows(report: &RunReport) -> Result<TriaxialRecord, String> {
-    let start = BEFORE[0] + BEFORE[1];
+    let start = STAGE_DURATIONS[0] + STAGE_DURATIONS[1];
     let sheared = |name: &str| -> Vec<f64> {
         let all = measure_series(report, name).into_iter();
         all.filter(|(time, _)| *time > start - 1e-9).map(|(_, value)| value).collect()
@@ -136,7 +136,7 @@ fn last(strain: &[f64], column: &[f64]) -> f64 {
 /// Balance of internal forces and applied pressures at a time, relative to the closed form.
 struct ForceBalance {
     /// Radial and axial sums over the contacts of specimen and sleeve, over those of the applied pressures.
-    whole: [f64; 2],
+    total: [f64; 2],
     /// Share of the sleeve in the axial sum.
     sleeve: f64,
     /// Pressure of the platen over that of the sleeve.
@@ -145,7 +145,7 @@ struct ForceBalance {
 
 /// Radial (mean of both directions) and axial sum of force times position (J) of the pressure on a sheet of closed rows, inwards positive:
 /// per piece between four of its grains the pressure times half the cross product of the diagonals, a quarter on each grain.
-fn pressed(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
+fn pressure_virial(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (low, high) in sheet.chunks(columns).zip(sheet.chunks(columns).skip(1)) {
         for k in 0..columns {
@@ -167,9 +167,9 @@ fn pressed(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
 
 /// Force balance: in equilibrium the sum of force times branch over all contacts and bonds equals force times position of the external
 /// actions: the pressure on the sleeve, and the force on the platen times the height.
-fn borne(report: &RunReport, columns: usize, time: f64) -> Result<ForceBalance, String> {
+fn force_balance(report: &RunReport, columns: usize, time: f64) -> Result<ForceBalance, String> {
     let frame = report.frames.iter().find(|frame| (frame.time - time).abs() < 1e-6).ok_or("no frame")?;
-    let value = |name: &str| at(&measure_series(report, name), time);
+    let value = |name: &str| value_at(&measure_series(report, name), time);
     let (area, height, stress) =
         (value("membrane.sleeve.area"), value("wall.top.position"), value("wall.top.stress"));
     let tensors = frame.tensors("stress").ok_or("no stress")?;
@@ -183,17 +183,17 @@ fn borne(report: &RunReport, columns: usize, time: f64) -> Result<ForceBalance, 
     }
     let sheet: Vec<[f64; 3]> =
         (0..frame.ids.len()).filter(|&i| frame.bodies[i] == 1).map(|i| frame.positions[i]).collect();
-    let [radial, axial] = pressed(&sheet, columns);
+    let [radial, axial] = pressure_virial(&sheet, columns);
     let total = [0, 1].map(|c| sums[0][c] + sums[1][c]);
     Ok(ForceBalance {
-        whole: [total[0] / radial, total[1] / (axial - stress * area * height)],
+        total: [total[0] / radial, total[1] / (axial - stress * area * height)],
         sleeve: sums[1][1] / total[1],
         platen: -stress / PRESSURE,
     })
 }
 
 /// Value of a series at a time.
-fn at(series: &[(f64, f64)], time: f64) -> f64 {
+fn value_at(series: &[(f64, f64)], time: f64) -> f64 {
     let near = series.iter().min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()));
     near.map_or(f64::NAN, |(_, value)| *value)
 }
@@ -204,7 +204,7 @@ fn equilibrium(
     report: &RunReport,
     columns: usize,
 ) -> Result<(), String> {
-    let own = borne(report, columns, BEFORE[0] + BEFORE[1])?;
+    let own = force_balance(report, columns, STAGE_DURATIONS[0] + STAGE_DURATIONS[1])?;
     let reason = "the rule of the platen; 1 % as in B17.8";
     outcome.assert_close(
         format!("{name}, before the shear: platen over sleeve"),
@@ -216,8 +216,8 @@ fn equilibrium(
     let reason = "equilibrium: sheet: dem §3.9, B17.8 within 1 %; the friction of the platens along themselves is not counted";
     let name_of =
         |what: &str| format!("{name}, before the shear: sum over contacts over that of the pressure, {what}");
-    outcome.assert_close(name_of("radial"), 1.0, 0.01, own.whole[0], reason);
-    outcome.assert_close(name_of("axial"), 1.0, 0.01, own.whole[1], reason);
+    outcome.assert_close(name_of("radial"), 1.0, 0.01, own.total[0], reason);
+    outcome.assert_close(name_of("axial"), 1.0, 0.01, own.total[1], reason);
     let reason = "not judged: a sleeve of grains shrinks with the specimen, and its bonds bear a part";
     outcome.info(format!("{name}, before the shear: axial share of the sleeve"), "", own.sleeve, reason);
     Ok(())
@@ -234,7 +234,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
         LineChart::new("Volume in triaxial compression", "axial strain", "change of volume"),
     ];
     let mut all = Vec::new();
-    for (name, friction) in [("dense", 0.0), ("loose", LOOSE)] {
+    for (name, friction) in [("dense", 0.0), ("loose", LOOSE_FRICTION)] {
         let mut drawn = Vec::new();
         for seed in SEEDS {
             let report = run_in_memory("dem", &parse_case(&test(friction, seed, quick)?)?)?;
@@ -275,18 +275,19 @@ fn angle(ratio: f64) -> f64 {
 }
 
 /// Mean and standard deviation of a number over the packings of a specimen.
-fn drawn(all: &[TriaxialRecord], of: impl Fn(&TriaxialRecord) -> f64) -> (f64, f64) {
+fn packing_statistics(all: &[TriaxialRecord], of: impl Fn(&TriaxialRecord) -> f64) -> (f64, f64) {
     mean_and_deviation(&all.iter().map(of).collect::<Vec<_>>())
 }
 
 fn compare(outcome: &mut BenchmarkOutcome, dense: &[TriaxialRecord], loose: &[TriaxialRecord]) {
-    let peaks =
-        |all: &[TriaxialRecord]| drawn(all, |own| angle(own.ratio.iter().copied().fold(0.0, max_or_nan)));
-    let ends = |all: &[TriaxialRecord]| drawn(all, |own| angle(last(&own.strain, &own.ratio)));
-    let porosities = |all: &[TriaxialRecord]| drawn(all, |own| last(&own.strain, &own.porosity));
+    let peaks = |all: &[TriaxialRecord]| {
+        packing_statistics(all, |own| angle(own.ratio.iter().copied().fold(0.0, max_or_nan)))
+    };
+    let ends = |all: &[TriaxialRecord]| packing_statistics(all, |own| angle(last(&own.strain, &own.ratio)));
+    let porosities = |all: &[TriaxialRecord]| packing_statistics(all, |own| last(&own.strain, &own.porosity));
     for (name, own) in [("dense", dense), ("loose", loose)] {
         let reason = "not judged: no values in the source; mean of three packings";
-        let before = drawn(own, |own| own.porosity[0]);
+        let before = packing_statistics(own, |own| own.porosity[0]);
         for (what, (mean, deviation)) in [
             ("friction angle at the peak (degrees)", peaks(own)),
             ("friction angle at the end (degrees)", ends(own)),
@@ -299,7 +300,7 @@ fn compare(outcome: &mut BenchmarkOutcome, dense: &[TriaxialRecord], loose: &[Tr
     }
     let (peak, end) = (|all: &[TriaxialRecord]| peaks(all).0, |all: &[TriaxialRecord]| ends(all).0);
     let porosity = |all: &[TriaxialRecord]| porosities(all).0;
-    let change = |all: &[TriaxialRecord]| drawn(all, |own| last(&own.strain, &own.dilation)).0;
+    let change = |all: &[TriaxialRecord]| packing_statistics(all, |own| last(&own.strain, &own.dilation)).0;
     let reason = "B14: the dense specimen has a peak 11 degrees above large strain, the loose one none beyond its scatter of 3 degrees";
     let above = peak(dense) - peak(loose);
     outcome.assert_within(

@@ -47,14 +47,14 @@ pub fn step_flow_until<const D: usize>(flow: &mut Flow<D>, end: f64) -> Result<(
 }
 
 /// Node along a line.
-pub fn node(x: f64, velocity: f64, volume: f64, spacing: f64) -> NewNode<1> {
+pub fn line_node(x: f64, velocity: f64, volume: f64, spacing: f64) -> NewNode<1> {
     NewNode { body: 0, position: [x], velocity: [velocity], volume, length: 1.5 * spacing, scale: 1.5 }
 }
 
 /// Nodes of depth `depth` (m) every `spacing` (m) from `from` to `to`.
 pub fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {
     let count = ((to - from) / spacing).round() as usize;
-    (0..count).map(|k| node(from + spacing * (k as f64 + 0.5), 0.0, depth * spacing, spacing)).collect()
+    (0..count).map(|k| line_node(from + spacing * (k as f64 + 0.5), 0.0, depth * spacing, spacing)).collect()
 }
 
 /// Nodes of a line as terms of SPH sums.
@@ -79,7 +79,7 @@ impl NodeProfile {
     }
 
     /// Profile of the nodes of a phase in a snapshot; of all where there is one phase. Mirrored in `walls` (m).
-    pub fn of(snapshot: &Snapshot, phase: usize, walls: &[f64]) -> Self {
+    pub fn from_snapshot(snapshot: &Snapshot, phase: usize, walls: &[f64]) -> Self {
         let velocity = vectors(snapshot, "velocity");
         let (volume, length) = (scalars(snapshot, "volume"), scalars(snapshot, "smoothing_length"));
         let phases = scalars(snapshot, "phase");
@@ -103,7 +103,7 @@ impl NodeProfile {
     }
 
     /// Height (m) and velocity (m/s) at `x` (m), by SPH sums over the nodes; no velocity where there is no height.
-    pub fn at(&self, x: f64) -> (f64, f64) {
+    pub fn height_and_velocity_at(&self, x: f64) -> (f64, f64) {
         let kernel = Kernel::CubicSpline;
         let reach = kernel.support() * self.max_smoothing_length;
         let first = self.nodes.partition_point(|node| node[0] < x - reach);
@@ -120,7 +120,7 @@ impl NodeProfile {
     pub fn errors(&self, low: f64, high: f64, exact: impl Fn(f64) -> (f64, f64)) -> (f64, f64) {
         let mut sum = (0.0, 0.0);
         for x in cell_centres(low, high) {
-            let (found, wanted) = (self.at(x), exact(x));
+            let (found, wanted) = (self.height_and_velocity_at(x), exact(x));
             sum.0 += (found.0 - wanted.0).abs() / GRID_POINTS as f64;
             sum.1 += (found.1 - wanted.1).abs() / GRID_POINTS as f64;
         }
@@ -131,7 +131,7 @@ impl NodeProfile {
     pub fn mean(&self, low: f64, high: f64) -> (f64, f64) {
         let mut sum = (0.0, 0.0);
         for x in cell_centres(low, high) {
-            let (height, velocity) = self.at(x);
+            let (height, velocity) = self.height_and_velocity_at(x);
             sum.0 += height / GRID_POINTS as f64;
             sum.1 += velocity / GRID_POINTS as f64;
         }
@@ -142,7 +142,7 @@ impl NodeProfile {
     pub fn downcrossing(&self, level: f64, low: f64, high: f64) -> f64 {
         let mut before: Option<(f64, f64)> = None;
         for x in (0..20 * GRID_POINTS).map(|k| low + (high - low) * k as f64 / (20 * GRID_POINTS) as f64) {
-            let height = self.at(x).0;
+            let height = self.height_and_velocity_at(x).0;
             if let Some((was, h)) = before
                 && h >= level
                 && height < level
@@ -156,12 +156,12 @@ impl NodeProfile {
 
     /// Heights over a grid.
     pub fn heights(&self, low: f64, high: f64) -> Vec<(f64, f64)> {
-        cell_centres(low, high).map(|x| (x, self.at(x).0)).collect()
+        cell_centres(low, high).map(|x| (x, self.height_and_velocity_at(x).0)).collect()
     }
 
     /// Velocities over a grid, where there is any height.
     pub fn velocities(&self, low: f64, high: f64) -> Vec<(f64, f64)> {
-        let shown = cell_centres(low, high).map(|x| (x, self.at(x)));
+        let shown = cell_centres(low, high).map(|x| (x, self.height_and_velocity_at(x)));
         shown.filter(|(_, (height, _))| *height > 1e-3).map(|(x, (_, velocity))| (x, velocity)).collect()
     }
 }
@@ -195,7 +195,7 @@ pub fn basal_law(spec: Value) -> Result<Option<BasalRheology>, String> {
 /// Mixture of grains of 2500 kg/m³ in water.
 pub fn grains_in_water(porosity: f64) -> Mixture {
     let densities = MixtureDensities { grain: 2500.0, fluid: 1000.0, gravity: 9.81 };
-    Mixture { densities, porosity, saturated: true }
+    Mixture { densities, porosity, is_saturated: true }
 }
 
 /// Ratio of smoothing length to spacing at which sums over a lattice are uniform.
@@ -208,7 +208,7 @@ pub fn endless_layer(mut settings: FlowSettings<1>, depth: f64, shares: &[f64]) 
     let even = |k: i32, share: f64| NewNode {
         length: UNIFORM_SUM_RATIO,
         scale: UNIFORM_SUM_RATIO,
-        ..node(f64::from(k) + 0.5, 0.0, share * depth, 1.0)
+        ..line_node(f64::from(k) + 0.5, 0.0, share * depth, 1.0)
     };
     let set = |share: &f64| (0..count).map(|k| even(k, *share)).collect();
     let sets: Vec<Vec<NewNode<1>>> = shares.iter().map(set).collect();
@@ -226,7 +226,7 @@ pub fn block(
 ) -> Result<Flow<1>, String> {
     settings.numerics.variable_length = false;
     let volume = depth / settings.numerics.kernel.value::<1>(0.0, 1.5);
-    let nodes = vec![node(x, velocity, volume, 1.0)];
+    let nodes = vec![line_node(x, velocity, volume, 1.0)];
     Flow::new(settings, bed, PlanBoundaries::default(), &[nodes]).map_err(|failure| failure.to_string())
 }
 

@@ -26,8 +26,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     series(&mut outcome)?;
-    rack(&mut outcome)?;
-    undrained(&mut outcome);
+    check_drained_rack(&mut outcome)?;
+    check_undrained(&mut outcome);
     thinning(&mut outcome);
     layer(&mut outcome)?;
     Ok(outcome)
@@ -50,7 +50,7 @@ impl ConsolidationKind {
         }
     }
 
-    fn base(self) -> BaseCondition {
+    fn base_condition(self) -> BaseCondition {
         if self == Self::TriangleDrained { BaseCondition::Head(0.0) } else { BaseCondition::Sealed }
     }
 
@@ -86,7 +86,7 @@ impl ConsolidationKind {
         let (mut worst, mut kept) = (0.0f64, Vec::new());
         let per = (0.05 / step).round() as usize;
         for number in 1..=10 * per {
-            diffuse_head(&mut head, step, weight, self.base(), &mut scratch);
+            diffuse_head(&mut head, step, weight, self.base_condition(), &mut scratch);
             if number % per == 0 {
                 let time = number as f64 * step;
                 let errors = head.iter().enumerate().map(|(k, p)| (p - self.exact(zeta(k), time)).abs());
@@ -161,7 +161,7 @@ fn draw(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks V13d: a column that passes over a drained rack.
-fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_drained_rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.05, [0.747_695, 0.484_632, 0.450_022]),
         (0.06, [0.0, 0.476_617, 0.357_542]),
@@ -220,7 +220,7 @@ fn rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks V14: pressures change with the depth.
-fn undrained(outcome: &mut BenchmarkOutcome) {
+fn check_undrained(outcome: &mut BenchmarkOutcome) {
     let mut head = vec![0.0; 21];
     set_linear_profile(&mut head, 2.0);
     let (mut depth, mut worst) = (2.0, 0.0f64);

@@ -21,13 +21,13 @@ pub const MUD: Benchmark = Benchmark {
 };
 
 /// Benchmark of grains in water.
-pub const SATURATED: Benchmark = Benchmark {
+pub const SATURATED_DEPOSIT: Benchmark = Benchmark {
     id: "depth-sph/saturated-dam",
     title: "Dam break of a frictional saturated material, depth-integrated",
     source: "Pastor and others 2020, §6.2; sheet: depth-sph §5.2, B2; §5.5, V23b",
     short_seconds: Some(15),
     full_seconds: 50,
-    run: saturated,
+    run: run_saturated,
 };
 
 /// Runs V23: mud that its yield stress brings to rest.
@@ -42,16 +42,22 @@ fn mud(_quick: bool) -> Result<BenchmarkOutcome, String> {
     }
     let reason = "not judged: the sheet runs until the stopping criterion holds";
     outcome.info("V23: time at which it has stopped (s)", "", stopped, reason);
-    let profile = NodeProfile::of(&solver.snapshot(), 0, &[0.0]);
+    let profile = NodeProfile::from_snapshot(&solver.snapshot(), 0, &[0.0]);
     // The square of the depth in limit equilibrium decreases linearly towards the front.
     let (front, wall) = (25.1417, 1.193_237);
     let found = solver.snapshot().positions.iter().map(|x| x[0]).max_or_nan();
     let reason = "V23: a run with inertia stops at or beyond the profile that is just held; 4 %";
     outcome.assert_within("V23: last node (m)", "≥ 25.1417", found, (0.96 * front, f64::INFINITY), reason);
     let reason = "not judged: the ±4 % of the sheet are of a creeping flow, and its 50 Pa s let this one run";
-    outcome.info("V23: depth at the wall (m)", &format!("{wall}"), profile.at(0.0).0, reason);
+    outcome.info(
+        "V23: depth at the wall (m)",
+        &format!("{wall}"),
+        profile.height_and_velocity_at(0.0).0,
+        reason,
+    );
     let steepest = cell_centres(1.0, found - 2.0).map(|x| {
-        let (h, ahead) = (profile.at(x - 0.25).0, profile.at(x + 0.25).0);
+        let (h, ahead) =
+            (profile.height_and_velocity_at(x - 0.25).0, profile.height_and_velocity_at(x + 0.25).0);
         0.5 * (h + ahead) * (h - ahead) / 0.5 * 1800.0 * 9.81 / 500.0
     });
     let reason = "not judged: by the stopping criterion one node in a hundred may still move";
@@ -90,7 +96,7 @@ enum BedStopRun {
 
 impl BedStopRun {
     /// Least duration of the run (s).
-    fn least(self) -> f64 {
+    fn min_duration(self) -> f64 {
         match self {
             Self::Full => 4.5,
             Self::Dry => AT_REST,
@@ -106,7 +112,7 @@ struct DepositResult {
     /// Time at which the last node stops (s).
     stopping_time: f64,
     /// Time (s), excess head (m) and depth (m) of the node in the middle of the reservoir.
-    middle: Vec<[f64; 3]>,
+    reservoir_middle: Vec<[f64; 3]>,
     /// Change of the volume over the volume.
     volume_change: f64,
     /// The front over time (s, m).
@@ -116,9 +122,12 @@ struct DepositResult {
 }
 
 impl DepositResult {
-    fn at(&self, time: f64) -> [f64; 3] {
-        let after = self.middle.partition_point(|row| row[0] < time).clamp(1, self.middle.len() - 1);
-        let (a, b) = (self.middle[after - 1], self.middle[after]);
+    fn middle_at(&self, time: f64) -> [f64; 3] {
+        let after = self
+            .reservoir_middle
+            .partition_point(|row| row[0] < time)
+            .clamp(1, self.reservoir_middle.len() - 1);
+        let (a, b) = (self.reservoir_middle[after - 1], self.reservoir_middle[after]);
         let share = (time - a[0]) / (b[0] - a[0]);
         std::array::from_fn(|k| a[k] + share * (b[k] - a[k]))
     }
@@ -162,7 +171,7 @@ fn compute(run: BedStopRun, angle: f64, spacing: f64, end: f64) -> Result<Deposi
     let mut found = DepositResult {
         runout: [0.0; 2],
         stopping_time: f64::NAN,
-        middle: Vec::new(),
+        reservoir_middle: Vec::new(),
         volume_change: 0.0,
         front: Vec::new(),
         profile: Vec::new(),
@@ -188,22 +197,22 @@ fn compute(run: BedStopRun, angle: f64, spacing: f64, end: f64) -> Result<Deposi
         }
         let depth = scalars(&snapshot, "depth")[middle];
         let ratio = snapshot.scalars("liquefaction").map_or(f64::NAN, |ratio| ratio[middle]);
-        found.middle.push([snapshot.time, ratio * depth, depth]);
+        found.reservoir_middle.push([snapshot.time, ratio * depth, depth]);
         if snapshot.time > 15.0 {
             return Err(format!("the front still moves at {speed:.2e} m/s after 15 s"));
         }
     }
     let last = solver.snapshot();
     found.volume_change = (scalars(&last, "volume").iter().sum::<f64>() / before - 1.0).abs();
-    let profiles = [0, 1].map(|phase| NodeProfile::of(&last, phase, &[0.0]));
+    let profiles = [0, 1].map(|phase| NodeProfile::from_snapshot(&last, phase, &[0.0]));
     let sets = if matches!(run, BedStopRun::Dry | BedStopRun::Drained) { 1 } else { 2 };
-    let depth = |x: f64| profiles[..sets].iter().map(|profile| profile.at(x).0).sum();
+    let depth = |x: f64| profiles[..sets].iter().map(|profile| profile.height_and_velocity_at(x).0).sum();
     found.profile = cell_centres(0.0, 45.0).map(|x| (x, depth(x))).collect();
     Ok(found)
 }
 
 /// Friction angle (degrees) at which the run-out of the dry material is 11.8 m.
-fn fitted(spacing: f64) -> Result<f64, String> {
+fn calibrated_friction_angle(spacing: f64) -> Result<f64, String> {
     let (mut low, mut high) = (40.0, 60.0);
     for _ in 0..7 {
         let angle = 0.5 * (low + high);
@@ -217,24 +226,24 @@ fn fitted(spacing: f64) -> Result<f64, String> {
 }
 
 /// Runs B2: four run-outs with the angle that gives the first.
-fn saturated(quick: bool) -> Result<BenchmarkOutcome, String> {
+fn run_saturated(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let spacing = if quick { 0.08 } else { 0.04 };
-    let angle = fitted(spacing)?;
+    let angle = calibrated_friction_angle(spacing)?;
     let reason =
         "not judged: the source gives none; the sheet expects 49.8° on 250 nodes, the short form has 125";
     outcome.info("B2: angle of friction that gives (a) (degrees)", "49.8", angle, reason);
     let runs = [BedStopRun::Dry, BedStopRun::Drained, BedStopRun::Full, BedStopRun::NoColumn];
     let mut found = Vec::new();
     for run in runs {
-        found.push(compute(run, angle, spacing, run.least())?);
+        found.push(compute(run, angle, spacing, run.min_duration())?);
     }
     let [dry, drained, full, plain] = &found[..] else { return Err("four runs".to_owned()) };
     run_outs(&mut outcome, [dry, drained, full, plain]);
-    middle(&mut outcome, full);
+    check_fronts_and_middle(&mut outcome, full);
     let change = found.iter().map(|run| run.volume_change).max_or_nan();
     outcome.assert_below("B2: change of the volume", "0", change, 0.0, "B2: exact");
-    steep(&mut outcome, dry, angle, quick)?;
+    check_surface_slope(&mut outcome, dry, angle, quick)?;
     draw(&mut outcome, &found)?;
     Ok(outcome)
 }
@@ -262,7 +271,7 @@ fn run_outs(outcome: &mut BenchmarkOutcome, [dry, drained, full, plain]: [&Depos
 }
 
 /// Checks B2 (c): both fronts, and the column that began in the middle of the reservoir.
-fn middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
+fn check_fronts_and_middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
     let apart = (full.runout[0] - full.runout[1]).abs() / full.runout[0];
     outcome.assert_below(
         "B2 (c): distance of the fronts over the run-out",
@@ -275,19 +284,22 @@ fn middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
     outcome.assert_within(
         "B2 (c): head in the middle at 0.5 s (m)",
         "8.637",
-        full.at(0.5)[1],
+        full.middle_at(0.5)[1],
         (8.4, 8.8),
         reason,
     );
     outcome.assert_below(
         "B2 (c): head in the middle at 3.2 s (m)",
         "0",
-        full.at(3.2)[1],
+        full.middle_at(3.2)[1],
         1.0,
         "B2: below 10 % of h₀",
     );
-    let depths =
-        full.middle.iter().filter(|row| row[0] > 3.6).map(|row| (row[2] / full.at(3.6)[2] - 1.0).abs());
+    let depths = full
+        .reservoir_middle
+        .iter()
+        .filter(|row| row[0] > 3.6)
+        .map(|row| (row[2] / full.middle_at(3.6)[2] - 1.0).abs());
     outcome.assert_below(
         "B2 (c): change of depth in the middle after 3.6 s",
         "constant",
@@ -299,7 +311,12 @@ fn middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
 
 /// Checks V23b: no surface of a deposit is steeper than its friction angle; at the shoulder, where the slope begins, less so with finer
 /// nodes. Judged in the full form: the short form has the friction angle fitted with half as many nodes.
-fn steep(outcome: &mut BenchmarkOutcome, dry: &DepositResult, angle: f64, quick: bool) -> Result<(), String> {
+fn check_surface_slope(
+    outcome: &mut BenchmarkOutcome,
+    dry: &DepositResult,
+    angle: f64,
+    quick: bool,
+) -> Result<(), String> {
     let name = |nodes: &str, what: &str| format!("V23b, {nodes}: {what}");
     let reason = "not judged: resolution, beside the finer nodes below";
     let coarse = steepest(&dry.profile);
@@ -351,7 +368,7 @@ fn draw(outcome: &mut BenchmarkOutcome, found: &[DepositResult]) -> Result<(), S
         .svg("B2: last nodes of the grains; the source has 11.8, 24.5 and 31.6 m for (a) to (c).", &fronts)?;
     let mut heads = chart("Excess head at the base in the middle of the reservoir", "head (m)");
     heads.x_label = "time (s)".to_owned();
-    let full = &found[2].middle;
+    let full = &found[2].reservoir_middle;
     heads.series.push(Series::new(
         "excess head",
         full.iter().map(|row| (row[0], row[1])).collect(),

@@ -67,11 +67,11 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let steep = InclineFlow { slope: 30.0, friction: 25.0, depth: 20.0 };
     let table = [(0.0, 9.543_84, 9.947_92), (20.0, 3.785_74, 16.614_59)];
     judge(&mut outcome, "30° over 25°", &steep.case()?, steep.forces(1.0), steep.depth, &table)?;
-    saturated(&mut outcome, &slab).map(|()| outcome)
+    check_saturated(&mut outcome, &slab).map(|()| outcome)
 }
 
 /// Checks grains in water on this bed: buoyant and drained, and liquefied without drainage.
-fn saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result<(), String> {
+fn check_saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result<(), String> {
     let mut case = slab.case()?;
     set_material(&mut case, "sand", &[("density", json!(2050.0))])?;
     let mixture = json!({ "grain_density": 2500, "fluid_density": 1000, "porosity": 0.3,
@@ -99,16 +99,16 @@ fn judge(
     outcome: &mut BenchmarkOutcome,
     name: &str,
     case: &Case,
-    (gravity, pull): (f64, f64),
+    (gravity, acceleration): (f64, f64),
     depth: f64,
     table: &[(f64, f64, f64)],
 ) -> Result<(), String> {
     let mut solver = start(case)?;
     step_until(&mut *solver, TIME)?;
-    let profile = NodeProfile::of(&solver.snapshot(), 0, &[]);
+    let profile = NodeProfile::from_snapshot(&solver.snapshot(), 0, &[]);
     let celerity = (gravity * depth).sqrt();
-    let fall = 0.5 * pull * TIME * TIME;
-    let exact = |x: f64| frictional_dam_break(gravity, depth, pull, x, TIME);
+    let fall = 0.5 * acceleration * TIME * TIME;
+    let exact = |x: f64| frictional_dam_break(gravity, depth, acceleration, x, TIME);
     // From the slab that the wave has not reached to the front; velocities up to half of the distance, as in V5.
     let (rear, front) = (fall - celerity * TIME, fall + 2.0 * celerity * TIME);
     let label = |what: &str| format!("V7, {name}: {what}");
@@ -125,7 +125,7 @@ fn judge(
         reason,
     );
     for (x, h, u) in table {
-        let found = profile.at(*x);
+        let found = profile.height_and_velocity_at(*x);
         let reason = "not judged: a point of the curve above";
         outcome.info(label(&format!("depth at {x} m (m)")), &format!("{h}"), found.0, reason);
         outcome.info(label(&format!("velocity at {x} m (m/s)")), &format!("{u}"), found.1, reason);

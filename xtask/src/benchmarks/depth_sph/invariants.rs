@@ -9,7 +9,7 @@ use colluvium::depth_sph::kernel::Kernel;
 use colluvium::depth_sph::points::phase_nodes::NewNode;
 
 use crate::analysis::MaxOrNan;
-use crate::benchmarks::depth_sph::common_cases::node;
+use crate::benchmarks::depth_sph::common_cases::line_node;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// Benchmark of this module.
@@ -90,9 +90,9 @@ fn kernels(outcome: &mut BenchmarkOutcome) {
 /// Checks V33: smoothing lengths follow a uniform stretch.
 fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let line = |factor: f64| -> Result<f64, String> {
-        let nodes = (0..20).map(|k| node(factor * (f64::from(k) + 0.5), 0.0, 1.0, 1.0)).collect();
+        let nodes = (0..20).map(|k| line_node(factor * (f64::from(k) + 0.5), 0.0, 1.0, 1.0)).collect();
         let ends = PlanBoundaries { periods: [Some((0.0, 20.0 * factor))], ..PlanBoundaries::default() };
-        let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
+        let mut flow = Flow::new(FlowSettings::single_phase(1000.0), Bed::Flat(0.0), ends, &[nodes])
             .map_err(|failure| failure.to_string())?;
         for _ in 0..40 {
             flow.advance(1e-6).map_err(|failure| failure.to_string())?;
@@ -111,7 +111,7 @@ fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         };
         let nodes = (0..144).map(one).collect();
         let ends = PlanBoundaries { periods: [Some((0.0, 12.0 * factor)); 2], ..PlanBoundaries::default() };
-        let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
+        let mut flow = Flow::new(FlowSettings::single_phase(1000.0), Bed::Flat(0.0), ends, &[nodes])
             .map_err(|failure| failure.to_string())?;
         for _ in 0..40 {
             flow.advance(1e-6).map_err(|failure| failure.to_string())?;
@@ -146,7 +146,7 @@ struct PlanFrame {
 }
 
 impl PlanFrame {
-    fn turned(angle: f64, x: [f64; 2]) -> [f64; 2] {
+    fn rotated_position(angle: f64, x: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = angle.sin_cos();
         [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
     }
@@ -157,13 +157,13 @@ impl PlanFrame {
         let noise = |k: i32, c: f64| ((f64::from(k) * 12.9898 + c * 78.233).sin() * 43_758.545_3).fract();
         let one = |k: i32| {
             let x = [f64::from(k % 20) + 0.4 * noise(k, 1.0), f64::from(k / 20) + 0.4 * noise(k, 2.0)];
-            let v = Self::turned(angle, [noise(k, 3.0), noise(k, 4.0)]);
+            let v = Self::rotated_position(angle, [noise(k, 3.0), noise(k, 4.0)]);
             let velocity = [v[0] + along[0], v[1] + along[1]];
-            let (position, volume) = (Self::turned(angle, x), 1.0 + 0.3 * noise(k, 5.0));
+            let (position, volume) = (Self::rotated_position(angle, x), 1.0 + 0.3 * noise(k, 5.0));
             NewNode { body: 0, position, velocity, volume, length: 1.3, scale: 1.69 }
         };
         let nodes = [(0..400).map(one).collect()];
-        Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &nodes)
+        Flow::new(FlowSettings::single_phase(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &nodes)
             .map_err(|failure| failure.to_string())
     }
 
@@ -179,7 +179,7 @@ impl PlanFrame {
         let mut order: Vec<usize> = (0..nodes.id.len()).collect();
         order.sort_by_key(|&i| nodes.id[i]);
         let back = |i: usize| {
-            Self::turned(-angle, [nodes.velocity[i][0] - along[0], nodes.velocity[i][1] - along[1]])
+            Self::rotated_position(-angle, [nodes.velocity[i][0] - along[0], nodes.velocity[i][1] - along[1]])
         };
         let change = (after[0] - before[0]).hypot(after[1] - before[1]) / mass;
         Ok((order.into_iter().map(back).collect(), change))

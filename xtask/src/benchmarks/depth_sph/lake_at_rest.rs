@@ -8,7 +8,7 @@ use colluvium::depth_sph::laws::interphase_drag::{InterphaseDrag, MixtureDensiti
 use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::plots::{Series, Style};
 
-use crate::benchmarks::depth_sph::common_cases::{chart, closed_form_series, node, step_flow_until};
+use crate::benchmarks::depth_sph::common_cases::{chart, closed_form_series, line_node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// Benchmark of this module.
@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const GRAVITY: f64 = 9.81;
-const HALF: f64 = 5.0;
+const HALF_LENGTH: f64 = 5.0;
 const SPACING: f64 = 0.05;
 /// Time of rest (s).
 const TIME: f64 = 10.0;
@@ -38,7 +38,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         "V12: 1e-10 on a level bed",
     );
     let mut shown = chart("Lake over a hump after 10 s", "level (m)");
-    shown.series.push(closed_form_series("bed", -HALF, HALF, |x| 0.2 * (-x * x).exp()));
+    shown.series.push(closed_form_series("bed", -HALF_LENGTH, HALF_LENGTH, |x| 0.2 * (-x * x).exp()));
     let rows = [
         (LakeKind::Plain, "sums and slope", 2e-2),
         (LakeKind::Surface, "gradient of the surface", 1e-3),
@@ -84,16 +84,17 @@ enum LakeKind {
 
 /// Lake whose surface is 1 m above the level zero, between two walls.
 fn lake(bed: &Bed<1>, kind: LakeKind) -> Result<Flow<1>, String> {
-    let ends = PlanBoundaries { walls: [[Some(-HALF), Some(HALF)]], ..PlanBoundaries::default() };
-    let count = (2.0 * HALF / SPACING).round() as usize;
+    let ends =
+        PlanBoundaries { walls: [[Some(-HALF_LENGTH), Some(HALF_LENGTH)]], ..PlanBoundaries::default() };
+    let count = (2.0 * HALF_LENGTH / SPACING).round() as usize;
     let nodes: Vec<NewNode<1>> = (0..count)
         .map(|k| {
-            let x = -HALF + SPACING * (k as f64 + 0.5);
-            let level = bed.at(&[x]).map_or(0.0, |point| point.level);
-            node(x, 0.0, (1.0 - level) * SPACING, SPACING)
+            let x = -HALF_LENGTH + SPACING * (k as f64 + 0.5);
+            let level = bed.bed_point(&[x]).map_or(0.0, |point| point.level);
+            line_node(x, 0.0, (1.0 - level) * SPACING, SPACING)
         })
         .collect();
-    let mut settings = FlowSettings::<1>::plain(1000.0);
+    let mut settings = FlowSettings::<1>::single_phase(1000.0);
     settings.numerics.surface_gradient = matches!(kind, LakeKind::Surface | LakeKind::TwoPhasesSurface);
     let two = matches!(kind, LakeKind::TwoPhases | LakeKind::TwoPhasesSurface);
     let mut sets = vec![nodes];
@@ -102,7 +103,7 @@ fn lake(bed: &Bed<1>, kind: LakeKind) -> Result<Flow<1>, String> {
         settings.material = Mixture {
             densities: MixtureDensities { grain: 2500.0, fluid: 1000.0, gravity: GRAVITY },
             porosity: 0.4,
-            saturated: true,
+            is_saturated: true,
         };
         settings.drag = InterphaseDrag::Anderson { settling_velocity: 1e-3.into(), exponent: 1.0 };
         let part = |share: f64| {

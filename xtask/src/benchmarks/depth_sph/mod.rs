@@ -36,7 +36,7 @@ pub const ALL: &[Benchmark] = &[
     invariants::BENCHMARK,
     two_phase_dam_break::BENCHMARK,
     open_boundary::BENCHMARK,
-    deposit::SATURATED,
+    deposit::SATURATED_DEPOSIT,
     deposit::MUD,
     terrain::RASTER,
     rough_terrain::BENCHMARK,

@@ -30,7 +30,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let spacing = if quick { 0.05 } else { 0.025 };
     let mut shown =
         chart("What has come back after 7.8 s, over the height that arrived", "depth less that at rest");
-    let (wall, _) = reflected(channel(1e-3, 0.0, spacing, [true; 2])?)?;
+    let (wall, _) = reflected_wave(channel(1e-3, 0.0, spacing, [true; 2])?)?;
     outcome.assert_within(
         "V27, wall: share that comes back",
         "all",
@@ -41,7 +41,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     for (height, name) in [(1e-3, "hump"), (-1e-3, "trough")] {
         let mut flow = channel(height, 0.0, spacing, [true, false])?;
         flow.open_end(LENGTH, 1.0, spacing).map_err(|failure| failure.to_string())?;
-        let (open, profile) = reflected(flow)?;
+        let (open, profile) = reflected_wave(flow)?;
         let label = format!("V27, open end, {name}: share that comes back");
         outcome.assert_below(label, "0", open, 0.02, "V27: 2 %");
         shown.series.push(Series::new(name, profile, Style::Line));
@@ -84,13 +84,13 @@ fn channel(height: f64, speed: f64, spacing: f64, walls: [bool; 2]) -> Result<Fl
     let [low, high] = walls;
     let ends =
         PlanBoundaries { walls: [[low.then_some(0.0), high.then_some(LENGTH)]], ..PlanBoundaries::default() };
-    let mut settings = FlowSettings::plain(1000.0);
+    let mut settings = FlowSettings::single_phase(1000.0);
     settings.numerics.viscosity = (0.0, 0.0);
     Flow::new(settings, Bed::Flat(0.0), ends, &[nodes.collect()]).map_err(|failure| failure.to_string())
 }
 
 /// Reflected height over the incoming height, and its profile between 12 and 38 m relative to the incoming height.
-fn reflected(mut flow: Flow<1>) -> Result<(f64, Vec<(f64, f64)>), String> {
+fn reflected_wave(mut flow: Flow<1>) -> Result<(f64, Vec<(f64, f64)>), String> {
     // Sums over this lattice have an error of 0.4 %.
     let nodes = &flow.nodes.sets[0].nodes;
     let far = nodes.position.iter().position(|x| (x[0] - 7.5).abs() < 0.1).ok_or("no node at 7.5 m")?;

@@ -31,7 +31,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     line(&mut outcome)?;
     plan(&mut outcome)?;
-    steep(&mut outcome)?;
+    check_steep_plane(&mut outcome)?;
     Ok(outcome)
 }
 
@@ -52,8 +52,8 @@ fn cap() -> Result<Case, String> {
 fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let slope = 35f64.to_radians();
     let gravity = 9.81 * slope.cos();
-    let pull = gravity * (slope.tan() - 25f64.to_radians().tan());
-    let exact = ParabolicCap { half: 10.0, area: 80.0 / 3.0, gravity, coefficient: 1.0 };
+    let acceleration = gravity * (slope.tan() - 25f64.to_radians().tan());
+    let exact = ParabolicCap { half_length: 10.0, area: 80.0 / 3.0, gravity, coefficient: 1.0 };
     let mut solver = start(&cap()?)?;
     let mut shown = chart("Cap on an incline of 35° over 25° of friction", "depth (m)");
     for time in [1.0, 2.0, 3.0, 5.0] {
@@ -68,7 +68,7 @@ fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let middle = moment(1, 0.0);
         let half = (5.0 * moment(2, middle)).sqrt();
         let (length, _) = exact.half_length(time);
-        let place = SPEED * time + 0.5 * pull * time * time;
+        let place = SPEED * time + 0.5 * acceleration * time * time;
         let name = |what: &str| format!("V8, {time} s: {what}");
         outcome.assert_close(
             name("half of the length (m)"),
@@ -86,7 +86,7 @@ fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             0.01,
             reason,
         );
-        let profile = NodeProfile::of(&snapshot, 0, &[]);
+        let profile = NodeProfile::from_snapshot(&snapshot, 0, &[]);
         let highest = profile.heights(place - length, place + length);
         let highest = highest.iter().map(|(_, h)| *h).fold(0.0, f64::max);
         outcome.assert_close(name("largest depth (m)"), exact.depth(length, 0.0), 0.01, highest, "V8: 1 %");
@@ -129,13 +129,13 @@ fn heap(radius: f64, depth: f64, spacing: f64) -> Vec<NewNode<2>> {
 }
 
 /// Checks the cap of V9 on a plane of 35° without friction, in plan and vertical depths: equal to that on a level plane under `g cos θ`.
-fn steep(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_steep_plane(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let angle = 35f64.to_radians();
     let (sin, cos) = angle.sin_cos();
     let mut nodes = heap(10.0, 2.0, 0.4);
     nodes.iter_mut().for_each(|node| node.position[0] *= cos);
     let mut flow = Flow::new(
-        FlowSettings::plain(1000.0),
+        FlowSettings::single_phase(1000.0),
         incline([-sin / cos, 0.0]),
         PlanBoundaries::default(),
         &[nodes],
@@ -179,7 +179,7 @@ fn plan(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let radius = 10.0;
     let nodes = heap(radius, 2.0, 0.4);
     let mut flow =
-        Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &[nodes])
+        Flow::new(FlowSettings::single_phase(1000.0), Bed::Flat(0.0), PlanBoundaries::default(), &[nodes])
             .map_err(|failure| failure.to_string())?;
     let first = second_moments(&flow);
     let mut shown = chart("Cap on a level plane: depth over the distance from its middle", "depth (m)");

@@ -38,14 +38,14 @@ fn gauss(x: f64) -> f64 {
 }
 
 /// Largest difference from a formula at the nodes.
-fn largest(line: &ScalarNodes, exact: impl Fn(f64) -> f64) -> f64 {
-    line.places.iter().zip(&line.values).map(|(x, value)| (value - exact(*x)).abs()).fold(0.0, f64::max)
+fn max_difference(line: &ScalarNodes, exact: impl Fn(f64) -> f64) -> f64 {
+    line.positions.iter().zip(&line.values).map(|(x, value)| (value - exact(*x)).abs()).fold(0.0, f64::max)
 }
 
 /// Mean difference from a formula between two positions, over the length (m).
 fn mean_difference(line: &ScalarNodes, [low, high]: [f64; 2], exact: impl Fn(f64) -> f64) -> f64 {
     let count = 2000;
-    cells(count, low, high).map(|x| (line.at(x) - exact(x)).abs()).sum::<f64>() / f64::from(count)
+    cells(count, low, high).map(|x| (line.value_at(x) - exact(x)).abs()).sum::<f64>() / f64::from(count)
 }
 
 /// Checks V1 and V2b.
@@ -58,18 +58,18 @@ fn convection(outcome: &mut BenchmarkOutcome) {
         let mut line = ScalarNodes::new(cells(200, 0.0, 2.0), form);
         let mut decaying = line.clone();
         for _ in 0..100 {
-            line.convect(1.0, 0.01);
-            decaying.convect(1.0, 0.01);
-            decaying.spread(0.02, 0.01, 0.0, 0.1, 0.01);
+            line.advect(1.0, 0.01);
+            decaying.advect(1.0, 0.01);
+            decaying.diffuse(0.02, 0.01, 0.0, 0.1, 0.01);
         }
         outcome.assert_below(
             format!("V1{name}: largest error after 1 s"),
             "0",
-            largest(&line, |x| form(x - 1.0)),
+            max_difference(&line, |x| form(x - 1.0)),
             1e-12,
             reason,
         );
-        let found = largest(&decaying, |x| (-0.1f64).exp() * form(x - 1.0));
+        let found = max_difference(&decaying, |x| (-0.1f64).exp() * form(x - 1.0));
         outcome.assert_below(
             format!("V2b, {name}: largest error after 1 s of decay"),
             "0",
@@ -81,13 +81,13 @@ fn convection(outcome: &mut BenchmarkOutcome) {
     let inflow = |t: f64| (TAU * t).sin();
     let mut line = ScalarNodes::new(cells(200, 0.0, 2.0), |_| 0.0);
     // One node at the corner where the inflow joins the initial state.
-    line.enter(0.0, inflow(0.0));
+    line.insert_node(0.0, inflow(0.0));
     for step in 1..=100 {
-        line.convect(1.0, 0.01);
-        line.enter(0.0, inflow(0.01 * f64::from(step)));
+        line.advect(1.0, 0.01);
+        line.insert_node(0.0, inflow(0.01 * f64::from(step)));
     }
     let exact = |x: f64| if x < 1.0 { inflow(1.0 - x) } else { 0.0 };
-    let found = cells(1000, 0.005, 1.995).map(|x| (line.at(x) - exact(x)).abs()).fold(0.0, f64::max);
+    let found = cells(1000, 0.005, 1.995).map(|x| (line.value_at(x) - exact(x)).abs()).fold(0.0, f64::max);
     outcome.assert_below("V1c: largest error of what has flowed in after 1 s", "0", found, 1e-3, "V1: 1e-3");
 }
 
@@ -105,16 +105,16 @@ fn diffusion(outcome: &mut BenchmarkOutcome) {
         let steps = (end / (0.1 * length * length / diffusivity)).ceil().max(10.0);
         let mut line = ScalarNodes::new(cells(count, -1.0, 3.0), |x| gauss(x - start));
         for _ in 0..steps as u32 {
-            line.convect(speed, end / steps);
-            line.spread(length, spacing, diffusivity, sink, end / steps);
+            line.advect(speed, end / steps);
+            line.diffuse(length, spacing, diffusivity, sink, end / steps);
         }
         line
     };
     for (time, printed, beside) in [(0.5, 0.672_621, 0.247_443), (1.0, 0.522_408, 0.268_213)] {
         let line = at_time(400, time);
-        let peak = line.at(start + time);
+        let peak = line.value_at(start + time);
         outcome.assert_close(format!("V2: peak after {time} s"), printed, 0.01, peak, "V2: 1 %");
-        let found = 0.5 * (line.at(start + time - 0.2) + line.at(start + time + 0.2));
+        let found = 0.5 * (line.value_at(start + time - 0.2) + line.value_at(start + time + 0.2));
         outcome.assert_close(
             format!("V2: value 0.2 m beside it after {time} s"),
             beside,
@@ -123,7 +123,7 @@ fn diffusion(outcome: &mut BenchmarkOutcome) {
             "V2: 1 %, as of the peak",
         );
     }
-    let [coarse, fine] = [100, 200].map(|count| largest(&at_time(count, 1.0), |x| exact(x, 1.0)));
+    let [coarse, fine] = [100, 200].map(|count| max_difference(&at_time(count, 1.0), |x| exact(x, 1.0)));
     let claim = "at least 1.8";
     outcome.assert_within(
         "V2: order of the error in the spacing",
@@ -151,7 +151,7 @@ fn steepening(outcome: &mut BenchmarkOutcome) {
     for (time, printed) in rows {
         let mut line = ScalarNodes::new(cells(16_000, 0.0, 2.0), |x| (PI * x).sin());
         line.steepen(time);
-        let apart = |(x, exact): (f64, f64)| (line.at(x) - exact).abs();
+        let apart = |(x, exact): (f64, f64)| (line.value_at(x) - exact).abs();
         let found = [0.1, 0.25, 0.5, 0.75, 0.9].into_iter().zip(printed).map(apart).fold(0.0, f64::max);
         outcome.assert_below(
             format!("V4a: largest error of the sine after {time} s"),
@@ -169,7 +169,7 @@ fn shock(outcome: &mut BenchmarkOutcome) {
     let front = |line: &ScalarNodes| {
         let k = line.values.partition_point(|value| *value > 0.5);
         let share = (line.values[k - 1] - 0.5) / (line.values[k - 1] - line.values[k]);
-        line.places[k - 1] + share * (line.places[k] - line.places[k - 1])
+        line.positions[k - 1] + share * (line.positions[k] - line.positions[k - 1])
     };
     line.steepen(0.2);
     let before = front(&line);
@@ -198,7 +198,8 @@ fn triangle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let flat = if time < 2.0 { vec![(time, 1.0)] } else { Vec::new() };
         let exact = [vec![(0.0, 0.0)], flat, vec![(end, height), (end, 0.0), (4.0, 0.0)]].concat();
         chart.series.push(Series::new(format!("closed form, {time} s"), exact, Style::Dashed));
-        let shown = line.places.iter().zip(&line.values).step_by(10).map(|(x, value)| (*x, *value)).collect();
+        let shown =
+            line.positions.iter().zip(&line.values).step_by(10).map(|(x, value)| (*x, *value)).collect();
         chart.series.push(Series::new(format!("nodes, {time} s"), shown, Style::Markers));
     }
     outcome.assert_close("V4c: area under the pulse after 4 s (m²/s)", 1.0, 1e-3, line.area(), "V4c: 1e-3");
@@ -207,7 +208,7 @@ fn triangle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let k = line.values.iter().position(|value| *value == top).unwrap_or_default();
     let after = line.values[k..].partition_point(|value| *value > 0.5 * top) + k;
     let share = (line.values[after - 1] - 0.5 * top) / (line.values[after - 1] - line.values[after]);
-    let place = line.places[after - 1] + share * (line.places[after] - line.places[after - 1]);
+    let place = line.positions[after - 1] + share * (line.positions[after] - line.positions[after - 1]);
     outcome.assert_close("V4c: place of the shock after 4 s (m)", 2.828_427, 0.02, place, "V4c: 2 %");
     outcome.assert_close(
         "V4c: height of the triangle after 4 s (m/s)",

@@ -31,8 +31,8 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let pairs: &[(f64, f64)] = if quick { &[(1.0, 0.5)] } else { &[(1.0, 0.5), (1.0, 0.1), (10.0, 0.1)] };
     for &(left, right) in pairs {
         let exact = Stoker::new(GRAVITY, left, right);
-        judge(&mut outcome, left, right, "equal spacing", &by_case(left, right)?, &exact)?;
-        judge(&mut outcome, left, right, "equal volumes", &by_volume(left, right)?, &exact)?;
+        judge(&mut outcome, left, right, "equal spacing", &equally_spaced_profile(left, right)?, &exact)?;
+        judge(&mut outcome, left, right, "equal volumes", &equal_volume_profile(left, right)?, &exact)?;
     }
     reflect(&mut outcome, quick)?;
     Ok(outcome)
@@ -40,7 +40,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
 
 /// Half of the length of the basin over the larger depth, and time over the square root of that depth over gravity: no wave has reached a
 /// wall.
-const HALF: f64 = 5.0;
+const HALF_LENGTH_AND_END: f64 = 5.0;
 const TIME: f64 = 3.132_092;
 
 /// Time at which a basin of left depth `left` (m) is compared (s).
@@ -56,7 +56,7 @@ fn nodes(left: f64, right: f64) -> f64 {
 /// Case with other depths; lengths are proportional to the left one.
 fn case(left: f64, right: f64) -> Result<Case, String> {
     let mut case = load("wet-bed")?;
-    let half = HALF * left;
+    let half = HALF_LENGTH_AND_END * left;
     case.domain.min[0] = -half;
     case.domain.max[0] = half;
     case.domain.max[1] = 1.5 * left;
@@ -69,22 +69,26 @@ fn case(left: f64, right: f64) -> Result<Case, String> {
 }
 
 /// Profile from nodes at equal distances, of unequal volume.
-fn by_case(left: f64, right: f64) -> Result<NodeProfile, String> {
+fn equally_spaced_profile(left: f64, right: f64) -> Result<NodeProfile, String> {
     let mut solver = start(&case(left, right)?)?;
     step_until(&mut *solver, end(left))?;
-    Ok(NodeProfile::of(&solver.snapshot(), 0, &[-HALF * left, HALF * left]))
+    Ok(NodeProfile::from_snapshot(
+        &solver.snapshot(),
+        0,
+        &[-HALF_LENGTH_AND_END * left, HALF_LENGTH_AND_END * left],
+    ))
 }
 
 /// Profile from nodes of equal volume, at unequal distances.
-fn by_volume(left: f64, right: f64) -> Result<NodeProfile, String> {
-    let half = HALF * left;
+fn equal_volume_profile(left: f64, right: f64) -> Result<NodeProfile, String> {
+    let half = HALF_LENGTH_AND_END * left;
     let ends = PlanBoundaries { walls: [[Some(-half), Some(half)]], ..PlanBoundaries::default() };
     // As many nodes as at equal distances, where the deeper side leaves enough for the shallow one.
     let count = (100.0 * left / right).clamp(250.0, 2000.0).round();
     let spacing = half / count;
     let mut nodes = layer(-half, 0.0, spacing, left);
     nodes.extend(layer(0.0, half, spacing * left / right, right));
-    let mut flow = Flow::new(FlowSettings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
+    let mut flow = Flow::new(FlowSettings::single_phase(1000.0), Bed::Flat(0.0), ends, &[nodes])
         .map_err(|failure| failure.to_string())?;
     step_flow_until(&mut flow, end(left))?;
     Ok(NodeProfile::of_set(&flow.nodes.sets[0], &[-half, half]))
@@ -100,9 +104,9 @@ fn judge(
     exact: &Stoker,
 ) -> Result<(), String> {
     let name = |what: &str| format!("V6, {left} m over {right} m, {nodes}: {what}");
-    let (time, half) = (end(left), HALF * left);
+    let (time, half) = (end(left), HALF_LENGTH_AND_END * left);
     let tail = (exact.velocity - (GRAVITY * exact.depth).sqrt()) * time;
-    let front = exact.bore * time;
+    let front = exact.bore_speed * time;
     // The middle of the region between the waves.
     let width = front - tail;
     let (depth, velocity) = profile.mean(tail + 0.2 * width, front - 0.2 * width);
@@ -116,12 +120,12 @@ fn judge(
     );
     let bore = profile.downcrossing(0.5 * (exact.depth + right), 0.5 * (tail + front), half);
     outcome.assert_close(name("place of the bore (m)"), front, 0.01, bore, "V6: 1 % of its travel");
-    let error = profile.errors(-half, half, |x| exact.at(x, time));
+    let error = profile.errors(-half, half, |x| exact.state_at(x, time));
     let reason = "V6: 1.5 % of the larger depth";
     outcome.assert_below(name("mean error of depth over the larger one"), "0", error.0 / left, 0.015, reason);
     if nodes == "equal spacing" {
         let mut chart = chart(&format!("{left} m of water over {right} m after {time:.3} s"), "depth (m)");
-        chart.series.push(closed_form_series("Stoker", -half, half, |x| exact.at(x, time).0));
+        chart.series.push(closed_form_series("Stoker", -half, half, |x| exact.state_at(x, time).0));
         chart.series.push(Series::new("nodes", profile.heights(-half, half), Style::Line));
         outcome.svg("V6: depth by sums over the nodes, and the closed form of Stoker.", &chart)?;
     }
@@ -135,15 +139,22 @@ fn reflect(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
         let (depth, speed) = exact.reflected();
         let level = 0.5 * (depth + exact.depth);
         let mut solver = start(&case(1.0, right)?)?;
-        let met = HALF / exact.bore;
+        let arrival = HALF_LENGTH_AND_END / exact.bore_speed;
         // Two evaluations, before the water that follows changes it.
         let mut places = Vec::new();
         let mut found = (f64::NAN, f64::NAN);
         for distance in [0.1, 0.2] {
-            step_until(&mut *solver, met + distance * HALF / -speed)?;
-            let profile = NodeProfile::of(&solver.snapshot(), 0, &[-HALF, HALF]);
-            found = profile.mean(0.85 * HALF, HALF);
-            places.push((solver.time(), -profile.mirrored().downcrossing(level, -HALF, -0.5 * HALF)));
+            step_until(&mut *solver, arrival + distance * HALF_LENGTH_AND_END / -speed)?;
+            let profile = NodeProfile::from_snapshot(
+                &solver.snapshot(),
+                0,
+                &[-HALF_LENGTH_AND_END, HALF_LENGTH_AND_END],
+            );
+            found = profile.mean(0.85 * HALF_LENGTH_AND_END, HALF_LENGTH_AND_END);
+            places.push((
+                solver.time(),
+                -profile.mirrored().downcrossing(level, -HALF_LENGTH_AND_END, -0.5 * HALF_LENGTH_AND_END),
+            ));
         }
         let name = |what: &str| format!("V29, 1 m over {right} m: {what}");
         outcome.assert_close(name("depth behind the reflected bore (m)"), depth, 0.02, found.0, "V29: 2 %");

@@ -11,7 +11,7 @@ use colluvium::depth_sph::points::phase_nodes::NewNode;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use crate::benchmarks::depth_sph::common_cases::{basal_law, node, step_flow_until};
+use crate::benchmarks::depth_sph::common_cases::{basal_law, line_node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
 /// Benchmark of this module.
@@ -29,15 +29,15 @@ const GRAVITY: f64 = 9.81;
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Middle of the water in a canal", "time (s)", "x (m)");
-    free(&mut outcome, &mut chart)?;
-    damped(&mut outcome, &mut chart)?;
-    held(&mut outcome, &mut chart)?;
+    check_frictionless(&mut outcome, &mut chart)?;
+    check_linear_resistance(&mut outcome, &mut chart)?;
+    check_frictional(&mut outcome, &mut chart)?;
     outcome.svg(
         "V10: water in a parabolic canal, free, damped in proportion to its speed, and with a little friction; closed forms broken.",
         &chart,
     )?;
-    turning(&mut outcome, quick)?;
-    breathing(&mut outcome, quick)?;
+    check_rotating_surface(&mut outcome, quick)?;
+    check_axisymmetric_oscillation(&mut outcome, quick)?;
     Ok(outcome)
 }
 
@@ -47,36 +47,36 @@ fn canal(friction: f64) -> Result<Flow<1>, String> {
     let nodes: Vec<NewNode<1>> = (0..400)
         .map(|k| {
             let x = -100.0 + spacing * (f64::from(k) + 0.5);
-            node(x + 20.0, 0.0, 10.0 * (1.0 - x * x / 1e4) * spacing, spacing)
+            line_node(x + 20.0, 0.0, 10.0 * (1.0 - x * x / 1e4) * spacing, spacing)
         })
         .collect();
-    let mut settings = FlowSettings::<1>::plain(1000.0);
+    let mut settings = FlowSettings::<1>::single_phase(1000.0);
     settings.frame = DepthFrame::SmallSlope;
     if friction > 0.0 {
         let angle = friction.atan().to_degrees();
         settings.zones =
-            vec![BedZone::everywhere(basal_law(json!({ "model": "coulomb", "friction_angle": angle }))?)];
+            vec![BedZone::unbounded(basal_law(json!({ "model": "coulomb", "friction_angle": angle }))?)];
     }
     Flow::new(settings, paraboloid(1e-3, [0.0]), PlanBoundaries::default(), &[nodes])
         .map_err(|failure| failure.to_string())
 }
 
 /// Centre of the water (m).
-fn middle<const D: usize>(flow: &Flow<D>) -> [f64; D] {
+fn water_centre<const D: usize>(flow: &Flow<D>) -> [f64; D] {
     let nodes = &flow.nodes.sets[0].nodes;
     let whole = nodes.total_volume();
     let sum = |c: usize| nodes.position.iter().zip(&nodes.volume).map(|(x, m)| m / whole * x[c]).sum();
     std::array::from_fn(sum)
 }
 
-fn free(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
+fn check_frictionless(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
     let period = TAU / omega;
     let mut flow = canal(0.0)?;
     let (mut found, mut crossing) = (vec![(0.0, 20.0)], f64::NAN);
     for k in 1..=200 {
         step_flow_until(&mut flow, period * f64::from(k) / 200.0)?;
-        let (before, now) = (found[found.len() - 1], (flow.clock.time, middle(&flow)[0]));
+        let (before, now) = (found[found.len() - 1], (flow.clock.time, water_centre(&flow)[0]));
         if before.1 < 0.0 && now.1 >= 0.0 {
             crossing = before.0 - before.1 * (now.0 - before.0) / (now.1 - before.1);
         }
@@ -106,7 +106,7 @@ fn free(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), Str
 }
 
 /// Checks V10 (ii): resistance of 0.05/s times the velocity, which no basal law has; it is integrated exactly after each step.
-fn damped(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
+fn check_linear_resistance(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     const RATE: f64 = 0.05;
     let mut flow = canal(0.0)?;
     let mut found = vec![(0.0, 20.0)];
@@ -116,7 +116,7 @@ fn damped(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), S
             flow.advance(dt).map_err(|failure| failure.to_string())?;
             let left = (-RATE * dt).exp();
             flow.nodes.sets[0].nodes.velocity.iter_mut().for_each(|v| v[0] *= left);
-            found.push((flow.clock.time, middle(&flow)[0]));
+            found.push((flow.clock.time, water_centre(&flow)[0]));
         }
         let place = found[found.len() - 1].1;
         let name = format!("V10, damped: middle after {end} s (m)");
@@ -140,14 +140,14 @@ fn damped(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), S
 }
 
 /// Checks V10 (iii): friction reduces the amplitude by 5 m in each half period.
-fn held(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
+fn check_frictional(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
     let mut flow = canal(0.005)?;
     let mut found = vec![(0.0, 20.0)];
     while flow.clock.time < 110.0 {
         let end = flow.clock.time + 0.5;
         step_flow_until(&mut flow, end)?;
-        found.push((flow.clock.time, middle(&flow)[0]));
+        found.push((flow.clock.time, water_centre(&flow)[0]));
     }
     for (number, exact) in [-15.0, 10.0, -5.0, 0.0].into_iter().enumerate() {
         let time = PI / omega * (number + 1) as f64;
@@ -193,7 +193,7 @@ fn bowl(quick: bool, state: impl Fn([f64; 2]) -> (f64, [f64; 2])) -> Result<Flow
             }
         }
     }
-    let mut settings = FlowSettings::<2>::plain(1000.0);
+    let mut settings = FlowSettings::<2>::single_phase(1000.0);
     settings.frame = DepthFrame::SmallSlope;
     Flow::new(settings, paraboloid(0.01, [0.0; 2]), PlanBoundaries::default(), &[nodes])
         .map_err(|failure| failure.to_string())
@@ -220,7 +220,7 @@ fn error(flow: &Flow<2>, centre: [f64; 2], radius: f64, exact: impl Fn([f64; 2])
 }
 
 /// Checks V11: the surface stays plane and rotates.
-fn turning(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
+fn check_rotating_surface(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let (omega, away) = ((2.0 * GRAVITY).sqrt() / 10.0, 2.0);
     let still = move |x: [f64; 2], centre: [f64; 2]| {
         (1.0 - ((x[0] - centre[0]).powi(2) + (x[1] - centre[1]).powi(2)) / 100.0).max(0.0)
@@ -230,7 +230,7 @@ fn turning(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let (mut angle, mut turned, mut path) = (0.0f64, 0.0f64, Vec::new());
     for k in 1..=40 {
         step_flow_until(&mut flow, period * f64::from(k) / 40.0)?;
-        let [x, y] = middle(&flow);
+        let [x, y] = water_centre(&flow);
         let now = y.atan2(x);
         turned += (now - angle + PI).rem_euclid(TAU) - PI;
         angle = now;
@@ -238,7 +238,7 @@ fn turning(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     }
     let reason = "V11: period 1 %";
     outcome.assert_close("V11, plane surface: turns in a period", 1.0, 0.01, turned / TAU, reason);
-    let [x, y] = middle(&flow);
+    let [x, y] = water_centre(&flow);
     let found = error(&flow, [away, 0.0], 10.0, |x| still(x, [away, 0.0]));
     outcome.assert_below(
         "V11, plane surface: mean error of depth after a period (m)",
@@ -262,7 +262,7 @@ fn turning(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
 }
 
 /// Checks V11: the water rises and falls in the middle.
-fn breathing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
+fn check_axisymmetric_oscillation(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let (omega, a) = ((8.0 * GRAVITY).sqrt() / 10.0, 0.25f64);
     let root = (1.0 - a * a).sqrt();
     let height = move |x: [f64; 2], t: f64| {

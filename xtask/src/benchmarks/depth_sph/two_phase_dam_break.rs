@@ -21,18 +21,18 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const GRAVITY: f64 = 9.81;
-const HALF: f64 = 10.0;
-const WALLS: [f64; 2] = [-HALF, HALF];
+const HALF_LENGTH: f64 = 10.0;
+const WALLS: [f64; 2] = [-HALF_LENGTH, HALF_LENGTH];
 
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    strong(&mut outcome, 0.3, if quick { 2.0 } else { 6.0 })?;
+    check_strong_drag(&mut outcome, 0.3, if quick { 2.0 } else { 6.0 })?;
     if !quick {
-        strong(&mut outcome, 0.03, 2.0)?;
+        check_strong_drag(&mut outcome, 0.03, 2.0)?;
     }
-    weak(&mut outcome, "node", 0.03)?;
+    check_no_drag(&mut outcome, "node", 0.03)?;
     if !quick {
-        weak(&mut outcome, "symmetric", 0.07)?;
+        check_no_drag(&mut outcome, "symmetric", 0.07)?;
     }
     Ok(outcome)
 }
@@ -55,24 +55,24 @@ fn volumes(snapshot: &Snapshot) -> [f64; 2] {
 struct PhaseProfiles([NodeProfile; 2]);
 
 impl PhaseProfiles {
-    fn of(snapshot: &Snapshot) -> Self {
-        Self([0, 1].map(|phase| NodeProfile::of(snapshot, phase, &WALLS)))
+    fn from_snapshot(snapshot: &Snapshot) -> Self {
+        Self([0, 1].map(|phase| NodeProfile::from_snapshot(snapshot, phase, &WALLS)))
     }
 
     fn depth(&self, x: f64) -> f64 {
-        self.0[0].at(x).0 + self.0[1].at(x).0
+        self.0[0].height_and_velocity_at(x).0 + self.0[1].height_and_velocity_at(x).0
     }
 
     fn velocities(&self, x: f64) -> [f64; 2] {
-        [self.0[0].at(x).1, self.0[1].at(x).1]
+        [self.0[0].height_and_velocity_at(x).1, self.0[1].height_and_velocity_at(x).1]
     }
 
     fn porosity(&self, x: f64) -> f64 {
-        self.0[1].at(x).0 / self.depth(x)
+        self.0[1].height_and_velocity_at(x).0 / self.depth(x)
     }
 
     /// First position between `low` and `high` (m) at which `value` passes `level`, upward or downward.
-    fn passes(low: f64, high: f64, level: f64, value: impl Fn(f64) -> f64) -> f64 {
+    fn first_crossing(low: f64, high: f64, level: f64, value: impl Fn(f64) -> f64) -> f64 {
         let count = 4000;
         let place = |k: i32| low + (high - low) * f64::from(k) / f64::from(count);
         let mut before = value(low);
@@ -88,20 +88,20 @@ impl PhaseProfiles {
 }
 
 /// Checks B1: the drag of settling at 1 mm/s locks the phases.
-fn strong(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> Result<(), String> {
+fn check_strong_drag(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> Result<(), String> {
     let exact = LockedDam::new(GRAVITY, [1360.0 / 1.04, 2220.0 / 1.38], [1.04, 1.38]);
     let mut solver = solver(&[("courant", json!(courant))])?;
     let volumes_before = volumes(&solver.snapshot());
     for time in [0.5, 1.0, 1.5, 2.0] {
         step_until(&mut *solver, time)?;
-        let both = PhaseProfiles::of(&solver.snapshot());
+        let both = PhaseProfiles::from_snapshot(&solver.snapshot());
         let name = |what: &str| format!("B1, Courant number {courant}, {time} s: {what}");
         mean_errors(outcome, &both, &exact, time, &name);
         wave_positions(outcome, &both, &exact, time, &name);
     }
     draw(outcome, &solver.snapshot(), &exact, courant)?;
     if end > 2.0 {
-        reflected(outcome, &mut *solver)?;
+        check_reflection(outcome, &mut *solver)?;
     }
     let volumes_after = volumes(&solver.snapshot());
     for (phase, (before, after)) in volumes_before.into_iter().zip(volumes_after).enumerate() {
@@ -121,8 +121,8 @@ fn mean_errors(
     name: &dyn Fn(&str) -> String,
 ) {
     let (mut depth, mut velocity, mut slip) = (0.0, 0.0, 0.0f64);
-    for x in cell_centres(-HALF, HALF) {
-        let ((h, u), [solid, fluid]) = (exact.at(x, time), both.velocities(x));
+    for x in cell_centres(-HALF_LENGTH, HALF_LENGTH) {
+        let ((h, u), [solid, fluid]) = (exact.state_at(x, time), both.velocities(x));
         depth += (both.depth(x) - h).abs() / 500.0;
         velocity += (solid - u).abs() / 500.0;
         slip = slip.max((fluid - solid).abs());
@@ -147,13 +147,18 @@ fn wave_positions(
         outcome.assert_within(name(title), &format!("{place:.4}"), found, range, reason);
     };
     let [bore, _, contact, tail, head] = exact.waves().map(|wave| wave * time);
-    let found = PhaseProfiles::passes(-HALF, contact, 0.5 * (1.04 + exact.star[0]), |x| both.depth(x));
+    let found =
+        PhaseProfiles::first_crossing(-HALF_LENGTH, contact, 0.5 * (1.04 + exact.contact_depths[0]), |x| {
+            both.depth(x)
+        });
     near("bore (m)", bore, found, 0.15, "B1: ±0.15 m");
-    let found = PhaseProfiles::passes(bore, tail, 0.541_8, |x| both.porosity(x));
+    let found = PhaseProfiles::first_crossing(bore, tail, 0.541_8, |x| both.porosity(x));
     near("contact (m)", contact, found, 0.1, "B1: ±0.1 m");
     // In the fan the velocity is linear: from the positions with a quarter and three quarters of that between the waves.
     let at = |share: f64| {
-        PhaseProfiles::passes(tail - 0.3, HALF, share * exact.velocity, |x| both.velocities(x)[0])
+        PhaseProfiles::first_crossing(tail - 0.3, HALF_LENGTH, share * exact.velocity, |x| {
+            both.velocities(x)[0]
+        })
     };
     let (inner, outer) = (at(0.75), at(0.25));
     let found = outer + 0.5 * (outer - inner);
@@ -167,11 +172,16 @@ fn draw(
     exact: &LockedDam,
     courant: f64,
 ) -> Result<(), String> {
-    let both = PhaseProfiles::of(snapshot);
+    let both = PhaseProfiles::from_snapshot(snapshot);
     let mut shown = chart("Grains and fluid after 2 s, strong drag", "m, m/s, –");
-    shown.series.push(closed_form_series("depth, closed form", -HALF, HALF, |x| exact.at(x, 2.0).0));
-    shown.series.push(closed_form_series("velocity, closed form", -HALF, HALF, |x| exact.at(x, 2.0).1));
-    let over = |value: &dyn Fn(f64) -> f64| cell_centres(-HALF, HALF).map(|x| (x, value(x))).collect();
+    shown.series.push(closed_form_series("depth, closed form", -HALF_LENGTH, HALF_LENGTH, |x| {
+        exact.state_at(x, 2.0).0
+    }));
+    shown.series.push(closed_form_series("velocity, closed form", -HALF_LENGTH, HALF_LENGTH, |x| {
+        exact.state_at(x, 2.0).1
+    }));
+    let over =
+        |value: &dyn Fn(f64) -> f64| cell_centres(-HALF_LENGTH, HALF_LENGTH).map(|x| (x, value(x))).collect();
     shown.series.push(Series::new("depth", over(&|x| both.depth(x)), Style::Line));
     shown.series.push(Series::new("velocity", over(&|x| both.velocities(x)[0]), Style::Line));
     shown.series.push(Series::new("porosity", over(&|x| both.porosity(x)), Style::Line));
@@ -179,7 +189,7 @@ fn draw(
 }
 
 /// Checks the state after the waves have reached the walls against a finite-volume computation of the sheet.
-fn reflected(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> Result<(), String> {
+fn check_reflection(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> Result<(), String> {
     let places = [-9.0, -6.0, -4.0, -2.0, 0.0, 4.0, 6.0, 8.0, 9.0];
     let rows = [
         (3.5, 0.03, [1.5159, 1.2667, 1.2667, 1.146, 1.1421, 1.1421, 1.1421, 1.0759, 1.0172]),
@@ -187,7 +197,7 @@ fn reflected(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> Result<
     ];
     for (time, bound, table) in rows {
         step_until(solver, time)?;
-        let both = PhaseProfiles::of(&solver.snapshot());
+        let both = PhaseProfiles::from_snapshot(&solver.snapshot());
         let error: f64 = places.iter().zip(table).map(|(x, h)| (both.depth(*x) - h).abs() / 9.0).sum();
         let reason = "B1: 3 % at 3.5 s, 5 % at 6 s; the places of the sheet's table";
         let name = format!("B1, {time} s: mean difference of depth from finite volumes over 1.2 m");
@@ -197,11 +207,11 @@ fn reflected(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> Result<
 }
 
 /// Checks B1b: phases without mutual drag.
-fn weak(outcome: &mut BenchmarkOutcome, momentum: &str, bound: f64) -> Result<(), String> {
+fn check_no_drag(outcome: &mut BenchmarkOutcome, momentum: &str, bound: f64) -> Result<(), String> {
     let none = json!({ "law": "none" });
     let mut solver = solver(&[("mixture/drag", none), ("momentum", json!(momentum))])?;
     step_until(&mut *solver, 2.0)?;
-    let both = PhaseProfiles::of(&solver.snapshot());
+    let both = PhaseProfiles::from_snapshot(&solver.snapshot());
     let table =
         [(0.0, 1.1965, -1.0152, -0.2352), (2.0, 1.1579, -0.6179, -0.6179), (4.0, 1.1579, -0.6181, -0.6181)];
     let form = format!("{momentum} form");
@@ -214,7 +224,8 @@ fn weak(outcome: &mut BenchmarkOutcome, momentum: &str, bound: f64) -> Result<()
         outcome.assert_close(name("velocity of the fluid (m/s)"), fluid, bound, found[1], reason);
     }
     let mut shown = chart(&format!("Grains and fluid after 2 s, no drag, {form}"), "m, m/s, –");
-    let over = |value: &dyn Fn(f64) -> f64| cell_centres(-HALF, HALF).map(|x| (x, value(x))).collect();
+    let over =
+        |value: &dyn Fn(f64) -> f64| cell_centres(-HALF_LENGTH, HALF_LENGTH).map(|x| (x, value(x))).collect();
     shown.series.push(Series::new("depth", over(&|x| both.depth(x)), Style::Line));
     shown.series.push(Series::new("velocity of the grains", over(&|x| both.velocities(x)[0]), Style::Line));
     shown.series.push(Series::new("velocity of the fluid", over(&|x| both.velocities(x)[1]), Style::Line));

@@ -26,13 +26,13 @@ const COARSE: f64 = 1.6;
 struct FrontPosition {
     time: f64,
     /// Position: 99 % quantile of the nodes of grains (m).
-    place: f64,
+    position: f64,
     /// Mean speed in plan of the leading 5 % (m/s).
     speed: f64,
 }
 
 impl FrontPosition {
-    fn of(snapshot: &Snapshot) -> Self {
+    fn from_snapshot(snapshot: &Snapshot) -> Self {
         let (velocity, phase) = (vectors(snapshot, "velocity"), scalars(snapshot, "phase"));
         let grains = |i: &usize| phase.get(*i).is_none_or(|phase| *phase < 0.5);
         let mut order: Vec<usize> = (0..snapshot.positions.len()).filter(grains).collect();
@@ -41,7 +41,11 @@ impl FrontPosition {
         let last = order[(0.99 * (count - 1) as f64).round() as usize];
         let leading = &order[count - count / 20..];
         let speed = leading.iter().map(|i| velocity[*i][0].hypot(velocity[*i][1])).sum::<f64>();
-        Self { time: snapshot.time, place: snapshot.positions[last][0], speed: speed / leading.len() as f64 }
+        Self {
+            time: snapshot.time,
+            position: snapshot.positions[last][0],
+            speed: speed / leading.len() as f64,
+        }
     }
 }
 
@@ -55,19 +59,19 @@ struct YuTungRun {
 }
 
 impl YuTungRun {
-    fn of(case: &Case) -> Result<Self, String> {
+    fn from_case(case: &Case) -> Result<Self, String> {
         let mut solver = start(case)?;
         let volume = |solver: &dyn Solver| scalars(&solver.snapshot(), "volume").iter().sum::<f64>();
         let before = volume(&*solver);
         let mut run = Self {
-            fronts: vec![FrontPosition::of(&solver.snapshot())],
+            fronts: vec![FrontPosition::from_snapshot(&solver.snapshot())],
             eroded: Vec::new(),
             rasters: Vec::new(),
             volumes: [before; 2],
         };
         for half in 1..=90 {
             step_until(&mut *solver, 0.5 * f64::from(half))?;
-            run.fronts.push(FrontPosition::of(&solver.snapshot()));
+            run.fronts.push(FrontPosition::from_snapshot(&solver.snapshot()));
             if half == 80 {
                 run.eroded = solver.rasters();
             }
@@ -78,7 +82,7 @@ impl YuTungRun {
     }
 
     /// Front after a time (s).
-    fn at(&self, time: f64) -> FrontPosition {
+    fn front_at(&self, time: f64) -> FrontPosition {
         self.fronts[(2.0 * time).round() as usize]
     }
 
@@ -98,35 +102,41 @@ fn case(spacing: f64, more: &[(&str, Value)]) -> Result<Case, String> {
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let fine = 120.0 / 106.0;
-    let whole = YuTungRun::of(&case(if quick { COARSE } else { fine }, &[])?)?;
-    told(&mut outcome, &whole);
-    closed(&mut outcome, &whole)?;
+    let whole = YuTungRun::from_case(&case(if quick { COARSE } else { fine }, &[])?)?;
+    check_source_values(&mut outcome, &whole);
+    check_eroded_volume(&mut outcome, &whole)?;
     draw(&mut outcome, &whole)?;
     if !quick {
-        depends(&mut outcome, &whole)?;
+        check_sensitivity(&mut outcome, &whole)?;
     }
     Ok(outcome)
 }
 
 /// Checks front, speeds and volumes against the source.
-fn told(outcome: &mut BenchmarkOutcome, run: &YuTungRun) {
-    let at = run.fronts.iter().find(|front| front.place >= 100.0).map_or(f64::NAN, |front| front.speed);
+fn check_source_values(outcome: &mut BenchmarkOutcome, run: &YuTungRun) {
+    let at = run.fronts.iter().find(|front| front.position >= 100.0).map_or(f64::NAN, |front| front.speed);
     let name = |what: &str| format!("B3: {what}");
     let reason = "B3: 12 ± 3 m/s, of the source";
     outcome.assert_within(name("speed of the front at 100 m (m/s)"), "12", at, (9.0, 15.0), reason);
-    let most = run.fronts.iter().map(|front| front.speed).fold(0.0, f64::max);
+    let maximum = run.fronts.iter().map(|front| front.speed).fold(0.0, f64::max);
     let reason = "B3: 17 ± 2.5 m/s, of the source";
-    outcome.assert_within(name("largest speed of the front (m/s)"), "17", most, (14.5, 19.5), reason);
+    outcome.assert_within(name("largest speed of the front (m/s)"), "17", maximum, (14.5, 19.5), reason);
     let reason = "B3: 11 ± 3 m/s, of the source";
     outcome.assert_within(
         name("speed of the front after 23 s (m/s)"),
         "11",
-        run.at(23.0).speed,
+        run.front_at(23.0).speed,
         (8.0, 14.0),
         reason,
     );
     let reason = "B3: 510 ± 45 m, of the source";
-    outcome.assert_within(name("front after 45 s (m)"), "510", run.at(45.0).place, (465.0, 555.0), reason);
+    outcome.assert_within(
+        name("front after 45 s (m)"),
+        "510",
+        run.front_at(45.0).position,
+        (465.0, 555.0),
+        reason,
+    );
     let reason = "B3: 3400 ± 250 m³, of the source";
     outcome.assert_within(name("volume after 45 s (m³)"), "3400", run.volumes[1], (3150.0, 3650.0), reason);
     // The sheet's formula gives 2350 m³; its samples at 1 m, with the edge between nodes, 0.16 % more.
@@ -135,7 +145,7 @@ fn told(outcome: &mut BenchmarkOutcome, run: &YuTungRun) {
 }
 
 /// Checks that the volume eroded by the flow equals the loss of the bed.
-fn closed(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
+fn check_eroded_volume(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     let raster = &run.raster("bed_change")?.raster;
     let area = raster.spacing[0] * raster.spacing[1];
     let changed = || raster.values.iter().filter(|change| change.is_finite());
@@ -160,15 +170,15 @@ fn closed(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String>
 }
 
 /// Checks the influence of discretisation and parameters on the reach.
-fn depends(outcome: &mut BenchmarkOutcome, fine: &YuTungRun) -> Result<(), String> {
-    let base = YuTungRun::of(&case(COARSE, &[])?)?;
-    let apart = (base.at(45.0).place - fine.at(45.0).place).abs();
+fn check_sensitivity(outcome: &mut BenchmarkOutcome, fine: &YuTungRun) -> Result<(), String> {
+    let base = YuTungRun::from_case(&case(COARSE, &[])?)?;
+    let apart = (base.front_at(45.0).position - fine.front_at(45.0).position).abs();
     let reason =
         "the sheet's own computation differs by less than 1 m between 1472 and 2944 nodes; this halves them";
     outcome.assert_below("B3: reach on half as many nodes, difference (m)", "0", apart, 15.0, reason);
     let drag = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 1e-3 } });
-    let two = YuTungRun::of(&case(COARSE, &[("phases", json!("two")), ("mixture", drag)])?)?;
-    let apart = (two.at(45.0).place - base.at(45.0).place).abs();
+    let two = YuTungRun::from_case(&case(COARSE, &[("phases", json!("two")), ("mixture", drag)])?)?;
+    let apart = (two.front_at(45.0).position - base.front_at(45.0).position).abs();
     let reason = "locked by their drag, the phases move as one; the sheet has 2 to 3 % between the two in B2";
     outcome.assert_below("B3: reach of two phases, difference from one (m)", "0", apart, 25.0, reason);
     let column = |consolidation: f64, ratio: f64| json!({ "cells": 10, "consolidation": consolidation, "excess_ratio": ratio, "lower_bound": { "kind": "no-suction" } });
@@ -187,12 +197,13 @@ fn depends(outcome: &mut BenchmarkOutcome, fine: &YuTungRun) -> Result<(), Strin
         ("a rack from 400 to 410 m", vec![("regions", rack)]),
     ];
     for (name, more) in less {
-        let found = YuTungRun::of(&case(COARSE, &more)?)?.at(45.0).place / base.at(45.0).place;
+        let found = YuTungRun::from_case(&case(COARSE, &more)?)?.front_at(45.0).position
+            / base.front_at(45.0).position;
         let name = format!("B3, {name}: reach over that of the flow");
         outcome.assert_below(name, "< 1", found, 1.0, "B3: signs of the sensitivities");
     }
-    let found =
-        YuTungRun::of(&case(COARSE, &[("metric", json!("normal"))])?)?.at(45.0).place / base.at(45.0).place;
+    let found = YuTungRun::from_case(&case(COARSE, &[("metric", json!("normal"))])?)?.front_at(45.0).position
+        / base.front_at(45.0).position;
     let name = "B3, pressure along the normal: reach over that of the flow";
     outcome.assert_within(name, "> 1", found, (1.0, f64::INFINITY), "B3: signs of the sensitivities");
     Ok(())
@@ -206,7 +217,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
         let [x, y] = of.node_position(k % of.columns, k / of.columns);
         channel_bed(x, y)
     });
-    let seen = |value: &f64| if value.abs() > 1e-3 { sign * value } else { f64::NAN };
+    let signed_change = |value: &f64| if value.abs() > 1e-3 { sign * value } else { f64::NAN };
     let ring = (0..=72).map(|k| std::f64::consts::TAU * f64::from(k) / 72.0);
     TerrainMap {
         title: title.to_owned(),
@@ -216,7 +227,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
             counts,
             origin: of.origin,
             spacing: of.spacing,
-            values: of.values.iter().map(seen).collect(),
+            values: of.values.iter().map(signed_change).collect(),
         },
         outlines: vec![ring.map(|a| [35.0 + 35.0 * a.cos(), 17.0 * a.sin()]).collect()],
         ..TerrainMap::default()
@@ -228,13 +239,13 @@ fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
         series: vec![
             Series::new(
                 "leading 5 %",
-                run.fronts.iter().map(|front| (front.place, front.speed)).collect(),
+                run.fronts.iter().map(|front| (front.position, front.speed)).collect(),
                 Style::Line,
             ),
             Series::new("source, at its 100 and 350 m", vec![(100.0, 12.0), (350.0, 17.0)], Style::Markers),
             Series::new(
                 "after 4, 13 and 23 s",
-                [4.0, 13.0, 23.0].map(|t| (run.at(t).place, run.at(t).speed)).to_vec(),
+                [4.0, 13.0, 23.0].map(|t| (run.front_at(t).position, run.front_at(t).speed)).to_vec(),
                 Style::Markers,
             ),
         ],
@@ -244,7 +255,7 @@ fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
         "B3: the source's places and times do not agree with one another; speeds are compared.",
         &speeds,
     )?;
-    let arrival = run.fronts.iter().map(|front| (front.time, front.place)).collect();
+    let arrival = run.fronts.iter().map(|front| (front.time, front.position)).collect();
     let places = LineChart {
         series: vec![Series::new("99 % of the nodes", arrival, Style::Line)],
         ..LineChart::new("Front over time", "time (s)", "front (m)")

@@ -108,10 +108,10 @@ pub fn monotone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 pub fn quadratic(outcome: &mut BenchmarkOutcome) {
     let errors = |a: f64| 100.0 * (plug_ratio(a) / plug_ratio_quadratic(a) - 1.0);
     let range = (-320..=320).map(|i| 10f64.powf(f64::from(i) / 80.0)).map(errors);
-    let (least, most) = range.fold((0f64, 0f64), |(low, high), e| (low.min(e), high.max(e)));
+    let (smallest, maximum) = range.fold((0f64, 0f64), |(low, high), e| (low.min(e), high.max(e)));
     let rows = [
-        ("V-21 quadratic: least error of τ_b (%)", -2.8, least),
-        ("V-21 quadratic: largest error of τ_b (%)", 4.6, most),
+        ("V-21 quadratic: least error of τ_b (%)", -2.8, smallest),
+        ("V-21 quadratic: largest error of τ_b (%)", 4.6, maximum),
     ];
     outcome.assert_all_close(rows, 0.02, "the sheet's two digits");
 }

@@ -24,7 +24,7 @@ const FIRST_ORDER: &str = "closed form; the step is first order in the specific 
 const DIGITS: &str = "the sheet's digits";
 const TABLE: &str = "the sheet's 1 % against its own integration with 4000 steps";
 const NOT_YET: &str = "closed form, not quite reached at 60 % strain: 1 %";
-const SLOW: &str = "the sheet's 1.5 %: the critical state is approached slowly";
+const SLOW_APPROACH_REASON: &str = "the sheet's 1.5 %: the critical state is approached slowly";
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
@@ -197,9 +197,9 @@ struct SandReferenceState {
     /// `(γ, τ, p)`.
     table: [(f64, f64, f64); 6],
     /// Least pressure.
-    least: f64,
+    min_pressure: f64,
     /// `p`, `q` at γ = 4.
-    far: (f64, f64),
+    large_strain_state: (f64, f64),
     /// `p`, `q` of the critical state.
     critical: (f64, f64),
 }
@@ -216,8 +216,8 @@ const SANDS: [SandReferenceState; 3] = [
             (0.2, 646.335, 883.269),
             (0.5, 794.417, 1094.718),
         ],
-        least: 85.48,
-        far: (1127.04, 1420.55),
+        min_pressure: 85.48,
+        large_strain_state: (1127.04, 1420.55),
         critical: (1130.4906, 1425.5718),
     },
     SandReferenceState {
@@ -231,8 +231,8 @@ const SANDS: [SandReferenceState; 3] = [
             (0.2, 213.518, 293.591),
             (0.5, 255.471, 352.076),
         ],
-        least: 73.76,
-        far: (365.04, 460.10),
+        min_pressure: 73.76,
+        large_strain_state: (365.04, 460.10),
         critical: (366.5146, 462.1824),
     },
     SandReferenceState {
@@ -246,14 +246,14 @@ const SANDS: [SandReferenceState; 3] = [
             (0.2, 1.215, 1.684),
             (0.5, 1.429, 1.970),
         ],
-        least: 1.681,
-        far: (2.1796, 2.7472),
+        min_pressure: 1.681,
+        large_strain_state: (2.1796, 2.7472),
         critical: (2.2078, 2.7841),
     },
 ];
 
 /// Simple shear at constant volume without spin, 4000 steps.
-fn sheared(void_ratio: f64, shear: f64) -> Result<ElementPath, String> {
+fn shear_test(void_ratio: f64, shear: f64) -> Result<ElementPath, String> {
     let path = LoadingPath::Strain { increment: [0.0, 0.0, 0.0, 0.5 * shear, 0.0, 0.0] };
     test(sand(void_ratio), &[(path, 4000)])
 }
@@ -262,8 +262,8 @@ fn sheared_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let title = "Sand in simple shear at constant volume from 100 kPa";
     let mut curves = LineChart::new(title, "shear strain", "shear stress (Pa)");
     let mut paths = LineChart::new(title, "p (Pa)", "shear stress (Pa)");
-    for SandReferenceState { name, void_ratio, table, least, far, critical } in &SANDS {
-        let run = sheared(*void_ratio, 0.5)?;
+    for SandReferenceState { name, void_ratio, table, min_pressure, large_strain_state, critical } in &SANDS {
+        let run = shear_test(*void_ratio, 0.5)?;
         let (tau, p) = (column(&run, "stress_xy"), column(&run, "p"));
         for (shear, exact_tau, exact_p) in table {
             let row = (shear / 0.5 * 4000.0).round() as usize;
@@ -272,18 +272,36 @@ fn sheared_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             outcome.assert_close(label("p"), exact_p * 1e3, 0.01, p[row], TABLE);
         }
         let found = p.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-        outcome.assert_close(format!("V-18 {name} sand: least p (Pa)"), least * 1e3, 0.01, found, TABLE);
+        outcome.assert_close(
+            format!("V-18 {name} sand: least p (Pa)"),
+            min_pressure * 1e3,
+            0.01,
+            found,
+            TABLE,
+        );
         let shear = column(&run, "strain_xy").into_iter().map(|e| 2.0 * e);
         curves.series.push(Series::new(*name, shear.zip(tau.clone()).collect(), Style::Line));
         let marks = table.iter().map(|(shear, tau, _)| (*shear, tau * 1e3)).collect();
         curves.series.push(Series::new(format!("{name}, sheet"), marks, Style::Markers));
         paths.series.push(Series::new(*name, p.into_iter().zip(tau).collect(), Style::Line));
-        let run = sheared(*void_ratio, 4.0)?;
+        let run = shear_test(*void_ratio, 4.0)?;
         let label = |what: &str| format!("V-18 {name} sand, γ = 4: {what} (Pa)");
-        outcome.assert_close(label("p"), far.0 * 1e3, 0.01, run.last("p"), TABLE);
-        outcome.assert_close(label("q"), far.1 * 1e3, 0.01, run.last("q"), TABLE);
-        outcome.assert_close(label("p, critical state"), critical.0 * 1e3, 0.015, run.last("p"), SLOW);
-        outcome.assert_close(label("q, critical state"), critical.1 * 1e3, 0.015, run.last("q"), SLOW);
+        outcome.assert_close(label("p"), large_strain_state.0 * 1e3, 0.01, run.last("p"), TABLE);
+        outcome.assert_close(label("q"), large_strain_state.1 * 1e3, 0.01, run.last("q"), TABLE);
+        outcome.assert_close(
+            label("p, critical state"),
+            critical.0 * 1e3,
+            0.015,
+            run.last("p"),
+            SLOW_APPROACH_REASON,
+        );
+        outcome.assert_close(
+            label("q, critical state"),
+            critical.1 * 1e3,
+            0.015,
+            run.last("q"),
+            SLOW_APPROACH_REASON,
+        );
     }
     outcome.svg("Loose sand liquefies, medium and dense sand contract and then dilate.", &curves)?;
     outcome.svg("The same tests as stress paths.", &paths)

@@ -29,7 +29,7 @@ pub fn small_strain(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Simple shear to 2 in `steps` steps.
-fn sheared(steps: usize) -> Result<ElementPath, String> {
+fn shear_test(steps: usize) -> Result<ElementPath, String> {
     let path = LoadingPath::SimpleShearConstantVolume { shear: 2.0 };
     test(material("linear-elastic", json!({}))?, 0.0, path, steps)
 }
@@ -40,7 +40,7 @@ pub fn jaumann_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (run.last("stress_xy") / SHEAR_MODULUS - 2f64.sin())
             .hypot(run.last("stress_xx") / SHEAR_MODULUS - 1.0 + 2f64.cos())
     };
-    let order = (error(&sheared(20)?) / error(&sheared(100)?)).ln() / 5f64.ln();
+    let order = (error(&shear_test(20)?) / error(&shear_test(100)?)).ln() / 5f64.ln();
     let reason = "the sheet requires at least 1.95";
     outcome.assert_within("V-03 Jaumann simple shear: order", "2", order, (1.95, 2.1), reason);
     let table = [
@@ -50,7 +50,7 @@ pub fn jaumann_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (100, 0.909_327_09, 1.416_167_09),
     ];
     for (steps, tangential, normal) in table {
-        let run = sheared(steps)?;
+        let run = shear_test(steps)?;
         let name = format!("V-03 Jaumann simple shear to 2 in {steps} steps");
         let rows = [
             (format!("{name}: σ_12/G"), tangential, run.last("stress_xy") / SHEAR_MODULUS),
@@ -59,7 +59,7 @@ pub fn jaumann_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         ];
         outcome.assert_all_close(rows, 1e-8, "the sheet's eight digits");
     }
-    let run = sheared(100)?;
+    let run = shear_test(100)?;
     let of = |name: &str| -> Vec<(f64, f64)> {
         let (x, y) = (run.column("strain_xy").unwrap_or_default(), run.column(name).unwrap_or_default());
         x.into_iter().map(|x| 2.0 * x).zip(y.into_iter().map(|y| y / SHEAR_MODULUS)).collect()
@@ -78,7 +78,7 @@ pub fn jaumann_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Stress of `spec` after one motion from the given stress.
-fn after(spec: &MaterialSpec, stress: SymTensor, motions: &[Motion]) -> Result<SymTensor, String> {
+fn stress_after(spec: &MaterialSpec, stress: SymTensor, motions: &[Motion]) -> Result<SymTensor, String> {
     let law = spec.build().map_err(|error| error.to_string())?;
     let start = InitialCondition { stress, density: spec.density() };
     let (mut stresses, mut states) = law.initial(&[start]).map_err(|error| error.to_string())?;
@@ -96,13 +96,13 @@ pub fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rotation = |angle: f64| {
         Motion::from_deformation(&Mat3::rotation_z(angle), 1.0, 2000.0, 1.0).ok_or("singular rotation")
     };
-    let turned = after(&spec, start, &[rotation(30f64.to_radians())?])?;
+    let turned = stress_after(&spec, start, &[rotation(30f64.to_radians())?])?;
     outcome.assert_close("V-02 rotation by 30°: σ_xx", -104.820_508_08, 1e-9, turned[0], MACHINE);
     outcome.assert_close("V-02 rotation by 30°: σ_xy", -11.650_635_09, 1e-8, turned[3], MACHINE);
     outcome.assert_close("V-02 rotation by 30°: σ_yy", -45.179_491_92, 1e-9, turned[1], MACHINE);
     // Plane stress of the sheet for full turns.
     let start = SymTensor([-100e3, -50e3, 0.0, 20e3, 0.0, 0.0]);
-    let full = after(&spec, start, &[rotation(10f64.to_radians())?; 36])?;
+    let full = stress_after(&spec, start, &[rotation(10f64.to_radians())?; 36])?;
     let turn = "the sheet's 10⁻¹⁰";
     outcome.assert_close("V-02 a full turn in 36 rigid steps: σ_xx (Pa)", -100e3, 1e-10, full[0], turn);
     outcome.assert_close("V-02 a full turn in 36 rigid steps: σ_xy (Pa)", 20e3, 1e-10, full[3], turn);
@@ -111,7 +111,7 @@ pub fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     {
         let spin = Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]) * angle.to_radians();
         let motion = Motion::from_velocity_gradient(&spin, 1.0, 2000.0, 1.0).ok_or("singular spin")?;
-        let driven = after(&spec, start, &vec![motion; steps])?;
+        let driven = stress_after(&spec, start, &vec![motion; steps])?;
         let name = format!("V-02 {steps} steps of spin {angle}°");
         outcome.assert_close(format!("{name}: σ_xx (Pa)"), xx * 1e3, 1e-8, driven[0], digits);
         outcome.assert_close(format!("{name}: σ_xy (Pa)"), xy * 1e3, 5e-8, driven[3], digits);
@@ -145,7 +145,7 @@ pub fn finite_strain(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     ];
     for (name, spec, f, component, exact) in table {
         let motion = Motion::from_deformation(f, 1.0, 2000.0, 1.0).ok_or("singular deformation")?;
-        let stress = after(spec, SymTensor::ZERO, &[motion])? * (f.determinant() / (20e6 / 2.6));
+        let stress = stress_after(spec, SymTensor::ZERO, &[motion])? * (f.determinant() / (20e6 / 2.6));
         outcome.assert_close(name, exact, 2e-7, stress[component], "the sheet gives eight digits");
     }
     Ok(())

@@ -48,11 +48,11 @@ pub(super) fn test(
     path: LoadingPath,
     steps: usize,
 ) -> Result<ElementPath, String> {
-    staged(material, pressure, &[(path, steps)])
+    staged_test(material, pressure, &[(path, steps)])
 }
 
 /// Element test of several stages, with the steps of each, from an isotropic stress of `pressure` (Pa).
-fn staged(
+fn staged_test(
     material: MaterialSpec,
     pressure: f64,
     paths: &[(LoadingPath, usize)],
@@ -150,8 +150,8 @@ fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Stress paths end on the yield surface.", &chart)?;
     outcome.assert_close("V-09 undrained, ψ = 0: p at failure (Pa)", 100e3, 1e-6, run.last("p"), PATH);
     dilating(outcome)?;
-    compressed(outcome)?;
-    pulled(outcome)
+    check_oedometers(outcome)?;
+    check_extension(outcome)
 }
 
 /// Checks that the undrained strength of a dilating soil has no bound.
@@ -165,12 +165,12 @@ fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         200,
     )?;
     let q = run.column("q").unwrap_or_default();
-    let least = q.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    let smallest = q.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let growth = (0.0, f64::INFINITY);
     outcome.assert_within(
         "V-09 undrained, ψ = 10°: least growth of q (Pa)",
         "above 0",
-        least,
+        smallest,
         growth,
         "monotone growth",
     );
@@ -198,7 +198,7 @@ fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks oedometers without cohesion.
-fn compressed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_oedometers(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let soil = |nu: f64| material("mohr-coulomb", json!({ "friction_angle": 30.0, "poissons_ratio": nu }));
     let path = |axial_compression| LoadingPath::Oedometer { axial_compression };
     let run = test(soil(0.2)?, 0.0, path(0.01), 100)?;
@@ -225,7 +225,7 @@ fn compressed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         (half - run.last("stress_zz")) / 0.005,
         PATH,
     );
-    let run = staged(soil(0.2)?, 100e3, &[(path(0.036), 360), (path(0.01), 100)])?;
+    let run = staged_test(soil(0.2)?, 100e3, &[(path(0.036), 360), (path(0.01), 100)])?;
     let axial = run.column("stress_zz").unwrap_or_default();
     let lateral = run.column("stress_xx").unwrap_or_default();
     let name = "V-09 oedometer from 100 kPa, ν = 0.2";
@@ -252,11 +252,11 @@ fn compressed(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks a cohesionless soil that is extended by 1 % in each direction and compressed by a tenth of that.
-fn pulled(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_extension(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strain = |e: f64| LoadingPath::Strain { increment: [e, e, e, 0.0, 0.0, 0.0] };
     for model in ["mohr-coulomb", "drucker-prager", "cfd-soil"] {
         let soil = material(model, json!({ "friction_angle": 30.0 }))?;
-        let run = staged(soil, 0.0, &[(strain(0.01), 10), (strain(-0.001), 10)])?;
+        let run = staged_test(soil, 0.0, &[(strain(0.01), 10), (strain(-0.001), 10)])?;
         let stress = |row: usize| {
             let of = |name: &str| run.column(name).map_or(f64::NAN, |column| column[row].abs());
             of("p").max(of("q"))
@@ -299,7 +299,7 @@ fn softening(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         // 1000 steps to ten per cent for the peak, 1000 more to the residual strength.
         let path = |shear: f64| LoadingPath::SimpleShearConstantVolume { shear };
         let paths = [(path(0.1), 1000), (path(0.9), 1000)];
-        let run = staged(material("drucker-prager", more)?, 0.0, &paths)?;
+        let run = staged_test(material("drucker-prager", more)?, 0.0, &paths)?;
         let root: Vec<f64> =
             run.column("q").unwrap_or_default().into_iter().map(|q| q / 3f64.sqrt()).collect();
         let found = root.iter().copied().max_or_nan();

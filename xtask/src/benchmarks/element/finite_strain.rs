@@ -59,7 +59,7 @@ impl FiniteStrainPoint {
     }
 
     /// Kirchhoff stress after a step to the deformation gradient `f`.
-    fn to(&mut self, f: &Mat3) -> Result<SymTensor, String> {
+    fn stress_after_step_to(&mut self, f: &Mat3) -> Result<SymTensor, String> {
         let step = *f * self.deformation.inverse().ok_or("singular deformation")?;
         let motion = Motion::from_deformation(&step, 1.0, 1.0, 1.0).ok_or("singular step")?;
         self.law
@@ -111,7 +111,7 @@ fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (column, (name, spec)) in elastic_laws()?.iter().enumerate() {
         let mut largest = 0.0f64;
         for (f, component, exact) in &rows {
-            let found = FiniteStrainPoint::new(spec)?.to(f)?[*component] / SHEAR_MODULUS;
+            let found = FiniteStrainPoint::new(spec)?.stress_after_step_to(f)?[*component] / SHEAR_MODULUS;
             largest = largest.max((found - exact[column]).abs());
         }
         let name_of_check = format!("V-04 {name}: largest difference from the table of τ/G");
@@ -121,7 +121,7 @@ fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         for step in 1..=60 {
             let gamma = 0.05 * f64::from(step);
             let f = Mat3([[1.0, gamma, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-            points.push((gamma, walker.to(&f)?[3] / SHEAR_MODULUS));
+            points.push((gamma, walker.stress_after_step_to(&f)?[3] / SHEAR_MODULUS));
         }
         points.retain(|(_, stress)| *stress < 4.0);
         chart.series.push(Series::new(*name, points, Style::Line));
@@ -145,7 +145,7 @@ fn work(spec: &MaterialSpec) -> Result<Vec<(f64, f64)>, String> {
         let f = Mat3::IDENTITY + a * t.sin() + b * (1.0 - t.cos());
         let rate = a * t.cos() + b * t.sin();
         let gradient = rate * f.inverse().ok_or("singular deformation")?;
-        let power = walker.to(&f)?.dot(&gradient.sym()) / SHEAR_MODULUS;
+        let power = walker.stress_after_step_to(&f)?.dot(&gradient.sym()) / SHEAR_MODULUS;
         if step > 0 {
             total += 0.5 * dt * (last + power);
         }
@@ -231,8 +231,8 @@ fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         outcome.assert_close(name("plastic volumetric strain"), volumetric, 2e-9, found.volumetric, DIGITS);
         // Returns of distant trial states would compress the chart: only short paths are drawn.
         if trial.q() < 10e3 && trial.pressure() < 15e3 {
-            let way = vec![(trial.pressure(), trial.q()), (found.pressure, found.q)];
-            chart.series.push(Series::new("", way, Style::Dashed));
+            let return_path = vec![(trial.pressure(), trial.q()), (found.pressure, found.q)];
+            chart.series.push(Series::new("", return_path, Style::Dashed));
         }
         chart.series.push(Series::new("", vec![(found.pressure, found.q)], Style::Markers));
     }
@@ -246,7 +246,7 @@ fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let slab = cam_clay(json!({}))?;
     for (strain, volumetric, p, q, strength) in rows {
         let mut walker = FiniteStrainPoint::new(&slab)?;
-        let stress = walker.to(&exponential(strain))?;
+        let stress = walker.stress_after_step_to(&exponential(strain))?;
         let out = walker.outputs();
         let name = |what: &str| format!("V-13 hardening, trial {strain:?}: {what}");
         outcome.assert_close(name("plastic volumetric strain"), volumetric, 1e-10, out[1], DIGITS);
@@ -375,13 +375,13 @@ fn snow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let mut curve = Vec::new();
         for (what, bound, end) in [("compression", 0.975, 0.85), ("extension", 1.0075, 1.15)] {
             let mut walker = FiniteStrainPoint::new(&spec)?;
-            let first = FiniteStrainPoint::new(&spec)?.to(&along(bound))?[0];
+            let first = FiniteStrainPoint::new(&spec)?.stress_after_step_to(&along(bound))?[0];
             let (mut volume_error, mut stress_error, mut elastic_error) = (0.0f64, 0.0f64, 0.0f64);
             let steps = 300;
             let mut branch = vec![(1.0, 0.0)];
             for step in 1..=steps {
                 let stretch = 1.0 + (end - 1.0) * f64::from(step) / f64::from(steps);
-                let stress = walker.to(&along(stretch))?[0];
+                let stress = walker.stress_after_step_to(&along(stretch))?[0];
                 let volume = walker.outputs()[0];
                 if (stretch - bound) * (end - 1.0) > 1e-12 {
                     let exact = first * (10.0 * (1.0 - stretch / bound)).exp();
@@ -421,7 +421,7 @@ fn reference_step(outcome: &mut BenchmarkOutcome, laws: &[(&str, MaterialSpec); 
     let hardening = 1.268_843_31f64;
     for ((elastic_law, spec), exact) in laws.iter().zip(exact) {
         let mut walker = FiniteStrainPoint::new(spec)?;
-        let stress = walker.to(&trial)?;
+        let stress = walker.stress_after_step_to(&trial)?;
         let volume = walker.outputs()[0] * 0.99;
         // A driver starts at J_P = 1, the sheet at 0.99: the moduli follow the product.
         let scale = hardening / walker.outputs()[1];

@@ -13,10 +13,10 @@ const RATE: f64 = 100.0;
 const AMPLITUDE: f64 = 0.05;
 const SHEAR_MODULUS: f64 = 2e6;
 /// Steps of a quarter of a cycle.
-const QUARTER: usize = 5000;
+const QUARTER_CYCLE_STEPS: usize = 5000;
 
 /// Steps after a reversal in which the rate-dependent excess over the static friction relaxes.
-const RELAXED: usize = 4;
+const RELAXATION_STEPS: usize = 4;
 
 /// Record of three cycles of shear.
 #[derive(Default)]
@@ -24,7 +24,7 @@ struct ShearCycles {
     /// Work of each cycle (J/m³).
     work: Vec<f64>,
     /// Strain and shear stress (Pa) of the third cycle.
-    third: Vec<(f64, f64)>,
+    third_cycle: Vec<(f64, f64)>,
     /// Slopes of the first steps after the reversal of the third cycle (Pa).
     reversal: Vec<f64>,
 }
@@ -34,23 +34,24 @@ impl ShearCycles {
     fn run() -> Result<Self, String> {
         let law = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
         let mut walker = law.start(SymTensor::isotropic(-PRESSURE))?;
-        let dt = AMPLITUDE / RATE / QUARTER as f64;
+        let dt = AMPLITUDE / RATE / QUARTER_CYCLE_STEPS as f64;
         let (mut strain, mut cycles) = (0.0, Self::default());
         for cycle in 0..3 {
             let mut done = 0.0;
-            for step in 0..4 * QUARTER {
-                let sign = if (QUARTER..3 * QUARTER).contains(&step) { -1.0 } else { 1.0 };
+            for step in 0..4 * QUARTER_CYCLE_STEPS {
+                let sign =
+                    if (QUARTER_CYCLE_STEPS..3 * QUARTER_CYCLE_STEPS).contains(&step) { -1.0 } else { 1.0 };
                 let rate = 0.5 * sign * RATE;
                 let before = law.shear(&walker);
                 law.step(&mut walker, &Mat3([[0.0, rate, 0.0], [rate, 0.0, 0.0], [0.0; 3]]), dt)?;
                 let after = law.shear(&walker);
                 strain += sign * RATE * dt;
                 done += 0.5 * (before + after) * sign * RATE * dt;
-                if cycle == 2 && step >= QUARTER + RELAXED && cycles.reversal.len() < 8 {
+                if cycle == 2 && step >= QUARTER_CYCLE_STEPS + RELAXATION_STEPS && cycles.reversal.len() < 8 {
                     cycles.reversal.push((after - before) / (-RATE * dt));
                 }
                 if cycle == 2 && step % 50 == 49 {
-                    cycles.third.push((strain, after));
+                    cycles.third_cycle.push((strain, after));
                 }
             }
             cycles.work.push(done);
@@ -62,7 +63,7 @@ impl ShearCycles {
 /// Checks cyclic shear at constant rate and pressure: a parallelogram of `±μ(I) p` and the elastic slope, whose area `4 τ (γ_a - τ/G)` is
 /// dissipated in every cycle.
 pub fn cyclic_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let ShearCycles { work, third, reversal } = ShearCycles::run()?;
+    let ShearCycles { work, third_cycle, reversal } = ShearCycles::run()?;
     let friction = 0.439_590_075_2 * PRESSURE;
     let elastic = reversal.iter().map(|g| (g / SHEAR_MODULUS - 1.0).abs()).max_or_nan();
     let name = "§5.3 μ(I), cyclic shear: slope after a reversal over G, less 1";
@@ -74,12 +75,12 @@ pub fn cyclic_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let closed = (work[2] / work[1] - 1.0).abs();
     let name = "§5.3 μ(I), cyclic shear: change of work from cycle to cycle";
     outcome.assert_close(name, 0.0, 1e-9, closed, "periodic");
-    let flowing = third.iter().map(|(_, tau)| tau.abs()).max_or_nan();
+    let flowing = third_cycle.iter().map(|(_, tau)| tau.abs()).max_or_nan();
     let name = "§5.3 μ(I), cyclic shear: largest shear stress (Pa)";
     outcome.assert_close(name, friction, 1e-6, flowing, "steady flow between reversals");
     let chart = LineChart {
         series: vec![
-            Series::new("μ(I), third cycle", third, Style::Line),
+            Series::new("μ(I), third cycle", third_cycle, Style::Line),
             Series::new("±μ(I) p", vec![(-AMPLITUDE, friction), (AMPLITUDE, friction)], Style::Markers),
             Series::new("", vec![(-AMPLITUDE, -friction), (AMPLITUDE, -friction)], Style::Markers),
         ],

@@ -37,7 +37,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     crate::benchmarks::element::flow_cycles::cyclic_shear(&mut outcome)?;
     sand_film(&mut outcome)?;
     liquid_films(&mut outcome)?;
-    rest(&mut outcome)?;
+    check_rest(&mut outcome)?;
     liquid_column(&mut outcome)?;
     basal_laws::bingham(&mut outcome)?;
     basal_laws::friction(&mut outcome)?;
@@ -222,7 +222,7 @@ fn sand_relaxes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Speeds over depth of a film on a slope, from the shear rates of the law under the stress of the film: pairs (height, speed), and the
-/// mean speed. `weight` and `drive` are the normal and the tangential component of the unit weight.
+/// mean speed. `weight` and `driving_force` are the normal and the tangential component of the unit weight.
 struct FilmProfile {
     profile: Vec<(f64, f64)>,
     rates: Vec<f64>,
@@ -230,23 +230,23 @@ struct FilmProfile {
 }
 
 /// Intervals of the film, an even number.
-const PARTS: usize = 40;
+const FILM_INTERVALS: usize = 40;
 
 /// Profile of a film by Simpson's rule in the square root of the depth below the surface, in which profiles are smooth.
 fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfile, String> {
-    let root = |i: usize| height.sqrt() * (1.0 - i as f64 / PARTS as f64);
-    let mut rates = Vec::with_capacity(PARTS + 1);
-    for i in 0..=PARTS {
+    let root = |i: usize| height.sqrt() * (1.0 - i as f64 / FILM_INTERVALS as f64);
+    let mut rates = Vec::with_capacity(FILM_INTERVALS + 1);
+    for i in 0..=FILM_INTERVALS {
         let depth = root(i).powi(2);
         rates.push(if depth > 0.0 { law.rate(drive * depth, weight * depth)? } else { 0.0 });
     }
     // dz = -2 s ds
     let speed = |i: usize| rates[i] * 2.0 * root(i);
     let flux = |i: usize| rates[i] * 2.0 * root(i).powi(3);
-    let width = height.sqrt() / PARTS as f64;
+    let width = height.sqrt() / FILM_INTERVALS as f64;
     let simpson = |f: &dyn Fn(usize) -> f64, i: usize| width / 3.0 * (f(i) + 4.0 * f(i + 1) + f(i + 2));
     let (mut profile, mut total, mut mean) = (vec![(0.0, 0.0)], 0.0, 0.0);
-    for i in (0..PARTS).step_by(2) {
+    for i in (0..FILM_INTERVALS).step_by(2) {
         total += simpson(&speed, i);
         mean += simpson(&flux, i) / height;
         profile.push((height - root(i + 2).powi(2), total));
@@ -293,24 +293,24 @@ fn sand_film(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Film of fluid on a slope of 10°, with its unit weight along the slope and normal to it.
 struct LiquidFilm {
-    height: f64,    // h (m)
-    density: f64,   // ρ (kg/m³)
-    viscosity: f64, // μ (Pa s)
-    drive: f64,     // ρ g sin θ (N/m³)
-    weight: f64,    // ρ g cos θ (N/m³)
+    height: f64,        // h (m)
+    density: f64,       // ρ (kg/m³)
+    viscosity: f64,     // μ (Pa s)
+    driving_force: f64, // ρ g sin θ (N/m³)
+    weight: f64,        // ρ g cos θ (N/m³)
 }
 
 impl LiquidFilm {
     fn new() -> Self {
         let (angle, height, density, viscosity) = (10f64.to_radians(), 0.5, 1800.0, 50.0);
-        let drive = density * GRAVITY * angle.sin();
+        let driving_force = density * GRAVITY * angle.sin();
         let weight = density * GRAVITY * angle.cos();
-        Self { height, density, viscosity, drive, weight }
+        Self { height, density, viscosity, driving_force, weight }
     }
 
     /// Profile of the film by a law.
     fn of_law(&self, law: Value) -> Result<FilmProfile, String> {
-        film(&FlowLaw::new(law)?, self.height, self.weight, self.drive)
+        film(&FlowLaw::new(law)?, self.height, self.weight, self.driving_force)
     }
 
     /// Closed form of the speed (m/s) over height (m), drawn at 51 heights.
@@ -329,14 +329,14 @@ fn liquid_films(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 fn newtonian_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let liquid = LiquidFilm::new();
-    let LiquidFilm { height, density, viscosity, drive, .. } = liquid;
+    let LiquidFilm { height, density, viscosity, driving_force, .. } = liquid;
     let found = liquid.of_law(json!({
         "model": "newtonian-fluid", "density": density, "bulk_modulus": 1e8, "viscosity": viscosity
     }))?;
-    let surface = drive * height * height / (2.0 * viscosity);
+    let surface = driving_force * height * height / (2.0 * viscosity);
     let name = "V-20 Newtonian film: speed of the surface (m/s)";
     outcome.assert_close(name, surface, 1e-8, found.surface(), MACHINE);
-    let shape = |z: f64| drive / viscosity * (height * z - 0.5 * z * z);
+    let shape = |z: f64| driving_force / viscosity * (height * z - 0.5 * z * z);
     let worst = found.profile.iter().map(|(z, v)| (v - shape(*z)).abs()).max_or_nan();
     let name = "V-20 Newtonian film: worst of the profile (m/s)";
     outcome.assert_below(name, "0", worst, 1e-8 * surface, MACHINE);
@@ -347,25 +347,26 @@ fn newtonian_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Resu
 
 fn bingham_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let liquid = LiquidFilm::new();
-    let LiquidFilm { height, density, viscosity, drive, .. } = liquid;
+    let LiquidFilm { height, density, viscosity, driving_force, .. } = liquid;
     // The plug is chosen to end at a node of the depth.
     let plug = height * 0.25;
-    let yield_stress = drive * plug;
+    let yield_stress = driving_force * plug;
     let found = liquid.of_law(json!({
         "model": "bingham", "density": density, "bulk_modulus": 1e8, "shear_modulus": 5e7,
         "yield_stress": yield_stress, "viscosity": viscosity
     }))?;
     let sheared = height - plug;
-    let top = drive * sheared * sheared / (2.0 * viscosity);
+    let top = driving_force * sheared * sheared / (2.0 * viscosity);
     let mean = top * (2.0 * height + plug) / (3.0 * height);
     outcome.assert_close("V-20 Bingham film: speed of the plug (m/s)", top, 1e-5, found.surface(), FRAME);
     outcome.assert_close("V-20 Bingham film: mean speed (m/s)", mean, 1e-5, found.mean, FRAME);
-    let still = found.rates.iter().enumerate().filter(|(i, rate)| **rate > 0.0 && *i > PARTS / 2).count();
+    let still =
+        found.rates.iter().enumerate().filter(|(i, rate)| **rate > 0.0 && *i > FILM_INTERVALS / 2).count();
     let name = "V-20 Bingham film: depths within the plug that flow";
     outcome.assert_close(name, 0.0, 0.0, still as f64, "rigid plug");
     let shape = |z: f64| {
         let z = z.min(sheared);
-        drive / viscosity * (sheared * z - 0.5 * z * z)
+        driving_force / viscosity * (sheared * z - 0.5 * z * z)
     };
     chart.series.push(Series::new("Bingham, closed form", liquid.curve(shape), Style::Dashed));
     chart.series.push(Series::new("Bingham, law", flipped(&found.profile), Style::Markers));
@@ -374,12 +375,12 @@ fn bingham_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result
     let law = basal(json!({ "model": "bingham", "yield_stress": yield_stress, "viscosity": viscosity }))?;
     let flow = BasalFlow { depth: height, speed: mean, ..BasalFlow::default() };
     let name = "V-20, V-21 Bingham film: depth-averaged τ_b (Pa)";
-    outcome.assert_close(name, drive * height, 1e-12, law(&flow)?, MACHINE);
+    outcome.assert_close(name, driving_force * height, 1e-12, law(&flow)?, MACHINE);
     Ok(())
 }
 
 /// Checks whether fluids with friction come to rest.
-fn rest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_rest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let fluid = |form: &Value| {
         FlowLaw::new(json!({
             "model": "frictional-fluid", "density": 1800.0, "bulk_modulus": 1e7, "friction_angle": 30.0,

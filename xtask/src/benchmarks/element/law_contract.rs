@@ -61,7 +61,8 @@ fn strength_reduction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let name =
             format!("V-27 {model} with strength over {factor}: yield value on the surface over stress");
         outcome.assert_below(name, "0", point.yield_value().abs() / axial.abs(), 1e-9, "machine precision");
-        let again = spec.strength_reduced(&StrengthReduction::by(1.0)).map_err(|error| error.to_string())?;
+        let again =
+            spec.strength_reduced(&StrengthReduction::by_factor(1.0)).map_err(|error| error.to_string())?;
         let again = ContractPoint::new(&again, SymTensor::diagonal(lateral, axial, lateral))?;
         outcome.assert_close(
             format!("V-27 {model}: reduced again by 1"),
@@ -92,12 +93,12 @@ impl ContractPoint {
     }
 
     /// Point with the stress of the contract tests; isotropic for laws that admit no initial shear.
-    fn of(spec: &MaterialSpec) -> Result<Self, String> {
+    fn from_spec(spec: &MaterialSpec) -> Result<Self, String> {
         let start = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
         Self::new(spec, start).or_else(|_| Self::new(spec, SymTensor::isotropic(start.trace() / 3.0)))
     }
 
-    fn after(&self, motion: &Motion) -> Result<Self, String> {
+    fn after_motion(&self, motion: &Motion) -> Result<Self, String> {
         let mut new = self.clone();
         let mut stress = [self.stress];
         let block = &mut new.states.blocks_mut()[0];
@@ -120,13 +121,13 @@ impl ContractPoint {
     }
 
     /// Magnitude of the stress in a step: of its start and its elastic trial.
-    fn handled(&self, motion: &Motion) -> f64 {
+    fn stress_magnitude(&self, motion: &Motion) -> f64 {
         self.stress.norm() + self.modulus() * motion.velocity_gradient_dt.sym().norm()
     }
 }
 
 fn gradient(random: &mut RandomSequence, size: f64) -> Mat3 {
-    Mat3(std::array::from_fn(|_| std::array::from_fn(|_| size * (2.0 * random.next() - 1.0))))
+    Mat3(std::array::from_fn(|_| std::array::from_fn(|_| size * (2.0 * random.next_number() - 1.0))))
 }
 
 /// Motion with mid-step gradient `a`, density following the volume.
@@ -164,8 +165,8 @@ fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let worst = worst_of_models(|spec, random| {
         let mut worst = 0f64;
         for _ in 0..PATHS {
-            let here = ContractPoint::of(spec)?;
-            let angle = |random: &mut RandomSequence| 6.2 * random.next();
+            let here = ContractPoint::from_spec(spec)?;
+            let angle = |random: &mut RandomSequence| 6.2 * random.next_number();
             let (s, c) = angle(random).sin_cos();
             let tilt = Mat3([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]);
             let q = Mat3::rotation_z(angle(random)) * tilt * Mat3::rotation_z(angle(random));
@@ -177,14 +178,14 @@ fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 velocity_gradient_dt: turn(&step.velocity_gradient_dt),
                 ..step
             };
-            let (new, other) = (here.after(&step)?, there.after(&turned)?);
-            let scale = here.handled(&step).max(new.handled(&step));
+            let (new, other) = (here.after_motion(&step)?, there.after_motion(&turned)?);
+            let scale = here.stress_magnitude(&step).max(new.stress_magnitude(&step));
             worst = max_or_nan(worst, (other.stress - new.stress.rotated(&q)).norm() / scale);
         }
         Ok(worst)
     })?;
-    for (name, ways, found) in worst {
-        let name = format!("V-02 {name} ({ways} sets): a turned observer, {PATHS} random steps");
+    for (name, set_count, found) in worst {
+        let name = format!("V-02 {name} ({set_count} sets): a turned observer, {PATHS} random steps");
         let reason = "the sheet's 10⁻¹² per step, of the stress a step handles";
         outcome.assert_below(name, "0", found, 1e-12, reason);
     }
@@ -208,7 +209,7 @@ fn tangent_error(walker: &ContractPoint, a: &Mat3, size: f64) -> Result<(f64, us
         let mut moved = *a;
         moved.0[i][j] += 0.5 * amount;
         moved.0[j][i] += 0.5 * amount;
-        Ok(walker.after(&motion(&moved, walker.density)?)?.stress)
+        Ok(walker.after_motion(&motion(&moved, walker.density)?)?.stress)
     };
     let step = 1e-4 * size.max(1e-4);
     let (mut worst, mut compared) = (0f64, 0);
@@ -234,8 +235,8 @@ fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let worst = worst_of_models(|spec, random| {
         let mut worst = 0f64;
         for path in 0..PATHS {
-            let start = ContractPoint::of(spec)?;
-            let walker = start.after(&motion(&gradient(random, 2e-3), start.density)?)?;
+            let start = ContractPoint::from_spec(spec)?;
+            let walker = start.after_motion(&motion(&gradient(random, 2e-3), start.density)?)?;
             let size = [1e-5, 1e-3, 2e-2][path % 3];
             let a = gradient(random, size).sym().to_matrix();
             let (found, entries) = tangent_error(&walker, &a, size)?;
@@ -244,9 +245,10 @@ fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }
         Ok(worst)
     })?;
-    for (name, ways, found) in worst {
-        let name =
-            format!("V-25 {name} ({ways} sets): worst relative error of the tangent, {PATHS} random steps");
+    for (name, set_count, found) in worst {
+        let name = format!(
+            "V-25 {name} ({set_count} sets): worst relative error of the tangent, {PATHS} random steps"
+        );
         let reason = "the sheet's 10⁻⁶ away from switches of region, against central differences";
         outcome.assert_below(name, "0", found, 1e-6, reason);
     }

@@ -46,7 +46,7 @@ fn r1() -> Result<Elasticity, String> {
 pub(super) struct RandomSequence(pub u64);
 
 impl RandomSequence {
-    pub fn next(&mut self) -> f64 {
+    pub fn next_number(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -62,7 +62,7 @@ fn cone_law(dilatancy: f64) -> Result<DruckerPrager, String> {
 }
 
 /// Stress and plastic strain `κ` of the return of a trial stress: a step without strain.
-fn returned(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, f64), String> {
+fn returned_stress(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, f64), String> {
     let still = Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).ok_or("singular motion")?;
     let old = Point { stress: trial, state: Default::default() };
     let new = law.update(&SymTensor::ZERO, &still, &old).map_err(|error| error.to_string())?;
@@ -71,7 +71,7 @@ fn returned(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, f64), S
 
 fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = cone_law(10.0)?;
-    let (stress, kappa) = returned(&law, SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]))?;
+    let (stress, kappa) = returned_stress(&law, SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]))?;
     let table = [
         ("σ_xx", 0, -131.526_843),
         ("σ_yy", 1, -336.906_431),
@@ -83,7 +83,7 @@ fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         outcome.assert_close(format!("V-05 cone: {name} (kPa)"), exact, 2e-8, stress[component], DIGITS);
     }
     outcome.assert_close("V-05 cone: Δλ", 0.004_359_375_457, 1e-9, kappa * 3f64.sqrt(), DIGITS);
-    let (apex, _) = returned(&law, SymTensor([60.0, 50.0, 40.0, 5.0, 0.0, 0.0]))?;
+    let (apex, _) = returned_stress(&law, SymTensor([60.0, 50.0, 40.0, 5.0, 0.0, 0.0]))?;
     for c in 0..3 {
         outcome.assert_close(format!("V-05 apex: σ_{} (kPa)", c + 1), 17.320_508_08, 1e-9, apex[c], DIGITS);
     }
@@ -116,9 +116,13 @@ fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let (mut excess, mut optimal, mut plastic, mut apex) = (f64::NEG_INFINITY, 0f64, 0, 0);
         for _ in 0..TRIALS {
             let trial = SymTensor(std::array::from_fn(|c| {
-                if c < 3 { 600.0 * random.next() - 450.0 } else { 240.0 * random.next() - 120.0 }
+                if c < 3 {
+                    600.0 * random.next_number() - 450.0
+                } else {
+                    240.0 * random.next_number() - 120.0
+                }
             }));
-            let (stress, _) = returned(&law, trial)?;
+            let (stress, _) = returned_stress(&law, trial)?;
             excess = max_or_nan(excess, cone.yield_value(stress.j2().sqrt(), stress.trace()));
             if stress != trial {
                 plastic += 1;
@@ -258,7 +262,7 @@ fn prism_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// All six planes of a pyramid: at the apex those of the reversed order are active too.
-fn six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
+fn check_six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
     let pairs = [[0, 2], [0, 1], [1, 2], [1, 0], [2, 1], [2, 0]];
     pairs.map(|[i, j]| {
         let along = |x: f64| {
@@ -285,11 +289,11 @@ fn random_pyramid(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         ("Tresca", 0.0, 20.0, 0.0),
     ] {
         let pyramid = Pyramid::new(friction.to_radians(), cohesion, psi.to_radians());
-        let planes = six_planes(&pyramid);
+        let planes = check_six_planes(&pyramid);
         let mut random = RandomSequence(7);
         let mut worst = [(0f64, 0usize); 4];
         for _ in 0..TRIALS {
-            let mut trial: [f64; 3] = std::array::from_fn(|_| 600.0 * random.next() - 500.0);
+            let mut trial: [f64; 3] = std::array::from_fn(|_| 600.0 * random.next_number() - 500.0);
             trial.sort_by(|a, b| b.total_cmp(a));
             let (stress, region) = pyramid.return_map(&elasticity, trial);
             let Some(at) = regions.iter().position(|r| *r == region) else { continue };

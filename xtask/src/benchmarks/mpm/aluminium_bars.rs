@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Height of the column (m), and distance from the wall in which the top edge does not move in an implicit code (m).
 const HEIGHT: f64 = 0.1;
-const STILL: f64 = 0.07;
+const REST_SPEED: f64 = 0.07;
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
@@ -81,7 +81,7 @@ fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
         .iter()
         .zip(&moved)
         .zip(&snapshot.extents)
-        .filter(|((x, u), e)| x[0] - u[0] <= STILL && x[1] - u[1] > HEIGHT - e[1])
+        .filter(|((x, u), e)| x[0] - u[0] <= REST_SPEED && x[1] - u[1] > HEIGHT - e[1])
         .map(|((_, u), _)| -u[1] * 1e3)
         .collect();
     let reason = "known deviation, not judged: the criterion is of implicit MPM on triangles, whose deposits are \

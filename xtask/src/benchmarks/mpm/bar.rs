@@ -29,7 +29,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     vibration(&mut outcome)?;
     single_point(&mut outcome)?;
     consistent(&mut outcome)?;
-    damped(&mut outcome)?;
+    check_rayleigh_damping(&mut outcome)?;
     Ok(outcome)
 }
 
@@ -38,8 +38,10 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
 fn consistent(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell) = (PI / (2.0 * LENGTH), LENGTH / 13.0);
     let wave = (beta * cell).cos();
-    let (stiffness, seen) = (2.0 * (SPEED / cell).powi(2) * (1.0 - wave), (5.0 + 3.0 * wave) / 8.0);
-    for (mass, exact) in [("lumped", (stiffness * seen).sqrt()), ("consistent", (stiffness / seen).sqrt())] {
+    let (stiffness, mass_factor) = (2.0 * (SPEED / cell).powi(2) * (1.0 - wave), (5.0 + 3.0 * wave) / 8.0);
+    for (mass, exact) in
+        [("lumped", (stiffness * mass_factor).sqrt()), ("consistent", (stiffness / mass_factor).sqrt())]
+    {
         let mut case = load_case("mpm/bar")?;
         set_mpm_option(&mut case, "points_per_cell", 2);
         set_mpm_option(&mut case, "stress_update", "usl");
@@ -61,7 +63,7 @@ fn consistent(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks the first mode under Rayleigh damping: `e^{-ζt}(cos ω_d t - (ζ/ω_d) sin ω_d t)` with `ζ = λ α_R/2` and `λ = cos²(βh/2)`, the
 /// share of the mode on the grid.
-fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_rayleigh_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell, damping) = (PI / (2.0 * LENGTH), LENGTH / 13.0, 0.2);
     let mut case = load_case("mpm/bar")?;
     set_mpm_option(&mut case, "courant", 0.01);
@@ -185,7 +187,7 @@ fn single_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         set_mpm_option(&mut case, "stress_update", scheme);
         let report = run_mpm(&case)?;
         if scheme == "musl" {
-            position(outcome, &report);
+            check_single_point(outcome, &report);
         }
         let energy = (report.end.kinetic + report.end.elastic) / report.start.kinetic;
         let name = format!("single point, {scheme}: energy at 10 s");
@@ -207,9 +209,8 @@ fn single_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Updating stress last from the solved velocities loses energy; the other two do not.", &chart)
 }
 
-/// Checks the position of the single point against two problems: that of the sheet, in which the volume of the point is constant, and ours,
-/// in which it follows the deformation. The first has a closed form; the second is integrated here.
-fn position(outcome: &mut BenchmarkOutcome, report: &RunReport) {
+/// Check of the position of the single point against two problems: The first has a closed form; the second is integrated here.
+fn check_single_point(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let omega = 2.0 * PI;
     let largest = |exact: &dyn Fn(f64) -> f64| {
         let error = |frame: &colluvium::case::Snapshot| (frame.positions[0][0] - exact(frame.time)).abs();

@@ -43,7 +43,7 @@ impl CantileverLoad {
     }
 
     /// Load (EI/L²) beyond a position along the beam (L).
-    fn beyond(self, place: f64) -> f64 {
+    fn load_beyond(self, place: f64) -> f64 {
         match self {
             Self::Tip(load) => load,
             Self::Weight(load) => load * (1.0 - place),
@@ -72,13 +72,13 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
             "the sheet's reference, to its digits",
         );
         chart.series.push(Series::new(format!("elastica, {load}"), exact, Style::Dashed));
-        let (axis, tip) = deflected(bending, CELL)?;
+        let (axis, tip) = deflected_axis(bending, CELL)?;
         outcome.assert_close(format!("{load}, cells of {CELL} m: w/L"), down, 0.03, tip[1], "the sheet: 3 %");
         let name = format!("{load}, cells of {CELL} m: u/L");
         outcome.info(name, &format!("{across}"), tip[0], "the sheet judges w/L");
         chart.series.push(Series::new(format!("CPDI, {load}"), axis, Style::Line));
         if matches!(bending, CantileverLoad::Tip(1.0)) {
-            let (_, coarse) = deflected(bending, 2.0 * CELL)?;
+            let (_, coarse) = deflected_axis(bending, 2.0 * CELL)?;
             let error = |tip: [f64; 2]| (tip[1] / down - 1.0).abs();
             outcome.assert_below(
                 format!("{load}: error of w/L, cells halved, over that before"),
@@ -98,7 +98,7 @@ type DeflectionLine = Vec<(f64, f64)>;
 
 /// Case with its load. The points of the last column of cells carry the load at the tip; each of their three layers is a body whose
 /// outermost points it forms.
-fn loaded(bending: CantileverLoad, cell: f64) -> Result<Case, String> {
+fn loaded_case(bending: CantileverLoad, cell: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/cantilever")?;
     set_mpm_option(&mut case, "cell_size", cell);
     let edge = |body: usize| if body == 0 { 0.0 } else { LENGTH - cell * (4 - body) as f64 / 3.0 };
@@ -124,8 +124,8 @@ fn loaded(bending: CantileverLoad, cell: f64) -> Result<Case, String> {
 }
 
 /// Axis of the deflected beam (m), and shortening and deflection of its tip over the length.
-fn deflected(bending: CantileverLoad, cell: f64) -> Result<(DeflectionLine, [f64; 2]), String> {
-    let report = run_mpm(&loaded(bending, cell)?)?;
+fn deflected_axis(bending: CantileverLoad, cell: f64) -> Result<(DeflectionLine, [f64; 2]), String> {
+    let report = run_mpm(&loaded_case(bending, cell)?)?;
     let axis = axis(&report.snapshot);
     // From the last two columns of points to the end of the beam.
     let [.., (x1, a), (x2, b)] = axis[..] else { return Err("no points".into()) };
@@ -157,7 +157,7 @@ fn elastica(bending: CantileverLoad) -> Vec<(f64, f64)> {
     let steps = 2000;
     let shoot = |curvature: f64| {
         let ds = 1.0 / f64::from(steps);
-        let rate = |s: f64, y: [f64; 4]| [y[1], -bending.beyond(s) * y[0].cos(), y[0].cos(), y[0].sin()];
+        let rate = |s: f64, y: [f64; 4]| [y[1], -bending.load_beyond(s) * y[0].cos(), y[0].cos(), y[0].sin()];
         let add = |y: [f64; 4], k: [f64; 4], s: f64| -> [f64; 4] { std::array::from_fn(|i| y[i] + s * k[i]) };
         let mut y = [0.0, curvature, 0.0, 0.0];
         let mut line = vec![(0.0, 0.0)];
@@ -172,7 +172,7 @@ fn elastica(bending: CantileverLoad) -> Vec<(f64, f64)> {
         }
         (y[1], line)
     };
-    let (mut low, mut high) = (0.0, bending.beyond(0.0));
+    let (mut low, mut high) = (0.0, bending.load_beyond(0.0));
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if shoot(middle).0 < 0.0 { low = middle } else { high = middle }

@@ -30,8 +30,8 @@ const HEIGHT: f64 = 1.0;
 const FACE: f64 = 1.5;
 const FOOT: f64 = 0.5;
 /// Duration of the free fall of the unstable cut, and duration of the undamped observation at rest (s).
-const FALL: f64 = 3.0;
-const STILL: f64 = 0.05;
+const FALL_AND_REST_DURATIONS: f64 = 3.0;
+const REST_SPEED: f64 = 0.05;
 /// Interval of the frames of the fall (s).
 const FRAME: f64 = 0.02;
 /// Largest settlement of a stable crest (m).
@@ -89,14 +89,14 @@ fn sinking(case: &Case, number: f64, strong: bool) -> Result<f64, String> {
 
 /// Whether a slope comes to rest under its weight, with its crest at most 5 % of the height below that of elastic clay: the deep layer
 /// settles by 3 % of it.
-fn slope_stands(case: &Case, number: f64) -> Result<bool, String> {
-    let way = sinking(case, number, false)?;
-    Ok(way.is_finite() && way - sinking(case, number, true)? <= CREST)
+fn is_slope_stable(case: &Case, number: f64) -> Result<bool, String> {
+    let settlement = sinking(case, number, false)?;
+    Ok(settlement.is_finite() && settlement - sinking(case, number, true)? <= CREST)
 }
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    cut(&mut outcome, quick)?;
+    check_stability_numbers(&mut outcome, quick)?;
     if !quick {
         taylor(&mut outcome)?;
         run_out(&mut outcome)?;
@@ -105,7 +105,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Checks (i): the largest stable number and the smallest unstable one.
-fn cut(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
+fn check_stability_numbers(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let case = load_case("mpm/vertical-cut")?;
     let numbers: &[f64] = if quick { &[3.6, 4.1] } else { &[3.6, 3.7, 3.8, 3.9, 4.0, 4.1] };
     let mut standing = 0.0;
@@ -141,10 +141,10 @@ fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (angle, depth, number) in [(60.0, 0.5, 0.191), (45.0, 2.0, 0.181)] {
         let case = slope(angle, depth)?;
         let reason = "the sheet's 8 %";
-        let safe = f64::from(slope_stands(&case, 1.0 / (1.08 * number))?);
+        let safe = f64::from(is_slope_stable(&case, 1.0 / (1.08 * number))?);
         let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} + 8 % (1: yes)");
         outcome.assert_close(name, 1.0, 0.0, safe, reason);
-        let unsafe_one = f64::from(slope_stands(&case, 1.0 / (0.92 * number))?);
+        let unsafe_one = f64::from(is_slope_stable(&case, 1.0 / (0.92 * number))?);
         let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} - 8 % (1: yes)");
         outcome.assert_close(name, 0.0, 0.0, unsafe_one, reason);
     }
@@ -155,7 +155,7 @@ fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 fn balance(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) {
     let at = |name: &str| {
         let rows = measure_series(report, name);
-        let last = rows.iter().rfind(|(t, _)| *t <= FALL).map_or(f64::NAN, |row| row.1);
+        let last = rows.iter().rfind(|(t, _)| *t <= FALL_AND_REST_DURATIONS).map_or(f64::NAN, |row| row.1);
         (rows.first().map_or(f64::NAN, |row| row.1), last)
     };
     let ((start, end), (_, lost), (_, kinetic)) = (at("potential_energy"), at("lost"), at("kinetic_energy"));
@@ -227,9 +227,9 @@ fn failing_cut(number: f64, cell: f64) -> Result<Case, String> {
     // Shared strains and points without domains gain energy where the clay flies apart without damping.
     set_mpm_option(&mut case, "volumetric_strain", "point");
     set_mpm_option(&mut case, "shape", "ugimp");
-    let stages = json!([{ "name": "fall", "duration": FALL },
+    let stages = json!([{ "name": "fall", "duration": FALL_AND_REST_DURATIONS },
                         { "name": "rest", "duration": 10, "damping": 0.7, "equilibrium": {} },
-                        { "name": "still", "duration": STILL }]);
+                        { "name": "still", "duration": REST_SPEED }]);
     case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;
     case.output.frames = Some(FRAME);
     case.measures.insert("lost".into(), Measure::Dissipation {});
@@ -249,12 +249,15 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let above: Vec<usize> =
             (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();
         let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).max_or_nan();
-        let way: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
-        let end = way.last().map_or(f64::NAN, |row| row.1);
-        let at = |time: f64| way.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);
+        let front_positions: Vec<(f64, f64)> =
+            report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
+        let end = front_positions.last().map_or(f64::NAN, |row| row.1);
+        let at =
+            |time: f64| front_positions.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);
         let name = |what: &str| format!("A-30 run-out, {} mm: {what}", 1e3 * cell);
-        let title = name(&format!("advance of the front from 2 s to {FALL} s, undamped (m)"));
-        let advance = at(FALL) - at(2.0);
+        let title =
+            name(&format!("advance of the front from 2 s to {FALL_AND_REST_DURATIONS} s, undamped (m)"));
+        let advance = at(FALL_AND_REST_DURATIONS) - at(2.0);
         outcome.assert_below(title, "0: it stops", advance, 0.01 * HEIGHT, "1 % of the height");
         columns_at_rest(outcome, &report, cell)?;
         let bound = FACE_BOUND * HEIGHT / number;
@@ -266,7 +269,7 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             "the sheet's bound; near-vertical: 75° or steeper, on bins of a cell",
         );
         ends.push(end - FACE);
-        chart.series.push(Series::new(format!("{} mm", 1e3 * cell), way, Style::Line));
+        chart.series.push(Series::new(format!("{} mm", 1e3 * cell), front_positions, Style::Line));
         if cell == 0.05 {
             let cloud = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 1])
                 .ok_or("no displacement")?;

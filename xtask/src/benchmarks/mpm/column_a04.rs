@@ -47,17 +47,17 @@ fn scale() -> f64 {
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut chart = published()?;
+    let mut chart = published_chart()?;
     if quick {
         start(&mut outcome, &mut chart, 0.002, None, &[1.0])?;
-        whole(&mut outcome, &mut chart, 0.004, &BASES[..1], false)?;
+        check_collapse(&mut outcome, &mut chart, 0.004, &BASES[..1], false)?;
     } else {
         start(&mut outcome, &mut chart, 0.001, Some(STEP), &[1.0, 1.5])?;
-        whole(&mut outcome, &mut chart, 0.004, &BASES, false)?;
-        whole(&mut outcome, &mut chart, 0.002, &BASES, true)?;
+        check_collapse(&mut outcome, &mut chart, 0.004, &BASES, false)?;
+        check_collapse(&mut outcome, &mut chart, 0.002, &BASES, true)?;
         calibrated_start(&mut outcome, &mut chart)?;
     }
-    calibrated(&mut outcome, &mut chart)?;
+    check_published_figure(&mut outcome, &mut chart)?;
     outcome.svg(
         "Run-out over initial length: the start agrees; with the published parameters and no other dissipation the end \
          runs much farther than the published curves, and meets them with a share of PIC.",
@@ -68,7 +68,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 
 /// Checks the whole collapse by both methods: (iii), (iv) and the end of (ii). The sheet's grid is 1 mm, and its bands for (iv) are from
 /// grids of 2 mm and 4 mm; with `compare` the methods are judged against each other.
-fn whole(
+fn check_collapse(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
     cell: f64,
@@ -130,11 +130,11 @@ fn level(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, band: 
 
 /// Run-out by the 99.9 % quantile of mass at `time` times `sqrt(H/g)`.
 fn quantile(report: &RunReport, time: f64) -> f64 {
-    at(report, "run_out", time)
+    measure_at(report, "run_out", time)
 }
 
 /// Value of a measure at `time` times `sqrt(H/g)`.
-fn at(report: &RunReport, measure: &str, time: f64) -> f64 {
+fn measure_at(report: &RunReport, measure: &str, time: f64) -> f64 {
     let near = |(t, _): &(f64, f64)| (t / scale() - time).abs() < 1e-3;
     measure_series(report, measure).into_iter().find(near).map_or(f64::NAN, |(_, value)| value)
 }
@@ -172,7 +172,7 @@ fn column_case(
 }
 
 /// Chart of the published curves.
-fn published() -> Result<LineChart, String> {
+fn published_chart() -> Result<LineChart, String> {
     let table = reference_table("mpm/column-a04/reference.csv")?;
     let labels = [("gimp_16", "GIMP, 16 points"), ("mpm_16", "MPM, 16 points"), ("gimp_4", "GIMP, 4 points")];
     let mut series = Vec::new();
@@ -215,7 +215,7 @@ fn start(
         outcome.assert_within(
             format!("(i) {method}, cells of {mm} mm: run-out over L₀ at sqrt(H/g)"),
             "0.14 ± 0.03",
-            at(&report, "front", 1.0),
+            measure_at(&report, "front", 1.0),
             (0.11, 0.17),
             "the sheet's band",
         );
@@ -232,7 +232,7 @@ fn start(
         for (front, measure) in [("run-out", "front"), ("99.9 % quantile", "run_out")] {
             let name =
                 format!("(ii) cells of {mm} mm: MPM against GIMP, {front} at {time} sqrt(H/g), relative");
-            let [mpm, gimp] = [0, 1].map(|method: usize| at(&reports[method], measure, time));
+            let [mpm, gimp] = [0, 1].map(|method: usize| measure_at(&reports[method], measure, time));
             let difference = (mpm / gimp - 1.0).abs();
             if resolved {
                 outcome.assert_below(name, "within 3 %", difference, 0.03, "the sheet's bound");
@@ -300,7 +300,7 @@ fn show_noise(outcome: &mut BenchmarkOutcome, reports: &[(&str, RunReport)], cel
 
 /// Checks the published figure, with the dissipation calibrated by the sheet: its prototype ends at 0.69 and 0.61 with rates of 100/s and
 /// 150/s on cells of 4 mm.
-fn calibrated(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
+fn check_published_figure(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let (name, report) = dissipative(chart, 0.004, 3e-5, 6.0)?;
     outcome.assert_close(
         format!("{name} final 99.9 % quantile over L₀"),

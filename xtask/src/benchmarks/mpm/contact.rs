@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    bars(&mut outcome, "A-13 bars", &run_mpm(&load_case("mpm/contact-bars")?)?)?;
+    check_bars(&mut outcome, "A-13 bars", &run_mpm(&load_case("mpm/contact-bars")?)?)?;
     block(&mut outcome)?;
     incline(&mut outcome)?;
     disk(&mut outcome)?;
@@ -47,7 +47,7 @@ pub(super) fn history(report: &RunReport, field: &str, body: u32, start: f64) ->
 }
 
 /// Mean displacement along x of a body over time.
-fn ways(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
+fn mean_displacement(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, mean(frame, "displacement", body, 0))).collect()
 }
 
@@ -61,7 +61,11 @@ fn mean_bar_stress(snapshot: &Snapshot, from: f64, to: f64) -> f64 {
 }
 
 /// Checks two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
-pub(super) fn bars(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
+pub(super) fn check_bars(
+    outcome: &mut BenchmarkOutcome,
+    name: &str,
+    report: &RunReport,
+) -> Result<(), String> {
     let speeds: Vec<(f64, f64)> = history(report, "velocity", 0, 0.0);
     // Part of the left bar near its end, without the points next to the interface.
     let near = |snapshot: &Snapshot| mean_bar_stress(snapshot, 1.8, 1.95);
@@ -98,11 +102,11 @@ fn tension_after_separation(outcome: &mut BenchmarkOutcome, name: &str, report: 
     for (body, bar, outwards) in [(0, "left", 1.0), (1, "right", -1.0)] {
         // No other force acts on a bar: a tensile contact force changes its mean speed.
         let speeds = history(report, "velocity", body, part);
-        let pull = speeds
+        let tensions = speeds
             .windows(2)
             .map(|pair| outwards * 1000.0 * (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
         let title = format!("{name}: largest tension at the end of the {bar} one after they part (Pa)");
-        outcome.assert_below(title, "none", pull.fold(f64::NAN, f64::max), 1e-6, "round-off");
+        outcome.assert_below(title, "none", tensions.fold(f64::NAN, f64::max), 1e-6, "round-off");
         let within = if body == 0 { (1.95, 2.0) } else { (2.0, 2.05) };
         let parted = report.frames.iter().filter(|frame| frame.time >= part);
         outcome.info(
@@ -138,8 +142,14 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             stop,
             reason,
         );
-        let way = mean(&report.snapshot, "displacement", 1, 0);
-        outcome.assert_close(format!("A-31 block, {shape}: way to rest (m)"), 0.125, 0.02, way, reason);
+        let displacement = mean(&report.snapshot, "displacement", 1, 0);
+        outcome.assert_close(
+            format!("A-31 block, {shape}: way to rest (m)"),
+            0.125,
+            0.02,
+            displacement,
+            reason,
+        );
         chart.series.push(Series::new(shape, speeds, Style::Line));
         forget_normal(&mut case);
         let report = run_mpm(&case)?;
@@ -180,8 +190,8 @@ fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) 
         1.0 / -regression_slope(&sliding),
         reason,
     );
-    let way = mean(&report.snapshot, "displacement", 0, 0);
-    outcome.assert_close(name("way to rest (m)"), 0.125, 0.02, way, reason);
+    let displacement = mean(&report.snapshot, "displacement", 0, 0);
+    outcome.assert_close(name("way to rest (m)"), 0.125, 0.02, displacement, reason);
     chart.series.push(Series::new(format!("plane, by {friction}"), speeds, Style::Line));
     Ok(())
 }
@@ -190,7 +200,7 @@ fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) 
 fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart =
         LineChart::new("Block on an incline of 30°", "time (s)", "mean velocity along the incline (m/s)");
-    let pull = 9.81 * 0.5;
+    let weight = 9.81 * 0.5;
     for (friction, adhesion, given, exact) in [
         (0.0, 0.0, true, 4.9050),
         (0.2, 0.0, true, 3.2059),
@@ -226,7 +236,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 format!("A-14 incline, {label}: acceleration (m/s²)"),
                 &format!("{exact}"),
                 regression_slope(&speeds),
-                (exact - 0.03 * pull, exact + 0.03 * pull),
+                (exact - 0.03 * weight, exact + 0.03 * weight),
                 "the sheet's 3 % of g sin θ",
             );
         } else {
@@ -255,10 +265,10 @@ fn disk(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let report = run_mpm(&case)?;
         let rate = if friction > 0.3 { sine / 3.0 } else { 0.5 * (sine - friction * cosine) };
         let exact = rate * 9.81;
-        let way = mean(&report.snapshot, "displacement", 1, 0);
+        let displacement = mean(&report.snapshot, "displacement", 1, 0);
         let name = format!("A-15 disk, μ = {friction}, {what}: way in 1 s (m)");
-        outcome.assert_close(name, exact, 0.05, way, "the sheet's 5 %");
-        chart.series.push(Series::new(format!("μ = {friction}"), ways(&report, 1), Style::Line));
+        outcome.assert_close(name, exact, 0.05, displacement, "the sheet's 5 %");
+        chart.series.push(Series::new(format!("μ = {friction}"), mean_displacement(&report, 1), Style::Line));
         let parabola = (0..=20).map(|k| 0.05 * f64::from(k)).map(|t| (t, exact * t * t)).collect();
         chart.series.push(Series::new(format!("closed form, it {what}"), parabola, Style::Dashed));
         if friction > 0.3 {

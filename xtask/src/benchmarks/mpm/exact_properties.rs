@@ -30,7 +30,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     conservation(&mut outcome)?;
     angular_momentum(&mut outcome)?;
     filters(&mut outcome)?;
-    affine(&mut outcome)?;
+    check_affine_velocity(&mut outcome)?;
     oscillator(&mut outcome)?;
     floor_without_material(&mut outcome)?;
     traction(&mut outcome)?;
@@ -169,8 +169,8 @@ fn filters(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-03: a step of APIC preserves a linear velocity field.
-fn affine(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+/// Check A-03: a step of APIC preserves a linear velocity field.
+fn check_affine_velocity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["quadratic", "cubic"] {
         let mut case = load_case("mpm/patch")?;
         set_mpm_option(&mut case, "shape", shape);
@@ -247,7 +247,7 @@ fn floor_without_material(outcome: &mut BenchmarkOutcome) -> Result<(), String> 
     let floor = serde_json::json!([{ "side": "y-min", "position": 0.5, "wall": { "kind": "rough" } }]);
     wall.boundaries = serde_json::from_value(floor).map_err(|error| error.to_string())?;
     for (support, case) in [("a patch", patch), ("a wall", wall)] {
-        let (lowest, error) = fall(&case)?;
+        let (lowest, error) = lowest_position(&case)?;
         if let Some(error) = error {
             return Err(error);
         }
@@ -259,7 +259,7 @@ fn floor_without_material(outcome: &mut BenchmarkOutcome) -> Result<(), String> 
             "the sheet: no penetration by more than a cell, 0.1 m",
         );
     }
-    let (lowest, error) = fall(&free)?;
+    let (lowest, error) = lowest_position(&free)?;
     let reason = "without the support it must fail";
     let left = error.is_some_and(|error| error.contains("it left the domain"));
     outcome.assert_close(
@@ -275,7 +275,7 @@ fn floor_without_material(outcome: &mut BenchmarkOutcome) -> Result<(), String> 
 }
 
 /// Lowest position of a case's points (m), and the error that ends the run, if any.
-fn fall(case: &Case) -> Result<(f64, Option<String>), String> {
+fn lowest_position(case: &Case) -> Result<(f64, Option<String>), String> {
     let mut solver = start(case)?;
     let mut lowest = f64::INFINITY;
     while solver.time() < case.stages[0].duration {

@@ -26,7 +26,7 @@ const SETTLEMENT: f64 = 0.12;
 const PRANDTL: f64 = 2.0 + std::f64::consts::PI;
 
 /// Cases: that of the sheet with points that keep their positions, and one whose footing sinks: points move, and the clay beside it heaves.
-const STILL: &str = "mpm/footing";
+const FIXED_POINTS: &str = "mpm/footing";
 const SINKING: &str = "mpm/footing-sinking";
 
 /// Case with a number of cells under half the footing.
@@ -57,19 +57,19 @@ fn curve(report: &RunReport) -> Vec<(f64, f64)> {
 }
 
 /// Mean pressure between two settlements (m).
-fn between(curve: &[(f64, f64)], low: f64, high: f64) -> f64 {
+fn mean_pressure_between(curve: &[(f64, f64)], low: f64, high: f64) -> f64 {
     let inside: Vec<f64> = curve.iter().filter(|(s, _)| (low..=high).contains(s)).map(|(_, q)| *q).collect();
     inside.iter().sum::<f64>() / inside.len() as f64
 }
 
 /// Mean pressure over the last 10 mm.
 fn at_the_end(curve: &[(f64, f64)]) -> f64 {
-    between(curve, SETTLEMENT - 0.01, SETTLEMENT)
+    mean_pressure_between(curve, SETTLEMENT - 0.01, SETTLEMENT)
 }
 
 /// Rise of the pressure over the last 20 mm.
-fn rise(curve: &[(f64, f64)]) -> f64 {
-    at_the_end(curve) / between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
+fn final_pressure_rise(curve: &[(f64, f64)]) -> f64 {
+    at_the_end(curve) / mean_pressure_between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
 }
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -78,9 +78,9 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
         series: vec![Series::new("Prandtl", vec![(0.0, PRANDTL), (SETTLEMENT, PRANDTL)], Style::Dashed)],
         ..LineChart::new("Strip footing on Tresca clay", "settlement (m)", "pressure over c_u")
     };
-    let of_eight = smoothed(&mut outcome, &mut chart, quick)?;
+    let of_eight = check_smoothed(&mut outcome, &mut chart, quick)?;
 
-    let mut plain = footing(STILL, 8)?;
+    let mut plain = footing(FIXED_POINTS, 8)?;
     set_mpm_option(&mut plain, "volumetric_strain", "point");
     let plain = curve(&run_mpm(&plain)?);
     let (reason, name) = ("the sheet: it locks", "A-29 not smoothed over smoothed, 8 cells");
@@ -88,7 +88,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     outcome.assert_within(name, "above 1 (prototype 1.16)", ratio, (1.0, f64::INFINITY), reason);
     chart.series.push(Series::new("not smoothed, 8 cells", plain, Style::Line));
 
-    let mut smooth = footing(STILL, 8)?;
+    let mut smooth = footing(FIXED_POINTS, 8)?;
     smooth.stages[0].motions[0].velocity[0] = None;
     let smooth = at_the_end(&curve(&run_mpm(&smooth)?));
     let claim = "5.142 (prototype 5.300)";
@@ -104,16 +104,16 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
         triangles(&mut outcome, &mut chart)?;
         circular(&mut outcome)?;
     }
-    large(&mut outcome, &mut chart, quick)?;
+    check_sinking_footing(&mut outcome, &mut chart, quick)?;
     outcome.svg("Pressure under the footing.", &chart)?;
     Ok(outcome)
 }
 
 /// Checks of the sheet; returns the pressure at the end with 8 cells.
-fn smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
+fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
     let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
     for &cells in levels(quick) {
-        let report = run_mpm(&footing(STILL, cells)?)?;
+        let report = run_mpm(&footing(FIXED_POINTS, cells)?)?;
         let curve = curve(&report);
         let last = at_the_end(&curve);
         pressures.push(last);
@@ -141,7 +141,13 @@ fn smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) 
         }
         if cells >= 8 {
             let name = format!("A-29 smoothed, rough, {cells} cells: rise over the last 20 mm");
-            outcome.assert_within(name, "a plateau", rise(&curve), (-0.01, 0.01), "the sheet's 1 %");
+            outcome.assert_within(
+                name,
+                "a plateau",
+                final_pressure_rise(&curve),
+                (-0.01, 0.01),
+                "the sheet's 1 %",
+            );
         }
         if cells == 8 {
             of_eight = last;
@@ -167,7 +173,7 @@ fn smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) 
 
 /// Checks triangles, two to a square, with a point in each and strains averaged by nodes: the source's elements.
 fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
-    let mut case = footing(STILL, 8)?;
+    let mut case = footing(FIXED_POINTS, 8)?;
     set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
     set_mpm_option(&mut case, "points_per_cell", 1);
     set_mpm_option(&mut case, "volumetric_strain", "nodal");
@@ -188,7 +194,7 @@ fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new("Circular footing on Tresca clay", "settlement (m)", "pressure over c_u");
     for (kind, exact) in [("smooth", 5.69), ("rough", 6.05)] {
         for cells in [8, 16] {
-            let mut case = footing(STILL, cells)?;
+            let mut case = footing(FIXED_POINTS, cells)?;
             case.space = Space::Axisymmetric;
             if kind == "smooth" {
                 case.stages[0].motions[0].velocity[0] = None;
@@ -218,7 +224,11 @@ fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks a footing that sinks, with points that move and clay that heaves beside it.
-fn large(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<(), String> {
+fn check_sinking_footing(
+    outcome: &mut BenchmarkOutcome,
+    chart: &mut LineChart,
+    quick: bool,
+) -> Result<(), String> {
     for &cells in levels(quick) {
         let curve = curve(&run_mpm(&footing(SINKING, cells)?)?);
         let name = format!("A-29 with points that move, {cells} cells: pressure at the end over c_u");
@@ -231,7 +241,7 @@ fn large(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> 
         outcome.info(
             format!("A-29 with points that move, {cells} cells: rise over the last 20 mm"),
             "",
-            rise(&curve),
+            final_pressure_rise(&curve),
             reason,
         );
         chart.series.push(Series::new(format!("points that move, {cells} cells"), curve, Style::Line));

@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const ANGLE: f64 = 30.0;
 const GRAVITY: f64 = 9.81;
 /// Time at which gravity is complete (s).
-pub const LOADED: f64 = 0.2;
+pub const GRAVITY_END: f64 = 0.2;
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
@@ -35,7 +35,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
             if shape == "quadratic" {
                 chart.series.push(Series::new(format!("{share} tan θ"), speed_series(&report), Style::Line));
                 let exact = gravity_along_plane() * (1.0 - share);
-                let line = [(LOADED, exact * 0.5 * LOADED), (1.2, exact * 1.1)];
+                let line = [(GRAVITY_END, exact * 0.5 * GRAVITY_END), (1.2, exact * 1.1)];
                 chart.series.push(Series::new("closed form", line.to_vec(), Style::Dashed));
             }
         }
@@ -109,7 +109,7 @@ pub fn travelled_distance(report: &RunReport) -> f64 {
 
 /// Velocities along the plane since gravity is complete (m/s).
 pub fn speeds_after_loading(report: &RunReport) -> Vec<(f64, f64)> {
-    speed_series(report).into_iter().filter(|(time, _)| *time >= LOADED - 1e-9).collect()
+    speed_series(report).into_iter().filter(|(time, _)| *time >= GRAVITY_END - 1e-9).collect()
 }
 
 fn judge(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport, share: f64) {

@@ -71,7 +71,7 @@ fn patch(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
         }
         set_mpm_option(&mut case, "stress_update", scheme);
         let report = run_mpm(&case)?;
-        let (exact, scale) = one_step(&case)?;
+        let (exact, scale) = stress_after_step(&case)?;
         let found = core(&report.snapshot);
         if report.steps != 1 || found.is_empty() {
             return Err(format!("{shape}, {scheme}: {} steps, {} points", report.steps, found.len()));
@@ -85,7 +85,7 @@ fn patch(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
 }
 
 /// Stress (Pa) after the step of the case by the law alone, and `E |L| Δt` (Pa).
-fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
+fn stress_after_step(case: &Case) -> Result<(SymTensor, f64), String> {
     let body = serde_json::to_value(&case.bodies[0]).map_err(|error| error.to_string())?;
     let entry = |i: usize, j: usize| body["velocity"]["gradient"][i][j].as_f64().unwrap_or(f64::NAN);
     let dt = case.stages[0].duration;
@@ -112,7 +112,7 @@ fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
 
 /// Sets the shape functions. The domains of contiguous-particle GIMP follow the right stretch: with the diagonal of the deformation
 /// gradient a point at the surface separates in shear (see the page of validation).
-fn shaped(case: &mut Case, shape: &str) {
+fn set_shape_functions(case: &mut Case, shape: &str) {
     set_mpm_option(case, "shape", shape);
     if shape == "cpgimp" {
         set_mpm_option(case, "domain_stretch", "right-stretch");
@@ -122,7 +122,7 @@ fn shaped(case: &mut Case, shape: &str) {
 /// Checks a quarter turn of a stressed block across the cells of the grid.
 fn rotation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     let mut case = load_case("mpm/stress-rotation")?;
-    shaped(&mut case, shape);
+    set_shape_functions(&mut case, shape);
     let start = case.initial_stress(&case.bodies[0], [0.0; 3]);
     let turned = start.rotated(&Mat3::rotation_z(std::f64::consts::FRAC_PI_2));
     let found = core(&run_mpm(&case).map_err(|error| format!("quarter turn, {shape}: {error}"))?.snapshot);
@@ -154,7 +154,7 @@ fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     }
     for shape in SHAPES {
         let mut case = load_case("mpm/simple-shear")?;
-        shaped(&mut case, shape);
+        set_shape_functions(&mut case, shape);
         let report = run_mpm(&case).map_err(|error| format!("simple shear, {shape}: {error}"))?;
         let found = core(&report.snapshot);
         let middle = mean(&found) * (1.0 / modulus);

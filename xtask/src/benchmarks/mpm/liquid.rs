@@ -113,11 +113,11 @@ fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
 }
 
 /// Height of the row of points under the plate, over the gap: a quarter of one of 40 cells below it.
-const UPPERMOST: f64 = 1.0 - 0.25 / 40.0;
+const TOP_ROW_HEIGHT: f64 = 1.0 - 0.25 / 40.0;
 
 /// Mean velocity of the row of points under the plate (m/s).
-fn uppermost(snapshot: &Snapshot) -> f64 {
-    let of_row = |(y, _): &(f64, f64)| (y - UPPERMOST).abs() < 1e-3;
+fn top_row_velocity(snapshot: &Snapshot) -> f64 {
+    let of_row = |(y, _): &(f64, f64)| (y - TOP_ROW_HEIGHT).abs() < 1e-3;
     let row: Vec<f64> = profile(snapshot).into_iter().filter(of_row).map(|(_, v)| v).collect();
     row.iter().sum::<f64>() / row.len() as f64
 }
@@ -153,7 +153,13 @@ fn viscous(_quick: bool) -> Result<BenchmarkOutcome, String> {
             let name = format!(
                 "Couette, t = {time} H²/ν, row of points under the plate: velocity over that of the plate"
             );
-            outcome.assert_close(name, couette(UPPERMOST, time), 0.02, uppermost(frame), "the sheet's 2 %");
+            outcome.assert_close(
+                name,
+                couette(TOP_ROW_HEIGHT, time),
+                0.02,
+                top_row_velocity(frame),
+                "the sheet's 2 %",
+            );
         }
         let line = (0..=100).map(|i| f64::from(i) / 100.0).map(|y| (y, couette(y, time))).collect();
         let label = if time < 0.06 { "closed form" } else { "" };
@@ -270,10 +276,10 @@ fn energy(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), Stri
     let (kinetic, potential) = (column("kinetic_energy"), column("potential_energy"));
     let total: Vec<(f64, f64)> = kinetic.iter().zip(&potential).map(|(k, p)| (k.0, k.1 + p.1)).collect();
     let first = total.first().map_or(f64::NAN, |p| p.1);
-    let (mut least, mut rise) = (f64::INFINITY, 0f64);
+    let (mut smallest, mut rise) = (f64::INFINITY, 0f64);
     for (_, e) in &total {
-        rise = rise.max(e - least);
-        least = least.min(*e);
+        rise = rise.max(e - smallest);
+        smallest = smallest.min(*e);
     }
     outcome.assert_below(
         "largest rise of kinetic and potential energy over that at the start",

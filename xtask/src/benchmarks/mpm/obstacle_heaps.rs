@@ -46,22 +46,22 @@ fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
         ("raster", ObstacleShape::Raster { file: file("plane.asc"), spacing: None }),
         ("closed wedge", ObstacleShape::Mesh { file: file("wedge.stl") }),
     ];
-    let mut ways: Vec<f64> = Vec::new();
+    let mut displacements: Vec<f64> = Vec::new();
     for (name, shape) in
         forms.into_iter().filter(|(name, _)| !quick || ["half-space", "raster"].contains(name))
     {
         let mut case = base.clone();
         case.obstacles[0].shape = shape;
         let report = run_mpm(&case)?;
-        let way = way(&report);
-        match ways.first() {
+        let displacement = downslope_displacement(&report);
+        match displacements.first() {
             None => {
                 let sliding = 0.5 * 9.81 * (ANGLE.to_radians().sin() - 0.3 * ANGLE.to_radians().cos());
                 let reason = "not judged: how far a rigid block slides in a second after a sudden start";
                 outcome.info(
                     format!("{name}: way of the centre of mass along the plane (m)"),
                     &format!("{sliding:.2}"),
-                    way,
+                    displacement,
                     reason,
                 );
             }
@@ -69,21 +69,21 @@ fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
                 format!("{name}: way of the centre of mass along the plane, against the half-space's (m)"),
                 *first,
                 0.02,
-                way,
+                displacement,
                 "2 %: one plane in other words",
             ),
         }
-        above(&mut outcome, name, &case, &report)?;
+        check_above_ground(&mut outcome, name, &case, &report)?;
         if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "displacement", [0, 2]) {
             outcome.png(&format!("The heap on the plane as {name}, from the side."), &cloud)?;
         }
-        ways.push(way);
+        displacements.push(displacement);
     }
     Ok(outcome)
 }
 
 /// Displacement of the centre of mass down the plane (m).
-fn way(report: &RunReport) -> f64 {
+fn downslope_displacement(report: &RunReport) -> f64 {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let [from, to] = [report.frames.first(), report.frames.last()]
         .map(|frame| frame.map_or([f64::NAN; 3], centre_of_mass));
@@ -91,7 +91,12 @@ fn way(report: &RunReport) -> f64 {
 }
 
 /// Checks that no centre of a point lies under the ground in any frame.
-fn above(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, report: &RunReport) -> Result<(), String> {
+fn check_above_ground(
+    outcome: &mut BenchmarkOutcome,
+    name: &str,
+    case: &Case,
+    report: &RunReport,
+) -> Result<(), String> {
     outcome.assert_below(
         format!("{name}: largest depth of a point's centre under the ground (m)"),
         "none",
@@ -106,7 +111,7 @@ fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("mpm/terrain-flow")?;
     let report = run_mpm(&case)?;
-    above(&mut outcome, "raster", &case, &report)?;
+    check_above_ground(&mut outcome, "raster", &case, &report)?;
     outcome.assert_close(
         "mass at the end over that at the start",
         1.0,
@@ -127,11 +132,12 @@ fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
 
 /// Checks the energy balance.
 fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) {
-    let ObstacleEnergyShares { rise, friction, penetration_limit: stopped } = obstacle_energy_shares(report);
+    let ObstacleEnergyShares { max_rise, friction, penetration_limit: stopped } =
+        obstacle_energy_shares(report);
     outcome.assert_below(
         "largest rise of the total energy over the work of gravity",
         "none",
-        rise,
+        max_rise,
         1e-3,
         "0.1 %: what springs and steps exchange",
     );

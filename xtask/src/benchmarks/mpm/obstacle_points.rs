@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 const GRAVITY: f64 = 9.81;
 /// Time at which the block has settled (s).
-const SETTLED: f64 = 1.0;
+const SETTLING_TIME: f64 = 1.0;
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
@@ -56,7 +56,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 /// rear edge lifts at 40°, and it hops down a plane on which it could rest.
 fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
     let settling = &mut case.stages[0];
-    (settling.duration, settling.damping) = (SETTLED, 0.7);
+    (settling.duration, settling.damping) = (SETTLING_TIME, 0.7);
     let obstacle = &mut case.obstacles[0];
     obstacle.wall = ObstacleWall::Frictional { friction_coefficient: coefficient, adhesion: 0.0 };
     if let Some(form) = form {
@@ -87,7 +87,7 @@ fn speeds(report: &RunReport, up: &str) -> Vec<(f64, f64)> {
     let [x, z, mass] = ["momentum.x", up, "mass"].map(|name| measure_series(report, name));
     let all = x.iter().zip(&z).zip(&mass);
     let speeds = all.map(|((x, z), mass)| (x.0, (cosine * x.1 - sine * z.1) / mass.1));
-    speeds.filter(|(time, _)| *time >= SETTLED - 1e-9).collect()
+    speeds.filter(|(time, _)| *time >= SETTLING_TIME - 1e-9).collect()
 }
 
 fn judge(
@@ -101,11 +101,11 @@ fn judge(
     let name = format!("{form}, {angle}°, μ = {share} tan θ");
     let found = speeds(&report, if case.gravity.len() == 3 { "momentum.z" } else { "momentum.y" });
     if share > 1.0 {
-        let way: f64 = found.windows(2).map(|p| 0.5 * (p[0].1 + p[1].1) * (p[1].0 - p[0].0)).sum();
+        let displacement: f64 = found.windows(2).map(|p| 0.5 * (p[0].1 + p[1].1) * (p[1].0 - p[0].0)).sum();
         outcome.assert_below(
             format!("{name}: drift in 1 s over the length of the block"),
             "at rest",
-            way.abs(),
+            displacement.abs(),
             1e-3,
             "a thousandth of its length",
         );
@@ -161,11 +161,11 @@ fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), St
     let energy: Vec<(f64, f64)> =
         (0..parts[0].len()).map(|k| (parts[0][k].0, parts.iter().map(|part| part[k].1).sum())).collect();
     let fallen = parts[2].iter().map(|(_, e)| parts[2][0].1 - e).fold(0.0, max_or_nan);
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     let mut rise = 0f64;
     for (_, energy) in &energy {
-        least = least.min(*energy);
-        rise = rise.max(energy - least);
+        smallest = smallest.min(*energy);
+        rise = rise.max(energy - smallest);
     }
     outcome.assert_below(
         "bowl: largest rise of the total energy over the work of gravity",

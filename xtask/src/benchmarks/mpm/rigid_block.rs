@@ -19,11 +19,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Mass of the block (kg), applied force (N), coefficient of friction, gravity (m/s²).
 const MASS: f64 = 750.0;
-const PUSH: f64 = 6000.0;
+const APPLIED_FORCE: f64 = 6000.0;
 const FRICTION: f64 = 0.4;
 const GRAVITY: f64 = 10.0;
 /// Time at which the applied force begins (s).
-const SETTLED: f64 = 0.3;
+const SETTLING_TIME: f64 = 0.3;
 
 /// Undrained strength of the clay (Pa), half width of the footing (m), speed of the footing (m/s).
 const STRENGTH: f64 = 1e4;
@@ -38,13 +38,13 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Part of a column from `start` (s) on, with times relative to it.
-fn since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
+fn column_since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
     let rows = measure_series(report, column).into_iter().filter(|row| row.0 >= start);
     rows.map(|row| (row.0 - start, row.1)).collect()
 }
 
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let exact = PUSH / MASS - FRICTION * GRAVITY;
+    let exact = APPLIED_FORCE / MASS - FRICTION * GRAVITY;
     let mut chart = LineChart::new(
         "Rigid block pushed over a frictional base",
         "time since the push begins (s)",
@@ -55,7 +55,7 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let mut case = load_case("mpm/rigid-block")?;
         set_mpm_option(&mut case, "shape", shape);
         let report = run_mpm(&case)?;
-        let speeds = since(&report, "block.velocity.x", SETTLED);
+        let speeds = column_since(&report, "block.velocity.x", SETTLING_TIME);
         outcome.assert_close(
             format!("{shape}: acceleration (m/s²)"),
             exact,
@@ -64,7 +64,7 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             "the 2 % of sheet: mpm A-31, friction between two bodies that deform",
         );
         let [rubbed, borne] = ["x", "y"].map(|axis| {
-            regression_slope(&since(&report, &format!("reaction.impulse.{axis}"), SETTLED + 0.1))
+            regression_slope(&column_since(&report, &format!("reaction.impulse.{axis}"), SETTLING_TIME + 0.1))
         });
         outcome.assert_close(
             format!("{shape}: friction over normal force"),
@@ -73,14 +73,14 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             -rubbed / borne,
             "the law of contact at each node; the rest is the mean over the rows of the table",
         );
-        let late = since(&report, "block.velocity.x", SETTLED + 0.1);
-        let impulse = since(&report, "reaction.impulse.x", SETTLED + 0.1);
+        let late = column_since(&report, "block.velocity.x", SETTLING_TIME + 0.1);
+        let impulse = column_since(&report, "reaction.impulse.x", SETTLING_TIME + 0.1);
         if let ([first, .., last], [begun, .., taken]) = (&late[..], &impulse[..]) {
-            let open = MASS * (last.1 - first.1) - PUSH * (last.0 - first.0) - (taken.1 - begun.1);
+            let open = MASS * (last.1 - first.1) - APPLIED_FORCE * (last.0 - first.0) - (taken.1 - begun.1);
             outcome.assert_below(
                 format!("{shape}: momentum less impulses over the impulse of the push"),
                 "0",
-                open.abs() / (PUSH * (last.0 - first.0)),
+                open.abs() / (APPLIED_FORCE * (last.0 - first.0)),
                 1e-9,
                 "round-off",
             );
@@ -103,7 +103,7 @@ fn settling(report: &RunReport) -> Vec<(f64, f64)> {
 }
 
 /// Settlement under a load, by linear interpolation.
-fn under(curve: &[(f64, f64)], load: f64) -> f64 {
+fn settlement_at_load(curve: &[(f64, f64)], load: f64) -> f64 {
     let part = curve.windows(2).find(|pair| pair[0].1 <= load && load < pair[1].1);
     part.map_or(f64::NAN, |pair| {
         let share = (load - pair[0].1) / (pair[1].1 - pair[0].1);
@@ -123,9 +123,9 @@ fn footing(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for load in [1.0, 2.0, 3.0] {
         outcome.assert_close(
             format!("footing: settlement under {load} c_u (m)"),
-            under(&by_velocity, load),
+            settlement_at_load(&by_velocity, load),
             0.03,
-            under(&by_force, load),
+            settlement_at_load(&by_force, load),
             "both are slow, not at rest: loads are means over 0.1 s, in which the force grows by 3 % of its end",
         );
     }

@@ -29,7 +29,7 @@ fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
         if method == "mpm" {
             set_mpm_option(&mut case, "obstacles", contact);
         }
-        let kept = kept(&run_in_memory(method, &case)?);
+        let kept = energy_ratio(&run_in_memory(method, &case)?);
         let last = kept.last().map_or(f64::NAN, |row| row.1);
         outcome.assert_close(
             format!("{name}: energy after 6 s over that of the fall"),
@@ -45,7 +45,7 @@ fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Gain of kinetic and elastic energy over loss of potential energy, over time (s), from one second on.
-fn kept(report: &RunReport) -> Vec<(f64, f64)> {
+fn energy_ratio(report: &RunReport) -> Vec<(f64, f64)> {
     let column = |name: &str| report.table.pairs("time", name).unwrap_or_default();
     let (kinetic, elastic, potential) =
         (column("kinetic_energy"), column("elastic_energy"), column("potential_energy"));

@@ -42,7 +42,7 @@ pub const ABSORBING: Benchmark = Benchmark {
 fn phases(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     drag(&mut outcome)?;
-    undrained(&mut outcome)?;
+    check_undrained(&mut outcome)?;
     steps(&mut outcome)?;
     Ok(outcome)
 }
@@ -114,7 +114,7 @@ fn free_drag(outcome: &mut BenchmarkOutcome, held: &Case) -> Result<(), String> 
 }
 
 /// Checks A-23.
-fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let two = load_case("mpm/undrained")?;
     let mut one = two.clone();
     one.bodies[0].pore_fluid = None;

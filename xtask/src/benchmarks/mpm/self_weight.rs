@@ -28,14 +28,14 @@ struct ColumnErrors {
     /// Mean error of stress, over the stress at the base.
     stress: f64,
     /// Largest error of position, over the height.
-    position: f64,
+    max_position_error: f64,
     /// Stress (Pa) over height (m) of the points.
     profile: Vec<(f64, f64)>,
 }
 
 impl ColumnErrors {
     /// Runs the column on a number of cells.
-    fn of(shape: &str, cells: usize) -> Result<Self, String> {
+    fn from_run(shape: &str, cells: usize) -> Result<Self, String> {
         let mut case = load_case("mpm/self-weight")?;
         set_mpm_option(&mut case, "cell_size", HEIGHT / cells as f64);
         set_mpm_option(&mut case, "shape", shape);
@@ -48,10 +48,10 @@ impl ColumnErrors {
         let count = start.len() as f64;
         let error = start.iter().zip(&found).map(|(x, s)| (s[0] - stress(*x)).abs()).sum::<f64>()
             / (count * WEIGHT * HEIGHT);
-        let off = start.iter().zip(&snapshot.positions).map(|(x, now)| (now[0] - place(*x)).abs());
+        let off = start.iter().zip(&snapshot.positions).map(|(x, now)| (now[0] - final_position(*x)).abs());
         let off = off.max_or_nan() / HEIGHT;
         let profile = snapshot.positions.iter().zip(&found).map(|(x, s)| (x[0], s[0])).collect();
-        Ok(Self { stress: error, position: off, profile })
+        Ok(Self { stress: error, max_position_error: off, profile })
     }
 
     /// Adds the checks of the sheet, `bound` that of the error of stress.
@@ -62,7 +62,7 @@ impl ColumnErrors {
             outcome.assert_below(name, claim, self.stress, bound, "the sheet's bound");
             let name = format!("cpGIMP, {cells} cells: largest error of position over height");
             let claim = "3.3e-4 / 2.1e-4 / 5.5e-5 (sheet's prototype)";
-            outcome.assert_below(name, claim, self.position, 1e-3, "the sheet's bound");
+            outcome.assert_below(name, claim, self.max_position_error, 1e-3, "the sheet's bound");
         }
         if shape == "dual-domain" {
             let name = format!("dual domain, {cells} cells: mean stress error");
@@ -93,7 +93,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     for (shape, bounds) in bands {
         let mut of_shape = Vec::new();
         for (cells, bound) in [16usize, 32, 64].into_iter().zip(bounds) {
-            let found = ColumnErrors::of(shape, cells)?;
+            let found = ColumnErrors::from_run(shape, cells)?;
             of_shape.push((HEIGHT / cells as f64, found.stress));
             found.check(&mut outcome, shape, cells, bound);
             if cells == 32 {
@@ -123,7 +123,7 @@ fn stress(x: f64) -> f64 {
 }
 
 /// Final position of the material initially at `x` (m).
-fn place(x: f64) -> f64 {
+fn final_position(x: f64) -> f64 {
     let load = |height: f64| (-WEIGHT * height / STIFFNESS).exp();
     STIFFNESS / WEIGHT * (load(HEIGHT - x) - load(HEIGHT))
 }

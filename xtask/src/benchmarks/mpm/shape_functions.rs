@@ -113,7 +113,7 @@ fn inner_forces<const S: usize, B: Basis<S>>(places: &[f64], volumes: &[f64], st
 }
 
 /// Largest difference of A-02 between sums of momentum and mass over nodes and over random points, over the sum of sizes.
-fn lost_to_nodes<const S: usize, B: Basis<S>>() -> f64 {
+fn max_conservation_error<const S: usize, B: Basis<S>>() -> f64 {
     let grid = Grid { origin: [0.0; 2], cell: 0.1, cells: [6; 2] };
     let across = B::nodes(6);
     let mut nodes = vec![NodalState::default(); across * across];
@@ -138,10 +138,10 @@ fn lost_to_nodes<const S: usize, B: Basis<S>>() -> f64 {
 /// Checks A-02: transfers conserve mass and momentum.
 pub fn transfers(outcome: &mut BenchmarkOutcome) {
     for (shape, lost) in [
-        ("linear", lost_to_nodes::<2, LinearBasis>()),
-        ("GIMP", lost_to_nodes::<3, GimpBasis>()),
-        ("quadratic", lost_to_nodes::<3, QuadraticSpline>()),
-        ("cubic", lost_to_nodes::<4, CubicSpline>()),
+        ("linear", max_conservation_error::<2, LinearBasis>()),
+        ("GIMP", max_conservation_error::<3, GimpBasis>()),
+        ("quadratic", max_conservation_error::<3, QuadraticSpline>()),
+        ("cubic", max_conservation_error::<4, CubicSpline>()),
     ] {
         let name =
             format!("A-02 {shape}: mass and momentum of the nodes less those of 10³ points, over Σ m, Σ |p|");

@@ -5,8 +5,10 @@ use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::{Value, json};
 
-use super::contact::{bars, contact, history, mean};
-use super::two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, judge_pressures, modes};
+use super::contact::{check_bars, contact, history, mean};
+use super::two_phase::{
+    CONSOLIDATION_RATE, LOAD, SKELETON, WATER, judge_pressures, modes, run_consolidation,
+};
 use crate::analysis::{MaxOrNan, regression_slope};
 use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, vectors,
@@ -27,17 +29,17 @@ const KINDS: [(Space, &str); 2] = [(Space::PlaneStrain, "triangles"), (Space::Th
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    locking(&mut outcome)?;
+    check_locking(&mut outcome)?;
     consolidation(&mut outcome)?;
     drag(&mut outcome)?;
-    undrained(&mut outcome)?;
+    check_undrained(&mut outcome)?;
     impact(&mut outcome)?;
     incline(&mut outcome)?;
     Ok(outcome)
 }
 
 /// Checks S-09: displacement of the free corner of an incompressible patch, over that of a compressible one.
-fn locking(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_locking(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let corner = |snapshot: &Snapshot| {
         let place = |p: &usize| snapshot.positions[*p][0] + snapshot.positions[*p][1];
         let nearest = (0..snapshot.positions.len()).max_by(|a, b| place(a).total_cmp(&place(b))).unwrap_or(0);
@@ -126,18 +128,18 @@ fn in_space(case: &Case, space: Space, depth: f64) -> Result<Case, String> {
 const RAMP: f64 = 0.01;
 
 /// Mean over the ramp of the decay with the wave number `a` at the time factor `factor`.
-fn decayed(a: f64, factor: f64) -> f64 {
+fn mean_decay(a: f64, factor: f64) -> f64 {
     ((-a * a * (factor - RAMP)).exp() - (-a * a * factor).exp()) / (a * a * RAMP)
 }
 
 /// Pressure over that at the start of Terzaghi's column, at a depth `z` (m) of 1 m.
 fn isochrone(z: f64, factor: f64) -> f64 {
-    modes().map(|a| 2.0 / a * (a * z).sin() * decayed(a, factor)).sum()
+    modes().map(|a| 2.0 / a * (a * z).sin() * mean_decay(a, factor)).sum()
 }
 
 /// Degree of its consolidation.
 fn degree(factor: f64) -> f64 {
-    1.0 - modes().map(|a| 2.0 / (a * a) * decayed(a, factor)).sum::<f64>()
+    1.0 - modes().map(|a| 2.0 / (a * a) * mean_decay(a, factor)).sum::<f64>()
 }
 
 /// Checks A-19 with a load that grows over a ramp.
@@ -150,7 +152,7 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let start = LOAD * WATER / (SKELETON + WATER);
     for ((space, name), factors) in [(KINDS[0], &[0.02, 0.05, 0.1, 0.2][..]), (KINDS[1], &[0.02, 0.05][..])] {
         let column = in_space(&load_case("mpm/simplices-consolidation")?, space, 0.025)?;
-        let report = consolidated(&column, *factors.last().unwrap_or(&0.1))?;
+        let report = run_consolidation(&column, *factors.last().unwrap_or(&0.1))?;
         for factor in factors {
             let at = |frame: &&Snapshot| (CONSOLIDATION_RATE * frame.time - factor).abs() < 1e-9;
             let Some(frame) = report.frames.iter().find(at) else { continue };
@@ -208,7 +210,7 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks A-23.
-fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strain = -1e-3 * 1e-5;
     for (space, name) in KINDS {
         let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
@@ -248,7 +250,7 @@ fn undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Checks A-13.
 fn impact(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let report = run_mpm(&load_case("mpm/simplices-bars")?)?;
-    bars(outcome, "A-13 bars of triangles", &report)
+    check_bars(outcome, "A-13 bars of triangles", &report)
 }
 
 /// Checks A-14.
@@ -258,7 +260,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         "time (s)",
         "mean velocity along the incline (m/s)",
     );
-    let pull = 9.81 * 0.5;
+    let weight = 9.81 * 0.5;
     for (friction, exact) in [(0.2, 3.2059), (0.7, 0.0)] {
         let mut case = load_case("mpm/contact-incline")?;
         set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
@@ -272,7 +274,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 format!("A-14 incline of triangles, μ = {friction}: acceleration (m/s²)"),
                 &format!("{exact}"),
                 regression_slope(&speeds),
-                (exact - 0.03 * pull, exact + 0.03 * pull),
+                (exact - 0.03 * weight, exact + 0.03 * weight),
                 "the sheet's 3 % of g sin θ",
             );
         } else {

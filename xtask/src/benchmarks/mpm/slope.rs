@@ -26,7 +26,7 @@ const LENGTH: f64 = 0.853;
 
 /// Cell sizes of the source (m).
 const COARSE: f64 = 0.0125;
-const FINE: f64 = 0.01;
+const FINE_CELL: f64 = 0.01;
 
 /// Set-ups: the prototype's GIMP with few and many points, and smoother functions with other cells and points. With eight points along a
 /// cell GIMP is nearly linear.
@@ -35,13 +35,13 @@ const RUNS: &[SlopeSetting] = &[
     ("ugimp", COARSE, 4),
     ("ugimp", COARSE, 5),
     ("ugimp", COARSE, 8),
-    ("ugimp", FINE, 5),
+    ("ugimp", FINE_CELL, 5),
     ("quadratic", COARSE, 5),
     ("quadratic", COARSE, 8),
-    ("quadratic", FINE, 5),
+    ("quadratic", FINE_CELL, 5),
     ("cubic", COARSE, 5),
     ("cubic", COARSE, 8),
-    ("cubic", FINE, 5),
+    ("cubic", FINE_CELL, 5),
 ];
 
 /// Shape functions, cell size (m) and points per axis and cell.
@@ -63,7 +63,7 @@ fn slope((shape, cell, per_axis): SlopeSetting) -> Result<Case, String> {
 }
 
 /// Energy of the motion along x over that at the start, against time.
-fn along(report: &RunReport) -> Vec<(f64, f64)> {
+fn downslope_energy(report: &RunReport) -> Vec<(f64, f64)> {
     let energy = |frame: &colluvium::case::Snapshot| {
         let mass = scalars(frame, "mass");
         vectors(frame, "velocity").iter().zip(mass).map(|(v, m)| 0.5 * m * v[0] * v[0]).sum::<f64>()
@@ -71,7 +71,7 @@ fn along(report: &RunReport) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, energy(frame) / ENERGY)).collect()
 }
 
-fn at(curve: &[(f64, f64)], time: f64) -> f64 {
+fn value_at(curve: &[(f64, f64)], time: f64) -> f64 {
     curve.iter().find(|(t, _)| (t - time).abs() < 1e-6).map_or(f64::NAN, |(_, value)| *value)
 }
 
@@ -93,7 +93,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
         let label = format!("{shape}, {points} points per cell, {} mm", 1e3 * cell);
         energy_decay(&mut outcome, &report, &label);
         ends.push((setting, run_out(&mut outcome, &report, &label, points)));
-        chart.series.push(Series::new(label, along(&report), Style::Line));
+        chart.series.push(Series::new(label, downslope_energy(&report), Style::Line));
     }
     refinements(&mut outcome, &ends);
     outcome.svg(&format!("Decay of the motion along x of a slope of {LENGTH} m."), &chart)?;
@@ -103,13 +103,13 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Checks the decay of the kinetic energy.
 fn energy_decay(outcome: &mut BenchmarkOutcome, report: &RunReport, label: &str) {
     let name = |what: &str| format!("S-01 {label}: {what}");
-    let energy = along(report);
+    let energy = downslope_energy(report);
     let reason = "the sheet's band around the digitised figure";
     for (time, claim, range) in
         [(0.3, "0.345 (prototype 0.308)", (0.26, 0.40)), (0.5, "0.13 (prototype 0.126)", (0.09, 0.17))]
     {
         let title = name(&format!("KE_x/KE_0 at {time} s"));
-        outcome.assert_within(title, claim, at(&energy, time), range, reason);
+        outcome.assert_within(title, claim, value_at(&energy, time), range, reason);
     }
     let kinetic = measure_series(report, "kinetic_energy");
     let late: Vec<f64> = kinetic.iter().filter(|(t, _)| *t >= 0.2).map(|(_, k)| *k / ENERGY).collect();
@@ -140,7 +140,7 @@ fn refinements(outcome: &mut BenchmarkOutcome, ends: &[(SlopeSetting, f64)]) {
         let end = |cell: f64, per_axis: usize| {
             ends.iter().find(|(setting, _)| *setting == (shape, cell, per_axis)).map(|(_, end)| *end)
         };
-        let (Some(some), Some(many), Some(fine)) = (end(COARSE, 5), end(COARSE, 8), end(FINE, 5)) else {
+        let (Some(some), Some(many), Some(fine)) = (end(COARSE, 5), end(COARSE, 8), end(FINE_CELL, 5)) else {
             continue;
         };
         for (what, ratio) in [

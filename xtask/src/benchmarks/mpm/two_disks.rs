@@ -26,14 +26,14 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let report = run_mpm(&case)?;
         let (kinetic, elastic) =
             (measure_series(&report, "kinetic_energy"), measure_series(&report, "elastic_energy"));
-        let least = kinetic.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)).ok_or("no rows")?;
+        let smallest = kinetic.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)).ok_or("no rows")?;
         let start = kinetic[0].1;
         let end = report.end.kinetic + report.end.elastic;
         let name = |what: &str| format!("{scheme}: {what}");
         outcome.assert_within(
             name("time of least kinetic energy (s)"),
             "1.90 to 2.00 s",
-            least.0,
+            smallest.0,
             (1.90, 2.00),
             BAND,
         );

@@ -49,7 +49,7 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
         "pore pressure over that at the start",
     );
     let table = reference_table("mpm/consolidation/isochrones.csv")?;
-    let whole = consolidated(&load_case("mpm/consolidation")?, *factors.last().unwrap_or(&0.5))?;
+    let whole = run_consolidation(&load_case("mpm/consolidation")?, *factors.last().unwrap_or(&0.5))?;
     let mut surface = Vec::new();
     for frame in &whole.frames {
         let factor = CONSOLIDATION_RATE * frame.time;
@@ -64,7 +64,7 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
         isochrones.series.push(Series::new(label, exact, Style::Dashed));
         isochrones.series.push(Series::new(format!("T = {nominal}"), points, Style::Markers));
     }
-    mixed(&mut outcome, start)?;
+    check_cell_averages(&mut outcome, start)?;
     let settlement = surface_settlement(&mut outcome, &whole, surface);
     damped_consolidation(&mut outcome, start)?;
     let liquid = |budget: colluvium::case::Budget| budget.liquid.map_or(f64::NAN, |liquid| liquid.mass);
@@ -89,7 +89,7 @@ fn surface_settlement(
     let last = whole.frames.last().map_or(f64::NAN, |frame| CONSOLIDATION_RATE * frame.time);
     let settled = |factor: f64| {
         let u = degree(factor);
-        1e3 * LOAD / SKELETON * (u + (1.0 - u) * SKELETON / (SKELETON + WATER)) - undrained()
+        1e3 * LOAD / SKELETON * (u + (1.0 - u) * SKELETON / (SKELETON + WATER)) - undrained_settlement()
     };
     let found = surface.last().map_or(f64::NAN, |p| p.1) / settled(last);
     let name = "settlement of the uppermost point over the closed form of the surface, at the end";
@@ -109,7 +109,7 @@ fn surface_settlement(
 fn damped_consolidation(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     let mut damped = load_case("mpm/consolidation")?;
     damped.stages[0].damping = 0.7;
-    let report = consolidated(&damped, 0.5)?;
+    let report = run_consolidation(&damped, 0.5)?;
     let pressures = report.frames.last().map(|frame| scalars(frame, "pore_pressure")).unwrap_or_default();
     outcome.info(
         "with local damping of 0.7: degree of consolidation at T = 0.5",
@@ -121,12 +121,12 @@ fn damped_consolidation(outcome: &mut BenchmarkOutcome, start: f64) -> Result<()
 }
 
 /// Undrained settlement, the reference of the displacements of the run (mm).
-fn undrained() -> f64 {
+fn undrained_settlement() -> f64 {
     1e3 * LOAD / (SKELETON + WATER)
 }
 
 /// Runs the column to a time factor, with a frame every hundredth.
-pub(super) fn consolidated(case: &Case, factor: f64) -> Result<RunReport, String> {
+pub(super) fn run_consolidation(case: &Case, factor: f64) -> Result<RunReport, String> {
     let mut case = case.clone();
     case.stages[0].duration = factor / CONSOLIDATION_RATE;
     case.output.frames = Some(0.01 / CONSOLIDATION_RATE);
@@ -145,7 +145,7 @@ fn degree(factor: f64) -> f64 {
 /// Depth (m) and pressure over that at the `start` of the points of a column of 1 m.
 fn profile(frame: &Snapshot, start: f64) -> Vec<(f64, f64)> {
     let pressures = scalars(frame, "pore_pressure").into_iter().map(|p| p / start);
-    places(frame).iter().map(|x| 1.0 - x).zip(pressures).collect()
+    initial_positions(frame).iter().map(|x| 1.0 - x).zip(pressures).collect()
 }
 
 /// Checks pressures over that at the start, and the degree of consolidation from them, against a closed form.
@@ -175,11 +175,11 @@ pub(super) fn judge_pressures(
 }
 
 /// Checks total stress and pressure by cells (§2.16).
-fn mixed(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
+fn check_cell_averages(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     const NOMINAL: f64 = 0.1;
     let mut case = load_case("mpm/consolidation")?;
     set_mpm_option(&mut case, "integration", "mixed");
-    let report = consolidated(&case, NOMINAL)?;
+    let report = run_consolidation(&case, NOMINAL)?;
     let frame = report.frames.last().ok_or("no frame")?;
     let factor = CONSOLIDATION_RATE * frame.time;
     let law = |z: f64| isochrone(z, factor);
@@ -194,7 +194,7 @@ pub(super) fn modes() -> impl Iterator<Item = f64> {
 }
 
 /// Initial positions of the points (m).
-fn places(snapshot: &Snapshot) -> Vec<f64> {
+fn initial_positions(snapshot: &Snapshot) -> Vec<f64> {
     let displacement = vectors(snapshot, "displacement");
     snapshot.positions.iter().zip(displacement).map(|(x, u)| x[0] - u[0]).collect()
 }
@@ -202,8 +202,8 @@ fn places(snapshot: &Snapshot) -> Vec<f64> {
 /// Traction (Pa), its ramp (s), and the speeds of the two waves without drag (m/s).
 const TRACTION: f64 = 1000.0;
 const RAMP: f64 = 5e-5;
-const FAST: f64 = 2297.728;
-const SLOW: f64 = 1144.720;
+const FAST_WAVE_SPEED: f64 = 2297.728;
+const SLOW_WAVE_SPEED: f64 = 1144.720;
 
 /// Hydraulic conductivities (m/s), with their labels, and the sheet's skeleton stress over load at 7e-4 s.
 const CONDUCTIVITIES: [(&str, f64, f64); 5] = [
@@ -216,8 +216,12 @@ const CONDUCTIVITIES: [(&str, f64, f64); 5] = [
 
 /// Mean over load of the values (Pa) of the points about 0.5 m below the loaded end.
 fn mean_over_load(frame: &Snapshot, values: &[f64]) -> f64 {
-    let near: Vec<f64> =
-        places(frame).iter().zip(values).filter(|(x, _)| (*x - 1.5).abs() < 0.004).map(|(_, v)| *v).collect();
+    let near: Vec<f64> = initial_positions(frame)
+        .iter()
+        .zip(values)
+        .filter(|(x, _)| (*x - 1.5).abs() < 0.004)
+        .map(|(_, v)| *v)
+        .collect();
     near.iter().sum::<f64>() / near.len() as f64 / TRACTION
 }
 
@@ -237,7 +241,7 @@ fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let exact = reference_curve(&table, "time", &format!("k={name}"))?;
         let value = |time: f64| exact.iter().find(|p| (p.0 - time).abs() < 1e-9).map_or(f64::NAN, |p| p.1);
         if conductivity > 1.0 {
-            arrivals(&mut outcome, &pressure, value(3.5e-4));
+            check_arrival_times(&mut outcome, &pressure, value(3.5e-4));
         }
         pressures_behind_waves(&mut outcome, name, &pressure, value);
         let late: Vec<f64> = report
@@ -289,7 +293,7 @@ fn pressures_behind_waves(
 }
 
 /// Checks the times at which the pressure passes half of its plateau, less half the ramp.
-fn arrivals(outcome: &mut BenchmarkOutcome, pressure: &[(f64, f64)], plateau: f64) {
+fn check_arrival_times(outcome: &mut BenchmarkOutcome, pressure: &[(f64, f64)], plateau: f64) {
     let crossing = |rising: bool| {
         let passed = |w: &[(f64, f64)]| {
             let ((t0, p0), (t1, p1)) = (w[0], w[1]);
@@ -298,7 +302,7 @@ fn arrivals(outcome: &mut BenchmarkOutcome, pressure: &[(f64, f64)], plateau: f6
         };
         pressure.windows(2).find_map(passed).unwrap_or(f64::NAN)
     };
-    for (name, speed, rising) in [("fast", FAST, true), ("slow", SLOW, false)] {
+    for (name, speed, rising) in [("fast", FAST_WAVE_SPEED, true), ("slow", SLOW_WAVE_SPEED, false)] {
         outcome.assert_close(
             format!("arrival of the {name} wave at 0.5 m (s)"),
             0.5 / speed,

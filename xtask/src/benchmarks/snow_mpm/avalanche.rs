@@ -3,7 +3,7 @@
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::{Value, json};
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::analysis::mass_quantile_position;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, set_material};
 use colluvium::case::measure::fragments;
@@ -43,12 +43,12 @@ const REGIMES: [AvalancheRegime; 4] = [
 
 impl AvalancheRegime {
     fn run(&self, duration: f64) -> Result<RunReport, String> {
-        let mut case = changed("avalanche", &json!({}))?;
+        let mut case = case_with_options("avalanche", &json!({}))?;
         let keys = ["critical_state_slope", "cohesion_ratio", "hardening_factor", "compressive_strength"];
         let keys: Vec<(&str, Value)> = keys.into_iter().zip(self.law.map(|value| json!(value))).collect();
         set_material(&mut case, "snow", &keys)?;
         case.stages[0].duration = duration;
-        solved(&case)
+        run_snow_case(&case)
     }
 }
 
@@ -99,9 +99,9 @@ fn block_law(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &
         return;
     }
     for time in times {
-        let way = front(report, *time) - front(report, 0.0);
+        let travel = front(report, *time) - front(report, 0.0);
         let name = format!("A6 {}: way of the front after {time} s (m)", regime.name);
-        outcome.assert_close(name, coulomb(*time), 0.01, way, "the sheet's criterion");
+        outcome.assert_close(name, coulomb(*time), 0.01, travel, "the sheet's criterion");
     }
 }
 
@@ -129,7 +129,8 @@ fn energy(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &Run
 
 /// Checks the forms of the deposits and the flows against the descriptions of the source.
 fn forms(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)]) -> Result<(), String> {
-    let track = changed("avalanche", &json!({}))?.ground_line("track").ok_or("the case has no track")?;
+    let track =
+        case_with_options("avalanche", &json!({}))?.ground_line("track").ok_or("the case has no track")?;
     let along = |x: &[f64; 3]| track.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
     let thickness = |frame: &Snapshot| {
         let length = mass_quantile_position(frame, 0.99, along) - mass_quantile_position(frame, 0.01, along);

@@ -3,7 +3,7 @@
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, measure_series, stresses, vectors};
 
@@ -29,7 +29,7 @@ pub const SELF_WEIGHT: Benchmark = Benchmark {
 
 /// Density (kg/m³) and, over Young's modulus, the modulus of confined compression for a Poisson's ratio of 0.3.
 const DENSITY: f64 = 400.0;
-const CONFINED: f64 = 0.7 / (1.3 * 0.4);
+const CONFINED_MODULUS: f64 = 0.7 / (1.3 * 0.4);
 
 /// Times (s) at which a series passes zero, by linear interpolation.
 fn zeros(points: &[(f64, f64)]) -> Vec<f64> {
@@ -41,9 +41,9 @@ fn zeros(points: &[(f64, f64)]) -> Vec<f64> {
 }
 
 /// Period over that of the closed form, and ratio of the momentum two periods after the first peak to that peak.
-fn swung(cells: usize, options: &Value) -> Result<[f64; 2], String> {
-    let mut case = changed("bar", options)?;
-    let period = 4.0 / (CONFINED * 1e6 / DENSITY).sqrt();
+fn period_and_momentum(cells: usize, options: &Value) -> Result<[f64; 2], String> {
+    let mut case = case_with_options("bar", options)?;
+    let period = 4.0 / (CONFINED_MODULUS * 1e6 / DENSITY).sqrt();
     let speed = 1e-4 * 2.0 * std::f64::consts::PI / period;
     crate::benchmarks::set_method_option(&mut case, "snow-mpm", "cell_size", 1.0 / cells as f64);
     case.bodies[0].velocity = serde_json::from_value(
@@ -52,7 +52,7 @@ fn swung(cells: usize, options: &Value) -> Result<[f64; 2], String> {
     .map_err(|error| error.to_string())?;
     case.stages[0].duration = 3.4 * period;
     case.output.measures = Some(period / 400.0);
-    let momentum = measure_series(&solved(&case)?, "momentum.x");
+    let momentum = measure_series(&run_snow_case(&case)?, "momentum.x");
     let zeros = zeros(&momentum);
     let [Some(first), Some(later)] = [zeros.first(), zeros.get(4)] else {
         return Err("the bar does not swing for three periods".to_owned());
@@ -75,7 +75,7 @@ fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let mut errors = Vec::new();
         for (cells, claim) in [10, 20, 40].into_iter().zip(claims) {
             let options = json!({ "shape": shape, "transfer": "flip", "flip_ratio": 1 });
-            let [period, _] = swung(cells, &options)?;
+            let [period, _] = period_and_momentum(cells, &options)?;
             errors.push((cells as f64, period - 1.0));
             let (name, text) = (
                 format!("V12 {shape}, {cells} cells: period over exact"),
@@ -99,7 +99,7 @@ fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
         ("APIC", "0.991", json!({ "transfer": "apic" })),
         ("PIC", "0.661", json!({ "transfer": "flip", "flip_ratio": 0 })),
     ] {
-        let [_, kept] = swung(20, &options)?;
+        let [_, kept] = period_and_momentum(20, &options)?;
         let text = format!("{claim} (sheet's prototype)");
         outcome.info(
             format!("V12 {name}, 20 cells: amplitude after two periods"),
@@ -114,9 +114,9 @@ fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Settlement over height, and the largest error of the stress, over that at the base, beyond two and three cells from the wall.
-fn settled(cell: f64, shape: &str) -> Result<[f64; 3], String> {
-    let case = changed("bar-weight", &json!({ "shape": shape, "cell_size": cell }))?;
-    let snapshot = solved(&case)?.snapshot;
+fn settlement_and_errors(cell: f64, shape: &str) -> Result<[f64; 3], String> {
+    let case = case_with_options("bar-weight", &json!({ "shape": shape, "cell_size": cell }))?;
+    let snapshot = run_snow_case(&case)?.snapshot;
     let start = initial_positions(&snapshot);
     let moved = vectors(&snapshot, "displacement");
     let top = start.iter().zip(&moved).max_by(|a, b| a.0[0].total_cmp(&b.0[0]));
@@ -142,7 +142,7 @@ fn self_weight(_quick: bool) -> Result<BenchmarkOutcome, String> {
     for (shape, settlements, stresses) in prototypes {
         let mut errors = Vec::new();
         for (k, cells) in [20.0, 40.0, 80.0].into_iter().enumerate() {
-            let [settlement, off @ ..] = settled(1.0 / cells, shape)?;
+            let [settlement, off @ ..] = settlement_and_errors(1.0 / cells, shape)?;
             errors.push(settlement / exact - 1.0);
             let text = format!("{exact}; {} (sheet's prototype)", settlements[k]);
             let name = format!("V13 {shape}, {cells} cells: settlement over height");

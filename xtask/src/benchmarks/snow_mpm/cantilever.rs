@@ -3,7 +3,7 @@
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions};
 
@@ -26,8 +26,8 @@ struct BentBeam {
     axis: Vec<(f64, f64)>,
 }
 
-fn bent(cell: f64) -> Result<BentBeam, String> {
-    let report = solved(&changed("cantilever", &json!({ "cell_size": cell }))?)?;
+fn bent_beam(cell: f64) -> Result<BentBeam, String> {
+    let report = run_snow_case(&case_with_options("cantilever", &json!({ "cell_size": cell }))?)?;
     let (start, now) = (initial_positions(&report.snapshot), &report.snapshot.positions);
     let spacing = 0.5 * cell;
     let end = start.iter().map(|x| x[0]).max_or_nan();
@@ -51,7 +51,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     for (cells, width, prototype) in
         [(4.0, 0.08, "0.440 and 0.878, still creeping"), (8.0, 0.04, "not run")].into_iter().take(grids)
     {
-        let BentBeam { tip, axis } = bent(0.1 / cells)?;
+        let BentBeam { tip, axis } = bent_beam(0.1 / cells)?;
         for ((what, exact), found) in [("drop", TIP[0]), ("place", TIP[1])].iter().zip(tip) {
             let name = format!("V16, {cells} cells over the height: {what} of the tip over the length");
             let claim = format!("{exact} (sheet's prototype: {prototype})");

@@ -4,7 +4,7 @@ use colluvium::case::{Case, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material};
 
 /// Benchmark of this module.
@@ -29,7 +29,7 @@ struct ColumnShape {
 }
 
 impl ColumnShape {
-    fn of(frame: &Snapshot) -> Self {
+    fn from_frame(frame: &Snapshot) -> Self {
         let farthest = |sign: f64| frame.positions.iter().map(|x| sign * x[0]).fold(0.0, f64::max);
         let middle = frame.positions.iter().filter(|x| x[0].abs() < 0.1).map(|x| x[1]);
         Self { fronts: [farthest(-1.0), farthest(1.0)], height: middle.fold(0.0, f64::max) }
@@ -42,7 +42,7 @@ impl ColumnShape {
 
 /// Case with a strength (Pa) and a cohesion ratio.
 fn column(strength: f64, cohesion: f64) -> Result<Case, String> {
-    let mut case = changed("column", &json!({}))?;
+    let mut case = case_with_options("column", &json!({}))?;
     let keys = [("compressive_strength", json!(strength)), ("cohesion_ratio", json!(cohesion))];
     set_material(&mut case, "snow", &keys)?;
     Ok(case)
@@ -55,12 +55,15 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let kilo = strength / 1000.0;
         let mut fronts = [0.0; 2];
         for (front, (cohesion, claim)) in fronts.iter_mut().zip([(0.0, loose), (0.3, bound)]) {
-            let report = solved(&column(strength, cohesion)?)?;
-            let line =
-                report.frames.iter().map(|frame| (frame.time, ColumnShape::of(frame).front())).collect();
+            let report = run_snow_case(&column(strength, cohesion)?)?;
+            let line = report
+                .frames
+                .iter()
+                .map(|frame| (frame.time, ColumnShape::from_frame(frame).front()))
+                .collect();
             let name = format!("{kilo} kPa, cohesion {cohesion}");
             chart.series.push(Series::new(&*name, line, Style::Line));
-            let end = ColumnShape::of(&report.snapshot);
+            let end = ColumnShape::from_frame(&report.snapshot);
             *front = end.front();
             let claim = format!("{claim} (sheet's prototype)");
             outcome.info(format!("A7 {name}: front (m)"), &claim, *front, "the sheet judges the ratio");
@@ -79,7 +82,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         );
     }
     for cohesion in [0.0, 0.3] {
-        let end = ColumnShape::of(&solved(&column(20_000.0, cohesion)?)?.snapshot);
+        let end = ColumnShape::from_frame(&run_snow_case(&column(20_000.0, cohesion)?)?.snapshot);
         let name = format!("A7 20 kPa, cohesion {cohesion}: height (m)");
         outcome.assert_close(
             name,
@@ -90,12 +93,12 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         );
     }
     outcome.svg("Cohesion holds a column together.", &chart)?;
-    stands(&mut outcome)?;
+    check_strength(&mut outcome)?;
     Ok(outcome)
 }
 
 /// Checks which strengths carry the weight under slowly increased gravity (V18).
-fn stands(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_strength(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (strength, claim, range) in [
         (5500.0, "collapses", (0.0, 0.9)),
         (8500.0, "stands", (0.9, 1.0)),
@@ -106,7 +109,7 @@ fn stands(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         free.name = "free".to_owned();
         (case.stages[0].duration, case.stages[0].damping, case.stages[0].gravity_ramp) = (0.5, 0.3, 0.35);
         case.stages.push(free);
-        let height = ColumnShape::of(&solved(&case)?.snapshot).height / HEIGHT;
+        let height = ColumnShape::from_frame(&run_snow_case(&case)?.snapshot).height / HEIGHT;
         let name = format!("V18 {} kPa without cohesion: height over that at the start", strength / 1000.0);
         if strength == 7000.0 {
             outcome.info(name, claim, height, "where the threshold lies between both bounds of the sheet");

@@ -3,7 +3,7 @@
 use colluvium::case::description::Wall;
 use serde_json::json;
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
 /// Benchmark of this module.
@@ -17,10 +17,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Mean displacement (m) along the incline with a coefficient of friction.
-fn moved(friction: f64, options: &serde_json::Value) -> Result<f64, String> {
-    let mut case = changed("incline", options)?;
+fn mean_displacement(friction: f64, options: &serde_json::Value) -> Result<f64, String> {
+    let mut case = case_with_options("incline", options)?;
     case.boundaries[0].wall = Wall::Frictional { friction_coefficient: friction, bilateral: false };
-    let displacement = vectors(&solved(&case)?.snapshot, "displacement");
+    let displacement = vectors(&run_snow_case(&case)?.snapshot, "displacement");
     Ok(displacement.iter().map(|u| u[0]).sum::<f64>() / displacement.len() as f64)
 }
 
@@ -33,7 +33,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
             .into_iter()
             .take(if quick { 1 } else { 2 })
     {
-        let slid = moved(0.3, &options)?;
+        let slid = mean_displacement(0.3, &options)?;
         outcome.assert_close(
             format!("V15 {name}, friction 0.3: way after 1.1 s (m)"),
             exact,
@@ -41,7 +41,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
             slid,
             "the sheet's criterion",
         );
-        let stayed = moved(0.7, &options)?.abs();
+        let stayed = mean_displacement(0.7, &options)?.abs();
         outcome.assert_below(
             format!("V15 {name}, friction 0.7: way after 1.1 s (m)"),
             "0",

@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use colluvium::snow_mpm::SnowMpm;
 use serde_json::json;
 
-use super::changed;
+use super::case_with_options;
 use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, stresses};
 
@@ -96,8 +96,9 @@ impl StandingWave {
         if functions.transfer == "flip" {
             options["flip_ratio"] = json!(1);
         }
-        let case = changed("manufactured", &options)?;
-        let mut solver = SnowMpm.manufactured(&case, self.solution()).map_err(|error| error.to_string())?;
+        let case = case_with_options("manufactured", &options)?;
+        let mut solver =
+            SnowMpm.manufactured_solver(&case, self.solution()).map_err(|error| error.to_string())?;
         let [off, stress] = max_errors_over_steps(&mut *solver, case.stages[0].duration, |snapshot| {
             let place = |[x, ..]: [f64; 3], t| [x + self.displacement(x, t), 0.0, 0.0];
             [rms_position_error(snapshot, place), self.stress_error(snapshot)]
@@ -185,7 +186,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
             refinements.iter().map(|&cells| wave.errors(functions, cells)).collect::<Result<_, _>>()?;
         let line = refinements.iter().zip(&errors).map(|(n, [off, _])| (1.0 / *n as f64, *off)).collect();
         chart.series.push(Series::new(functions.name, line, Style::Line));
-        show(&mut outcome, functions, refinements, &errors);
+        show_errors(&mut outcome, functions, refinements, &errors);
         judge(&mut outcome, functions, &errors);
     }
     let small = StandingWave { amplitude: 5e-4 };
@@ -205,7 +206,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Shows the errors beside those of the sheet.
-fn show(
+fn show_errors(
     outcome: &mut BenchmarkOutcome,
     functions: &TransferSetting,
     refinements: &[usize],

@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use colluvium::points::Shape;
 use serde_json::json;
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars};
 
 /// Benchmark of this module.
@@ -29,9 +29,9 @@ struct CompressionBox {
     end: f64,
 }
 
-const SHORT: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
+const SHORT_BOX: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
 /// Structure of the sheet, on cells of 0.05 mm in place of 0.03 mm.
-const FULL: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
+const FULL_BOX: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
 
 /// Compression of the box between two rows of the measures.
 const ROW: f64 = 4e-4;
@@ -50,9 +50,9 @@ impl CompressionBox {
 
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let press = if quick { SHORT } else { FULL };
+    let press = if quick { SHORT_BOX } else { FULL_BOX };
     let CompressionBox { size, speed, end } = press;
-    let mut case = changed("microstructure", &json!({}))?;
+    let mut case = case_with_options("microstructure", &json!({}))?;
     case.domain.max = vec![size, 1.2 * size];
     if let Shape::Microstructure { max, .. } = &mut case.bodies[0].shape {
         *max = vec![size, size];
@@ -63,7 +63,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     case.stages[0].duration = end * size / speed;
     case.output.frames = Some(0.02 * size / speed);
     case.output.measures = Some(ROW * size / speed);
-    let report = solved(&case)?;
+    let report = run_snow_case(&case)?;
     let path = press.path(&report);
     judge(&mut outcome, &report, &path, quick);
     let chart = LineChart {
@@ -86,9 +86,9 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Checks the four phases in their order.
 fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)], quick: bool) {
     let peak = first_peak(path);
-    let (at, most) = path[peak];
+    let (at, largest) = path[peak];
     let rise: Vec<(f64, f64)> =
-        path[..=peak].iter().copied().take_while(|(_, stress)| *stress <= 0.7 * most).collect();
+        path[..=peak].iter().copied().take_while(|(_, stress)| *stress <= 0.7 * largest).collect();
     outcome.assert_within(
         "A4 rise: square of the correlation up to 70 % of the first peak",
         "above 0.99",
@@ -96,24 +96,24 @@ fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)]
         (0.99, 1.0),
         "the sheet's criterion",
     );
-    let least = path[peak..].iter().map(|(_, stress)| *stress).fold(f64::INFINITY, f64::min);
+    let smallest = path[peak..].iter().map(|(_, stress)| *stress).fold(f64::INFINITY, f64::min);
     outcome.assert_below(
         "A4 drop: least stress after the peak over it",
         "0.8",
-        least / most,
+        smallest / largest,
         0.8,
         "the sheet's criterion",
     );
     let beyond: Vec<f64> =
         path[peak..].iter().filter(|(strain, _)| *strain <= at + 0.1).map(|(_, stress)| *stress).collect();
     let name = "A4 plateau: mean stress over a compression of 0.1 from the peak, over the peak";
-    let mean = beyond.iter().sum::<f64>() / beyond.len() as f64 / most;
+    let mean = beyond.iter().sum::<f64>() / beyond.len() as f64 / largest;
     if quick {
         outcome.info(name, "below 1", mean, "the sheet judges a box of ten grains across; this has five");
     } else {
         outcome.assert_below(name, "below 1", mean, 1.0, "the sheet's criterion");
     }
-    let again = path.iter().skip(peak + 1).find(|(_, stress)| *stress > most);
+    let again = path.iter().skip(peak + 1).find(|(_, stress)| *stress > largest);
     let length = again.map_or(f64::NAN, |(strain, _)| strain - at);
     let reason = "grains that meet anew carry for a while";
     outcome.info("A4: compression from the peak until it is passed again", "not given", length, reason);
@@ -121,11 +121,11 @@ fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)]
     outcome.assert_within(
         "A4 jamming: stress at the end over the first peak",
         "above 1",
-        last / most,
+        last / largest,
         (1.0, f64::INFINITY),
         "the sheet's criterion",
     );
-    outcome.info("A4: first peak (Pa)", "not given", most, "the source prints no number");
+    outcome.info("A4: first peak (Pa)", "not given", largest, "the source prints no number");
     outcome.info("A4: compression at the first peak", "not given", at, "the source prints no number");
     let masses: Vec<f64> = [report.frames.first(), report.frames.last()]
         .into_iter()

@@ -41,7 +41,7 @@ pub const ALL: &[Benchmark] = &[
 ];
 
 /// Case `validation/snow-mpm/<name>/case.json` with some options of the method changed.
-fn changed(name: &str, options: &Value) -> Result<Case, String> {
+fn case_with_options(name: &str, options: &Value) -> Result<Case, String> {
     let mut case = load_case(&format!("snow-mpm/{name}"))?;
     for (key, value) in options.as_object().into_iter().flatten() {
         set_method_option(&mut case, "snow-mpm", key, value.clone());
@@ -50,6 +50,6 @@ fn changed(name: &str, options: &Value) -> Result<Case, String> {
 }
 
 /// Runs a case in memory, with all frames.
-fn solved(case: &Case) -> Result<RunReport, String> {
+fn run_snow_case(case: &Case) -> Result<RunReport, String> {
     run_in_memory("snow-mpm", case)
 }

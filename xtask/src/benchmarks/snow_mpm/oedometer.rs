@@ -4,7 +4,7 @@ use colluvium::case::Snapshot;
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, final_measure, scalars, stresses};
 
 /// Benchmark of this module.
@@ -29,7 +29,7 @@ fn state(frame: &Snapshot, initial: f64) -> (f64, f64) {
 }
 
 /// Value at `x` by linear interpolation between points.
-fn at(points: &[(f64, f64)], x: f64) -> f64 {
+fn value_at(points: &[(f64, f64)], x: f64) -> f64 {
     let pair = points.windows(2).find(|pair| pair[0].0 <= x && x < pair[1].0);
     pair.map_or(f64::NAN, |pair| {
         let [(a, y), (b, z)] = [pair[0], pair[1]];
@@ -44,17 +44,23 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         ..LineChart::new("Axial stress", "logarithmic strain", "axial Kirchhoff stress (Pa)")
     };
     for cell in [0.05, 0.025] {
-        let report = solved(&changed("oedometer", &json!({ "cell_size": cell }))?)?;
+        let report = run_snow_case(&case_with_options("oedometer", &json!({ "cell_size": cell }))?)?;
         let initial: f64 =
             report.frames.first().map_or(f64::NAN, |frame| scalars(frame, "volume").iter().sum());
         let path: Vec<(f64, f64)> = report.frames.iter().map(|frame| state(frame, initial)).collect();
         for (strain, exact) in &PATH[2..] {
             let name = format!("V17, cells of {cell} m: mean axial stress at a strain of {strain} (Pa)");
             if cell < 0.03 {
-                outcome.assert_close(name, *exact, 0.05, at(&path, *strain), "the sheet's criterion: 5 %");
+                outcome.assert_close(
+                    name,
+                    *exact,
+                    0.05,
+                    value_at(&path, *strain),
+                    "the sheet's criterion: 5 %",
+                );
             } else {
                 let claim = format!("{exact}; the sheet's prototype has 3.6 % more at a strain of 0.19");
-                outcome.info(name, &claim, at(&path, *strain), "the sheet judges the finer grid");
+                outcome.info(name, &claim, value_at(&path, *strain), "the sheet judges the finer grid");
             }
         }
         let last = |name: &str| final_measure(&report, name);

@@ -7,7 +7,7 @@ use colluvium::points::Shape;
 use serde_json::{Value, json};
 
 use crate::analysis::regression_slope;
-use crate::benchmarks::snow_mpm::{changed, solved};
+use crate::benchmarks::snow_mpm::{case_with_options, run_snow_case};
 use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, measure_series, reference_table, scalars, set_material, set_method_option,
     vectors,
@@ -34,7 +34,7 @@ pub const SPEED: Benchmark = Benchmark {
 };
 
 /// Duration of sawing where a critical length may exceed 0.34 m (s).
-const LONGER: f64 = 0.5;
+const LONG_SAWING: f64 = 0.5;
 /// Length of the column of the case (m).
 const LENGTH: f64 = 2.0;
 /// Thickness of slab and weak layer (m).
@@ -53,12 +53,12 @@ struct SawTestSetup<'a> {
     /// Duration of sawing, with 1 m/s (s).
     sawing: f64,
     /// Keys of the weak layer.
-    weak: &'a [(&'a str, Value)],
+    weak_layer: &'a [(&'a str, Value)],
 }
 
 /// Test on level ground with the standard weak layer.
 const STANDARD_TEST: SawTestSetup<'_> =
-    SawTestSetup { slope: 0.0, length: LENGTH, cell: 0.025, sawing: 0.34, weak: &[] };
+    SawTestSetup { slope: 0.0, length: LENGTH, cell: 0.025, sawing: 0.34, weak_layer: &[] };
 
 impl SawTestSetup<'_> {
     /// Critical length of a run (m); NaN where no crack propagates.
@@ -67,11 +67,11 @@ impl SawTestSetup<'_> {
     }
 
     fn case(&self) -> Result<Case, String> {
-        let mut case = changed("saw", &json!({}))?;
+        let mut case = case_with_options("saw", &json!({}))?;
         let angle = self.slope.to_radians();
         case.gravity = vec![9.81 * angle.sin(), -9.81 * angle.cos()];
         set_method_option(&mut case, "snow-mpm", "cell_size", self.cell);
-        set_material(&mut case, "weak", self.weak)?;
+        set_material(&mut case, "weak", self.weak_layer)?;
         case.stages[1].duration = self.sawing;
         let longer = self.length - LENGTH;
         case.domain.max[0] += longer;
@@ -90,7 +90,7 @@ impl SawTestSetup<'_> {
     }
 
     fn run(&self) -> Result<SawTestResult, String> {
-        Ok(SawTestResult { report: solved(&self.case()?)? })
+        Ok(SawTestResult { report: run_snow_case(&self.case()?)? })
     }
 }
 
@@ -100,11 +100,11 @@ struct SawTestResult {
 }
 
 /// Largest distance of the tip ahead of the saw while it follows the saw (m).
-const FOLLOWS: f64 = 0.1;
+const MAX_TIP_LEAD: f64 = 0.1;
 /// Distance of the tip ahead of the saw at which the crack propagates by itself (m).
 const RUNS: f64 = 0.4;
 /// Largest motion of the saw between the two (m).
-const MEANWHILE: f64 = 0.05;
+const MAX_SAW_MOTION: f64 = 0.05;
 
 impl SawTestResult {
     /// Times (s), lengths of the cut and of the crack (m).
@@ -117,8 +117,8 @@ impl SawTestResult {
     fn critical_length(&self) -> Option<f64> {
         let lengths = self.lengths();
         let away = lengths.iter().position(|[_, cut, tip]| tip - cut > RUNS)?;
-        let close = lengths[..away].iter().rposition(|[_, cut, tip]| tip - cut <= FOLLOWS)?;
-        (lengths[away][1] - lengths[close][1] < MEANWHILE).then_some(lengths[close][1])
+        let close = lengths[..away].iter().rposition(|[_, cut, tip]| tip - cut <= MAX_TIP_LEAD)?;
+        (lengths[away][1] - lengths[close][1] < MAX_SAW_MOTION).then_some(lengths[close][1])
     }
 
     /// Speed of the tip between two lengths of the crack (m/s), by least squares.
@@ -143,14 +143,14 @@ impl SawTestResult {
     }
 
     /// Largest speed of a point when the saw begins (m/s).
-    fn unrest(&self) -> f64 {
+    fn initial_speed(&self) -> f64 {
         let saw = measure_series(&self.report, "saw.travel");
         let number = saw.iter().rposition(|(_, cut)| *cut == 0.0).unwrap_or(0);
         measure_series(&self.report, "largest_speed").get(number).map_or(f64::NAN, |(_, speed)| *speed)
     }
 
     /// Entry of the energy balance over the dissipation of the law.
-    fn share(&self, name: &str) -> f64 {
+    fn energy_share(&self, name: &str) -> f64 {
         let last = |name: &str| self.report.table.last(name).unwrap_or(f64::NAN);
         last(name) / last("energy_plastic")
     }
@@ -162,12 +162,12 @@ fn critical_lengths(quick: bool) -> Result<BenchmarkOutcome, String> {
     outcome.assert_below(
         "A5: fastest point when the saw begins (m/s)",
         "1e-3",
-        flat.unrest(),
+        flat.initial_speed(),
         1e-3,
         "sheet: snow-mpm §3.12",
     );
     let length = flat.critical_length().unwrap_or(f64::NAN);
-    let by_weac = by_weac(0.0, 3000.0)?;
+    let by_weac = weac_critical_length(0.0, 3000.0)?;
     outcome.assert_close(
         "A5: critical length by estimate 4 of the sheet, against that by the package weac (m)",
         by_weac,
@@ -193,31 +193,31 @@ fn critical_lengths(quick: bool) -> Result<BenchmarkOutcome, String> {
     let reason = "the column is too short for the speed to become steady";
     outcome.info(name, "36 to 41 over 2 to 4 m (sheet's prototype)", flat.speed(0.8, 1.6), reason);
     let name = "A5: energy taken by the numerics over that dissipated by the layer";
-    outcome.assert_below(name, "0.01", flat.share("energy_numerical"), 0.01, "sheet: snow-mpm §0");
+    outcome.assert_below(name, "0.01", flat.energy_share("energy_numerical"), 0.01, "sheet: snow-mpm §0");
     let name = "A5: energy that the transfers filter over that dissipated by the layer";
     let reason = "part of what the numerics take: the slab drops, and its jumps of velocity pass the grid";
-    outcome.info(name, "not given", flat.share("energy_filtered"), reason);
+    outcome.info(name, "not given", flat.energy_share("energy_filtered"), reason);
     outcome.svg("A5: the crack follows the saw, and runs away.", &space_time(&[("crack", &flat)]))?;
     outcome.png(
         "A5: settlement when the crack has run 0.1 m, half of the column and all of it, below each other; grey is what has collapsed.",
         &strip(&flat)?,
     )?;
     if !quick {
-        trends(&mut outcome, length)?;
+        check_parameter_trends(&mut outcome, length)?;
         meshes(&mut outcome, length)?;
     }
     Ok(outcome)
 }
 
 /// Critical length (m) by the package weac for a slope (degrees) and a strength (Pa) of the weak layer.
-fn by_weac(slope: f64, strength: f64) -> Result<f64, String> {
+fn weac_critical_length(slope: f64, strength: f64) -> Result<f64, String> {
     let table = reference_table("snow-mpm/saw/weac.csv")?;
     let row = table.rows.iter().find(|row| row[0] == slope && row[1] == strength);
     row.map(|row| row[2]).ok_or_else(|| format!("the reference data lack {strength} Pa on {slope}°"))
 }
 
 /// Checks the dependence of the critical length on its parameters.
-fn trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
+fn check_parameter_trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
     let mut found = Vec::new();
     for (name, slope, pascal, claim) in [
         ("2 kPa", 0.0, 2000.0, 0.100),
@@ -225,10 +225,10 @@ fn trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
         ("3 kPa on 15°", 15.0, 3000.0, 0.150),
         ("3 kPa on 30°", 30.0, 3000.0, 0.115),
     ] {
-        let by_weac = by_weac(slope, pascal)?;
+        let by_weac = weac_critical_length(slope, pascal)?;
         let weak = [("compressive_strength", json!(pascal))];
-        let length =
-            SawTestSetup { slope, weak: &weak, sawing: LONGER, ..STANDARD_TEST }.critical_length()?;
+        let length = SawTestSetup { slope, weak_layer: &weak, sawing: LONG_SAWING, ..STANDARD_TEST }
+            .critical_length()?;
         let (name, claim) =
             (format!("A5: critical length, {name} (m)"), format!("{claim} (estimate 4), {by_weac} (weac)"));
         outcome.info(name, &claim, length, "the sheet judges the flat test of 3 kPa, and trends");
@@ -236,7 +236,8 @@ fn trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
     }
     for (name, factor, claim) in [("10", 10.0, 0.333), ("200", 200.0, 0.132)] {
         let weak = [("hardening", json!({ "kind": "weak-layer", "softening_factor": factor }))];
-        let length = SawTestSetup { weak: &weak, sawing: LONGER, ..STANDARD_TEST }.critical_length()?;
+        let length =
+            SawTestSetup { weak_layer: &weak, sawing: LONG_SAWING, ..STANDARD_TEST }.critical_length()?;
         let (name, claim) =
             (format!("A5: critical length, softening factor {name} (m)"), format!("{claim} (prototype)"));
         outcome.info(name, &claim, length, "the sheet judges the trend");
@@ -257,28 +258,28 @@ fn trends(outcome: &mut BenchmarkOutcome, flat: f64) -> Result<(), String> {
         outcome.assert_above(name, "above 1", larger / smaller, 1.0, "the sheet's criterion (ii)");
     }
     let implicit = [("integration", json!("implicit"))];
-    let length = SawTestSetup { weak: &implicit, ..STANDARD_TEST }.critical_length()?;
+    let length = SawTestSetup { weak_layer: &implicit, ..STANDARD_TEST }.critical_length()?;
     let name = "A5: critical length with the strength of the end of a step (m)";
     let reason = "both are asked for; steps are too large for them to agree";
     outcome.info(name, "not given", length, reason);
-    arrest(outcome)
+    check_crack_arrest(outcome)
 }
 
 /// Checks layers in which no crack propagates by itself.
-fn arrest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_crack_arrest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strong = [("compressive_strength", json!(6000))];
     let runs = |sawn: &SawTestResult| f64::from(u8::from(sawn.critical_length().is_some()));
-    let sawn = SawTestSetup { weak: &strong, ..STANDARD_TEST }.run()?;
+    let sawn = SawTestSetup { weak_layer: &strong, ..STANDARD_TEST }.run()?;
     let reason = "the sheet's criterion (v) is of longer cuts than 0.34 m";
     outcome.info("A5: whether a crack runs away in a layer of 6 kPa", "0", runs(&sawn), reason);
     // Sheet: snow-mpm A5 (vi): deformation of the weak layer until it collapses, by the classical law.
     let classical = [("hardening", json!({ "kind": "slab" }))];
-    let mut case = SawTestSetup { weak: &classical, ..STANDARD_TEST }.case()?;
+    let mut case = SawTestSetup { weak_layer: &classical, ..STANDARD_TEST }.case()?;
     if let Some(Measure::CrackTip(tip)) = case.measures.get_mut("crack") {
         (tip.field, tip.threshold, tip.below) =
             ("plastic_volumetric_strain".to_owned(), CLASSICAL_START - CLASSICAL_STRAIN, true);
     }
-    let sawn = SawTestResult { report: solved(&case)? };
+    let sawn = SawTestResult { report: run_snow_case(&case)? };
     outcome.assert_within(
         "A5: whether a crack runs away with the classical law",
         "0",
@@ -307,7 +308,7 @@ fn meshes(outcome: &mut BenchmarkOutcome, coarse: f64) -> Result<(), String> {
         fine,
         "the sheet's criterion (i)",
     );
-    let fine = SawTestSetup { cell: 0.0125, weak: &scaled, ..STANDARD_TEST }
+    let fine = SawTestSetup { cell: 0.0125, weak_layer: &scaled, ..STANDARD_TEST }
         .run()?
         .critical_length()
         .unwrap_or(f64::NAN);
@@ -317,11 +318,11 @@ fn meshes(outcome: &mut BenchmarkOutcome, coarse: f64) -> Result<(), String> {
 
 fn speeds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let long = |weak| SawTestSetup { length: 12.0, weak, ..STANDARD_TEST };
+    let long = |weak_layer| SawTestSetup { length: 12.0, weak_layer, ..STANDARD_TEST };
     let mut case = long(&[]).case()?;
     case.output.frames = None;
     case.stages[1].duration = 0.6;
-    let flat = SawTestResult { report: solved(&case)? };
+    let flat = SawTestResult { report: run_snow_case(&case)? };
     let windows: Vec<f64> = (2..11).map(|m| flat.speed(f64::from(m), f64::from(m + 1))).collect();
     for (number, speed) in windows.iter().enumerate() {
         let name = format!("A5: speed from {} to {} m (m/s)", number + 2, number + 3);
@@ -329,11 +330,11 @@ fn speeds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     }
     let last = &windows[windows.len() - 5..];
     let mean = last.iter().sum::<f64>() / last.len() as f64;
-    let most = last.iter().map(|speed| (speed / mean - 1.0).abs()).fold(0.0, f64::max);
+    let maximum = last.iter().map(|speed| (speed / mean - 1.0).abs()).fold(0.0, f64::max);
     outcome.assert_below(
         "A5: largest deviation from the mean speed over the last 5 m",
         "0.2",
-        most,
+        maximum,
         0.2,
         "the sheet's criterion (iv)",
     );
@@ -347,7 +348,7 @@ fn speeds(_quick: bool) -> Result<BenchmarkOutcome, String> {
         "the sheet's criterion (iv)",
     );
     set_material(&mut case, "slab", &[("youngs_modulus", json!(4.5e6))])?;
-    let stiff = SawTestResult { report: solved(&case)? };
+    let stiff = SawTestResult { report: run_snow_case(&case)? };
     outcome.assert_within(
         "A5: speed from 6 to 11 m with a slab of 4.5 MPa (m/s)",
         "50 beyond 5 m (source)",

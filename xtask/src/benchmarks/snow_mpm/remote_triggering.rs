@@ -4,7 +4,7 @@ use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
 
-use crate::benchmarks::snow_mpm::{changed, solved};
+use crate::benchmarks::snow_mpm::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, scalars, vectors};
 
 /// Benchmark of this module.
@@ -18,26 +18,26 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Position at which the flat begins (m).
-const TOE: f64 = 13.049_259;
+const SLOPE_TOE: f64 = 13.049_259;
 /// Centre of the snowman (m).
-const SNOWMAN: f64 = TOE + 2.0;
+const SNOWMAN: f64 = SLOPE_TOE + 2.0;
 /// Position at which the arc begins (m).
 const FOOT: f64 = 9.192_533;
 /// Centre and radius of the arc at the crest (m).
 const CREST: [f64; 2] = [-23.377_607, 24.817_105];
 const RADIUS: f64 = 3.0;
 /// Indices of the bodies.
-const WEAK: u32 = 0;
+const WEAK_LAYER: u32 = 0;
 const SLAB: u32 = 1;
 
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    let mut case = changed("remote", &json!({}))?;
+    let mut case = case_with_options("remote", &json!({}))?;
     let mut alone = case.clone();
     alone.bodies.retain(|body| body.name != "snowman");
     alone.stages[1].duration = 0.6;
-    let alone = solved(&alone)?;
-    let failed = collapsed(&alone.snapshot).iter().filter(|(_, failed)| *failed).count();
+    let alone = run_snow_case(&alone)?;
+    let failed = collapsed_points(&alone.snapshot).iter().filter(|(_, failed)| *failed).count();
     let reason = "the sheet's criterion (i)";
     outcome.assert_within(
         "A3: points of the weak layer that collapse without a snowman",
@@ -47,7 +47,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         reason,
     );
     case.output.fields = None;
-    let report = solved(&case)?;
+    let report = run_snow_case(&case)?;
     crack(&mut outcome, &report)?;
     release(&mut outcome, &report);
     for time in [0.4, 0.8, 1.5, 3.2] {
@@ -62,15 +62,15 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Initial position along x (m) of the points of the weak layer, and whether they have collapsed.
-fn collapsed(frame: &Snapshot) -> Vec<(f64, bool)> {
+fn collapsed_points(frame: &Snapshot) -> Vec<(f64, bool)> {
     let (flags, start) = (scalars(frame, "collapsed"), initial_positions(frame));
-    let weak = (0..flags.len()).filter(|&i| frame.bodies[i] == WEAK);
+    let weak = (0..flags.len()).filter(|&i| frame.bodies[i] == WEAK_LAYER);
     weak.map(|i| (start[i][0], flags[i] > 0.5)).collect()
 }
 
 fn crack(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), String> {
     let fronts = |frame: &Snapshot| {
-        let all = collapsed(frame).into_iter().filter(|(_, failed)| *failed).map(|(x, _)| x);
+        let all = collapsed_points(frame).into_iter().filter(|(_, failed)| *failed).map(|(x, _)| x);
         all.fold(None, |ends: Option<[f64; 2]>, x| {
             Some(ends.map_or([x; 2], |[low, high]| [low.min(x), high.max(x)]))
         })
@@ -84,13 +84,13 @@ fn crack(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), Strin
         0.6,
         "the sheet's criterion (ii): it is 0.8 m wide",
     );
-    let last = collapsed(&report.snapshot);
+    let last = collapsed_points(&report.snapshot);
     let share = |on: &dyn Fn(f64) -> bool| {
         let all: Vec<bool> = last.iter().filter(|(x, _)| on(*x)).map(|(_, failed)| *failed).collect();
         all.iter().filter(|failed| **failed).count() as f64 / all.len() as f64
     };
     for (name, value) in [
-        ("flat", share(&|x| x > TOE && x < TOE + 5.5)),
+        ("flat", share(&|x| x > SLOPE_TOE && x < SLOPE_TOE + 5.5)),
         ("slope", share(&|x| x > CREST[0] + 2.5 && x < FOOT)),
     ] {
         let name = format!("A3: share of the weak layer on the {name} that has collapsed");
@@ -130,9 +130,9 @@ fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
         "the sheet's criterion (iv): a tensile crack through the thickness",
     );
     let mean = |on: &dyn Fn(f64) -> bool| {
-        let ways: Vec<f64> =
+        let displacements: Vec<f64> =
             slab.iter().filter(|&&i| on(start[i][0])).map(|&i| moved[i][0].hypot(moved[i][1])).collect();
-        ways.iter().sum::<f64>() / ways.len() as f64
+        displacements.iter().sum::<f64>() / displacements.len() as f64
     };
     outcome.assert_within(
         "A3: mean way of the slab on the slope (m)",

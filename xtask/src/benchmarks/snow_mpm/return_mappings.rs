@@ -15,7 +15,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-const REASON: &str = "the sheet's tolerance; round-off where a value is nought";
+const TOLERANCE_REASON: &str = "the sheet's tolerance; round-off where a value is nought";
 
 /// Kirchhoff stress (Pa), plastic volumetric strain and compressive strength (Pa) after one step.
 struct ReturnedState {
@@ -25,7 +25,7 @@ struct ReturnedState {
 }
 
 /// State after one step with the deformation `f` from the initial state of the sheet's snow.
-fn returned(f: &Mat3, integration: &str, invariants: &str) -> Result<ReturnedState, String> {
+fn returned_state(f: &Mat3, integration: &str, invariants: &str) -> Result<ReturnedState, String> {
     let spec: MaterialSpec = serde_json::from_value(json!({
         "model": "cohesive-cam-clay", "density": 250, "youngs_modulus": 3e6, "poissons_ratio": 0.3,
         "critical_state_slope": 1.2, "cohesion_ratio": 0.3, "hardening_factor": 1, "compressive_strength": 20e3,
@@ -78,7 +78,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let [x, y, z] = trial.map(f64::exp);
         let f = Mat3([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]);
         for (integration, exact) in [("explicit", explicit), ("implicit", implicit)] {
-            let ReturnedState { stress, volumetric, strength } = returned(&f, integration, "space")?;
+            let ReturnedState { stress, volumetric, strength } = returned_state(&f, integration, "space")?;
             let found = [stress.pressure(), stress.q(), volumetric, strength];
             for (what, (found, exact)) in ["p (Pa)", "q (Pa)", "plastic volumetric strain", "p0 (Pa)"]
                 .iter()
@@ -91,7 +91,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
                     exact,
                     tolerance,
                     *found,
-                    REASON,
+                    TOLERANCE_REASON,
                 );
             }
         }
@@ -107,15 +107,21 @@ fn full_tensor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         ("explicit", [-2529.386846, 4035.081754, -13911.761183], 20112.817001),
         ("implicit", [-2513.085335, 4056.243147, -13955.152858], 20103.530478),
     ] {
-        let ReturnedState { stress, strength, .. } = returned(&f, integration, "space")?;
+        let ReturnedState { stress, strength, .. } = returned_state(&f, integration, "space")?;
         for (what, found, exact) in
             [("τ_xx", stress[0], exact[0]), ("τ_xy", stress[3], exact[1]), ("τ_yy", stress[1], exact[2])]
         {
-            outcome.assert_close(format!("W2, {integration}: {what} (Pa)"), exact, 1e-8, found, REASON);
+            outcome.assert_close(
+                format!("W2, {integration}: {what} (Pa)"),
+                exact,
+                1e-8,
+                found,
+                TOLERANCE_REASON,
+            );
         }
-        outcome.assert_close(format!("W2, {integration}: p0 (Pa)"), p0, 1e-8, strength, REASON);
+        outcome.assert_close(format!("W2, {integration}: p0 (Pa)"), p0, 1e-8, strength, TOLERANCE_REASON);
     }
-    let plane = returned(&f, "explicit", "plane")?.stress;
+    let plane = returned_state(&f, "explicit", "plane")?.stress;
     for (what, found, exact) in
         [("τ_xx", plane[0], -2508.913022), ("τ_xy", plane[3], 4098.018983), ("τ_yy", plane[1], -14068.824057)]
     {
@@ -124,25 +130,25 @@ fn full_tensor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             exact,
             1e-8,
             found,
-            REASON,
+            TOLERANCE_REASON,
         );
     }
-    let ReturnedState { stress, volumetric, strength } = returned(&f, "implicit", "plane")?;
+    let ReturnedState { stress, volumetric, strength } = returned_state(&f, "implicit", "plane")?;
     let name = "W2, invariants of the plane, implicit";
     outcome.assert_close(
         format!("{name}: p (Pa)"),
         8334.119275,
         1e-8,
         -0.5 * (stress[0] + stress[1]),
-        REASON,
+        TOLERANCE_REASON,
     );
     outcome.assert_close(
         format!("{name}: plastic volumetric strain"),
         -1.193597159e-4,
         1e-8,
         volumetric,
-        REASON,
+        TOLERANCE_REASON,
     );
-    outcome.assert_close(format!("{name}: p0 (Pa)"), 20344.315292, 1e-8, strength, REASON);
+    outcome.assert_close(format!("{name}: p0 (Pa)"), 20344.315292, 1e-8, strength, TOLERANCE_REASON);
     Ok(())
 }

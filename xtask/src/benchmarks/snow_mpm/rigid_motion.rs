@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
 use crate::analysis::MaxOrNan;
-use crate::benchmarks::snow_mpm::{changed, solved};
+use crate::benchmarks::snow_mpm::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, stresses, vectors};
 
 /// Benchmark of this module.
@@ -33,7 +33,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut chart =
         LineChart::new("Angular momentum of a spinning disc", "time (s)", "over its initial value");
     for (name, options) in &transfers {
-        fall(&mut outcome, name, options)?;
+        check_free_fall(&mut outcome, name, options)?;
         spin(&mut outcome, &mut chart, name, options)?;
     }
     outcome.svg("One turn: PIC and its blends take the spin, APIC keeps it.", &chart)?;
@@ -41,8 +41,8 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Checks flight with gravity (V4).
-fn fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) -> Result<(), String> {
-    let mut case = changed("motion", options)?;
+fn check_free_fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) -> Result<(), String> {
+    let mut case = case_with_options("motion", options)?;
     let (dt, end) = (2e-4, 0.1);
     case.gravity = vec![0.0, -9.81];
     case.bodies[0].velocity =
@@ -50,7 +50,7 @@ fn fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) -> Result<(
     case.stages[0].duration = end;
     case.output.measures = Some(dt);
     crate::benchmarks::set_method_option(&mut case, "snow-mpm", "time_step", dt);
-    let report = solved(&case)?;
+    let report = run_snow_case(&case)?;
     let exact = [0.5 * end, end - 0.5 * 9.81 * end * (end + dt)];
     let off = |u: &[f64; 3]| (u[0] - exact[0]).hypot(u[1] - exact[1]);
     let off = vectors(&report.snapshot, "displacement").iter().map(off).max_or_nan();
@@ -74,8 +74,8 @@ fn spin(
     name: &str,
     options: &Value,
 ) -> Result<(), String> {
-    let case = changed("motion", options)?;
-    let report = solved(&case)?;
+    let case = case_with_options("motion", options)?;
+    let report = run_snow_case(&case)?;
     let RunReport { start, end, .. } = &report;
     let momentum = (end.momentum[0] - start.momentum[0]).hypot(end.momentum[1] - start.momentum[1])
         / start.momentum[0].hypot(start.momentum[1]);

@@ -3,7 +3,7 @@
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::{Value, json};
 
-use super::{changed, solved};
+use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material};
 
 /// Benchmark of this module.
@@ -24,7 +24,7 @@ struct ImpactResult {
     /// 90 % quantile of the distance from the axis (m).
     scatter: f64,
     /// Least plastic volume.
-    least: f64,
+    min_plastic_volume: f64,
     /// Mean plastic volume of the lowest tenth of the points.
     contact: f64,
 }
@@ -40,11 +40,11 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 /// Changed keys of the material.
 type MaterialChanges<'a> = &'a [(&'a str, Value)];
 
-fn fallen(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Result<ImpactResult, String> {
-    let mut case = changed("snowball", &json!({}))?;
+fn impact(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Result<ImpactResult, String> {
+    let mut case = case_with_options("snowball", &json!({}))?;
     set_material(&mut case, "snow", keys)?;
     case.output.frames = Some(case.end_time() / TIMES as f64);
-    let report = solved(&case)?;
+    let report = run_snow_case(&case)?;
     let scatter = |frame: &colluvium::case::Snapshot| {
         quantile(frame.positions.iter().map(|x| x[0].abs()).collect(), 0.9)
     };
@@ -61,7 +61,9 @@ fn fallen(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Resul
         .collect();
     Ok(ImpactResult {
         scatter: scatter(&report.snapshot),
-        least: scalars(&report.snapshot, "plastic_volume").into_iter().fold(f64::INFINITY, f64::min),
+        min_plastic_volume: scalars(&report.snapshot, "plastic_volume")
+            .into_iter()
+            .fold(f64::INFINITY, f64::min),
         contact: packed.iter().sum::<f64>() / packed.len() as f64,
     })
 }
@@ -82,8 +84,8 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         ("critical stretch 0.005", std::slice::from_ref(&stretch), 0.524, 0.588),
     ];
     let mut found = Vec::new();
-    for (name, keys, scatter, least) in variants {
-        let ball = fallen(keys, &mut chart, name)?;
+    for (name, keys, scatter, smallest) in variants {
+        let ball = impact(keys, &mut chart, name)?;
         let reason = "fragments are chaotic: the sheet judges trends";
         outcome.info(
             format!("A1 {name}: scatter (m)"),
@@ -93,19 +95,19 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
         );
         outcome.info(
             format!("A1 {name}: least plastic volume"),
-            &format!("{least} (sheet's prototype)"),
-            ball.least,
+            &format!("{smallest} (sheet's prototype)"),
+            ball.min_plastic_volume,
             reason,
         );
         found.push(ball);
     }
-    trends(&mut outcome, &found)?;
+    check_relations(&mut outcome, &found)?;
     outcome.svg("Snow that tears easily scatters widely; snow that crushes early sticks.", &chart)?;
     Ok(outcome)
 }
 
 /// Checks the relations between the balls.
-fn trends(outcome: &mut BenchmarkOutcome, found: &[ImpactResult]) -> Result<(), String> {
+fn check_relations(outcome: &mut BenchmarkOutcome, found: &[ImpactResult]) -> Result<(), String> {
     let [default, softer, weaker, brittle, tearing] = found else {
         return Err("five balls were to fall".to_owned());
     };
@@ -132,7 +134,13 @@ fn trends(outcome: &mut BenchmarkOutcome, found: &[ImpactResult]) -> Result<(), 
             trend,
         );
         let name = format!("A1: least plastic volume, default over {name}");
-        outcome.assert_within(name, "above 1", default.least / ball.least, more, trend);
+        outcome.assert_within(
+            name,
+            "above 1",
+            default.min_plastic_volume / ball.min_plastic_volume,
+            more,
+            trend,
+        );
     }
     outcome.assert_within(
         "A1: plastic volume of the lowest tenth after 0.04 s",

@@ -41,7 +41,7 @@ fn layer(keys: &Value) -> Value {
 }
 
 /// Path of a point in `steps` steps of uniaxial compression without lateral strain.
-fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<SofteningRow>, String> {
+fn compression_path(keys: &Value, step: f64, steps: usize) -> Result<Vec<SofteningRow>, String> {
     let spec: MaterialSpec = serde_json::from_value(layer(keys)).map_err(|error| error.to_string())?;
     let law = spec.build().map_err(|error| error.to_string())?;
     let start = InitialCondition { stress: SymTensor::ZERO, density: 100.0 };
@@ -69,7 +69,7 @@ fn compressed(keys: &Value, step: f64, steps: usize) -> Result<Vec<SofteningRow>
 }
 
 /// Row at a compression.
-fn at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
+fn row_at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
     let number = path.partition_point(|row| row.strain < strain - 0.5 * STEP);
     &path[number.min(path.len() - 1)]
 }
@@ -77,8 +77,8 @@ fn at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let brittle = json!({ "hardening": { "kind": "weak-layer", "softening_factor": 50 } });
-    let anticrack = compressed(&brittle, STEP, 100_000)?;
-    let classical = compressed(&json!({}), STEP, 100_000)?;
+    let anticrack = compression_path(&brittle, STEP, 100_000)?;
+    let classical = compression_path(&json!({}), STEP, 100_000)?;
     sequence(&mut outcome, &anticrack);
     classic(&mut outcome, &classical)?;
     for (title, label, value) in [
@@ -111,7 +111,7 @@ fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     for (strain, exact) in
         [(0.0025, [1941.526, 1519.592]), (0.003, [1941.147, 1096.842]), (0.0035, [1291.412, 357.461])]
     {
-        let row = at(path, strain);
+        let row = row_at(path, strain);
         let reason = "the sheet's tolerance on the softening branch, 5 %";
         outcome.assert_close(
             format!("A2 softening: p at {strain} (Pa)"),
@@ -146,7 +146,7 @@ fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     );
     for (strain, exact) in [(0.01, 118.9), (0.02, 305.7), (0.05, 865.9), (0.1, 1799.5)] {
         let name = format!("A2 jamming: axial stress at {strain} (Pa)");
-        outcome.assert_close(name, exact, 0.02, at(path, strain).axial, "the sheet's tolerance");
+        outcome.assert_close(name, exact, 0.02, row_at(path, strain).axial, "the sheet's tolerance");
     }
 }
 
@@ -155,11 +155,11 @@ fn classic(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) -> Result<(), 
     let reason = "values of the sheet's own integration; first order in the step";
     for (strain, exact) in [(0.003, 3191.8), (0.005, 3375.8), (0.02, 3664.5), (0.1, 5130.0)] {
         let name = format!("A2 classical: axial stress at {strain} (Pa)");
-        outcome.assert_close(name, exact, 5e-3, at(path, strain).axial, reason);
+        outcome.assert_close(name, exact, 5e-3, row_at(path, strain).axial, reason);
     }
     let largest = path.iter().take(5000).map(|row| row.deviator).fold(0.0, f64::max);
     outcome.assert_close("A2 classical: largest q before it falls (Pa)", 1693.0, 5e-3, largest, reason);
-    outcome.assert_close("A2 classical: q at 0.01 (Pa)", 1041.0, 5e-3, at(path, 0.01).deviator, reason);
+    outcome.assert_close("A2 classical: q at 0.01 (Pa)", 1041.0, 5e-3, row_at(path, 0.01).deviator, reason);
     let falls = path.windows(2).filter(|pair| pair[1].pressure < pair[0].pressure).count();
     outcome.assert_within(
         "A2 classical: steps in which p falls",
@@ -168,7 +168,7 @@ fn classic(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) -> Result<(), 
         (0.0, 0.0),
         "the source: p grows monotonically",
     );
-    let stiff = compressed(&json!({ "hardening_factor": 1 }), 1e-5, 5000)?;
+    let stiff = compression_path(&json!({ "hardening_factor": 1 }), 1e-5, 5000)?;
     for (strain, exact) in [(0.01, 6857.0), (0.05, 26_971.0)] {
         let name = format!("A2 classical, ξ = 1: axial stress at {strain} (Pa)");
         let number = (strain / 1e-5_f64).round() as usize - 1;

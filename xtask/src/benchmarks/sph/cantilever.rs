@@ -33,7 +33,7 @@ struct CantileverVariant {
     claim: &'static str,
 }
 
-fn ways() -> Vec<CantileverVariant> {
+fn variants() -> Vec<CantileverVariant> {
     vec![
         CantileverVariant {
             name: "corrected",
@@ -71,16 +71,16 @@ fn ways() -> Vec<CantileverVariant> {
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
-    for way in ways() {
+    for variant in variants() {
         let mut case = load_case("sph/cantilever")?;
-        for (option, value) in &way.options {
+        for (option, value) in &variant.options {
             set_method_option(&mut case, "sph", option, value.clone());
         }
         let report = run_in_memory("sph", &case)?;
-        judge(&mut outcome, &way, &report);
-        chart.series.push(Series::new(way.name, tip(&report), Style::Line));
+        judge(&mut outcome, &variant, &report);
+        chart.series.push(Series::new(variant.name, tip(&report), Style::Line));
     }
-    finer(&mut outcome)?;
+    check_refinement(&mut outcome)?;
     let exact = (0..=100).map(|k| 0.0016 * f64::from(k));
     let exact = exact.map(|t| (t, AMPLITUDE * (std::f64::consts::TAU * t / PERIOD).sin())).collect();
     chart.series.push(Series::new("thin beam", exact, Style::Dashed));
@@ -89,11 +89,11 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 fn tip(report: &RunReport) -> Vec<(f64, f64)> {
-    swing(report, 1)
+    deflection(report, 1)
 }
 
 /// Mean deflection along an axis of the last columns of the beam in the frames.
-pub(super) fn swing(report: &RunReport, across: usize) -> Vec<(f64, f64)> {
+pub(super) fn deflection(report: &RunReport, across: usize) -> Vec<(f64, f64)> {
     let start = &report.frames[0].positions;
     let end = start.iter().map(|x| x[0]).fold(f64::NEG_INFINITY, f64::max);
     let last: Vec<usize> = (0..start.len()).filter(|&i| start[i][0] > end - 1e-6).collect();
@@ -115,25 +115,25 @@ pub(super) fn period(tip: &[(f64, f64)]) -> f64 {
 /// Least distance of two particles over the spacing.
 fn closest(snapshot: &Snapshot) -> f64 {
     let (x, spacing) = (&snapshot.positions, snapshot.extents[0][0]);
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     for i in 0..x.len() {
         for j in 0..i {
-            least = least.min((x[i][0] - x[j][0]).hypot(x[i][1] - x[j][1]));
+            smallest = smallest.min((x[i][0] - x[j][0]).hypot(x[i][1] - x[j][1]));
         }
     }
-    least / spacing
+    smallest / spacing
 }
 
-fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunReport) {
+fn judge(outcome: &mut BenchmarkOutcome, variant: &CantileverVariant, report: &RunReport) {
     let tip = tip(report);
     let ratio = period(&tip) / PERIOD;
-    let name = |what: &str| format!("{}: {what}", way.name);
+    let name = |what: &str| format!("{}: {what}", variant.name);
     let reason = "V-37: up to 18 % above the thin beam at a tenth of the height, with correction";
-    match way.bounds {
+    match variant.bounds {
         Some(bounds) => {
             outcome.assert_within(
                 name("period over that of the thin beam"),
-                way.claim,
+                variant.claim,
                 ratio,
                 bounds,
                 reason,
@@ -141,27 +141,27 @@ fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunRe
         }
         None => outcome.info(
             name("period over that of the thin beam"),
-            way.claim,
+            variant.claim,
             ratio,
             "V-37 judges the corrected gradient",
         ),
     }
     let amplitude = tip.iter().map(|(_, y)| *y).max_or_nan() / AMPLITUDE;
     outcome.info(name("amplitude over that of the thin beam"), "1", amplitude, "the sheet gives no bound");
-    let least = report.frames.last().map_or(f64::NAN, closest);
+    let smallest = report.frames.last().map_or(f64::NAN, closest);
     let range = (0.5, 1.5);
-    if way.name == "corrected, no artificial stress" {
+    if variant.name == "corrected, no artificial stress" {
         outcome.info(
             name("least distance over spacing"),
             "",
-            least,
+            smallest,
             "shown: what the artificial stress is for",
         );
     } else {
         outcome.assert_within(
             name("least distance over spacing"),
             "no clumping",
-            least,
+            smallest,
             range,
             "V-37: no clumping; half a spacing as in V-36",
         );
@@ -169,7 +169,7 @@ fn judge(outcome: &mut BenchmarkOutcome, way: &CantileverVariant, report: &RunRe
 }
 
 /// Checks refinement, and the loss without viscosity.
-fn finer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_refinement(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("sph/cantilever")?;
     set_method_option(&mut case, "sph", "spacing", 0.001);
     let fine = period(&tip(&run_in_memory("sph", &case)?)) / PERIOD;
@@ -217,9 +217,15 @@ fn without_viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         }
         let reason = "V-37: less than 10 % per period without viscosity";
         outcome.assert_below(label("loss of amplitude in a period"), "< 0.1", loss, 0.1, reason);
-        let least = report.as_ref().and_then(|report| report.frames.last()).map_or(f64::NAN, closest);
+        let smallest = report.as_ref().and_then(|report| report.frames.last()).map_or(f64::NAN, closest);
         let reason = "V-37: no clumping; half a spacing as in V-36";
-        outcome.assert_within(label("least distance over spacing"), "no clumping", least, (0.5, 1.5), reason);
+        outcome.assert_within(
+            label("least distance over spacing"),
+            "no clumping",
+            smallest,
+            (0.5, 1.5),
+            reason,
+        );
         let turn = report.as_ref().map_or(f64::NAN, |report| period(&tip(report)) / PERIOD);
         let reason = "not judged here: without artificial stress particles draw together in tension, and the beam is softer";
         outcome.info(label("period over that of the thin beam"), "", turn, reason);

@@ -5,7 +5,7 @@ use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
-use super::cantilever::{period, swing};
+use super::cantilever::{deflection, period};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses};
 
@@ -16,17 +16,17 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "ALERT 2020, chapter 1, Fig. 12; sheet: sph V-38",
     short_seconds: None,
     full_seconds: 2200,
-    run: |_| swings(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
+    run: |_| run_oscillations(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
 };
 
 /// Updated-Lagrangian form with artificial stress, at the sheet's spacing. Artificial stress feeds velocities that alternate from particle
 /// to particle, which only `hourglass_viscosity` resists.
-pub const UPDATED: Benchmark = Benchmark {
+pub const UPDATED_LAGRANGIAN: Benchmark = Benchmark {
     id: "sph/beam-3d-updated",
     title: "Elastic cantilever in three dimensions, sums over the present configuration, SPH",
     short_seconds: None,
     full_seconds: 2800,
-    run: |_| swings(&[(1, "updated, hourglass viscosity")]),
+    run: |_| run_oscillations(&[(1, "updated, hourglass viscosity")]),
     ..BENCHMARK
 };
 
@@ -36,10 +36,10 @@ const SPACINGS: [f64; 2] = [0.0125, 0.025];
 const SIDES: [f64; 2] = [0.1, 0.2];
 
 /// Checks oscillations across an axis (1 for y, 2 for z), each in a form of the method.
-fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
+fn run_oscillations(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
-    for &(across, way) in runs {
+    for &(across, form) in runs {
         let (side, spacing) = (SIDES[across - 1], SPACINGS[across - 1]);
         // Euler–Bernoulli: T c = 327.402 m across 0.1 m, half of it across 0.2 m.
         let exact = 327.402 / 50.0 * 0.1 / side;
@@ -50,7 +50,7 @@ fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
             serde_json::from_value::<Velocity>(mode).map_err(|error| error.to_string())?;
         set_method_option(&mut case, "sph", "spacing", spacing);
         case.stages[0].duration = 0.65 * exact;
-        match way {
+        match form {
             "total Lagrangian" => {
                 set_method_option(&mut case, "sph", "formulation", "total-lagrangian");
                 set_method_option(&mut case, "sph", "tensile", json!({ "kind": "none" }));
@@ -59,20 +59,21 @@ fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
             _ => {}
         }
         let report = run_in_memory("sph", &case)?;
-        let tip = swing(&report, across);
-        let name = |what: &str| format!("V-38, {way}, across {side} m: {what}");
+        let tip = deflection(&report, across);
+        let name = |what: &str| format!("V-38, {form}, across {side} m: {what}");
         let claim = "1; the source: reasonable, off by dissipation";
         let ratio = period(&tip) / exact;
         let what = name("period over that of the thin beam");
-        if way == "updated" && across == 2 {
+        if form == "updated" && across == 2 {
             let reason = "half the resolution that the sheet proposes; in the plane 1.15 on a tenth of the height (V-37)";
             outcome.info(what, claim, ratio, reason);
         } else {
             outcome.assert_within(what, claim, ratio, (0.95, 1.2), "V-38: -5/+20 %");
         }
-        let least = report.frames.iter().map(|frame| closest(frame, spacing)).fold(f64::INFINITY, f64::min);
+        let smallest =
+            report.frames.iter().map(|frame| closest(frame, spacing)).fold(f64::INFINITY, f64::min);
         let reason = "V-38: no tensile fracture; half a spacing as in V-36";
-        outcome.assert_within(name("least distance over spacing"), "about 1", least, (0.5, 1.5), reason);
+        outcome.assert_within(name("least distance over spacing"), "about 1", smallest, (0.5, 1.5), reason);
         let reason = "V-38: symmetric; 1 % of the largest, for round-off grows";
         outcome.assert_below(
             name("difference of σ_xx across the other middle plane"),
@@ -81,7 +82,7 @@ fn swings(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
             0.01,
             reason,
         );
-        chart.series.push(Series::new(format!("{way}, across {side} m"), tip, Style::Line));
+        chart.series.push(Series::new(format!("{form}, across {side} m"), tip, Style::Line));
     }
     outcome.svg("Deflection of the tip.", &chart)?;
     Ok(outcome)
@@ -92,13 +93,13 @@ fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     let x = &snapshot.positions;
     let mut order: Vec<usize> = (0..x.len()).collect();
     order.sort_by(|&a, &b| x[a][0].total_cmp(&x[b][0]));
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     for (k, &i) in order.iter().enumerate() {
         for &j in order[k + 1..].iter().take_while(|&&j| x[j][0] - x[i][0] < spacing) {
-            least = least.min((0..3).map(|c| (x[i][c] - x[j][c]).powi(2)).sum::<f64>().sqrt());
+            smallest = smallest.min((0..3).map(|c| (x[i][c] - x[j][c]).powi(2)).sum::<f64>().sqrt());
         }
     }
-    least / spacing
+    smallest / spacing
 }
 
 /// Largest difference of the axial stress between particles that are mirror images in the middle plane in which the beam bends, over the

@@ -66,7 +66,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let ordered = f64::from(u8::from(none > usual && usual > strong));
     let reason = "set S: fronts for viscosities 0 > 0.1 > 1 strictly";
     outcome.assert_within("fronts fall with viscosity (1 is yes)", "yes", ordered, (1.0, 1.0), reason);
-    damped(&mut outcome)?;
+    check_viscous_damping(&mut outcome)?;
     variants(&mut outcome, usual)?;
     outcome.svg("Advance of the front.", &chart)?;
     Ok(outcome)
@@ -103,7 +103,7 @@ fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Checks B-03, the fourth setting: viscous damping and regularisation in place of artificial viscosity.
-fn damped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_viscous_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for damping in [1e-3, 1e-4] {
         let mut case = load_case("sph/aluminium-bars")?;
         set_method_option(&mut case, "sph", "viscosity_linear", 0.0);

@@ -20,24 +20,24 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Remaining aspect ratios.
-pub const SWEEP: Benchmark = Benchmark {
+pub const ASPECT_SWEEP: Benchmark = Benchmark {
     id: "sph/columns-sweep",
     title: "Columns of all aspect ratios of the sheet, SPH",
     short_seconds: None,
     full_seconds: 3600,
     run: |_| {
-        sweep(&[
-            (SAND, &ALL),
-            (BARS, &ALL),
-            (ColumnSetting { name: "S1, 2.5 mm", spacing: 0.0025, ..BARS }, TALL),
+        run_sweep(&[
+            (SAND, &ASPECT_RATIOS),
+            (ALUMINIUM_BARS, &ASPECT_RATIOS),
+            (ColumnSetting { name: "S1, 2.5 mm", spacing: 0.0025, ..ALUMINIUM_BARS }, TALL_ASPECT_RATIOS),
         ])
     },
     ..BENCHMARK
 };
 
 /// Aspect ratios of the sheet, and those from which the laws are powers of two thirds.
-const ALL: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0];
-const TALL: &[f64] = ALL.split_at(4).1;
+const ASPECT_RATIOS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0];
+const TALL_ASPECT_RATIOS: &[f64] = ASPECT_RATIOS.split_at(4).1;
 
 #[derive(Clone, Copy)]
 struct ColumnSetting {
@@ -51,13 +51,13 @@ struct ColumnSetting {
 
 const SAND: ColumnSetting =
     ColumnSetting { name: "31 degrees, MLS", friction: 31.0, regularisation: "mls", spacing: SPACING };
-const BARS: ColumnSetting =
+const ALUMINIUM_BARS: ColumnSetting =
     ColumnSetting { name: "S1", friction: 21.9, regularisation: "none", spacing: SPACING };
 
 const SPACING: f64 = 0.005;
 
 /// Run-out over initial width after Lube et al. 2005.
-fn lube(a: f64) -> f64 {
+fn lube_run_out(a: f64) -> f64 {
     match a {
         a if a < 1.8 => 1.2 * a,
         a if a < 2.8 => 1.6 * a,
@@ -75,25 +75,26 @@ fn column(a: f64) -> Result<(Case, f64), String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let (width, height) = if a < 1.0 { (0.1 / a, 0.1) } else { (0.1, 0.1 * a) };
     case.bodies[0].shape = Shape::Box { min: vec![0.0, 0.0], max: vec![width, height] };
-    case.domain.max = vec![width * (2.0 + 3.0 * lube(a)), 1.1 * height + 0.05];
+    case.domain.max = vec![width * (2.0 + 3.0 * lube_run_out(a)), 1.1 * height + 0.05];
     case.stages[0].duration = 0.8 * (height / 0.1).sqrt();
     Ok((case, width))
 }
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
-    let mut outcome = sweep(&[(SAND, &[0.5, 1.0, 2.0])])?;
-    regularised(&mut outcome)?;
+    let mut outcome = run_sweep(&[(SAND, &[0.5, 1.0, 2.0])])?;
+    check_regularisation(&mut outcome)?;
     Ok(outcome)
 }
 
-fn sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, String> {
+fn run_sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
         log: true,
         ..LineChart::new("Run-out of columns", "aspect ratio", "run-out over initial width")
     };
     let fine: Vec<f64> = (0..=60).map(|k| 0.2 * 60.0_f64.powf(f64::from(k) / 60.0)).collect();
-    for (name, law) in [("Lube et al. 2005", lube as fn(f64) -> f64), ("Lajeunesse et al. 2005", lajeunesse)]
+    for (name, law) in
+        [("Lube et al. 2005", lube_run_out as fn(f64) -> f64), ("Lajeunesse et al. 2005", lajeunesse)]
     {
         chart.series.push(Series::new(name, fine.iter().map(|&a| (a, law(a))).collect(), Style::Dashed));
     }
@@ -117,11 +118,17 @@ fn sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, String> {
 
 fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f64, f64)]) {
     for &(a, length) in found {
-        let claim = format!("Lajeunesse {:.3}, Lube {:.3}", lajeunesse(a), lube(a));
+        let claim = format!("Lajeunesse {:.3}, Lube {:.3}", lajeunesse(a), lube_run_out(a));
         let label = format!("{name}, a = {a}: run-out over initial width");
         if friction == 31.0 {
             let reason = "B-09: between 0.9 times Lajeunesse's law and 1.35 times Lube's";
-            outcome.assert_within(label, &claim, length, (0.9 * lajeunesse(a), 1.35 * lube(a)), reason);
+            outcome.assert_within(
+                label,
+                &claim,
+                length,
+                (0.9 * lajeunesse(a), 1.35 * lube_run_out(a)),
+                reason,
+            );
         } else {
             outcome.info(label, &claim, length, "not judged: the laws are of sands");
         }
@@ -159,7 +166,7 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f6
 
 /// Checks B-03: noise of the vertical stress in the flowing zone without regularisation, with it after every step and, as the sheet
 /// proposes, after every ten; the source has "each or several" and gives no number.
-fn regularised(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_regularisation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let column = |steps: Option<u64>, duration: f64| -> Result<Snapshot, String> {
         let mut case = load_case("sph/aluminium-bars")?;
         case.stages[0].duration = duration;
@@ -171,7 +178,7 @@ fn regularised(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     };
     let noise = |steps: Option<u64>| -> Result<[f64; 2], String> {
         let snapshot = column(steps, 0.2)?;
-        Ok([0, FULL].map(|least| fluctuation(&snapshot, least)))
+        Ok([0, FULL_NEIGHBOUR_COUNT].map(|smallest| fluctuation(&snapshot, smallest)))
     };
     let raw = noise(None)?;
     let reason = "judged by its ratio";
@@ -202,11 +209,11 @@ fn regularised(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Neighbours of a particle with a full support: 20 on the lattice of this kernel and smoothing length.
-const FULL: usize = 18;
+const FULL_NEIGHBOUR_COUNT: usize = 18;
 
-/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `least`
+/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `minimum`
 /// neighbours.
-fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
+fn fluctuation(snapshot: &Snapshot, minimum: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));
     let h = 1.2 * SPACING;
     let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).max_or_nan();
@@ -229,15 +236,15 @@ fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
                 for b in 0..3 {
                     matrix[a][b] += weight * basis[a] * basis[b];
                 }
-                right[a] += weight * basis[a] * s.at(1, 1);
+                right[a] += weight * basis[a] * s.component(1, 1);
             }
         }
-        if count <= least {
+        if count <= minimum {
             continue;
         }
         if let Some(mean) = colluvium::constitutive::Mat3(matrix).inverse() {
             let value: f64 = (0..3).map(|b| mean.0[0][b] * right[b]).sum();
-            squares.push((stress[i].at(1, 1) - value).powi(2));
+            squares.push((stress[i].component(1, 1) - value).powi(2));
         }
     }
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()

@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Number between -1 and 1 of an additive recurrence, which varies irregularly with `id`.
-fn scattered(id: u32, channel: u32) -> f64 {
+fn scattered_number(id: u32, channel: u32) -> f64 {
     const STEPS: [f64; 3] = [0.618_033_988_749_894_9, 0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
     let step = STEPS[channel as usize % 3];
     2.0 * (f64::from(id + 1) * step * f64::from(1 + channel / 3)).fract() - 1.0
@@ -27,7 +27,7 @@ fn scattered(id: u32, channel: u32) -> f64 {
 
 /// Disordered state of a particle; `deviator` is one for stress of any kind and zero for pressure alone.
 fn random(id: u32, deviator: f64) -> PrescribedParticle<2> {
-    let s = |channel| scattered(id, channel);
+    let s = |channel| scattered_number(id, channel);
     let pressure = 2e4 * s(3);
     let stress = [
         pressure + deviator * 1e4 * s(4),
@@ -45,7 +45,7 @@ fn random(id: u32, deviator: f64) -> PrescribedParticle<2> {
     }
 }
 
-fn with(options: &[(&str, Value)]) -> Result<Case, String> {
+fn case_with_options(options: &[(&str, Value)]) -> Result<Case, String> {
     let mut case = load_case("sph/balance")?;
     for (name, value) in options {
         set_method_option(&mut case, "sph", name, value.clone());
@@ -57,7 +57,7 @@ fn evaluate(
     options: &[(&str, Value)],
     given: impl Fn(u32, &[f64; 2]) -> PrescribedParticle<2>,
 ) -> Result<Vec<ParticleRates<2>>, String> {
-    rates::<2>(&with(options)?, given).map_err(|error| error.to_string())
+    rates::<2>(&case_with_options(options)?, given).map_err(|error| error.to_string())
 }
 
 fn total(particles: &[ParticleRates<2>], value: impl Fn(&ParticleRates<2>) -> f64) -> f64 {
@@ -84,7 +84,7 @@ fn torque(particles: &[ParticleRates<2>]) -> f64 {
 fn power(particles: &[ParticleRates<2>]) -> f64 {
     let terms = |p: &ParticleRates<2>| {
         let kinetic = p.mass * (p.velocity[0] * p.acceleration[0] + p.velocity[1] * p.acceleration[1]);
-        let stress: f64 = (0..4).map(|k| p.stress.at(k / 2, k % 2) * p.gradient[k / 2][k % 2]).sum();
+        let stress: f64 = (0..4).map(|k| p.stress.component(k / 2, k % 2) * p.gradient[k / 2][k % 2]).sum();
         [kinetic, p.mass / p.density * stress]
     };
     let sum = total(particles, |p| terms(p).iter().sum());
@@ -173,7 +173,7 @@ fn energies(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         .into_iter()
         .flat_map(|form| ["rough", "smooth"].map(|wall| (form, wall)));
     for (form, wall) in forms {
-        let mut case = with(&[still.clone(), ("momentum", json!(form))])?;
+        let mut case = case_with_options(&[still.clone(), ("momentum", json!(form))])?;
         let text = json!({ "side": "y-min", "position": 0.3, "wall": { "kind": wall } });
         case.boundaries.push(serde_json::from_value(text).map_err(|error| error.to_string())?);
         case.bodies[0].shape =

@@ -15,7 +15,7 @@ use crate::benchmarks::{
 };
 
 /// Half the spacing of the sheet's set S (m), required for the bands of the dense sand.
-const FINE: f64 = 0.0025;
+const FINE_SPACING: f64 = 0.0025;
 
 /// Simple shear.
 pub const SHEAR: Benchmark = Benchmark {
@@ -43,7 +43,7 @@ pub const COLUMNS_FINE: Benchmark = Benchmark {
     title: "Columns of loose and dense critical-state sand at 5 and 2.5 mm, SPH",
     short_seconds: None,
     full_seconds: 1200,
-    run: |_| columns(&[2.0 * FINE, FINE]),
+    run: |_| columns(&[2.0 * FINE_SPACING, FINE_SPACING]),
     ..COLUMNS
 };
 
@@ -77,29 +77,29 @@ fn ellipticity(spec: &MaterialSpec) -> Result<(f64, f64), String> {
         0.5,
     )
     .ok_or("a singular motion")?;
-    let (mut lost, mut least) = (f64::NAN, 0.0);
+    let (mut lost, mut smallest) = (f64::NAN, 0.0);
     for step in 1..=2000 {
         if step % 10 == 0 {
             let tangent = law
                 .tangent(&motion, &stress[0], &states.blocks()[0], 0)
                 .map_err(|error| error.to_string())?;
-            least = (0..180).map(|degree| f64::from(degree).to_radians()).fold(
+            smallest = (0..180).map(|degree| f64::from(degree).to_radians()).fold(
                 f64::INFINITY,
-                |least: f64, angle| {
+                |smallest: f64, angle| {
                     let [[a, b, _], [c, d, _], _] =
                         acoustic_tensor(&tangent, [angle.cos(), angle.sin(), 0.0]).0;
                     let (mean, square) = (0.5 * (a + d), 0.25 * (a - d) * (a - d) + b * c);
-                    least.min(mean - square.max(0.0).sqrt())
+                    smallest.min(mean - square.max(0.0).sqrt())
                 },
             );
-            if lost.is_nan() && least < 0.0 {
+            if lost.is_nan() && smallest < 0.0 {
                 lost = STEP * f64::from(step);
             }
         }
         law.update(&[motion], &mut stress, &mut states.blocks_mut()[0])
             .map_err(|error| error.source.to_string())?;
     }
-    Ok((lost, (-least / spec.density()).max(0.0).sqrt()))
+    Ok((lost, (-smallest / spec.density()).max(0.0).sqrt()))
 }
 
 /// Viscosity against hourglass modes, which grow fastest where the law is no longer elliptic.
@@ -172,7 +172,7 @@ fn pressure_of_block(
     label: &dyn Fn(&str) -> String,
 ) {
     let pressures: Vec<f64> = found.iter().map(|(_, ours, _)| ours.pressure()).collect();
-    let (end, least) =
+    let (end, smallest) =
         (pressures[pressures.len() - 1], pressures.iter().copied().fold(f64::INFINITY, f64::min));
     if name == "loose" {
         // e_c(p) = e: the remaining pressure at constant volume by the critical state line.
@@ -183,9 +183,9 @@ fn pressure_of_block(
     } else {
         let reason = "B-02: contracts first, then dilates towards the critical state line";
         let title = label("pressure at the end over the least on the way");
-        outcome.assert_above(title, "above 1", end / least, 1.02, reason);
+        outcome.assert_above(title, "above 1", end / smallest, 1.02, reason);
         let title = label("least pressure over the initial");
-        outcome.assert_below(title, "below 1", least / 100e3, 0.99, reason);
+        outcome.assert_below(title, "below 1", smallest / 100e3, 0.99, reason);
     }
 }
 
@@ -223,19 +223,19 @@ fn run_out(report: &RunReport) -> (f64, f64) {
 
 /// Courant numbers of repeated runs of the fine columns, beside the default: the front of 99 % of the mass scatters by 2 to 3 % with the
 /// steps taken, and the bounds on the ratio are four times as wide.
-const REPEATED: [f64; 2] = [0.18, 0.16];
+const REPEATED_COURANT_NUMBERS: [f64; 2] = [0.18, 0.16];
 
 /// Smoothing length over spacing.
 const SMOOTHING: f64 = 1.2;
 /// The middle three fifths of the height (m).
-const MIDDLE: std::ops::Range<f64> = 0.02..0.08;
+const MIDDLE_HEIGHTS: std::ops::Range<f64> = 0.02..0.08;
 /// Plastic shear strain that counts as sheared.
-const SHEARED: f64 = 0.1;
+const SHEAR_THRESHOLD: f64 = 0.1;
 
 /// Share of the particles with a plastic shear strain beyond a tenth.
-fn sheared(report: &RunReport) -> f64 {
+fn sheared_share(report: &RunReport) -> f64 {
     let strains = scalars(&report.snapshot, "plastic_strain");
-    strains.iter().filter(|strain| **strain > SHEARED).count() as f64 / strains.len() as f64
+    strains.iter().filter(|strain| **strain > SHEAR_THRESHOLD).count() as f64 / strains.len() as f64
 }
 
 /// Plastic shear strain of the initial lattice, row by row from the left, within the middle three fifths of the height; each value the mean
@@ -255,7 +255,9 @@ fn strain_rows(snapshot: &Snapshot, spacing: f64) -> Vec<Vec<f64>> {
         .filter(|[a, b]| ((a * a + b * b) as f64) <= reach * reach)
         .collect();
     let mut rows: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
-    for [row, column] in strains.keys().filter(|at| MIDDLE.contains(&((at[0] as f64 + 0.5) * spacing))) {
+    for [row, column] in
+        strains.keys().filter(|at| MIDDLE_HEIGHTS.contains(&((at[0] as f64 + 0.5) * spacing)))
+    {
         let near: Vec<f64> =
             disc.iter().filter_map(|[a, b]| strains.get(&[row + a, column + b]).copied()).collect();
         rows.entry(*row).or_default().push(near.iter().sum::<f64>() / near.len() as f64);
@@ -269,7 +271,7 @@ fn bands(row: &[f64]) -> usize {
     for &strain in row {
         if within && strain < 0.5 * turn {
             (within, turn) = (false, strain);
-        } else if !within && strain > SHEARED && strain > 2.0 * turn {
+        } else if !within && strain > SHEAR_THRESHOLD && strain > 2.0 * turn {
             (count, within, turn) = (count + 1, true, strain);
         } else {
             turn = if within { turn.max(strain) } else { turn.min(strain) };
@@ -279,7 +281,7 @@ fn bands(row: &[f64]) -> usize {
 }
 
 /// Width of the strain of a row, `(Σ ε)² / Σ ε²` particles: that of a band of uniform strain.
-fn spread(row: &[f64]) -> f64 {
+fn strain_width(row: &[f64]) -> f64 {
     row.iter().sum::<f64>().powi(2) / row.iter().map(|strain| strain * strain).sum::<f64>()
 }
 
@@ -298,21 +300,21 @@ struct ColumnRun {
     /// Run-out of 99 % of the mass (m).
     run_out: f64,
     /// Share of the mass that is sheared by more than a tenth.
-    sheared: f64,
+    sheared_share: f64,
     /// Widths of what shears half-way and at the end (m).
     widths: [f64; 2],
 }
 
 impl ColumnRun {
     /// Runs a column, and shows its values.
-    fn of(
+    fn run(
         outcome: &mut BenchmarkOutcome,
         (name, void_ratio): (&str, f64),
         spacing: f64,
     ) -> Result<Self, String> {
         let label = |what: &str| format!("B-10, {} mm, {name}: {what}", 1e3 * spacing);
         let report = run_in_memory("sph", &column(void_ratio, spacing)?)?;
-        let ((time, way), share) = (run_out(&report), sheared(&report));
+        let ((time, way), share) = (run_out(&report), sheared_share(&report));
         let outermost =
             connected_front(&report.snapshot, spacing) - connected_front(&report.frames[0], spacing);
         let reason = "judged against the other";
@@ -333,22 +335,22 @@ impl ColumnRun {
                 |of: fn(&[f64]) -> f64| rows.iter().map(|row| of(row)).sum::<f64>() / rows.len() as f64;
             let reason =
                 "not judged: the sheet gives no number, and it is one in both; their widths tell them apart";
-            let (count, width) = (mean(|row| bands(row) as f64), spacing * mean(spread));
+            let (count, width) = (mean(|row| bands(row) as f64), spacing * mean(strain_width));
             outcome.info(label(&format!("shear bands across a row, {when}")), "", count, reason);
             let reason = "judged against the other";
             outcome.info(label(&format!("width of what shears, {when} (m)")), "", width, reason);
             width
         });
-        Ok(Self { half_time: time, run_out: way, sheared: share, widths })
+        Ok(Self { half_time: time, run_out: way, sheared_share: share, widths })
     }
 }
 
 /// Checks the loose and the dense column at a spacing against the requirements of the sheet.
 fn pair(outcome: &mut BenchmarkOutcome, spacing: f64) -> Result<(), String> {
     let label = |what: &str| format!("B-10, {} mm, {what}", 1e3 * spacing);
-    let loose = ColumnRun::of(outcome, DENSITIES[0], spacing)?;
-    let dense = ColumnRun::of(outcome, DENSITIES[2], spacing)?;
-    let ways = repeated_run_outs(outcome, &loose, &dense, spacing)?;
+    let loose = ColumnRun::run(outcome, DENSITIES[0], spacing)?;
+    let dense = ColumnRun::run(outcome, DENSITIES[2], spacing)?;
+    let run_outs = repeated_run_outs(outcome, &loose, &dense, spacing)?;
     for (number, when) in ["half-way", "at the end"].into_iter().enumerate() {
         let title = label(&format!("width of what shears, loose over dense, {when}"));
         let reason = "B-10: loose it shears diffusely, dense in bands; the mean over rows of (Σ ε)²/Σ ε²";
@@ -359,10 +361,10 @@ fn pair(outcome: &mut BenchmarkOutcome, spacing: f64) -> Result<(), String> {
     outcome.assert_below(title, "below 1", loose.half_time / dense.half_time, 1.0, reason);
     let title = label("share sheared, loose over dense");
     let reason = "B-10: loose it fails deeper and more diffusely, dense in bands";
-    outcome.assert_above(title, "above 1", loose.sheared / dense.sheared, 1.0, reason);
-    let [all_loose, all_dense] = ways.map(|ways| ways.iter().sum::<f64>());
+    outcome.assert_above(title, "above 1", loose.sheared_share / dense.sheared_share, 1.0, reason);
+    let [all_loose, all_dense] = run_outs.map(|run_outs| run_outs.iter().sum::<f64>());
     let (name, ratio) = (label("run-out of 99 % of the mass, loose over dense"), all_loose / all_dense);
-    if spacing > FINE {
+    if spacing > FINE_SPACING {
         let reason =
             "not judged: too few layers for the bands in which the dense sand softens; judged at 2.5 mm";
         outcome.info(name, "0.9 to 1.1", ratio, reason);
@@ -380,25 +382,25 @@ fn repeated_run_outs(
     dense: &ColumnRun,
     spacing: f64,
 ) -> Result<[Vec<f64>; 2], String> {
-    let mut ways = [vec![loose.run_out], vec![dense.run_out]];
-    if spacing > FINE {
-        return Ok(ways);
+    let mut run_outs = [vec![loose.run_out], vec![dense.run_out]];
+    if spacing > FINE_SPACING {
+        return Ok(run_outs);
     }
-    for courant in REPEATED {
-        for (ways, (_, void_ratio)) in ways.iter_mut().zip([DENSITIES[0], DENSITIES[2]]) {
+    for courant in REPEATED_COURANT_NUMBERS {
+        for (run_outs, (_, void_ratio)) in run_outs.iter_mut().zip([DENSITIES[0], DENSITIES[2]]) {
             let mut case = column(void_ratio, spacing)?;
             set_method_option(&mut case, "sph", "courant", courant);
-            ways.push(run_out(&run_in_memory("sph", &case)?).1);
+            run_outs.push(run_out(&run_in_memory("sph", &case)?).1);
         }
     }
-    for (ways, name) in ways.iter().zip(["loose", "dense"]) {
-        for (way, courant) in ways[1..].iter().zip(REPEATED) {
+    for (run_outs, name) in run_outs.iter().zip(["loose", "dense"]) {
+        for (run_out, courant) in run_outs[1..].iter().zip(REPEATED_COURANT_NUMBERS) {
             let name = format!(
                 "B-10, {} mm, {name}, Courant number {courant}: run-out of 99 % of the mass (m)",
                 1e3 * spacing
             );
-            outcome.info(name, "", *way, "judged in the mean");
+            outcome.info(name, "", *run_out, "judged in the mean");
         }
     }
-    Ok(ways)
+    Ok(run_outs)
 }

@@ -29,7 +29,7 @@ const PYRAMID: ConeMatching = ("pyramid", None, ", Mohr–Coulomb");
 
 /// Distance from the axis within which 99.9 % of the particles lie, plus half a spacing (m): the run-out of `sheet: mpm §3.9, A-28`, by
 /// which this law is judged there.
-fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
+fn outer_radius(snapshot: &Snapshot, spacing: f64) -> f64 {
     mass_quantile_position(snapshot, 0.999, radius) + 0.5 * spacing
 }
 
@@ -63,7 +63,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
         let snapshot = run_in_memory("sph", &case)?.snapshot;
         let name = |what: &str| format!("a = {ratio}, spacing {} mm{law}: {what}", spacing * 1e3);
         let expected = 1.24 * ratio;
-        let found = reach(&snapshot, spacing) / RADIUS - 1.0;
+        let found = outer_radius(&snapshot, spacing) / RADIUS - 1.0;
         let layers = height / spacing;
         if spacing > 0.06 * RADIUS {
             let reason = "not judged: five layers of particles; judged at 5 mm";

@@ -22,10 +22,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Depth of the reservoir (m), its length (m), and the unit of pressure (Pa).
 const DEPTH: f64 = 0.3;
-const GATE: f64 = 0.6;
+const GATE_POSITION: f64 = 0.6;
 const UNIT: f64 = 997.0 * 9.81 * DEPTH;
 /// Pressure that marks the arrival, over the unit; the quantiles at sensor 2 rise through it within 0.01.
-const ARRIVED: f64 = 0.2;
+const ARRIVAL_PRESSURE: f64 = 0.2;
 /// Averaging time of peaks, in units of `√(H/g)`: some periods of sound in the layer, and less than the rise of the median (0.14).
 const WINDOW: f64 = 0.1;
 /// Quantiles of 2.5 %, 50 % and 97.5 % of the peaks at sensors 1 to 3, over ρgH (Table 2 of the source, 100 tests, as
@@ -39,11 +39,11 @@ struct FloorRecord {
     /// Position of the front from the gate over the depth, over time.
     front: PressureCurve,
     /// Pressures at the sensors over the unit, over time.
-    sensors: [PressureCurve; 4],
+    sensor_pressures: [PressureCurve; 4],
 }
 
 impl FloorRecord {
-    fn of(report: &RunReport) -> Self {
+    fn from_report(report: &RunReport) -> Self {
         let time = (DEPTH / 9.81f64).sqrt();
         let scaled = |name: &str, zero: f64, unit: f64| -> PressureCurve {
             measure_series(report, name).iter().map(|(t, y)| (t / time, (y - zero) / unit)).collect()
@@ -53,12 +53,12 @@ impl FloorRecord {
             let dry = |(t, p): (f64, f64)| (t, if p.is_nan() { 0.0 } else { p });
             scaled(&format!("sensor{k}.pressure"), 0.0, UNIT).into_iter().map(dry).collect()
         };
-        Self { front: scaled("front", GATE, DEPTH), sensors: [1, 2, 3, 4].map(sensor) }
+        Self { front: scaled("front", GATE_POSITION, DEPTH), sensor_pressures: [1, 2, 3, 4].map(sensor) }
     }
 
     /// Arrival time of the water at sensor 2.
-    fn arrival(&self) -> f64 {
-        self.sensors[1].iter().find(|(_, p)| *p > ARRIVED).map_or(f64::NAN, |(t, _)| *t)
+    fn arrival_time(&self) -> f64 {
+        self.sensor_pressures[1].iter().find(|(_, p)| *p > ARRIVAL_PRESSURE).map_or(f64::NAN, |(t, _)| *t)
     }
 
     /// Speed of the front between one and three depths from the gate, over `√(gH)`.
@@ -68,7 +68,7 @@ impl FloorRecord {
 
     /// Largest mean over the window at a sensor.
     fn peak(&self, sensor: usize) -> f64 {
-        let curve = &self.sensors[sensor];
+        let curve = &self.sensor_pressures[sensor];
         let last = curve.last().map_or(0.0, |row| row.0) - WINDOW;
         let begins = curve.iter().map(|(t, _)| *t).filter(|t| *t < last);
         begins.map(|t| mean(curve, t, t + WINDOW)).max_or_nan()
@@ -104,13 +104,15 @@ impl DamExperiment {
     }
 
     /// Arrival time of each quantile: the last tests, the median, the first.
-    fn arrivals(&self) -> [f64; 3] {
-        self.quantiles.each_ref().map(|q| q.iter().find(|(_, p)| *p > ARRIVED).map_or(f64::NAN, |(t, _)| *t))
+    fn arrival_times(&self) -> [f64; 3] {
+        self.quantiles
+            .each_ref()
+            .map(|q| q.iter().find(|(_, p)| *p > ARRIVAL_PRESSURE).map_or(f64::NAN, |(t, _)| *t))
     }
 
     /// Means of the quantiles between two times after the arrival of the median.
-    fn means(&self, from: f64, to: f64) -> [f64; 3] {
-        let zero = self.arrivals()[1];
+    fn mean_quantiles(&self, from: f64, to: f64) -> [f64; 3] {
+        let zero = self.arrival_times()[1];
         self.quantiles.each_ref().map(|q| mean(q, zero + from, zero + to))
     }
 }
@@ -127,7 +129,7 @@ fn pressures(quick: bool) -> Result<BenchmarkOutcome, String> {
         let changes: Vec<_> =
             changes.iter().chain([&wall]).map(|(at, value)| (&**at, value.clone())).collect();
         let report = run_in_memory("sph", &patched_case(&load_case("sph/dam-pressure")?, &changes)?)?;
-        let course = FloorRecord::of(&report);
+        let course = FloorRecord::from_report(&report);
         judge(&mut outcome, floor, &course, &experiment);
         judge_blow(&mut outcome, (floor, quick), &course, &experiment);
         if let Some(cloud) = PointCloud::from_snapshot(&report.snapshot, "pressure", [0, 1]) {
@@ -140,12 +142,12 @@ fn pressures(quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, experiment: &DamExperiment) {
-    let [last, median, first] = experiment.arrivals();
+    let [last, median, first] = experiment.arrival_times();
     outcome.assert_close(
         format!("{floor} floor: arrival at sensor 2, over √(H/g)"),
         median,
         0.08,
-        course.arrival(),
+        course.arrival_time(),
         &format!("8 %, half of the 0.4 that lifting the gate takes: the computation has none; 95 % of the tests are in {first:.2} to {last:.2}"),
     );
     outcome.assert_close(
@@ -156,12 +158,12 @@ fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, expe
         "15 %, as sheet: mpm A-25 allows the same flow",
     );
     for (part, from, to) in [("first unit of time", 0.0, 1.0), ("plateau", 1.0, 1.5)] {
-        let [low, median, high] = experiment.means(from, to);
-        let begun = course.arrival();
+        let [low, median, high] = experiment.mean_quantiles(from, to);
+        let begun = course.arrival_time();
         outcome.assert_within(
             format!("{floor} floor: sensor 2, {part}: mean from {from} to {to} after the arrival, over ρgH"),
             &format!("{median:.3}, the median"),
-            mean(&course.sensors[1], begun + from, begun + to),
+            mean(&course.sensor_pressures[1], begun + from, begun + to),
             (low, high),
             "between the quantiles of 2.5 and 97.5 % over the tests",
         );
@@ -181,11 +183,11 @@ fn judge_blow(
     course: &FloorRecord,
     experiment: &DamExperiment,
 ) {
-    let begun = course.arrival();
+    let begun = course.arrival_time();
     let mut found = vec![(
         format!("{floor} floor: sensor 2, blow: mean from 0 to 0.2 after the arrival, over ρgH"),
-        experiment.means(0.0, 0.2),
-        mean(&course.sensors[1], begun, begun + 0.2),
+        experiment.mean_quantiles(0.0, 0.2),
+        mean(&course.sensor_pressures[1], begun, begun + 0.2),
     )];
     for (sensor, quantiles) in PEAKS.into_iter().enumerate() {
         let name = format!("{floor} floor: peak at sensor {}, over ρgH", sensor + 1);
@@ -223,8 +225,9 @@ fn draw(
     let mut second = LineChart::new("Pressure at sensor 2, 15 mm above the floor", time, "p / ρgH");
     for (floor, course) in courses {
         fronts.series.push(Series::new(format!("{floor} floor"), course.front.clone(), Style::Line));
-        let smoothed =
-            course.sensors[1].iter().map(|(t, _)| (*t, mean(&course.sensors[1], t - 0.05, t + 0.05)));
+        let smoothed = course.sensor_pressures[1]
+            .iter()
+            .map(|(t, _)| (*t, mean(&course.sensor_pressures[1], t - 0.05, t + 0.05)));
         second.series.push(Series::new(format!("{floor} floor"), smoothed.collect(), Style::Line));
     }
     fronts.series.push(Series::new("experiment", experiment.front.clone(), Style::Markers));

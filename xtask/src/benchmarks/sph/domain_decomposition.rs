@@ -20,10 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Number of compared steps (V-26).
 const STEPS: usize = 200;
 /// Steps between two checks of the particles' ranks.
-const LOOK: usize = 20;
+const STEPS_PER_CHECK: usize = 20;
 
 /// Time at which the steps begin (s): in the first 200 of all the column has hardly moved.
-const FALLEN: f64 = 0.1;
+const FALL_DURATION: f64 = 0.1;
 
 /// Column of set S in ranks, at the start; a tenth as stiff, for larger steps so that it moves within 200 steps.
 fn column(ranks: u32) -> Result<Case, String> {
@@ -39,7 +39,7 @@ fn column(ranks: u32) -> Result<Case, String> {
 }
 
 /// Solver that continues from a checkpoint.
-fn from(mut checkpoint: &[u8], ranks: u32) -> Result<Box<dyn Solver>, String> {
+fn resumed_solver(mut checkpoint: &[u8], ranks: u32) -> Result<Box<dyn Solver>, String> {
     let mut solver = start(&column(ranks)?)?;
     solver.restore(&mut checkpoint).map_err(|error| error.to_string())?;
     solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
@@ -60,27 +60,27 @@ fn apart(a: &Snapshot, b: &Snapshot) -> f64 {
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut alone = start(&column(1)?)?;
-    while alone.time() < FALLEN {
+    while alone.time() < FALL_DURATION {
         advance(&mut *alone)?;
     }
-    let checkpoint = alone.saved().map_err(|error| error.to_string())?;
+    let checkpoint = alone.checkpoint_bytes().map_err(|error| error.to_string())?;
     for _ in 0..STEPS {
         advance(&mut *alone)?;
     }
     let expected = alone.snapshot();
-    let begun = from(&checkpoint, 1)?.snapshot();
+    let begun = resumed_solver(&checkpoint, 1)?.snapshot();
     outcome.info(
-        format!("farthest way of a particle in the {STEPS} steps from {FALLEN} s (m)"),
+        format!("farthest way of a particle in the {STEPS} steps from {FALL_DURATION} s (m)"),
         "",
         apart(&begun, &expected),
         "for scale: the spacing is 0.005 m",
     );
     for ranks in [1, 2, 3, 8] {
-        let mut solver = from(&checkpoint, ranks)?;
+        let mut solver = resumed_solver(&checkpoint, ranks)?;
         let (mut migrated, mut before) = (0, Vec::new());
         for step in 0..STEPS {
             advance(&mut *solver)?;
-            if step % LOOK == 0 {
+            if step % STEPS_PER_CHECK == 0 {
                 let now = owners(&solver.snapshot());
                 migrated += now.iter().zip(&before).filter(|(a, b)| a != b).count();
                 before = now;
@@ -107,10 +107,10 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
             );
             let mut held = vec![0.0f64; ranks as usize];
             owners(&found).iter().for_each(|rank| held[*rank as usize] += 1.0);
-            let most = held.iter().copied().max_or_nan();
+            let maximum = held.iter().copied().max_or_nan();
             let mean = held.iter().sum::<f64>() / f64::from(ranks);
             let reason = "not judged: ranks are balanced by neighbours, within 1.1 (sheet: sph §3.9)";
-            outcome.info(name("most particles in a rank over the mean"), "about 1", most / mean, reason);
+            outcome.info(name("most particles in a rank over the mean"), "about 1", maximum / mean, reason);
         }
     }
     Ok(outcome)

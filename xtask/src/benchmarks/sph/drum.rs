@@ -13,16 +13,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "Bui & Nguyen 2021, Fig. 9; sheet: sph B-01",
     short_seconds: None,
     full_seconds: 45,
-    run: |_| turn(0.004),
+    run: |_| run_drum(0.004),
 };
 
 /// Drum at the sheet's spacing.
-pub const FINE: Benchmark = Benchmark {
+pub const FINE_DRUM: Benchmark = Benchmark {
     id: "sph/drum-fine",
     title: "Half-full drum that turns, 2 mm, SPH",
     short_seconds: None,
     full_seconds: 110,
-    run: |_| turn(0.002),
+    run: |_| run_drum(0.002),
     ..BENCHMARK
 };
 
@@ -46,7 +46,7 @@ fn angle(snapshot: &Snapshot) -> f64 {
     regression_slope(&points).atan().to_degrees()
 }
 
-fn turn(spacing: f64) -> Result<BenchmarkOutcome, String> {
+fn run_drum(spacing: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut case = load_case("sph/drum")?;
     set_method_option(&mut case, "sph", "spacing", spacing);

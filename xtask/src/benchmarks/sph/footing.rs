@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     source: "Prandtl 1921; Bui & Nguyen 2021, Fig. 24; sheet: sph V-39",
     short_seconds: Some(30),
     full_seconds: 220,
-    run: |quick| push(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
+    run: |quick| run_footing(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
 };
 
 /// Clay under a smooth footing.
@@ -29,7 +29,7 @@ pub const SMOOTH: Benchmark = Benchmark {
     title: "Smooth strip footing: Prandtl's bearing capacity, SPH",
     short_seconds: Some(30),
     full_seconds: 220,
-    run: |quick| push(&[SLIPPERY], if quick { &[0.1] } else { &[0.1, 0.05] }),
+    run: |quick| run_footing(&[SLIPPERY], if quick { &[0.1] } else { &[0.1, 0.05] }),
     ..BENCHMARK
 };
 
@@ -39,7 +39,7 @@ pub const SOILS: Benchmark = Benchmark {
     title: "Strip footing on other soils, SPH",
     short_seconds: None,
     full_seconds: 34,
-    run: |_| push(&[CONE, FRICTION], &[0.1]),
+    run: |_| run_footing(&[CONE, FRICTION], &[0.1]),
     ..BENCHMARK
 };
 
@@ -49,7 +49,7 @@ pub const SOILS_FINE: Benchmark = Benchmark {
     title: "Strip footing on other soils, a twentieth of its width, SPH",
     short_seconds: None,
     full_seconds: 320,
-    run: |_| push(&[CONE, FRICTION], &[0.05]),
+    run: |_| run_footing(&[CONE, FRICTION], &[0.05]),
     ..BENCHMARK
 };
 
@@ -63,7 +63,7 @@ struct FootingSoil {
     /// Whether the soil slips along the footing.
     slips: bool,
     /// Half of the width of the domain (m).
-    reach: f64,
+    half_width: f64,
     /// Duration of the footing's motion (s).
     duration: f64,
 }
@@ -73,7 +73,7 @@ const CLAY: FootingSoil = FootingSoil {
     matching: "plane-strain",
     friction: 0.0,
     slips: false,
-    reach: 4.0,
+    half_width: 4.0,
     duration: 6.0,
 };
 const SLIPPERY: FootingSoil = FootingSoil { name: "smooth footing", slips: true, ..CLAY };
@@ -81,7 +81,7 @@ const CONE: FootingSoil = FootingSoil { name: "cone through compression", matchi
 /// Frictional soil. The exit of Prandtl's mechanism is 3.77 m from the middle, 4.14 m with the effective width. The mechanism takes three
 /// times the load, and so three times the displacement.
 const FRICTION: FootingSoil =
-    FootingSoil { name: "friction of 25 degrees", friction: 25.0, reach: 6.0, duration: 16.0, ..CLAY };
+    FootingSoil { name: "friction of 25 degrees", friction: 25.0, half_width: 6.0, duration: 16.0, ..CLAY };
 
 impl FootingSoil {
     /// Prandtl's bearing capacity over cohesion.
@@ -98,8 +98,8 @@ impl FootingSoil {
 
     fn case(&self, spacing: f64) -> Result<Case, String> {
         let mut case = load_case("sph/footing")?;
-        case.domain.max[0] = self.reach;
-        case.bodies[0].shape = Shape::Box { min: vec![0.0, 0.0], max: vec![self.reach, SOIL] };
+        case.domain.max[0] = self.half_width;
+        case.bodies[0].shape = Shape::Box { min: vec![0.0, 0.0], max: vec![self.half_width, SOIL] };
         case.stages[0].duration = self.duration;
         let angle = || Value::from(self.friction);
         let keys =
@@ -130,7 +130,7 @@ fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
         .zip(&stress)
         .zip(&snapshot.extents)
         .filter(|((x, _), _)| DEPTHS.contains(&(SOIL - x[1])))
-        .map(|((_, s), e)| -s.at(1, 1) * e[0] * e[1])
+        .map(|((_, s), e)| -s.component(1, 1) * e[0] * e[1])
         .sum();
     let depth = DEPTHS.end - DEPTHS.start;
     force / depth / (0.5 * width) / COHESION
@@ -140,8 +140,8 @@ fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
 /// the footing and beside it moves down half as fast, with associated friction too. The side is the regression line through the positions
 /// in the columns under the footing where the mean velocity between two frames passes three quarters of the footing's.
 fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
-    let way = SPEED * (last.time - first.time);
-    let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / way;
+    let settlement = SPEED * (last.time - first.time);
+    let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / settlement;
     let under = initial_positions(first)
         .into_iter()
         .enumerate()
@@ -152,7 +152,7 @@ fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     regression_slope(&side).atan().to_degrees()
 }
 
-fn push(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
+fn run_footing(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for soil in soils {
         let mut chart = LineChart::new(
@@ -161,7 +161,7 @@ fn push(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, Str
             "pressure over cohesion",
         );
         for &spacing in spacings {
-            let curve = settle(&mut outcome, soil, spacing)?;
+            let curve = load_curve(&mut outcome, soil, spacing)?;
             chart.series.push(Series::new(format!("spacing {spacing} m"), curve, Style::Line));
         }
         let (exact, end) = (soil.capacity(), SPEED * soil.duration / WIDTH);
@@ -172,7 +172,7 @@ fn push(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, Str
 }
 
 /// Pushes the footing into a soil; returns the pressure over the cohesion against the settlement over the width.
-fn settle(
+fn load_curve(
     outcome: &mut BenchmarkOutcome,
     soil: &FootingSoil,
     spacing: f64,

@@ -42,7 +42,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
         judge(&mut outcome, wall, bound, reason, &snapshot);
         let column =
             snapshot.positions.iter().zip(stresses(&snapshot)).filter(|(x, _)| (x[0] - 0.1).abs() < 0.005);
-        let points = column.map(|(x, s)| (x[1], s.at(1, 1))).collect();
+        let points = column.map(|(x, s)| (x[1], s.component(1, 1))).collect();
         chart.series.push(Series::new(format!("{wall} wall"), points, Style::Markers));
     }
     outcome.svg("Stress of the particles in the middle of the column.", &chart)?;
@@ -52,7 +52,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
 fn judge(outcome: &mut BenchmarkOutcome, wall: &str, bound: f64, reason: &str, snapshot: &Snapshot) {
     let errors = snapshot.positions.iter().zip(stresses(snapshot)).map(|(x, s)| {
         let vertical = -WEIGHT * (HEIGHT - x[1]);
-        [s.at(1, 1) - vertical, s.at(0, 0) - K0 * vertical, s.at(2, 2) - K0 * vertical]
+        [s.component(1, 1) - vertical, s.component(0, 0) - K0 * vertical, s.component(2, 2) - K0 * vertical]
     });
     let errors: Vec<[f64; 3]> = errors.collect();
     let rms = |c: usize| {

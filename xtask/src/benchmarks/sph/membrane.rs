@@ -52,7 +52,9 @@ fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         if r > 0.35 {
             continue;
         }
-        stress = stress.max((s.at(0, 0) / -PRESSURE - 1.0).abs()).max((s.at(1, 1) / -PRESSURE - 1.0).abs());
+        stress = stress
+            .max((s.component(0, 0) / -PRESSURE - 1.0).abs())
+            .max((s.component(1, 1) / -PRESSURE - 1.0).abs());
         if r > 0.1 {
             let along = (u[0] * start[0] + u[1] * start[1]) / r;
             radial = radial.max((along / (rate * r) - 1.0).abs());
@@ -77,13 +79,13 @@ fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 }
 
 /// Mean deviatoric stress, mean pressure and lateral stress of the middle third (Pa).
-fn middle(snapshot: &Snapshot) -> [f64; 3] {
+fn middle_stresses(snapshot: &Snapshot) -> [f64; 3] {
     let inside =
         snapshot.positions.iter().zip(stresses(snapshot)).filter(|(x, _)| (x[2] - 0.05).abs() < 1.0 / 60.0);
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     for (_, s) in inside {
-        let lateral = -0.5 * (s.at(0, 0) + s.at(1, 1));
-        let axial = -s.at(2, 2);
+        let lateral = -0.5 * (s.component(0, 0) + s.component(1, 1));
+        let axial = -s.component(2, 2);
         for (sum, value) in sums.iter_mut().zip([axial - lateral, (axial + 2.0 * lateral) / 3.0, lateral]) {
             *sum += value;
         }
@@ -105,7 +107,7 @@ fn triaxial(outcome: &mut BenchmarkOutcome, pressure: f64) -> Result<Vec<(f64, f
     }
     case.stages[0].duration *= pressure / 5e4;
     let report = run_in_memory("sph", &case)?;
-    let path: Vec<[f64; 3]> = report.frames.iter().map(middle).collect();
+    let path: Vec<[f64; 3]> = report.frames.iter().map(middle_stresses).collect();
     let name = |what: &str| format!("{} kPa: {what}", pressure / 1e3);
     let peak = (0..path.len()).max_by(|&a, &b| path[a][0].total_cmp(&path[b][0])).unwrap_or(0);
     let reason = "B-05: σ1 = 3 σ3 for 30 degrees and no cohesion, ± 5 %";

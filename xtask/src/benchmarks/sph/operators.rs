@@ -40,7 +40,7 @@ fn wave_laplacian(x: &[f64; 2]) -> f64 {
 }
 
 /// Largest error over the unit square of `found(cloud, field, i)`.
-fn worst(
+fn max_error(
     n: usize,
     disorder: f64,
     field: ScalarFunction,
@@ -58,7 +58,7 @@ fn worst(
 }
 
 fn gradient(operator: Gradient, n: usize, disorder: f64) -> Result<f64, String> {
-    worst(n, disorder, linear, |cloud, f, i, _| {
+    max_error(n, disorder, linear, |cloud, f, i, _| {
         cloud.gradient(operator, f, i).iter().map(|g| (g - 1.0).abs()).max_or_nan()
     })
 }
@@ -70,7 +70,7 @@ fn laplacian(
     field: ScalarFunction,
     exact: ScalarFunction,
 ) -> Result<f64, String> {
-    worst(n, disorder, field, |cloud, f, i, x| cloud.laplacian(operator, f, i) - exact(x))
+    max_error(n, disorder, field, |cloud, f, i, x| cloud.laplacian(operator, f, i) - exact(x))
 }
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -181,11 +181,17 @@ fn laplacians(
 }
 
 fn orders(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut order = |operator, label: &str, disorder: f64, least: f64| -> Result<(), String> {
+    let mut order = |operator, label: &str, disorder: f64, smallest: f64| -> Result<(), String> {
         let error = |n| laplacian(operator, n, disorder, wave, wave_laplacian);
         let slope = (error(20)? / error(80)?).log2() / 2.0;
         let name = format!("order of {label} for sin πx sin πy, disorder {disorder}");
-        outcome.assert_within(name, &format!("at least {least}"), slope, (least, f64::INFINITY), "V-04");
+        outcome.assert_within(
+            name,
+            &format!("at least {smallest}"),
+            slope,
+            (smallest, f64::INFINITY),
+            "V-04",
+        );
         Ok(())
     };
     order(Laplacian::BuiNguyen, "the new operator", 0.0, 1.9)?;

@@ -33,13 +33,13 @@ struct PairingRecord {
 }
 
 impl PairingRecord {
-    fn at(&self, second: usize) -> f64 {
+    fn nearest_at(&self, second: usize) -> f64 {
         self.kinetic.get(second).map_or(f64::NAN, |(_, k)| *k)
     }
 
     /// Rate of growth of the speed between two seconds (1/s).
     fn growth(&self, from: usize, to: usize) -> f64 {
-        0.5 * (self.at(to) / self.at(from)).ln() / (to - from) as f64
+        0.5 * (self.nearest_at(to) / self.nearest_at(from)).ln() / (to - from) as f64
     }
 }
 
@@ -58,7 +58,7 @@ fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord, String> {
+fn record_pairing(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord, String> {
     let mut course = PairingRecord { kinetic: Vec::new(), fastest: 0.0, closest: f64::NAN };
     while solver.time() < seconds {
         let due = solver.time() >= course.kinetic.len() as f64;
@@ -93,7 +93,7 @@ fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     pairing(&mut outcome, quick)?;
-    unbalanced(&mut outcome, if quick { 10.0 } else { 20.0 })?;
+    check_disorder(&mut outcome, if quick { 10.0 } else { 20.0 })?;
     Ok(outcome)
 }
 
@@ -140,7 +140,7 @@ const PAIRING_ROWS: [(&str, f64, PairingRequirement); 9] = [
 impl PairingRequirement {
     /// Adds the checks of a run; `name` makes their titles.
     fn check(self, outcome: &mut BenchmarkOutcome, course: &PairingRecord, name: &dyn Fn(&str) -> String) {
-        let ratio = course.at(20) / course.at(12);
+        let ratio = course.nearest_at(20) / course.nearest_at(12);
         let ratio_title = name("kinetic energy at 20 s over that at 12 s");
         match self {
             Self::NoFaster => {
@@ -162,7 +162,7 @@ impl PairingRequirement {
             Self::Stable => {
                 outcome.assert_below(ratio_title, "no growth", ratio, 1.0, "V-34: stable");
                 let title = name("kinetic energy at 20 s (J/m)");
-                outcome.info(title, "3e-8 to 4e-8", course.at(20), "judged by its growth");
+                outcome.info(title, "3e-8 to 4e-8", course.nearest_at(20), "judged by its growth");
             }
             Self::Unjudged => {
                 let reason = "not judged: stable for the source, and the sheet's code drifts";
@@ -178,7 +178,7 @@ fn pairing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
         ..LineChart::new("Kinetic energy of a block under pressure", "time (s)", "kinetic energy (J/m)")
     };
     for &(kernel, smoothing, requirement) in if quick { &PAIRING_ROWS[..1] } else { &PAIRING_ROWS[..] } {
-        let course = follow(&mut *start(&setting(kernel, smoothing)?)?, 20.0)?;
+        let course = record_pairing(&mut *start(&setting(kernel, smoothing)?)?, 20.0)?;
         let name = |what: &str| format!("V-34, {kernel}, h = {smoothing} Δx: {what}");
         requirement.check(outcome, &course, &name);
         chart.series.push(Series::new(format!("{kernel}, {smoothing}"), course.kinetic, Style::Line));
@@ -187,7 +187,7 @@ fn pairing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
 }
 
 /// State of V-35: positions disordered by 5 % and pressures that differ by 10 %.
-fn disordered(id: u32, _: &[f64; 2]) -> PrescribedParticle<2> {
+fn disordered_particle(id: u32, _: &[f64; 2]) -> PrescribedParticle<2> {
     let scattered = |step: f64| 2.0 * (f64::from(id + 1) * step).fract() - 1.0;
     let (u, w) = (scattered(0.618_033_988_749_894_9), scattered(0.754_877_666_246_692_7));
     let shift = [u, w].map(|c| 0.05 * SPACING * c);
@@ -203,7 +203,7 @@ fn disordered(id: u32, _: &[f64; 2]) -> PrescribedParticle<2> {
 /// Checks V-35: disorder of 5 % and stresses that differ by 10 %. In form (57) the uniform part of the stress has no effect, while it moves
 /// the disordered particles with (54) at once; the errors of (57) amplify themselves, until particles are ejected through the frame and the
 /// run stops.
-fn unbalanced(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String> {
+fn check_disorder(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String> {
     let mut chart = LineChart {
         log: true,
         ..LineChart::new("Kinetic energy of disordered particles at rest", "time (s)", "kinetic energy (J/m)")
@@ -212,7 +212,7 @@ fn unbalanced(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String
     for (momentum, label) in [("rho2", "(54)"), ("difference", "(57)")] {
         let mut case = setting("cubic-spline", 1.2)?;
         set_method_option(&mut case, "sph", "momentum", momentum);
-        let particles = rates::<2>(&case, disordered).map_err(|error| error.to_string())?;
+        let particles = rates::<2>(&case, disordered_particle).map_err(|error| error.to_string())?;
         let sum = |c: usize| particles.iter().map(|p| p.mass * p.acceleration[c]).sum::<f64>().abs();
         let size: f64 = particles.iter().map(|p| p.mass * p.acceleration[0].hypot(p.acceleration[1])).sum();
         let drift = sum(0).max(sum(1)) / size;
@@ -223,7 +223,8 @@ fn unbalanced(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String
         } else {
             outcome.assert_above(name, "above 1e-6", drift, 1e-6, "V-35: momentum drifts");
         }
-        let mut solver = prepared_solver::<2>(&case, disordered).map_err(|error| error.to_string())?;
+        let mut solver =
+            prepared_solver::<2>(&case, disordered_particle).map_err(|error| error.to_string())?;
         let course = energies(&mut *solver, seconds as usize);
         chart.series.push(Series::new(label, course[1..].to_vec(), Style::Line));
         courses.push(course);

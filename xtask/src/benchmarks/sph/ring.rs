@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 const PRESSURE: f64 = 1e4;
 const SPACING: f64 = 0.1;
-const WAYS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
+const SAMPLINGS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
 
 /// Particle: position (m), distance from the centre (m), hoop stress (Pa).
 type HoopStressPoint = ([f64; 2], f64, f64);
@@ -42,20 +42,24 @@ fn kirsch(r: f64) -> f64 {
     0.5 * (2.0 + r.powi(-2) + 3.0 * r.powi(-4))
 }
 
-fn hoops(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
+fn hoop_stresses(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
     let hoop = |(x, s): (&[f64; 3], &colluvium::constitutive::SymTensor)| {
         let r = x[0].hypot(x[1]);
         let (c, n) = (x[0] / r, x[1] / r);
-        ([x[0], x[1]], r, s.at(0, 0) * n * n + s.at(1, 1) * c * c - 2.0 * s.at(0, 1) * c * n)
+        (
+            [x[0], x[1]],
+            r,
+            s.component(0, 0) * n * n + s.component(1, 1) * c * c - 2.0 * s.component(0, 1) * c * n,
+        )
     };
     snapshot.positions.iter().zip(&stresses(snapshot)).map(hoop).collect()
 }
 
 /// Least, mean and largest of values.
-fn spread(values: &[f64]) -> [f64; 3] {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    [least, values.iter().sum::<f64>() / values.len() as f64, most]
+fn min_mean_max(values: &[f64]) -> [f64; 3] {
+    let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    [smallest, values.iter().sum::<f64>() / values.len() as f64, largest]
 }
 
 fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
@@ -64,18 +68,18 @@ fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         "distance from the centre (m)",
         "hoop stress (kPa)",
     );
-    for (name, sampling) in WAYS {
+    for (name, sampling) in SAMPLINGS {
         let mut case = load_case("sph/ring")?;
         case.bodies[0].sampling = sampling;
-        let all = hoops(&run_in_memory("sph", &case)?.snapshot);
+        let all = hoop_stresses(&run_in_memory("sph", &case)?.snapshot);
         let first: Vec<f64> =
             all.iter().filter(|(_, r, _)| *r < 1.0 + SPACING).map(|(_, r, s)| s / lame(*r)).collect();
-        let [least, mean, most] = spread(&first);
+        let [smallest, mean, maximum] = min_mean_max(&first);
         let label = |what: &str| format!("ring, {name}: hoop stress of the first row over Lamé, {what}");
         if sampling == Sampling::Fitted {
             let reason = "issue: 5 % at ten particles to the inner radius; the load acts half a spacing within the edge, which \
                           makes it 5 % larger";
-            for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
+            for (what, found) in [("least", smallest), ("mean", mean), ("largest", maximum)] {
                 outcome.assert_close(label(what), 1.0, 0.05, found, reason);
             }
             let off = all.iter().map(|(_, r, s)| (s / lame(*r) - 1.0).abs()).fold(0.0, f64::max);
@@ -83,7 +87,7 @@ fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             outcome.assert_below(name, "0", off, 0.05, "as in the first row");
         } else {
             let reason = "not judged: round edges are stepped on a lattice; for comparison";
-            for (what, found) in [("least", least), ("mean", mean), ("largest", most)] {
+            for (what, found) in [("least", smallest), ("mean", mean), ("largest", maximum)] {
                 outcome.info(label(what), "1", found, reason);
             }
         }
@@ -109,18 +113,18 @@ fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         "distance from the centre of the hole (m)",
         "stress over that far away",
     );
-    for (name, sampling) in WAYS {
+    for (name, sampling) in SAMPLINGS {
         let mut case = load_case("sph/plate-with-hole")?;
         case.bodies[0].sampling = sampling;
         let snapshot = run_in_memory("sph", &case)?.snapshot;
         let all: Vec<([f64; 2], f64)> = (snapshot.positions.iter().zip(&stresses(&snapshot)))
-            .map(|(x, s)| ([x[0], x[1]], s.at(0, 0)))
+            .map(|(x, s)| ([x[0], x[1]], s.component(0, 0)))
             .collect();
         let far: Vec<f64> = (all.iter())
             .filter(|([x, y], _)| (4.5..6.5).contains(&x.abs()) && y.abs() < 4.5)
             .map(|(_, s)| *s)
             .collect();
-        let [_, far, _] = spread(&far);
+        let [_, far, _] = min_mean_max(&far);
         // Within six degrees of the line across the tension.
         let beside: Vec<(f64, f64)> = (all.iter())
             .filter(|([x, y], _)| x.abs() < 0.105 * y.abs() && x.hypot(*y) < 3.0)
@@ -132,7 +136,7 @@ fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
                 .filter(|(r, _)| (from..from + SPACING).contains(r))
                 .map(|(r, s)| s / kirsch(*r))
                 .collect();
-            let [_, mean, _] = spread(&of_row);
+            let [_, mean, _] = min_mean_max(&of_row);
             let label = format!("plate, {name}: stress of row {} beside the hole over Kirsch", row + 1);
             if sampling == Sampling::Fitted && row == 1 {
                 outcome.assert_close(

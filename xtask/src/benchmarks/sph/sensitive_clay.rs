@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Resolutions of the source, to the end.
-pub const FINE: Benchmark = Benchmark {
+pub const FINE_RUNS: Benchmark = Benchmark {
     id: "sph/sensitive-clay-fine",
     title: "Retrogressive slope of sensitive clay at the source's resolutions, SPH",
     short_seconds: None,
@@ -29,7 +29,7 @@ pub const FINE: Benchmark = Benchmark {
 };
 
 /// Initial toe (m), and duration of gravity before the release (s).
-const TOE: f64 = 25.0;
+const TOE_AND_GRAVITY_TIME: f64 = 25.0;
 const RELEASE: f64 = 1.0;
 /// Spacing of the sheet's reference runs (m).
 const COARSE: f64 = 0.24;
@@ -38,10 +38,14 @@ const SHEET: [(f64, f64); 7] =
     [(2.0, 3.2), (4.0, 12.0), (6.0, 17.9), (9.0, 20.9), (13.0, 24.5), (18.0, 26.9), (20.0, 27.3)];
 
 fn advance(report: &RunReport, spacing: f64) -> Vec<(f64, f64)> {
-    report.frames.iter().map(|frame| (frame.time - RELEASE, connected_front(frame, spacing) - TOE)).collect()
+    report
+        .frames
+        .iter()
+        .map(|frame| (frame.time - RELEASE, connected_front(frame, spacing) - TOE_AND_GRAVITY_TIME))
+        .collect()
 }
 
-fn at(curve: &[(f64, f64)], time: f64) -> f64 {
+fn value_at(curve: &[(f64, f64)], time: f64) -> f64 {
     curve
         .iter()
         .min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()))
@@ -76,7 +80,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let reason = "not judged: B-12 judges the cone through triaxial compression and has this one reported";
     for (time, place) in [(2.0, "4.1"), (4.0, "13.9")] {
         let name = format!("coarse, cone of plane strain: advance of the front after {time} s (m)");
-        outcome.info(name, place, at(&curve, time), reason);
+        outcome.info(name, place, value_at(&curve, time), reason);
     }
     Ok(outcome)
 }
@@ -91,7 +95,7 @@ fn slopes(quick: bool) -> Result<BenchmarkOutcome, String> {
     }
     coarse(&mut outcome, &mut chart, &case)?;
     if !quick {
-        fine(&mut outcome, &mut chart, &case)?;
+        check_fine_runs(&mut outcome, &mut chart, &case)?;
     }
     outcome.svg("Advance of the front, the sheet's reference run as markers.", &chart)?;
     Ok(outcome)
@@ -104,12 +108,12 @@ fn coarse(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, case: &Case) ->
     let name = "coarse: advance of the front after 4 s (m)";
     let reason =
         "B-12, for continuous integration: 12.0 ± 2 m at 4 s, the sheet's reference run at the same spacing";
-    outcome.assert_within(name, "12.0 ± 2", at(&curve, 4.0), (10.0, 14.0), reason);
+    outcome.assert_within(name, "12.0 ± 2", value_at(&curve, 4.0), (10.0, 14.0), reason);
     for (time, place) in
         SHEET.into_iter().filter(|(time, _)| *time != 4.0 && *time <= curve[curve.len() - 1].0)
     {
         let name = format!("coarse: advance of the front after {time} s (m)");
-        outcome.info(name, &place.to_string(), at(&curve, time), "not judged: the sheet judges 4 s");
+        outcome.info(name, &place.to_string(), value_at(&curve, time), "not judged: the sheet judges 4 s");
     }
     let (claim, steps) = ("at least 2 at the source's resolution", slides(&report, 0.5) as f64);
     outcome.info("coarse: steps of the scarp", claim, steps, "not judged: coarse");
@@ -122,7 +126,7 @@ fn coarse(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, case: &Case) ->
 }
 
 /// Checks runs at the resolutions of the source.
-fn fine(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, case: &Case) -> Result<(), String> {
+fn check_fine_runs(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, case: &Case) -> Result<(), String> {
     let mut ends = Vec::new();
     for spacing in [0.12, 0.10, 0.08] {
         let mut fine = case.clone();
@@ -132,11 +136,11 @@ fn fine(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, case: &Case) -> R
         let curve = advance(&report, spacing);
         let name = format!("spacing {spacing} m: run-out after 20 s (m)");
         let reason = "B-12: 20 m -5/+9 m at 20 s with the source's smoothing length";
-        outcome.assert_within(name, "20 -5/+9", at(&curve, 20.0), (15.0, 29.0), reason);
+        outcome.assert_within(name, "20 -5/+9", value_at(&curve, 20.0), (15.0, 29.0), reason);
         let name = format!("spacing {spacing} m: steps of the scarp");
         let stages = slides(&report, 0.5) as f64;
         outcome.assert_within(name, "at least 2", stages, (2.0, 100.0), "B-12: two distinct stages");
-        ends.push(at(&curve, 20.0));
+        ends.push(value_at(&curve, 20.0));
         chart.series.push(Series::new(format!("spacing {spacing} m"), curve, Style::Line));
     }
     let name = "run-out with a spacing of 0.12 m over that with 0.1 m";

@@ -25,7 +25,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     rotation(&mut outcome)?;
     elastic(&mut outcome)?;
-    slow(&mut outcome, quick)?;
+    check_slow_tension(&mut outcome, quick)?;
     plastic(&mut outcome)?;
     every_law(&mut outcome)?;
     Ok(outcome)
@@ -63,13 +63,13 @@ fn mean(stresses: &[SymTensor]) -> SymTensor {
 /// Smallest distance of two particles over the spacing.
 pub(super) fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     let x = &snapshot.positions;
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     for (i, a) in x.iter().enumerate() {
         for b in &x[i + 1..] {
-            least = least.min((a[0] - b[0]).hypot(a[1] - b[1]));
+            smallest = smallest.min((a[0] - b[0]).hypot(a[1] - b[1]));
         }
     }
-    least / spacing
+    smallest / spacing
 }
 
 /// Checks V-14: ten turns in chords, the motion of a rotating body in steps.
@@ -190,7 +190,7 @@ fn judge_elastic(
 
 /// Checks the tensile instability, which grows with time, not with strain: a slow block in tension clumps before the strain at which it is
 /// judged. Under a pressure above its tensions it has none.
-fn slow(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
+fn check_slow_tension(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let rates: &[f64] = if quick { &[0.1] } else { &[0.1, 0.03] };
     for &rate in rates {
         let found = shear_elastic(&frame(rate, 0.5 * SHEAR_MODULUS)?, rate)?;
@@ -204,11 +204,11 @@ fn slow(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     }
     let reason = "not judged: the sheet gives no rate. The growth of the instability in tension is a matter of time: at \
                   0.1/s the unconfined block clumps where it does not at 1/s";
-    let least = closest(&solver.snapshot(), 0.5);
+    let smallest = closest(&solver.snapshot(), 0.5);
     outcome.info(
         "V-30, 0.1/s without pressure: closest particles over the spacing at γ = 0.3",
         "1",
-        least,
+        smallest,
         reason,
     );
     Ok(())
@@ -263,18 +263,18 @@ fn plastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks the frame against the law alone, for every law in rate form.
 fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
-    let mut seen: Vec<&str> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
     for mut spec in MaterialSpec::examples() {
         // A band has the same length in the frame and in the law alone: that of a particle, below which the example does not snap back.
         if let MaterialSpec::DoubleScale(law) = &mut spec {
             law.size = Some(0.5);
         }
-        let facts = spec.facts();
+        let facts = spec.model_info();
         if facts.kind != ModelFamily::Solid || !facts.strain.contains("rate") {
             continue;
         }
-        let number = seen.iter().filter(|name| **name == spec.name()).count() + 1;
-        seen.push(spec.name());
+        let number = names.iter().filter(|name| **name == spec.name()).count() + 1;
+        names.push(spec.name());
         let name = format!(
             "frame against the law: {} {number}, largest difference of stress over its size",
             spec.name()
@@ -295,17 +295,18 @@ fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// stress.
 fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     let (pressure, steps, shear) = (100e3, 150.0, 0.03);
-    let mut case = small(spec, 0.0, pressure)?;
+    let mut case = frame_case(spec, 0.0, pressure)?;
     let dt = start(&case)?.limit().dt;
     let rate = shear / (steps * dt);
     set_method_option(&mut case, "sph", "time_step", dt);
-    let path = beside_law(&mut case, spec, ShearPath { rate, pressure, shear, rows: 10, hourglass: 0.0 })?;
+    let path =
+        law_comparison(&mut case, spec, ShearPath { rate, pressure, shear, rows: 10, hourglass: 0.0 })?;
     let apart = path.iter().map(|(_, ours, law)| (*ours - *law).norm() / law.norm().max(1e-3 * pressure));
     Ok(apart.max_or_nan())
 }
 
 /// Case of the frame with 10 × 10 free particles of a material.
-fn small(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, String> {
+fn frame_case(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, String> {
     let mut case = frame(rate, pressure)?;
     case.materials.insert("m".into(), spec.clone());
     case.bodies[0].shape = parse(json!({ "kind": "box", "min": [-2.5, -2.5], "max": [2.5, 2.5] }))?;
@@ -336,10 +337,10 @@ pub(super) struct ShearPath {
 
 /// Simple shear of a block of 10 × 10 particles and of the law alone, along the path.
 pub(super) fn law_in_frame(spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
-    beside_law(&mut small(spec, path.rate, path.pressure)?, spec, path)
+    law_comparison(&mut frame_case(spec, path.rate, path.pressure)?, spec, path)
 }
 
-fn beside_law(case: &mut Case, spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
+fn law_comparison(case: &mut Case, spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
     let ShearPath { rate, pressure, shear, rows, hourglass } = path;
     set_method_option(case, "sph", "hourglass_viscosity", hourglass);
     for body in &mut case.bodies {

@@ -32,18 +32,18 @@ const SLOPE: HomogeneousSlope = HomogeneousSlope {
     friction_angle: 31.2,
 };
 /// Position of the toe of the case (m); the slope rises towards smaller x.
-const TOE: f64 = 1.1;
+const TOE_POSITION: f64 = 1.1;
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let circle = limit_equilibrium(&mut outcome)?;
-    associated(&mut outcome)?;
-    proposed(&mut outcome, circle.safety_factor)?;
+    check_associated_flow(&mut outcome)?;
+    check_zero_dilatancy(&mut outcome, circle.safety_factor)?;
     let cone = safety(&search(&[("matching", "compression".into())], [1.0, 3.0])?)?;
     let reason =
         "V-40: with the compression cone the friction angle of plane strain is 46.3 degrees: clearly larger";
     let claim = "clearly above 1.23";
-    outcome.assert_within("compression cone: stable at", claim, cone.stable, (1.29, 3.0), reason);
+    outcome.assert_within("compression cone: stable at", claim, cone.stable_factor, (1.29, 3.0), reason);
     let reason = "V-40: within two spacings of Bishop's circle, which meets the crest at about 0.70 m; with associated flow, on which \
                   Bishop's method rests, as for the factor";
     surface(&mut outcome, &circle, ("associated flow", SLOPE.friction_angle, 1.25), reason)?;
@@ -101,21 +101,21 @@ fn safety(case: &Case) -> Result<SafetyResult, String> {
 }
 
 /// Checks associated flow, with the strength that limit equilibrium assumes.
-fn associated(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_associated_flow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dilatancy = SLOPE.friction_angle.into();
     let found = safety(&search(&[("dilatancy_angle", dilatancy)], [1.0, 2.0])?)?;
     let reason = "V-40: 1.23 ± 0.06; with associated flow, on which Bishop's method rests";
     outcome.assert_within(
         "associated flow: largest factor at which the slope is stable",
         "1.23 ± 0.06",
-        found.stable,
+        found.stable_factor,
         BAND,
         reason,
     );
     outcome.assert_within(
         "associated flow: least factor at which it fails",
         "1.23 ± 0.06",
-        found.failed,
+        found.failing_factor,
         BAND,
         reason,
     );
@@ -125,7 +125,7 @@ fn associated(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Checks flow without dilatancy, as the sheet proposes. Slip lines then mobilise `sin φ` and `c cos φ` only (Davis 1968), which divides
 /// Bishop's factor `B` by `1 / cos φ_r`: `F² = B² - tan² φ` is the least to expect, `B` the most.
-fn proposed(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(), String> {
+fn check_zero_dilatancy(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(), String> {
     let found = safety(&search(&[], [1.0, 2.0])?)?;
     let davis = (bishop * bishop - SLOPE.friction_angle.to_radians().tan().powi(2)).sqrt();
     let reason = "derived: between Davis's reduced strength and Bishop's factor";
@@ -133,7 +133,7 @@ fn proposed(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(), String> {
     outcome.assert_within(
         "no dilatancy: least factor at which it fails",
         &claim,
-        found.failed,
+        found.failing_factor,
         (davis, bishop),
         reason,
     );
@@ -141,7 +141,7 @@ fn proposed(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(), String> {
     outcome.assert_within(
         "no dilatancy: least factor at which it fails, as proposed",
         "1.23 ± 0.06",
-        found.failed,
+        found.failing_factor,
         BAND,
         reason,
     );
@@ -171,7 +171,7 @@ fn surface(
         weakening.factor = factor;
     }
     let snapshot = run_in_memory("sph", &case)?.snapshot;
-    let entry = TOE - scarp(&snapshot);
+    let entry = TOE_POSITION - scarp(&snapshot);
     let range = (circle.crest_entry - 2.0 * SPACING, circle.crest_entry + 2.0 * SPACING);
     outcome.assert_within(
         format!("{flow}: slip surface at the crest, distance from the toe (m)"),
@@ -180,7 +180,7 @@ fn surface(
         range,
         reason,
     );
-    let [sliding, bottom] = slip(&snapshot);
+    let [sliding, bottom] = slip_line(&snapshot);
     let exit = sliding.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min);
     outcome.assert_below(
         format!("{flow}: slip surface at the face, distance from the toe (m)"),
@@ -243,10 +243,11 @@ type PointPositions = Vec<(f64, f64)>;
 
 /// Particles that have moved by a quarter of the largest displacement, and the base of these in each column; on the initial shape, by
 /// distance from the toe and height. The base, to which the soil sticks, is at rest.
-fn slip(snapshot: &Snapshot) -> [PointPositions; 2] {
+fn slip_line(snapshot: &Snapshot) -> [PointPositions; 2] {
     let moved: Vec<f64> = vectors(snapshot, "displacement").iter().map(|u| u[0].hypot(u[1])).collect();
     let level = 0.25 * moved.iter().copied().max_or_nan();
-    let places: Vec<[f64; 2]> = initial_positions(snapshot).into_iter().map(|[x, y]| [TOE - x, y]).collect();
+    let places: Vec<[f64; 2]> =
+        initial_positions(snapshot).into_iter().map(|[x, y]| [TOE_POSITION - x, y]).collect();
     let base = places.iter().filter(|x| x[1] < SPACING).map(|x| ([x[0], 0.0], 0.0));
     let particles = || places.iter().copied().zip(moved.iter().copied());
     let sliding = particles().filter(|(_, u)| *u > level).map(|([x, y], _)| (x, y)).collect();
@@ -293,7 +294,7 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     );
     let reason = "derived: where a straight slope of the same area stands at residual strength by Bishop's method; the sheet's bound is \
                   a proposal";
-    let rest = standing(100.0, 15.0).ok_or("no circle")?;
+    let rest = stable_toe_displacement(100.0, 15.0).ok_or("no circle")?;
     outcome.info("softening slope: toe of the slope that stands at residual strength (m)", "", rest, reason);
     let (kinetic, potential) =
         (measure_series(&report, "kinetic_energy"), measure_series(&report, "potential_energy"));
@@ -321,7 +322,7 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 
 /// Displacement of the toe (m) when the slope has rotated about the middle of its face until Bishop's factor is one with this cohesion (Pa)
 /// and friction angle (degrees).
-fn standing(cohesion: f64, friction_angle: f64) -> Option<f64> {
+fn stable_toe_displacement(cohesion: f64, friction_angle: f64) -> Option<f64> {
     let (mut steep, mut flat) = (SLOPE.cotangent, 6.0);
     for _ in 0..12 {
         let cotangent = 0.5 * (steep + flat);

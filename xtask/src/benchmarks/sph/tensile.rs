@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const SPACING: f64 = 0.1;
 
 /// Share of the particles whose nearest neighbour is closer than `limit` (m), and the least distance (m).
-fn clumped(snapshot: &Snapshot, limit: f64) -> (f64, f64) {
+fn clumped_share(snapshot: &Snapshot, limit: f64) -> (f64, f64) {
     let x = &snapshot.positions;
     let nearest = |i: usize| {
         let others = x.iter().enumerate().filter(|(j, _)| *j != i);
@@ -36,23 +36,28 @@ struct TensileCure {
     name: &'static str,
     /// Kind of the option `tensile`, and its strength.
     option: Option<(&'static str, f64)>,
-    share: f64,
+    clumped_share: f64,
     front: f64,
 }
 
-const CURES: [TensileCure; 4] = [
-    TensileCure { name: "none", option: None, share: 0.123, front: 4.96 },
-    TensileCure { name: "stress 0.5", option: Some(("artificial-stress", 0.5)), share: 0.0025, front: 4.85 },
+const TENSILE_CURES: [TensileCure; 4] = [
+    TensileCure { name: "none", option: None, clumped_share: 0.123, front: 4.96 },
+    TensileCure {
+        name: "stress 0.5",
+        option: Some(("artificial-stress", 0.5)),
+        clumped_share: 0.0025,
+        front: 4.85,
+    },
     TensileCure {
         name: "pressure 0.5",
         option: Some(("artificial-pressure", 0.5)),
-        share: 0.029,
+        clumped_share: 0.029,
         front: 4.75,
     },
     TensileCure {
         name: "pressure 0.9",
         option: Some(("artificial-pressure", 0.9)),
-        share: 0.020,
+        clumped_share: 0.020,
         front: 4.87,
     },
 ];
@@ -68,12 +73,12 @@ impl TensileCure {
         );
         set_method_option(&mut case, "sph", "tensile", option);
         let snapshot = run_in_memory("sph", &case)?.snapshot;
-        let (share, least) = clumped(&snapshot, 0.7 * SPACING);
+        let (share, smallest) = clumped_share(&snapshot, 0.7 * SPACING);
         let front = connected_front(&snapshot, SPACING);
         let reason = "the sheet's reference run; judged below";
-        let claim = self.share.to_string();
+        let claim = self.clumped_share.to_string();
         outcome.info(format!("{name}: share closer than 0.7 spacings"), &claim, share, reason);
-        outcome.info(format!("{name}: least distance over spacing"), "", least / SPACING, reason);
+        outcome.info(format!("{name}: least distance over spacing"), "", smallest / SPACING, reason);
         outcome.info(format!("{name}: front (m)"), &self.front.to_string(), front, reason);
         if let (true, Some(cloud)) = (
             name == "none" || name == "stress 0.5",
@@ -88,7 +93,7 @@ impl TensileCure {
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut shares, mut fronts) = (Vec::new(), Vec::new());
-    for cure in &CURES {
+    for cure in &TENSILE_CURES {
         let (share, front) = cure.run(&mut outcome)?;
         shares.push(share);
         fronts.push(front);

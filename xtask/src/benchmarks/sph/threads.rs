@@ -17,7 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Makes steps on a pool of its own threads; returns the time (s).
-fn timed(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Result<f64, String> {
+fn time_of_steps(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Result<f64, String> {
     let start = Instant::now();
     pool.install(|| {
         for _ in 0..steps {
@@ -51,7 +51,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut best = [f64::INFINITY; 2];
     for _ in 0..batches {
         for ((pool, solver), best) in pools.iter().zip(&mut solvers).zip(&mut best) {
-            *best = best.min(timed(pool, &mut **solver, 20)?);
+            *best = best.min(time_of_steps(pool, &mut **solver, 20)?);
         }
     }
     let same = solvers[0].snapshot().hash() == solvers[1].snapshot().hash();

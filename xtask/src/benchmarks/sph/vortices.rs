@@ -26,7 +26,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const VISCOSITY: f64 = 0.01;
 /// Particles along the two sides of the cell of a lattice that is rotated by 29.9° and fits a periodic box: the number of particles in the
 /// box is the sum of their squares.
-const TURNED: [i64; 2] = [87, 50];
+const ROTATED_LATTICE_COUNTS: [i64; 2] = [87, 50];
 
 /// Velocity of a mode at a position, of amplitude one.
 type FlowMode = fn(&[f64; 3]) -> [f64; 2];
@@ -76,7 +76,7 @@ fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
     }
     let case = load("vortices/array.json")?;
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-    let turned = turned(case.clone(), folder.path())?;
+    let turned = rotated_lattice_case(case.clone(), folder.path())?;
     let runs = [("along the lattice", case), ("turned by 29.9° against the lattice", turned)];
     let exact = (-2.0 * VISCOSITY * TAU * TAU).exp();
     for (name, case) in runs {
@@ -151,8 +151,8 @@ fn energies(report: &RunReport) -> Vec<(f64, f64)> {
 }
 
 /// Case of the vortices on a lattice that is rotated against their box.
-fn turned(mut case: Case, folder: &Path) -> Result<Case, String> {
-    let [a, b] = TURNED;
+fn rotated_lattice_case(mut case: Case, folder: &Path) -> Result<Case, String> {
+    let [a, b] = ROTATED_LATTICE_COUNTS;
     let count = a * a + b * b;
     let mut text = "x,y\n".to_owned();
     for i in -(a + b)..=a + b {

@@ -45,7 +45,7 @@ pub(super) fn advance(solver: &mut dyn Solver) -> Result<f64, String> {
 
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
-    bar(&mut outcome)?;
+    check_bar(&mut outcome)?;
     strip(&mut outcome)?;
     damping(&mut outcome)?;
     limit(&mut outcome)?;
@@ -54,7 +54,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 
 /// Checks V-15: d'Alembert. Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches 0.6 m from its centre at 0.1 m after 5 ms
 /// and the free end after 9 ms, the other follows from the mirror with the opposite sign.
-fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+fn check_bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load("waves/case.json")?;
     let mut solver = start(&case)?;
     let (mut passing, mut end) = (Vec::new(), Vec::new());
@@ -74,13 +74,13 @@ fn bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (weight, sum) = positive.fold((0.0, 0.0), |(w, s), (t, v)| (w + v, s + v * t));
     let reason = "V-15: 2 % with 100 particles";
     outcome.assert_close("V-15, speed of the wave (m/s)", 100.0, 0.02, 0.5 / (sum / weight), reason);
-    let most = end.iter().map(|(_, v)| *v).max_or_nan();
+    let largest = end.iter().map(|(_, v)| *v).max_or_nan();
     let reason = "V-15: the 2 % of its speed; the outermost particle stands half a spacing inside";
     outcome.assert_close(
         "V-15, velocity of the free end over that of the wave",
         2.0,
         0.02,
-        most / 0.05,
+        largest / 0.05,
         reason,
     );
     let mut chart = LineChart::new("Velocity in an elastic bar", "time (s)", "velocity (m/s)");
@@ -150,8 +150,8 @@ fn limit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
         // Exactly this step: a run never takes longer than a stable step.
         let course = unchecked_energy_history(&case, dt, 2000).map_err(|error| error.to_string())?;
-        let most = |steps: Range<usize>| steps.map(|step| course[step]).fold(0.0, f64::max);
-        Ok(if course.len() == 2001 { most(1001..2001) / most(1..1001) } else { f64::INFINITY })
+        let maximum = |steps: Range<usize>| steps.map(|step| course[step]).fold(0.0, f64::max);
+        Ok(if course.len() == 2001 { maximum(1001..2001) / maximum(1..1001) } else { f64::INFINITY })
     };
     let reason = "V-19: no growth over 2000 steps; the largest kinetic energy of the second thousand over that of the first";
     outcome.assert_below("V-19, c dt / h = 1.7", "no growth", growth(1.7)?, 1.05, reason);

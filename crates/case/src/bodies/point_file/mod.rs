@@ -40,7 +40,7 @@ pub struct GrainColumns {
     /// Initial spins (rad/s).
     pub spins: Option<Vec<[f64; 3]>>,
     /// Whether the grains are fixed.
-    pub held: Option<Vec<bool>>,
+    pub is_held: Option<Vec<bool>>,
     /// Ids.
     pub ids: Option<Vec<u32>>,
 }
@@ -49,16 +49,16 @@ impl GrainColumns {
     /// Columns with the initial spin (rad/s).
     pub const SPIN: [&str; 3] = ["spin_x", "spin_y", "spin_z"];
     /// Other columns of grains.
-    const OTHERS: [&str; 4] = [RADIUS, KIND, HELD, ID];
+    const GRAIN_COLUMNS: [&str; 4] = [RADIUS, KIND, HELD_COLUMN, ID];
 
     /// Empty columns for those in the file.
-    fn of(columns: &PointFileColumns) -> Self {
+    fn empty_like(columns: &PointFileColumns) -> Self {
         Self {
-            radii: columns.has(&[RADIUS]).then(Vec::new),
-            grain_types: columns.has(&[KIND]).then(Vec::new),
-            spins: columns.has(&Self::SPIN).then(Vec::new),
-            held: columns.has(&[HELD]).then(Vec::new),
-            ids: columns.has(&[ID]).then(Vec::new),
+            radii: columns.has_any(&[RADIUS]).then(Vec::new),
+            grain_types: columns.has_any(&[KIND]).then(Vec::new),
+            spins: columns.has_any(&Self::SPIN).then(Vec::new),
+            is_held: columns.has_any(&[HELD_COLUMN]).then(Vec::new),
+            ids: columns.has_any(&[ID]).then(Vec::new),
         }
     }
 
@@ -72,11 +72,11 @@ impl GrainColumns {
         }
         let spin = row.numbers(columns, &Self::SPIN)?;
         self.spins.iter_mut().for_each(|all| all.push(spin));
-        if let Some(held) = &mut self.held {
-            held.push(row.whole(columns, HELD, 1)? == 1);
+        if let Some(held) = &mut self.is_held {
+            held.push(row.integer(columns, HELD_COLUMN, 1)? == 1);
         }
         if let Some(ids) = &mut self.ids {
-            ids.push(row.whole(columns, ID, u32::MAX / 2)?);
+            ids.push(row.integer(columns, ID, u32::MAX / 2)?);
         }
         Ok(())
     }
@@ -184,17 +184,18 @@ impl Case {
         let unit_ball = unit_ball.measure(self.dimension()).unwrap_or(f64::NAN);
         let mut rows = Vec::new();
         let mut list = PointList {
-            masses: columns.has(&[PointList::MASS]).then(Vec::new),
-            velocities: columns.has(&PointList::VELOCITY).then(Vec::new),
-            stresses: columns.has(&PointList::STRESS).then(Vec::new),
-            pore_pressures: columns.has(&[PointList::PORE_PRESSURE]).then(Vec::new),
-            grains: GrainColumns::of(&columns),
+            masses: columns.has_any(&[PointList::MASS]).then(Vec::new),
+            velocities: columns.has_any(&PointList::VELOCITY).then(Vec::new),
+            stresses: columns.has_any(&PointList::STRESS).then(Vec::new),
+            pore_pressures: columns.has_any(&[PointList::PORE_PRESSURE]).then(Vec::new),
+            grains: GrainColumns::empty_like(&columns),
             ..PointList::default()
         };
         for record in table.rows() {
             let ColumnRow { line, cells } = record?;
             let row = PointFileRow { line, record: &cells, table: &table };
-            let [x, velocity] = [&PLACE, &PointList::VELOCITY].map(|names| row.numbers(&columns, names));
+            let [x, velocity] =
+                [&COORDINATE_COLUMNS, &PointList::VELOCITY].map(|names| row.numbers(&columns, names));
             let (mut x, velocity) = (x?, velocity?);
             (0..self.dimension()).for_each(|c| x[c] = relative_to_origin(x[c], origin[c]));
             if !body.shape.contains(&x[..self.dimension()]) {
@@ -204,7 +205,7 @@ impl Case {
             list.positions.push(x);
             list.volumes.push(match source.spacing {
                 Some(spacing) => spacing.powi(self.dimension() as i32),
-                None if columns.has(&[VOLUME]) => row.positive(&columns, VOLUME)?,
+                None if columns.has_any(&[VOLUME]) => row.positive(&columns, VOLUME)?,
                 None => row.positive(&columns, RADIUS)?.powi(self.dimension() as i32) * unit_ball,
             });
             if let Some(masses) = &mut list.masses {
@@ -226,11 +227,13 @@ impl Case {
     }
 }
 
-const PLACE: [&str; 3] = ["x", "y", "z"];
+/// Columns of the coordinates (m).
+const COORDINATE_COLUMNS: [&str; 3] = ["x", "y", "z"];
 const VOLUME: &str = "volume";
 const RADIUS: &str = "radius";
 const KIND: &str = "kind";
-const HELD: &str = "held";
+/// Column of the flag of grains with prescribed motion.
+const HELD_COLUMN: &str = "held";
 const ID: &str = "id";
 
 /// Physical quantity of a column.
@@ -240,7 +243,7 @@ fn quantity(name: &str) -> Quantity {
         VOLUME => Quantity::Volume,
         PointList::MASS => Quantity::Mass,
         PointList::PORE_PRESSURE => Quantity::Stress,
-        _ if is_one_of(&PLACE) || name == RADIUS => Quantity::Length,
+        _ if is_one_of(&COORDINATE_COLUMNS) || name == RADIUS => Quantity::Length,
         _ if is_one_of(&PointList::VELOCITY) => Quantity::Velocity,
         _ if is_one_of(&PointList::STRESS) => Quantity::Stress,
         _ if is_one_of(&GrainColumns::SPIN) => Quantity::AngularVelocity,
@@ -257,17 +260,20 @@ struct PointFileColumns {
 impl PointFileColumns {
     fn new(table: &ColumnFile, dimension: usize) -> Result<Self, String> {
         let heads = table.headings().ok_or_else(|| {
-            format!("has no names of columns in its first line, for example {}", PLACE[..dimension].join(","))
+            format!(
+                "has no names of columns in its first line, for example {}",
+                COORDINATE_COLUMNS[..dimension].join(",")
+            )
         })?;
         let names: Vec<String> = heads.iter().map(|head| ColumnFile::name(head).to_owned()).collect();
-        let known: Vec<&str> = PLACE[..dimension]
+        let known: Vec<&str> = COORDINATE_COLUMNS[..dimension]
             .iter()
             .chain([&VOLUME, &PointList::MASS])
             .chain(&PointList::VELOCITY[..dimension])
             .chain(&PointList::STRESS)
             .chain([&PointList::PORE_PRESSURE])
             .chain(&GrainColumns::SPIN[if dimension == 3 { 0 } else { 2 }..])
-            .chain(&GrainColumns::OTHERS)
+            .chain(&GrainColumns::GRAIN_COLUMNS)
             .copied()
             .collect();
         for (number, name) in names.iter().enumerate() {
@@ -281,7 +287,8 @@ impl PointFileColumns {
                 return Err(format!("two columns are called {name:?}"));
             }
         }
-        if let Some(missing) = PLACE[..dimension].iter().find(|axis| !names.iter().any(|name| name == *axis))
+        if let Some(missing) =
+            COORDINATE_COLUMNS[..dimension].iter().find(|axis| !names.iter().any(|name| name == *axis))
         {
             return Err(format!("the column {missing:?} is missing"));
         }
@@ -290,13 +297,14 @@ impl PointFileColumns {
         Ok(Self { names, factors })
     }
 
-    fn position(&self, name: &str) -> Option<usize> {
+    /// Index of the column with a name; `None` where the file lacks it.
+    fn column_index(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|known| known == name)
     }
 
     /// Whether one of the columns exists.
-    fn has(&self, names: &[&str]) -> bool {
-        names.iter().any(|name| self.position(name).is_some())
+    fn has_any(&self, names: &[&str]) -> bool {
+        names.iter().any(|name| self.column_index(name).is_some())
     }
 
     /// Rejects contradictory data, and columns that a rigid body does not have.
@@ -304,26 +312,26 @@ impl PointFileColumns {
         let twice = |what: &str, key: &str| {
             Err(format!("has {what}, but the body also has `{key}`: give one of them"))
         };
-        match (self.has(&[VOLUME]), source.spacing) {
+        match (self.has_any(&[VOLUME]), source.spacing) {
             (true, Some(_)) => return twice("a column \"volume\"", "points.spacing"),
-            (false, None) if !self.has(&[RADIUS]) => {
+            (false, None) if !self.has_any(&[RADIUS]) => {
                 return Err("the column \"volume\" is missing, and `spacing` is not given".to_owned());
             }
             _ => {}
         }
-        if self.has(&PointList::VELOCITY) && body.velocity != Velocity::Rest {
+        if self.has_any(&PointList::VELOCITY) && body.velocity != Velocity::Rest {
             return twice("velocities", "velocity");
         }
-        if self.has(&PointList::STRESS) && body.stress != InitialStress::None {
+        if self.has_any(&PointList::STRESS) && body.stress != InitialStress::None {
             return twice("stresses", "stress");
         }
         let fluid = body.pore_fluid.as_ref();
-        if self.has(&[PointList::PORE_PRESSURE])
+        if self.has_any(&[PointList::PORE_PRESSURE])
             && fluid.is_some_and(|own| own.pressure != PorePressure::None)
         {
             return twice("pore pressures", "pore_fluid.pressure");
         }
-        if body.rigid && (self.has(&PointList::VELOCITY) || self.has(&PointList::STRESS)) {
+        if body.rigid && (self.has_any(&PointList::VELOCITY) || self.has_any(&PointList::STRESS)) {
             return Err("a rigid body begins at rest and has no stress".to_owned());
         }
         Ok(())
@@ -340,7 +348,7 @@ struct PointFileRow<'a> {
 impl PointFileRow<'_> {
     /// Number in a column, in SI units; zero without such a column.
     fn number(&self, columns: &PointFileColumns, name: &str) -> Result<f64, String> {
-        let Some(column) = columns.position(name) else { return Ok(0.0) };
+        let Some(column) = columns.column_index(name) else { return Ok(0.0) };
         let text = &self.record[column];
         match self.table.number(text) {
             Some(value) => Ok(value * columns.factors[column]),
@@ -368,19 +376,19 @@ impl PointFileRow<'_> {
         Err(format!("line {}, column {name:?}: {value} must be positive", self.line))
     }
 
-    /// Integer in a column, at most `most`.
-    fn whole(&self, columns: &PointFileColumns, name: &str, most: u32) -> Result<u32, String> {
+    /// Integer in a column, at most `limit`.
+    fn integer(&self, columns: &PointFileColumns, name: &str, limit: u32) -> Result<u32, String> {
         let text = self.text(columns, name);
-        let value = text.parse().ok().filter(|value| *value <= most);
+        let value = text.parse().ok().filter(|value| *value <= limit);
         let problem = || {
-            format!("line {}, column {name:?}: {text:?} is not a whole number from 0 to {most}", self.line)
+            format!("line {}, column {name:?}: {text:?} is not a whole number from 0 to {limit}", self.line)
         };
         value.ok_or_else(problem)
     }
 
     /// Text in a column; empty without such a column.
     fn text(&self, columns: &PointFileColumns, name: &str) -> &str {
-        columns.position(name).map_or("", |column| &self.record[column])
+        columns.column_index(name).map_or("", |column| &self.record[column])
     }
 }
 

@@ -82,7 +82,7 @@ fn grains_have_radii_kinds_spins_and_numbers_and_the_volume_of_a_disk() {
         radii: Some(vec![0.1, 0.05]),
         grain_types: Some(vec!["gravel".into(), "sand".into()]),
         spins: Some(vec![[0.0, 0.0, 2.0], [0.0; 3]]),
-        held: Some(vec![true, false]),
+        is_held: Some(vec![true, false]),
         ids: Some(vec![7, 3]),
     };
     assert_eq!(list.grains, grains);

@@ -65,7 +65,7 @@ fn compressed(zlib: &mut Compress, block: &[u8]) -> io::Result<Vec<u8>> {
 
 /// Bytes of numbers, least significant first.
 fn bytes(values: &IOBuffer) -> io::Result<Vec<u8>> {
-    fn all<T: Copy>(values: &[T], bytes: impl Fn(T) -> [u8; 8]) -> Vec<u8> {
+    fn encode_values<T: Copy>(values: &[T], bytes: impl Fn(T) -> [u8; 8]) -> Vec<u8> {
         let mut all = vec![0; 8 * values.len()];
         for (place, value) in all.as_chunks_mut().0.iter_mut().zip(values) {
             *place = bytes(*value);
@@ -73,9 +73,9 @@ fn bytes(values: &IOBuffer) -> io::Result<Vec<u8>> {
         all
     }
     match values {
-        IOBuffer::F64(values) => Ok(all(values, f64::to_le_bytes)),
-        IOBuffer::I64(values) => Ok(all(values, i64::to_le_bytes)),
-        IOBuffer::U64(values) => Ok(all(values, u64::to_le_bytes)),
+        IOBuffer::F64(values) => Ok(encode_values(values, f64::to_le_bytes)),
+        IOBuffer::I64(values) => Ok(encode_values(values, i64::to_le_bytes)),
+        IOBuffer::U64(values) => Ok(encode_values(values, u64::to_le_bytes)),
         IOBuffer::U8(values) => Ok(values.clone()),
         other => {
             Err(io::Error::other(format!("numbers of the kind {:?} are not written", other.scalar_type())))
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     /// Numbers of the header and compressed blocks of a text.
-    fn parts(text: &str) -> (Vec<u64>, Vec<u8>) {
+    fn decode_blocks(text: &str) -> (Vec<u64>, Vec<u8>) {
         let number = |bytes: &[u8]| u64::from_le_bytes(bytes[..8].try_into().unwrap());
         let count = number(&STANDARD.decode(&text[..12]).unwrap()[..8]) as usize;
         let head = 4 * (8 * (3 + count)).div_ceil(3);
@@ -100,7 +100,7 @@ mod tests {
     fn the_last_block_is_never_full() {
         for count in [0, 1, 4095, 4096, 4097, 4096 * 4095, 3 * 4096] {
             let values = IOBuffer::U8(vec![7; 8 * count]);
-            let (head, data) = parts(&encode(&values, Compression::Fast).unwrap());
+            let (head, data) = decode_blocks(&encode(&values, Compression::Fast).unwrap());
             let [blocks, block, last] = [head[0], head[1], head[2]];
             assert!(last > 0 || count == 0);
             assert_eq!((blocks - 1) * block + last, 8 * count as u64, "{count} numbers");
@@ -118,7 +118,7 @@ mod tests {
         };
         let values: Vec<u64> = (0..10_000).map(|_| noise()).collect();
         for compression in [Compression::Fast, Compression::Best] {
-            let (head, data) = parts(&encode(&IOBuffer::U64(values.clone()), compression).unwrap());
+            let (head, data) = decode_blocks(&encode(&IOBuffer::U64(values.clone()), compression).unwrap());
             let mut rest = data.as_slice();
             let mut back = Vec::new();
             for length in &head[3..] {

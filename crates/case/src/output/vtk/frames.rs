@@ -32,7 +32,7 @@ pub(crate) struct WrittenPoints<'a> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriteOptions<'a> {
     /// Names of the fields; `None` for all.
-    pub only: Option<&'a [String]>,
+    pub field_names: Option<&'a [String]>,
     /// Compression of the files.
     pub compression: Compression,
 }
@@ -49,7 +49,7 @@ pub fn write_frame(
     written: WriteOptions<'_>,
 ) -> Result<FileChecksum, OutputError> {
     let Snapshot { ids, bodies, positions, extents, fields, .. } = snapshot;
-    let wanted = |field: &&Field| written.only.is_none_or(|names| names.contains(&field.name));
+    let wanted = |field: &&Field| written.field_names.is_none_or(|names| names.contains(&field.name));
     let fields = fields.iter().filter(wanted).collect();
     write_points(path, WrittenPoints { ids, bodies, positions, extents, fields }, origin, written.compression)
 }
@@ -74,21 +74,21 @@ pub(crate) fn write_points(
         _ => bodies.iter().map(|body| i64::from(*body)).collect(),
     }));
     let arrays = [
-        VtkArray::new("Points", 3, || shifted(positions, origin)),
+        VtkArray::new("Points", 3, || shifted_coordinates(positions, origin)),
         VtkArray::new("connectivity", 1, || (0..count as u64).collect::<Vec<_>>()),
         VtkArray::new("offsets", 1, || (1..=count as u64).collect::<Vec<_>>()),
         VtkArray::new("types", 1, || vec![CellType::Vertex as u8; count]),
     ];
     write_unstructured(
         path,
-        VtkGeometry { places: count, cells: count, arrays },
+        VtkGeometry { point_count: count, cells: count, arrays },
         (point, Vec::new()),
         compression,
     )
 }
 
 /// Coordinates of places moved by `origin` (m), in one array.
-fn shifted(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
+fn shifted_coordinates(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
     let mut all = places.as_flattened().to_vec();
     if origin != [0.0; 3] {
         all.iter_mut().zip(origin.into_iter().cycle()).for_each(|(x, by)| *x += by);
@@ -114,12 +114,12 @@ pub(crate) fn write_mesh(
         starts.zip(&mesh.ends).map(kind).map(|kind| kind as u8).collect::<Vec<_>>()
     };
     let arrays = [
-        VtkArray::new("Points", 3, || shifted(&mesh.vertices, origin)),
+        VtkArray::new("Points", 3, || shifted_coordinates(&mesh.vertices, origin)),
         VtkArray::new("connectivity", 1, || mesh.corners.clone()),
         VtkArray::new("offsets", 1, || mesh.ends.clone()),
         VtkArray::new("types", 1, kinds),
     ];
-    let geometry = VtkGeometry { places: mesh.vertices.len(), cells: mesh.ends.len(), arrays };
+    let geometry = VtkGeometry { point_count: mesh.vertices.len(), cells: mesh.ends.len(), arrays };
     write_unstructured(
         path,
         geometry,
@@ -267,7 +267,7 @@ impl Arrays {
 
 /// Unit of a field that every method has; files do not contain units.
 fn unit_of(name: &str) -> &'static str {
-    if let Some(role) = FieldRole::of(name) {
+    if let Some(role) = FieldRole::from_name(name) {
         return role.unit();
     }
     match name {
@@ -373,7 +373,7 @@ mod tests {
                 .unwrap();
             assert_eq!(read_frame(&path, 0.25).unwrap(), snapshot);
         }
-        let stress = WriteOptions { only: Some(&["stress".to_owned()]), ..WriteOptions::default() };
+        let stress = WriteOptions { field_names: Some(&["stress".to_owned()]), ..WriteOptions::default() };
         write_frame(&path, &snapshot, [0.0; 3], stress).unwrap();
         assert_eq!(read_frame(&path, 0.25).unwrap().fields.len(), 1);
     }

@@ -48,14 +48,14 @@ impl<'a> VtkArray<'a> {
         }
     }
 
-    fn with(&self, data: IOBuffer) -> DataArray {
+    fn with_data(&self, data: IOBuffer) -> DataArray {
         let elem = ElementType::Scalars { num_comp: self.components, lookup_table: None };
         DataArray { name: self.name.to_owned(), elem, data }
     }
 
     /// Attribute of the array, without values.
     pub(crate) fn without_values(&self) -> Attribute {
-        Attribute::DataArray(self.with(IOBuffer::U8(Vec::new())))
+        Attribute::DataArray(self.with_data(IOBuffer::U8(Vec::new())))
     }
 
     fn write(&self, compression: Compression, out: &mut dyn Write) -> io::Result<()> {
@@ -89,7 +89,7 @@ const DATA_END: &str = "</DataArray>";
 /// Points and cells on which the arrays of a file are defined.
 pub(crate) struct VtkGeometry<'a> {
     /// Number of points.
-    pub(crate) places: usize,
+    pub(crate) point_count: usize,
     /// Number of cells.
     pub(crate) cells: usize,
     /// Positions of the points; connectivity, offsets and types of the cells.
@@ -106,7 +106,7 @@ pub(crate) fn write_unstructured(
     let hollow = |arrays: &[VtkArray<'_>]| arrays.iter().map(VtkArray::without_values).collect();
     let verts = VertexNumbers::XML { connectivity: Vec::new(), offsets: Vec::new() };
     let piece = UnstructuredGridPiece {
-        points: IOBuffer::U8(vec![0; 3 * geometry.places]),
+        points: IOBuffer::U8(vec![0; 3 * geometry.point_count]),
         cells: Cells { cell_verts: verts, types: vec![CellType::Vertex; geometry.cells] },
         data: Attributes { point: hollow(&point), cell: hollow(&cell) },
     };
@@ -124,7 +124,7 @@ pub(crate) fn write_xml<'a>(
     let shell = complete_text(hollow, compression).map_err(|error| OutputError::new(path, error))?;
     let mut seal = FileChecksum::default();
     write_stream_atomically(path, |file| {
-        let mut out = ChecksumWriter { into: file, checksum: seal };
+        let mut out = ChecksumWriter { writer: file, checksum: seal };
         let mut rest = shell.as_str();
         for array in arrays {
             let (before, after) =
@@ -170,7 +170,7 @@ mod tests {
             || vec![VtkArray::new("a<b", 3, || places.clone()), VtkArray::new("n", 1, || numbers.clone())];
         let cell = || vec![VtkArray::new("on cells", 1, || places[..COUNT].to_vec())];
         let full = |arrays: Vec<VtkArray<'_>>| {
-            arrays.iter().map(|own| Attribute::DataArray(own.with((own.values)()))).collect()
+            arrays.iter().map(|own| Attribute::DataArray(own.with_data((own.values)()))).collect()
         };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("all.vtu");
@@ -188,7 +188,7 @@ mod tests {
                 VtkArray::new("offsets", 1, || ends.clone()),
                 VtkArray::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
             ];
-            let geometry = VtkGeometry { places: COUNT, cells: COUNT, arrays };
+            let geometry = VtkGeometry { point_count: COUNT, cells: COUNT, arrays };
             let seal = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
             let text = std::fs::read_to_string(&path).unwrap();
             assert_eq!(seal, FileChecksum::of_bytes(text.as_bytes()));

@@ -12,7 +12,7 @@ const CHECKS_AT_REST: usize = 3;
 /// Checks before the first test for stagnation of the unbalanced force, and between two tests.
 const CHECKS_BEFORE_STAGNATION: usize = 64;
 /// Ratio of the median unbalanced force in the last half of the checks to that in the quarter before, above which the force stagnates.
-const STILL_FALLS: f64 = 0.9;
+const NO_DECREASE_RATIO: f64 = 0.9;
 /// Most checks for settling with an unknown duration.
 const MAX_CHECKS: usize = 5000;
 /// Shortest settling time (checks).
@@ -42,7 +42,7 @@ fn stagnation_ratio(ratios: &[f64]) -> Option<f64> {
         return None;
     }
     let [before, last] = [median(&ratios[count / 4..count / 2]), median(&ratios[count / 2..])];
-    (last > STILL_FALLS * before).then_some(last)
+    (last > NO_DECREASE_RATIO * before).then_some(last)
 }
 
 impl ElasticSettling {
@@ -59,14 +59,14 @@ impl ElasticSettling {
                 return Ok(None);
             }
             trial.advance(STEPS_PER_CHECK, f64::INFINITY)?;
-            ratios.push(trial.unbalanced());
-            times.push(trial.elapsed());
+            ratios.push(trial.unbalanced_ratio());
+            times.push(trial.elapsed_time());
             let resting = ratios.iter().rev().take_while(|ratio| **ratio < REST_RATIO).count();
             if resting >= CHECKS_AT_REST {
                 break Some((0.0, ratios.len() - resting));
             }
             if let Some(floor) = stagnation_ratio(&ratios) {
-                let near = |ratio: &f64| *ratio < floor / STILL_FALLS;
+                let near = |ratio: &f64| *ratio < floor / NO_DECREASE_RATIO;
                 break Some((floor, ratios.iter().position(near).unwrap_or(ratios.len() - 1)));
             }
             if ratios.len() >= MAX_CHECKS {
@@ -81,7 +81,7 @@ impl ElasticSettling {
                 return Err(RunError::NeverAtRest {
                     measure: (*name).to_owned(),
                     unbalanced,
-                    time: trial.elapsed(),
+                    time: trial.elapsed_time(),
                 });
             }
         };

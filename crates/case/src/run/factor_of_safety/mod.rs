@@ -16,7 +16,7 @@ use crate::output::{Table, WriteOptions, read_frame, write_frame};
 use crate::run::factor_of_safety::elastic_settling::ElasticSettling;
 use crate::run::factor_of_safety::slope_scale::SlopeScale;
 use crate::run::factor_of_safety::strength_trial::{BLOCKS, FailureCriterion, RunningTrial, run_trial};
-use crate::run::output::run_folder::{failing, trials};
+use crate::run::output::run_folder::{failing_points_file, trials};
 use crate::run::{RunError, RunOptions};
 use crate::{Case, CaseErrors, Method, Snapshot};
 
@@ -30,9 +30,9 @@ const REST_RATIO: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SafetyResult {
     /// Largest factor at which the bodies came to rest; zero without one.
-    pub stable: f64,
+    pub stable_factor: f64,
     /// Least factor at which the bodies failed; infinite without one.
-    pub failed: f64,
+    pub failing_factor: f64,
     /// Required width of the interval between the two factors.
     pub tolerance: f64,
     /// Height of the slope `H` (m), by which trials are judged.
@@ -72,11 +72,11 @@ impl SafetyResult {
     /// Outcome of the search.
     pub fn outcome(&self) -> SearchOutcome {
         let open = self.trials.iter().any(|trial| trial.verdict == TrialVerdict::Undecided);
-        if self.stable > 0.0 && self.failed - self.stable <= self.tolerance_reached() {
+        if self.stable_factor > 0.0 && self.failing_factor - self.stable_factor <= self.tolerance_reached() {
             SearchOutcome::Found
         } else if open {
             SearchOutcome::Undecided
-        } else if self.failed.is_infinite() {
+        } else if self.failing_factor.is_infinite() {
             SearchOutcome::AboveRange
         } else {
             SearchOutcome::BelowRange
@@ -85,22 +85,23 @@ impl SafetyResult {
 
     /// Factor of safety, the middle of the remaining interval; `None` where it is outside the range or the search is undecided.
     pub fn factor(&self) -> Option<f64> {
-        (self.outcome() == SearchOutcome::Found).then_some(0.5 * (self.stable + self.failed))
+        (self.outcome() == SearchOutcome::Found).then_some(0.5 * (self.stable_factor + self.failing_factor))
     }
 
     /// Message about the outcome.
     pub fn message(&self) -> String {
-        let Self { stable, failed, block, .. } = self;
+        let Self { stable_factor, failing_factor, block, .. } = self;
         match (self.outcome(), self.factor()) {
             (SearchOutcome::Undecided, _) => {
-                let open: Vec<String> = self.undecided().map(|factor| format!("{factor:.3}")).collect();
-                let from = if *stable > 0.0 {
-                    format!("stable at {stable:.3}")
+                let open: Vec<String> =
+                    self.undecided_factors().map(|factor| format!("{factor:.3}")).collect();
+                let from = if *stable_factor > 0.0 {
+                    format!("stable at {stable_factor:.3}")
                 } else {
                     "no stable factor".to_owned()
                 };
-                let to = if failed.is_finite() {
-                    format!("failed at {failed:.3}")
+                let to = if failing_factor.is_finite() {
+                    format!("failed at {failing_factor:.3}")
                 } else {
                     "no failed factor".to_owned()
                 };
@@ -113,14 +114,20 @@ impl SafetyResult {
                 )
             }
             (SearchOutcome::BelowRange, _) => {
-                format!("less than {failed:.3}: the bodies fail with the smallest factor of the range")
+                format!(
+                    "less than {failing_factor:.3}: the bodies fail with the smallest factor of the range"
+                )
             }
             (SearchOutcome::AboveRange, _) => {
-                format!("more than {stable:.3}: the bodies come to rest with the largest factor of the range")
+                format!(
+                    "more than {stable_factor:.3}: the bodies come to rest with the largest factor of the range"
+                )
             }
             (SearchOutcome::Found, factor) => {
                 let factor = factor.unwrap_or(f64::NAN);
-                format!("factor of safety {factor:.3} (stable at {stable:.3}, failed at {failed:.3})")
+                format!(
+                    "factor of safety {factor:.3} (stable at {stable_factor:.3}, failed at {failing_factor:.3})"
+                )
             }
         }
     }
@@ -129,30 +136,32 @@ impl SafetyResult {
         self.tolerance * (1.0 + 1e-9)
     }
 
-    fn undecided(&self) -> impl Iterator<Item = f64> {
+    fn undecided_factors(&self) -> impl Iterator<Item = f64> {
         let open = self.trials.iter().filter(|trial| trial.verdict == TrialVerdict::Undecided);
         // Factors outside the remaining interval have been decided by later trials.
-        open.map(|trial| trial.factor).filter(|factor| self.stable < *factor && *factor < self.failed)
+        open.map(|trial| trial.factor)
+            .filter(|factor| self.stable_factor < *factor && *factor < self.failing_factor)
     }
 
     /// Factor of the next trial; `None` after the last one. The interval around undecided factors is narrowed from both sides.
-    fn next(&self, [low, high]: [f64; 2]) -> Option<f64> {
+    fn next_factor(&self, [low, high]: [f64; 2]) -> Option<f64> {
         let tried = |factor: f64| self.trials.iter().any(|trial| trial.factor == factor);
         if !tried(low) {
             return Some(low);
         }
-        if self.stable == 0.0 {
+        if self.stable_factor == 0.0 {
             return None;
         }
         if !tried(high) {
             return Some(high);
         }
-        let (first, last) = self.undecided().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
-        let gaps = match (first.is_finite(), self.failed.is_finite()) {
+        let (first, last) =
+            self.undecided_factors().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+        let gaps = match (first.is_finite(), self.failing_factor.is_finite()) {
             (false, false) => return None,
-            (false, true) => vec![[self.stable, self.failed]],
-            (true, false) => vec![[self.stable, first]],
-            (true, true) => vec![[self.stable, first], [last, self.failed]],
+            (false, true) => vec![[self.stable_factor, self.failing_factor]],
+            (true, false) => vec![[self.stable_factor, first]],
+            (true, true) => vec![[self.stable_factor, first], [last, self.failing_factor]],
         };
         let open = gaps.into_iter().filter(|[a, b]| b - a > self.tolerance_reached());
         let widest = open.max_by(|[a, b], [c, d]| (b - a).total_cmp(&(d - c)));
@@ -161,8 +170,8 @@ impl SafetyResult {
 
     fn add(&mut self, trial: StrengthTrial) {
         match trial.verdict {
-            TrialVerdict::Stable => self.stable = self.stable.max(trial.factor),
-            TrialVerdict::Failed => self.failed = self.failed.min(trial.factor),
+            TrialVerdict::Stable => self.stable_factor = self.stable_factor.max(trial.factor),
+            TrialVerdict::Failed => self.failing_factor = self.failing_factor.min(trial.factor),
             TrialVerdict::Undecided => {}
         }
         self.trials.push(trial);
@@ -197,8 +206,8 @@ impl SafetyResult {
             "outcome": self.outcome().name(),
             "told": self.message(),
             "factor": self.factor(),
-            "stable": (self.stable > 0.0).then_some(self.stable),
-            "failed": self.failed.is_finite().then_some(self.failed),
+            "stable": (self.stable_factor > 0.0).then_some(self.stable_factor),
+            "failed": self.failing_factor.is_finite().then_some(self.failing_factor),
             "trials": self.trials.len(),
             "height": self.height,
             "block": self.block,
@@ -214,7 +223,7 @@ pub(super) struct SearchContext<'a> {
     pub name: &'a str,
     pub search: &'a FactorOfSafety,
     /// State of the solver at rest.
-    pub rest: &'a [u8],
+    pub rest_state: &'a [u8],
     pub options: &'a RunOptions,
     /// Receives messages during the search.
     pub report: &'a dyn Fn(&str),
@@ -226,23 +235,23 @@ impl SearchContext<'_> {
     }
 
     /// Builds a solver at rest in the last stage of the case of a trial.
-    fn begin<'b>(&self, case: &'b Case) -> Result<RunningTrial<'b>, RunError> {
+    fn start_trial<'b>(&self, case: &'b Case) -> Result<RunningTrial<'b>, RunError> {
         let stage = case.stages.len() - 1;
-        let weak = case.with_weakening(stage).map_err(CaseErrors::one)?;
-        let mut solver = self.method.build(&weak).map_err(CaseErrors::one)?;
-        solver.restore(&mut &*self.rest)?;
-        let since = solver.time();
-        solver.begin_stage(stage, since)?;
+        let weak = case.with_weakening(stage).map_err(CaseErrors::from_error)?;
+        let mut solver = self.method.build(&weak).map_err(CaseErrors::from_error)?;
+        solver.restore(&mut &*self.rest_state)?;
+        let start_time = solver.time();
+        solver.begin_stage(stage, start_time)?;
         let start = solver.snapshot();
-        Ok(RunningTrial { solver, start, stage: &case.stages[stage], since })
+        Ok(RunningTrial { solver, start, stage: &case.stages[stage], start_time })
     }
 
     fn file(&self, name: fn(&str) -> String) -> Option<PathBuf> {
-        Some(self.options.out.as_ref()?.join(name(self.name)))
+        Some(self.options.output_folder.as_ref()?.join(name(self.name)))
     }
 
     /// Reads the trials of an interrupted search from its table.
-    fn done(&self) -> Result<Vec<StrengthTrial>, RunError> {
+    fn finished_trials(&self) -> Result<Vec<StrengthTrial>, RunError> {
         let Some(table) = self.file(trials) else { return Ok(Vec::new()) };
         if !self.options.resume || !table.exists() {
             return Ok(Vec::new());
@@ -283,16 +292,16 @@ pub(super) type SearchResult = (SafetyResult, Option<Snapshot>);
 /// When a trial cannot be built, its solver fails, or the bodies without yielding do not come to rest.
 pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>, RunError> {
     let SearchContext { case, search, name, .. } = context;
-    let done = context.done()?;
+    let done = context.finished_trials()?;
     let loose = search.unloading(case, name, case.end_time());
-    let strong = context.begin(&loose)?;
+    let strong = context.start_trial(&loose)?;
     let scale = SlopeScale::of_case(case, &strong.start, search.height);
     let Some(settling) = ElasticSettling::find(context, strong)? else { return Ok(None) };
     let block = search.duration.map_or(settling.time, |duration| duration / BLOCKS as f64);
     let rule = FailureCriterion::new(&scale, &settling);
     let mut safety = SafetyResult {
-        stable: 0.0,
-        failed: f64::INFINITY,
+        stable_factor: 0.0,
+        failing_factor: f64::INFINITY,
         tolerance: search.tolerance,
         height: scale.height,
         block,
@@ -303,14 +312,14 @@ pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>
         scale.height, settling.displacement
     ));
     let mut failing: Option<Snapshot> = None;
-    while let Some(factor) = safety.next(search.range) {
+    while let Some(factor) = safety.next_factor(search.range) {
         let trial = match done.iter().find(|trial| trial.factor == factor) {
             Some(trial) => *trial,
             None => {
                 let found = run_trial(context, factor, (&scale, &rule, block));
                 let found = found.map_err(|error| context.trial_error(factor, error))?;
                 let Some((trial, points)) = found else { return Ok(None) };
-                if trial.failed() && factor < safety.failed {
+                if trial.is_failed() && factor < safety.failing_factor {
                     write_failed_points(context, &points)?;
                     failing = Some(points);
                 }
@@ -325,7 +334,7 @@ pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>
             safety.table().write(&table, about)?;
         }
     }
-    if let (None, Some(file)) = (&failing, context.file(self::failing).filter(|file| file.exists())) {
+    if let (None, Some(file)) = (&failing, context.file(failing_points_file).filter(|file| file.exists())) {
         failing = Some(read_frame(&file, 0.0)?);
     }
     Ok(Some((safety, failing)))
@@ -342,7 +351,7 @@ fn trial_message(name: &str, trial: &StrengthTrial) -> String {
 
 /// Writes the points at the end of a failing trial over those of a trial with a larger factor.
 fn write_failed_points(context: &SearchContext<'_>, points: &Snapshot) -> Result<(), RunError> {
-    if let Some(file) = context.file(failing) {
+    if let Some(file) = context.file(failing_points_file) {
         let written =
             WriteOptions { compression: context.case.output.compression, ..WriteOptions::default() };
         write_frame(&file, points, context.case.origin(), written)?;

@@ -17,7 +17,7 @@ impl RunLoop<'_> {
         self.save()?;
         let begun = Instant::now();
         for (name, search) in self.case.factors_of_safety() {
-            self.bar.set_message(format!("searching for {name}"));
+            self.progress_bar.set_message(format!("searching for {name}"));
             let rest = self.recorder.state(&search.after)?;
             let tell = |line: &str| self.report_search(line);
             let (case, options) = (self.case, self.options);
@@ -26,15 +26,15 @@ impl RunLoop<'_> {
                 case,
                 name,
                 search,
-                rest: &rest,
+                rest_state: &rest,
                 options,
                 report: &tell,
             };
             let found = factor_of_safety::search(&context);
-            self.searched = begun.elapsed();
+            self.search_time = begun.elapsed();
             let Some((found, failing)) = found? else { return Ok(RunEnd::Interrupted) };
             self.safety.insert(name.to_owned(), found);
-            self.failing.extend(failing.map(|points| (name.to_owned(), points)));
+            self.failing_points.extend(failing.map(|points| (name.to_owned(), points)));
         }
         Ok(RunEnd::Completed)
     }
@@ -42,7 +42,7 @@ impl RunLoop<'_> {
     /// Prints a message about a search.
     fn report_search(&self, line: &str) {
         if self.options.progress {
-            self.bar.suspend(|| {
+            self.progress_bar.suspend(|| {
                 let _ = writeln!(std::io::stderr(), "{line}");
             });
         }

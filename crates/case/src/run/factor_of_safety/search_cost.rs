@@ -80,16 +80,16 @@ mod tests {
     use crate::run::factor_of_safety::{SafetyResult, StrengthTrial, TrialVerdict};
 
     /// Number of trials of a search in which bodies are stable below the factor `stands`, fail above `falls`, and are undecided between.
-    fn made(search: &FactorOfSafety, stands: f64, falls: f64) -> u32 {
+    fn trial_count(search: &FactorOfSafety, stands: f64, falls: f64) -> u32 {
         let mut safety = SafetyResult {
-            stable: 0.0,
-            failed: f64::INFINITY,
+            stable_factor: 0.0,
+            failing_factor: f64::INFINITY,
             tolerance: search.tolerance,
             height: 1.0,
             block: 1.0,
             trials: Vec::new(),
         };
-        while let Some(factor) = safety.next(search.range) {
+        while let Some(factor) = safety.next_factor(search.range) {
             let verdict = match factor {
                 f if f <= stands => TrialVerdict::Stable,
                 f if f >= falls => TrialVerdict::Failed,
@@ -117,9 +117,13 @@ mod tests {
             let mut largest = 0;
             for k in 0..500 {
                 let true_factor = 0.5 + 0.005 * f64::from(k);
-                assert_eq!(made(&search, true_factor, true_factor), decided, "{tolerance} {true_factor}");
+                assert_eq!(
+                    trial_count(&search, true_factor, true_factor),
+                    decided,
+                    "{tolerance} {true_factor}"
+                );
                 for wide in [0.002, 0.02, 0.2, 1.0, 3.0] {
-                    largest = largest.max(made(&search, true_factor, true_factor + wide));
+                    largest = largest.max(trial_count(&search, true_factor, true_factor + wide));
                 }
             }
             assert!(largest <= upper_bound, "{tolerance}: {largest} trials for {upper_bound}");

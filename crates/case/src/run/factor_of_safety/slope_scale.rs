@@ -9,7 +9,7 @@ use crate::description::Domain;
 use crate::{Case, FieldRole, Snapshot, measure};
 
 /// Share of the points with a larger displacement than the one that is judged: single loose points are no failure.
-const MOVED_SHARE: f64 = 0.01;
+const LARGER_DISPLACEMENT_SHARE: f64 = 0.01;
 /// Relief over the height of all bodies, below which their free surface is level.
 const LEVEL: f64 = 0.05;
 
@@ -32,8 +32,10 @@ impl SlopeScale {
             case.bodies.iter().map(|body| youngs_modulus(case, &body.material)).collect();
         let (mut weight, mut volume, mut stiffness) = (0.0, 0.0, 0.0);
         let none: &[f64] = &[];
-        let (masses, volumes) =
-            (rest.amounts(FieldRole::Mass).unwrap_or(none), rest.amounts(FieldRole::Volume).unwrap_or(none));
+        let (masses, volumes) = (
+            rest.role_values(FieldRole::Mass).unwrap_or(none),
+            rest.role_values(FieldRole::Volume).unwrap_or(none),
+        );
         for ((body, mass), own) in rest.bodies.iter().zip(masses).zip(volumes) {
             let body = *body as usize;
             if case.bodies.get(body).is_some_and(|body| body.rigid) {
@@ -51,11 +53,11 @@ impl SlopeScale {
 
 /// Young's modulus of a material or of its wrapped material (Pa).
 pub(super) fn youngs_modulus(case: &Case, material: &str) -> Option<f64> {
-    fn find(value: &Value) -> Option<f64> {
+    fn find_number(value: &Value) -> Option<f64> {
         let keys = value.as_object()?;
-        keys.get("youngs_modulus").and_then(Value::as_f64).or_else(|| keys.values().find_map(find))
+        keys.get("youngs_modulus").and_then(Value::as_f64).or_else(|| keys.values().find_map(find_number))
     }
-    find(&serde_json::to_value(case.materials.get(material)?).ok()?)
+    find_number(&serde_json::to_value(case.materials.get(material)?).ok()?)
 }
 
 /// Relief (m): height from the lowest to the highest place of the free surface against gravity; of all points where the surface is level or
@@ -68,7 +70,7 @@ fn relief(case: &Case, rest: &Snapshot) -> f64 {
         up = [0.0; 3];
         case.gravity.iter().enumerate().for_each(|(c, g)| up[c] = -g / size);
     }
-    let across = across(&up);
+    let across = perpendicular_axes(&up);
     let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f64>();
     let width = 2.0 * counted.extents.iter().flatten().copied().fold(0.0, f64::max);
     let mut tops: BTreeMap<[i64; 2], f64> = BTreeMap::new();
@@ -86,7 +88,7 @@ fn relief(case: &Case, rest: &Snapshot) -> f64 {
 }
 
 /// Two unit vectors perpendicular to a unit vector.
-fn across(up: &[f64; 3]) -> [[f64; 3]; 2] {
+fn perpendicular_axes(up: &[f64; 3]) -> [[f64; 3]; 2] {
     let other = if up[2].abs() < 0.5 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
     let first = cross(up, &other);
     let size = first.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -98,18 +100,18 @@ fn across(up: &[f64; 3]) -> [[f64; 3]; 2] {
 /// shortest distance counts on periodic axes.
 pub(super) fn displacements(now: &Snapshot, before: &Snapshot, domain: &Domain) -> Vec<Option<[f64; 3]>> {
     let mut known = before.ids.iter().zip(&before.positions).peekable();
-    let way = |place: &[f64; 3], was: &[f64; 3]| -> [f64; 3] {
+    let displacement = |place: &[f64; 3], was: &[f64; 3]| -> [f64; 3] {
         std::array::from_fn(|c| {
-            let way = place[c] - was[c];
+            let displacement = place[c] - was[c];
             let periodic = c < domain.min.len() && domain.is_periodic(c);
             let period = if periodic { domain.max[c] - domain.min[c] } else { f64::INFINITY };
-            if periodic { way - period * (way / period).round() } else { way }
+            if periodic { displacement - period * (displacement / period).round() } else { displacement }
         })
     };
     let mut all = Vec::with_capacity(now.ids.len());
     for (id, place) in now.ids.iter().zip(&now.positions) {
         while known.next_if(|(known, _)| *known < id).is_some() {}
-        all.push(known.next_if(|(known, _)| *known == id).map(|(_, was)| way(place, was)));
+        all.push(known.next_if(|(known, _)| *known == id).map(|(_, was)| displacement(place, was)));
     }
     all
 }
@@ -118,7 +120,7 @@ pub(super) fn displacements(now: &Snapshot, before: &Snapshot, domain: &Domain) 
 pub(super) fn exceeded_displacement(now: &Snapshot, before: &Snapshot, domain: &Domain) -> f64 {
     let length = |u: [f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt();
     let mut all: Vec<f64> = displacements(now, before, domain).into_iter().flatten().map(length).collect();
-    let rank = (MOVED_SHARE * all.len() as f64) as usize;
+    let rank = (LARGER_DISPLACEMENT_SHARE * all.len() as f64) as usize;
     if all.is_empty() {
         return 0.0;
     }

@@ -11,24 +11,24 @@ use crate::{Field, FieldData, Snapshot, Solver};
 /// Steps between two checks of a trial.
 const STEPS_PER_CHECK: u64 = 50;
 /// Blocks of a round of a trial.
-const ROUND: usize = 6;
+const BLOCKS_PER_ROUND: usize = 6;
 /// Largest number of blocks of a trial: two rounds, the second while the trial is undecided.
-pub(super) const BLOCKS: usize = 2 * ROUND;
+pub(super) const BLOCKS: usize = 2 * BLOCKS_PER_ROUND;
 /// Displacement of a block over the total displacement, below which it counts as none.
-const NOTHING_MORE: f64 = 0.01;
+const NO_DISPLACEMENT_RATIO: f64 = 0.01;
 /// Share of the elastic settlement that replaces a smaller total displacement in that test.
 const NO_DISPLACEMENT: f64 = 0.1;
 /// Largest displacement beyond the elastic settlement, over the height of the slope.
-const MOST_MOVED: f64 = 0.02;
+const MAX_DISPLACEMENT_RATIO: f64 = 0.02;
 /// Ratio to the block before, above which the unbalanced force or the velocity does not fall.
-const DOES_NOT_FALL: f64 = 0.9;
+const NO_DECREASE_RATIO: f64 = 0.9;
 /// Consecutive blocks without such a fall that count as failure.
 const BLOCKS_WITHOUT_DECREASE: usize = 2;
 /// Largest displacement of stable bodies over the elastic settlement: beyond it they have slid and failed, even if they have stopped on a
 /// flatter slope or by a mesh that locks.
 const MAX_SETTLEMENTS: f64 = 5.0;
 /// Factor on the least unbalanced-force ratio of the method, above which the ratio is no numerical noise.
-const BEYOND_NOISE: f64 = 1.5;
+const NOISE_FACTOR: f64 = 1.5;
 
 /// Verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ pub struct StrengthTrial {
 
 impl StrengthTrial {
     /// Whether the bodies failed.
-    pub fn failed(&self) -> bool {
+    pub fn is_failed(&self) -> bool {
         self.verdict == TrialVerdict::Failed
     }
 }
@@ -83,16 +83,16 @@ pub(super) struct RunningTrial<'a> {
     pub start: Snapshot,
     pub stage: &'a Stage,
     /// Start of the trial (s).
-    pub since: f64,
+    pub start_time: f64,
 }
 
 impl RunningTrial<'_> {
     /// Advances by some steps, at most until `end` (s from the start of the trial); returns whether `end` is reached.
     pub fn advance(&mut self, steps: u64, end: f64) -> Result<bool, RunError> {
-        let until = if end.is_finite() { end } else { self.elapsed() + self.stage.duration };
+        let until = if end.is_finite() { end } else { self.elapsed_time() + self.stage.duration };
         for _ in 0..steps {
-            let limit = stable_step(&mut *self.solver, self.stage, self.since + until)?;
-            let left = self.since + until - self.solver.time();
+            let limit = stable_step(&mut *self.solver, self.stage, self.start_time + until)?;
+            let left = self.start_time + until - self.solver.time();
             if is_negligible(left, limit.dt.min(until)) {
                 return Ok(true);
             }
@@ -102,12 +102,12 @@ impl RunningTrial<'_> {
     }
 
     /// Time since the start of the trial (s).
-    pub fn elapsed(&self) -> f64 {
-        self.solver.time() - self.since
+    pub fn elapsed_time(&self) -> f64 {
+        self.solver.time() - self.start_time
     }
 
     /// Unbalanced force over the external one; not-a-number for methods without this measure.
-    pub fn unbalanced(&self) -> f64 {
+    pub fn unbalanced_ratio(&self) -> f64 {
         self.solver.equilibrium().map_or(f64::NAN, |equilibrium| equilibrium.unbalanced_force)
     }
 }
@@ -115,7 +115,7 @@ impl RunningTrial<'_> {
 /// Unbalanced-force ratio of a block, and displacement at its end (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TrialBlock {
-    unbalanced: f64,
+    unbalanced_ratio: f64,
     displacement: f64,
 }
 
@@ -123,7 +123,7 @@ struct TrialBlock {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FailureCriterion {
     /// Unbalanced-force ratio below which the bodies are at rest.
-    rest: f64,
+    rest_tolerance: f64,
     /// Elastic settlement under the weight (m).
     elastic: f64,
     /// Displacement at failure (m).
@@ -133,36 +133,38 @@ pub(super) struct FailureCriterion {
 impl FailureCriterion {
     pub fn new(scale: &SlopeScale, settling: &ElasticSettling) -> Self {
         Self {
-            rest: REST_RATIO.max(BEYOND_NOISE * settling.floor),
+            rest_tolerance: REST_RATIO.max(NOISE_FACTOR * settling.floor),
             elastic: settling.displacement,
-            max_displacement: settling.displacement + MOST_MOVED * scale.height,
+            max_displacement: settling.displacement + MAX_DISPLACEMENT_RATIO * scale.height,
         }
     }
 
     /// Judges a trial by its blocks so far; `None` while it is undecided.
     fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
         let last = blocks.len().checked_sub(1)?;
-        let TrialBlock { unbalanced, displacement } = blocks[last];
+        let TrialBlock { unbalanced_ratio, displacement } = blocks[last];
         let before = |k: usize| if k > 0 { blocks[k - 1].displacement } else { 0.0 };
         let added: Vec<f64> = (0..=last).map(|k| blocks[k].displacement - before(k)).collect();
-        let little = NOTHING_MORE * displacement.max(NO_DISPLACEMENT * self.elastic);
+        let little = NO_DISPLACEMENT_RATIO * displacement.max(NO_DISPLACEMENT * self.elastic);
         let course = DisplacementSeries::from_increments(&added);
         // Failed bodies move farther than their elastic settlement.
         let comes_to_rest = course.is_some_and(|course| displacement + course.remaining() <= self.elastic);
-        if unbalanced < self.rest && (added[last] <= little || comes_to_rest) {
+        if unbalanced_ratio < self.rest_tolerance && (added[last] <= little || comes_to_rest) {
             let slid = self.elastic > 0.0 && displacement > MAX_SETTLEMENTS * self.elastic;
             return Some(if slid { TrialVerdict::Failed } else { TrialVerdict::Stable });
         }
         let goes_on = |k: usize| {
-            let force = blocks[k].unbalanced;
-            let held = force < self.rest || force > DOES_NOT_FALL * blocks[k - 1].unbalanced;
-            held && added[k] > DOES_NOT_FALL * added[k - 1]
+            let force = blocks[k].unbalanced_ratio;
+            let held =
+                force < self.rest_tolerance || force > NO_DECREASE_RATIO * blocks[k - 1].unbalanced_ratio;
+            held && added[k] > NO_DECREASE_RATIO * added[k - 1]
         };
         let soon = last > BLOCKS_WITHOUT_DECREASE
             && (last + 1 - BLOCKS_WITHOUT_DECREASE..=last).all(goes_on)
             && added[last] > little;
         // Elastic bodies would have come to rest in this time, so these bodies yield whatever the unbalanced force is.
-        let slides = course.is_some_and(|course| course.sum > self.elastic && course.ratio > DOES_NOT_FALL);
+        let slides =
+            course.is_some_and(|course| course.sum > self.elastic && course.ratio > NO_DECREASE_RATIO);
         ((soon || slides) && displacement > self.elastic).then_some(TrialVerdict::Failed)
     }
 }
@@ -181,9 +183,9 @@ impl DisplacementSeries {
     /// Fits the series to the displacements of blocks (m); `None` for less than a round after the first block, which includes the elastic
     /// settlement, or with a block that has no displacement.
     fn from_increments(added: &[f64]) -> Option<Self> {
-        let round = added.get(1..)?.last_chunk::<ROUND>()?;
+        let round = added.get(1..)?.last_chunk::<BLOCKS_PER_ROUND>()?;
         // Least squares of the logarithms.
-        let middle = 0.5 * (ROUND as f64 - 1.0);
+        let middle = 0.5 * (BLOCKS_PER_ROUND as f64 - 1.0);
         let (mut square, mut slope) = (0.0, 0.0);
         for (k, add) in round.iter().enumerate() {
             let from = k as f64 - middle;
@@ -196,7 +198,7 @@ impl DisplacementSeries {
 
     /// Displacement of all later blocks of the series (m).
     fn remaining(&self) -> f64 {
-        let over_a_round = self.ratio.powi(ROUND as i32);
+        let over_a_round = self.ratio.powi(BLOCKS_PER_ROUND as i32);
         if over_a_round < 1.0 { self.sum * over_a_round / (1.0 - over_a_round) } else { f64::INFINITY }
     }
 }
@@ -210,11 +212,11 @@ pub(super) fn run_trial(
 ) -> Result<Option<(StrengthTrial, Snapshot)>, RunError> {
     let case = context.search.trial(context.case, context.name, factor, BLOCKS as f64 * block);
     let domain = &context.case.domain;
-    let mut running = context.begin(&case)?;
+    let mut running = context.start_trial(&case)?;
     let mut blocks: Vec<TrialBlock> = Vec::with_capacity(BLOCKS);
     let mut displacement = 0.0;
     let verdict = loop {
-        let (begin, end) = (running.elapsed(), (blocks.len() + 1) as f64 * block);
+        let (begin, end) = (running.elapsed_time(), (blocks.len() + 1) as f64 * block);
         let (mut sum, mut count) = (0.0, 0.0);
         let failed = loop {
             if context.is_to_stop() {
@@ -225,15 +227,15 @@ pub(super) fn run_trial(
             let failed = now > rule.max_displacement && now > displacement;
             displacement = now;
             // The first half of a block is left out of the mean.
-            if over || running.elapsed() - begin > 0.5 * block {
-                (sum, count) = (sum + running.unbalanced(), count + 1.0);
+            if over || running.elapsed_time() - begin > 0.5 * block {
+                (sum, count) = (sum + running.unbalanced_ratio(), count + 1.0);
             }
             if over || failed {
                 break failed;
             }
         };
         blocks.push(TrialBlock {
-            unbalanced: if count > 0.0 { sum / count } else { running.unbalanced() },
+            unbalanced_ratio: if count > 0.0 { sum / count } else { running.unbalanced_ratio() },
             displacement,
         });
         if failed {
@@ -249,10 +251,10 @@ pub(super) fn run_trial(
     let trial = StrengthTrial {
         factor,
         verdict,
-        time: running.elapsed(),
+        time: running.elapsed_time(),
         displacement,
         dimensionless_displacement: displacement / scale.settlement,
-        unbalanced_force: blocks.last().map_or(f64::NAN, |block| block.unbalanced),
+        unbalanced_force: blocks.last().map_or(f64::NAN, |block| block.unbalanced_ratio),
     };
     let mut snapshot = running.solver.snapshot();
     let since = displacements(&snapshot, &running.start, domain);
@@ -265,41 +267,45 @@ pub(super) fn run_trial(
 mod tests {
     use super::*;
 
-    const RULE: FailureCriterion = FailureCriterion { rest: 1e-3, elastic: 0.05, max_displacement: 1.0 };
+    const TEST_CRITERION: FailureCriterion =
+        FailureCriterion { rest_tolerance: 1e-3, elastic: 0.05, max_displacement: 1.0 };
 
-    fn blocks(unbalanced: &[f64], displacement: &[f64]) -> Vec<TrialBlock> {
-        let both = unbalanced.iter().zip(displacement);
-        both.map(|(&unbalanced, &displacement)| TrialBlock { unbalanced, displacement }).collect()
+    fn blocks(unbalanced_ratio: &[f64], displacement: &[f64]) -> Vec<TrialBlock> {
+        let both = unbalanced_ratio.iter().zip(displacement);
+        both.map(|(&unbalanced_ratio, &displacement)| TrialBlock { unbalanced_ratio, displacement }).collect()
     }
 
     #[test]
     fn bodies_at_rest_after_small_displacements_are_stable() {
-        assert_eq!(RULE.judge(&blocks(&[1e-4], &[1e-6])), Some(TrialVerdict::Stable));
-        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(TrialVerdict::Stable));
+        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-4], &[1e-6])), Some(TrialVerdict::Stable));
+        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(TrialVerdict::Stable));
     }
 
     #[test]
     fn bodies_that_move_on_without_force_are_not_at_rest() {
-        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.105])), None);
-        assert_eq!(RULE.judge(&blocks(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])), Some(TrialVerdict::Failed));
+        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.105])), None);
+        assert_eq!(
+            TEST_CRITERION.judge(&blocks(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])),
+            Some(TrialVerdict::Failed)
+        );
     }
 
     #[test]
     fn bodies_that_do_not_slow_down_have_failed_after_three_blocks() {
         let moving = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.01, 0.03, 0.06, 0.10]);
-        assert_eq!(RULE.judge(&moving[..3]), None);
-        assert_eq!(RULE.judge(&moving), Some(TrialVerdict::Failed));
+        assert_eq!(TEST_CRITERION.judge(&moving[..3]), None);
+        assert_eq!(TEST_CRITERION.judge(&moving), Some(TrialVerdict::Failed));
     }
 
     #[test]
     fn bodies_that_have_hardly_moved_have_not_failed_yet() {
         let creeping = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.001, 0.003, 0.006, 0.010]);
-        assert_eq!(RULE.judge(&creeping), None);
+        assert_eq!(TEST_CRITERION.judge(&creeping), None);
     }
 
     #[test]
     fn bodies_that_come_to_rest_after_a_slide_have_failed() {
-        assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
+        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
     }
 
     /// Displacements at the ends of blocks with the increments `added`.
@@ -331,7 +337,8 @@ mod tests {
                 if k == 0 { first } else { 0.004 * f64::powi(share, k) * uneven }
             }))
         };
-        let judge = |moved: &[f64], force: f64| RULE.judge(&blocks(&vec![force; moved.len()], moved));
+        let judge =
+            |moved: &[f64], force: f64| TEST_CRITERION.judge(&blocks(&vec![force; moved.len()], moved));
         assert_eq!(judge(&moved(0.01, 0.89)[..6], 9e-4), None);
         assert_eq!(judge(&moved(0.01, 0.89)[..7], 9e-4), Some(TrialVerdict::Stable));
         assert_eq!(judge(&moved(0.01, 0.89)[..7], 2e-3), None, "out of balance");
@@ -349,16 +356,19 @@ mod tests {
             summed((0..7).map(move |k| first * f64::powi(share, k) * if k % 2 == 0 { 1.0 } else { 0.5 }))
         };
         let slides = uneven(0.014, 1.0);
-        assert_eq!(RULE.judge(&blocks(&force[..6], &slides[..6])), None);
-        assert_eq!(RULE.judge(&blocks(&force, &slides)), Some(TrialVerdict::Failed));
-        assert_eq!(RULE.judge(&blocks(&force, &uneven(0.03, 0.8))), None, "they slow down");
+        assert_eq!(TEST_CRITERION.judge(&blocks(&force[..6], &slides[..6])), None);
+        assert_eq!(TEST_CRITERION.judge(&blocks(&force, &slides)), Some(TrialVerdict::Failed));
+        assert_eq!(TEST_CRITERION.judge(&blocks(&force, &uneven(0.03, 0.8))), None, "they slow down");
         let creep = summed(std::iter::once(0.06).chain([0.006; 6]));
-        assert_eq!(RULE.judge(&blocks(&force, &creep)), None, "less than the weight settles them");
+        assert_eq!(TEST_CRITERION.judge(&blocks(&force, &creep)), None, "less than the weight settles them");
     }
 
     #[test]
     fn trials_of_decelerating_bodies_continue() {
-        assert_eq!(RULE.judge(&blocks(&[0.02, 0.02, 0.02, 0.02], &[0.10, 0.18, 0.24, 0.28])), None);
-        assert_eq!(RULE.judge(&blocks(&[0.02, 0.01, 0.005, 0.0025], &[0.01, 0.03, 0.06, 0.10])), None);
+        assert_eq!(TEST_CRITERION.judge(&blocks(&[0.02, 0.02, 0.02, 0.02], &[0.10, 0.18, 0.24, 0.28])), None);
+        assert_eq!(
+            TEST_CRITERION.judge(&blocks(&[0.02, 0.01, 0.005, 0.0025], &[0.01, 0.03, 0.06, 0.10])),
+            None
+        );
     }
 }

@@ -15,10 +15,10 @@ use crate::{
 };
 
 /// Driving force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
-const PULL: f64 = 1.0;
+const DRIVING_FORCE: f64 = 1.0;
 const STRENGTH: f64 = 1.37;
 /// Kinetic energy of points that no damping removes, as in FLIP (J).
-const KEPT: f64 = 1.0;
+const UNDAMPED_ENERGY: f64 = 1.0;
 
 /// Block that slides where its cohesion per mass is less than the driving force per mass.
 struct Slider {
@@ -38,13 +38,13 @@ struct Sliding {
     built: AtomicUsize,
     /// Number of the solver at whose build a stop is requested.
     stops_at: Option<usize>,
-    stop: Arc<AtomicBool>,
+    stop_flag: Arc<AtomicBool>,
     /// Number of the solver whose build fails.
     refuses_at: Option<usize>,
 }
 
 #[derive(JsonSchema)]
-struct Nothing {}
+struct EmptyState {}
 
 impl Method for Sliding {
     fn name(&self) -> &'static str {
@@ -54,7 +54,7 @@ impl Method for Sliding {
         "a block"
     }
     fn options_schema(&self) -> schemars::Schema {
-        schema_for!(Nothing)
+        schema_for!(EmptyState)
     }
     fn capabilities(&self, _: &Case) -> Result<Capabilities, CaseError> {
         Ok(Capabilities::for_point_methods("sliding").supports(&["boundaries*", "stages.damping"]))
@@ -67,7 +67,7 @@ impl Method for Sliding {
         if built == self.refuses_at {
             return Err(CaseError::new("materials.clay", "refused"));
         }
-        self.stop.store(built == self.stops_at, Ordering::Relaxed);
+        self.stop_flag.store(built == self.stops_at, Ordering::Relaxed);
         let spec = serde_json::to_value(&case.materials["clay"]).unwrap();
         let strength = spec["cohesion"].as_f64().unwrap() / 1000.0;
         Ok(Box::new(Slider { strength, rate: 0.0, x: 0.0, v: 0.0, time: 0.0, steps: 0 }))
@@ -85,13 +85,13 @@ impl Solver for Slider {
         1
     }
     fn limit(&mut self) -> TimeStep {
-        TimeStep { dt: 0.01, limit: StepLimit::FIXED, point: None, position: [0.0; 3] }
+        TimeStep { dt: 0.01, limit: StepLimit::FIXED_STEP, point: None, position: [0.0; 3] }
     }
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
         let dt = limit.limited_to(at_most);
         let before = self.v;
-        self.v = (self.v + dt * (PULL - self.strength)).max(0.0);
+        self.v = (self.v + dt * (DRIVING_FORCE - self.strength)).max(0.0);
         self.rate = (self.v - before) / dt;
         self.x += dt * self.v;
         self.time += dt;
@@ -106,7 +106,7 @@ impl Solver for Slider {
     }
     fn equilibrium(&self) -> Option<Equilibrium> {
         Some(Equilibrium {
-            unbalanced_force: self.rate.abs() / PULL,
+            unbalanced_force: self.rate.abs() / DRIVING_FORCE,
             kinetic_ratio: 0.0,
             kinetic: 0.5 * self.v * self.v,
         })
@@ -128,7 +128,7 @@ impl Solver for Slider {
         })
     }
     fn budget(&self) -> Option<Budget> {
-        Some(Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v + KEPT, ..Budget::default() })
+        Some(Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v + UNDAMPED_ENERGY, ..Budget::default() })
     }
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         save_value(&(self.x, self.v, self.time, self.steps), out)
@@ -166,11 +166,11 @@ fn searching(range: &str) -> Case {
 fn the_factor_of_a_block_is_cohesion_over_driving_stress() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let options = RunOptions { out: Some(out.clone()), ..RunOptions::default() };
+    let options = RunOptions { output_folder: Some(out.clone()), ..RunOptions::default() };
     let report = run_method(&Sliding::default(), &searching("[1, 2]"), &options).unwrap();
     let safety = &report.safety["safety"];
-    assert!(safety.stable <= STRENGTH && STRENGTH <= safety.failed, "{safety:?}");
-    assert!(safety.failed - safety.stable <= 0.01);
+    assert!(safety.stable_factor <= STRENGTH && STRENGTH <= safety.failing_factor, "{safety:?}");
+    assert!(safety.failing_factor - safety.stable_factor <= 0.01);
     assert!((safety.factor().unwrap() - STRENGTH).abs() <= 0.005);
     let table = Table::read(&out.join("trials-safety.csv")).unwrap();
     assert_eq!(table.rows.len(), safety.trials.len());
@@ -200,14 +200,15 @@ fn an_interrupted_search_resumes_at_the_interrupted_trial() {
     let folder = tempfile::tempdir().unwrap();
     let options = |name: &str| RunOptions {
         method: "sliding".into(),
-        out: Some(folder.path().join(name)),
+        output_folder: Some(folder.path().join(name)),
         ..RunOptions::default()
     };
     let case = searching("[1, 2]");
     let whole = run_method(&Sliding::default(), &case, &options("whole")).unwrap();
     let cut = Sliding { stops_at: Some(5), ..Sliding::default() };
     let report =
-        run_method(&cut, &case, &RunOptions { stop: Some(cut.stop.clone()), ..options("cut") }).unwrap();
+        run_method(&cut, &case, &RunOptions { stop_flag: Some(cut.stop_flag.clone()), ..options("cut") })
+            .unwrap();
     assert_eq!((report.ending, report.safety.len()), (RunEnd::Interrupted, 0));
     let out = folder.path().join("cut");
     let summary = status(&out);
@@ -230,8 +231,11 @@ fn an_interrupted_search_resumes_at_the_interrupted_trial() {
 #[test]
 fn a_trial_that_fails_fails_the_run_which_can_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let options =
-        RunOptions { method: "sliding".into(), out: Some(folder.path().to_owned()), ..RunOptions::default() };
+    let options = RunOptions {
+        method: "sliding".into(),
+        output_folder: Some(folder.path().to_owned()),
+        ..RunOptions::default()
+    };
     let case = searching("[1, 2]");
     let error =
         run_method(&Sliding { refuses_at: Some(3), ..Sliding::default() }, &case, &options).unwrap_err();
@@ -250,7 +254,10 @@ fn a_search_range_without_the_factor_yields_a_bound_and_no_factor() {
     {
         let report = run_method(&Sliding::default(), &searching(range), &RunOptions::default()).unwrap();
         let safety = &report.safety["safety"];
-        assert_eq!((safety.trials.len(), safety.stable, safety.failed), (trials, stable, failed));
+        assert_eq!(
+            (safety.trials.len(), safety.stable_factor, safety.failing_factor),
+            (trials, stable, failed)
+        );
         assert_eq!(safety.factor(), None);
     }
 }
@@ -266,9 +273,9 @@ fn a_stage_with_weakening_has_the_reduced_strength() {
         let row = report.table.rows.iter().min_by(|a, b| (a[0] - time).abs().total_cmp(&(b[0] - time).abs()));
         row.unwrap()[report.table.columns.iter().position(|(name, _)| name == "kinetic_energy").unwrap()]
     };
-    let fastest = 2.0 * (PULL - 0.5 * STRENGTH);
-    assert_eq!(at(0.5), KEPT);
-    assert!(((at(2.5) - KEPT) / (0.5 * fastest * fastest) - 1.0).abs() < 0.05, "{}", at(2.5));
+    let fastest = 2.0 * (DRIVING_FORCE - 0.5 * STRENGTH);
+    assert_eq!(at(0.5), UNDAMPED_ENERGY);
+    assert!(((at(2.5) - UNDAMPED_ENERGY) / (0.5 * fastest * fastest) - 1.0).abs() < 0.05, "{}", at(2.5));
     assert!(at(3.5) < at(2.5), "full strength brakes");
     let whole = case(stages);
     let error =
@@ -327,21 +334,21 @@ fn displacement_is_measured_on_points_present_at_both_times() {
 }
 
 fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
-    let mut places: Vec<[f64; 3]> = Vec::new();
+    let mut positions: Vec<[f64; 3]> = Vec::new();
     let (spacing, mut extents) = (0.5, Vec::new());
     for i in 0..40 {
         // Level at 2 m up to x = 5 m, a face up to 8 m at x = 11 m, level beyond.
         let x = (f64::from(i) + 0.5) * spacing;
         let top = (x - 3.0).clamp(2.0, 8.0);
-        places
+        positions
             .extend((0..16).map(|j| [x, (f64::from(j) + 0.5) * spacing, 0.0]).filter(|place| place[1] < top));
     }
-    extents.resize(places.len(), [spacing, spacing, 1.0]);
+    extents.resize(positions.len(), [spacing, spacing, 1.0]);
     for (place, width) in extra {
-        places.push([place[0], place[1], 0.0]);
+        positions.push([place[0], place[1], 0.0]);
         extents.push([*width, *width, 1.0]);
     }
-    let count = places.len();
+    let count = positions.len();
     let scalar = |name: &str, unit, value: f64| Field {
         name: name.into(),
         unit,
@@ -352,7 +359,7 @@ fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
         step: 0,
         ids: (0..count as u64).collect(),
         bodies: vec![0; count],
-        positions: places,
+        positions,
         extents,
         fields: vec![scalar("mass", "kg", 500.0), scalar("volume", "m3", 0.25)],
     }
@@ -387,8 +394,11 @@ fn a_search_with_only_a_stage_derives_its_other_settings() {
     assert!(safety.block > 0.0 && safety.height > 0.0);
     let failing = &report.failed_trials["safety"];
     let moved = failing.vectors("trial_displacement").unwrap()[0][0];
-    let last =
-        safety.trials.iter().filter(|trial| trial.failed()).map(|trial| (trial.factor, trial.displacement));
+    let last = safety
+        .trials
+        .iter()
+        .filter(|trial| trial.is_failed())
+        .map(|trial| (trial.factor, trial.displacement));
     let (_, displacement) = last.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     assert_eq!(moved, displacement, "the frame is that of the least failing factor");
     value["gravity"] = json!([0, 0]);
@@ -398,8 +408,8 @@ fn a_search_with_only_a_stage_derives_its_other_settings() {
 
 fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {
     let mut safety = SafetyResult {
-        stable: 0.0,
-        failed: f64::INFINITY,
+        stable_factor: 0.0,
+        failing_factor: f64::INFINITY,
         tolerance: 0.1,
         height: 1.0,
         block: 1.0,
@@ -422,13 +432,13 @@ fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {
 fn undecided_trials_are_bracketed_from_both_sides_and_yield_no_factor() {
     use TrialVerdict::{Failed, Stable, Undecided};
     let mut trials = vec![(1.0, Stable), (2.0, Failed), (1.5, Undecided)];
-    assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.75));
+    assert_eq!(safety_of(&trials).next_factor([1.0, 2.0]), Some(1.75));
     trials.push((1.75, Failed));
-    assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.25));
+    assert_eq!(safety_of(&trials).next_factor([1.0, 2.0]), Some(1.25));
     trials.extend([(1.25, Stable), (1.375, Stable), (1.4375, Stable), (1.625, Failed), (1.5625, Failed)]);
     let safety = safety_of(&trials);
     assert_eq!(
-        (safety.next([1.0, 2.0]), safety.factor(), safety.outcome()),
+        (safety.next_factor([1.0, 2.0]), safety.factor(), safety.outcome()),
         (None, None, SearchOutcome::Undecided)
     );
     let message = safety.message();
@@ -443,11 +453,11 @@ fn undecided_trials_are_bracketed_from_both_sides_and_yield_no_factor() {
 fn a_search_with_undecided_range_limits_is_undecided() {
     use TrialVerdict::{Failed, Stable, Undecided};
     let safety = safety_of(&[(1.0, Undecided)]);
-    assert_eq!((safety.next([1.0, 2.0]), safety.outcome()), (None, SearchOutcome::Undecided));
+    assert_eq!((safety.next_factor([1.0, 2.0]), safety.outcome()), (None, SearchOutcome::Undecided));
     assert!(safety.message().contains("no stable factor, no failed factor"), "{}", safety.message());
     let mut trials = vec![(1.0, Stable), (1.1, Undecided)];
-    assert_eq!(safety_of(&trials).next([1.0, 1.1]), None);
+    assert_eq!(safety_of(&trials).next_factor([1.0, 1.1]), None);
     trials.push((1.05, Failed));
     let found = safety_of(&trials);
-    assert_eq!((found.next([1.0, 1.1]), found.outcome()), (None, SearchOutcome::Found));
+    assert_eq!((found.next_factor([1.0, 1.1]), found.outcome()), (None, SearchOutcome::Found));
 }

@@ -13,8 +13,8 @@ impl RunLoop<'_> {
             collapse, warning, energy_warning: grown, energy, missed_equilibria: missed, ..
         } = &self.progress;
         let missed = missed.iter().map(|(_, remark)| remark);
-        let said = collapse.iter().chain(warning).chain(grown).chain(missed).cloned();
-        said.chain(energy.warning()).chain(self.solver.warnings_at_end()).collect()
+        let warnings = collapse.iter().chain(warning).chain(grown).chain(missed).cloned();
+        warnings.chain(energy.warning()).chain(self.solver.warnings_at_end()).collect()
     }
 
     /// Warns once that the step has become a small part of the first one.
@@ -68,9 +68,9 @@ impl RunLoop<'_> {
         }
         let time = self.solver.time();
         let message = || format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})");
-        if !self.bar.is_hidden() {
-            self.bar.set_position((time * 1e9) as u64);
-            self.bar.set_message(message());
+        if !self.progress_bar.is_hidden() {
+            self.progress_bar.set_position((time * 1e9) as u64);
+            self.progress_bar.set_message(message());
         } else if self.last_progress_line.elapsed() >= PROGRESS_INTERVAL {
             // A file or a pipe gets lines. A failed write does not end the run.
             self.last_progress_line = Instant::now();
@@ -80,9 +80,9 @@ impl RunLoop<'_> {
     }
 
     fn report_warning(&mut self, remark: Option<String>) {
-        if let (Some(remark), Some(warn)) = (remark, self.options.warn) {
-            self.bar.suspend(|| warn(&remark));
-            self.reported.push(remark);
+        if let (Some(remark), Some(warn)) = (remark, self.options.on_warning) {
+            self.progress_bar.suspend(|| warn(&remark));
+            self.reported_warnings.push(remark);
         }
     }
 }

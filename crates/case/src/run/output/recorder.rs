@@ -76,7 +76,7 @@ impl<'a> RunRecorder<'a> {
             frame_interval: case.output.frames,
             row_interval: case.output.measures.unwrap_or(case.end_time() / DEFAULT_ROWS),
             ends_on_rows: case.output.measures.is_some(),
-            tables: Tables::new(options.out.clone()),
+            tables: Tables::new(options.output_folder.clone()),
             table: Table::default(),
             kept_frames: Vec::new(),
             states: BTreeMap::new(),
@@ -86,7 +86,7 @@ impl<'a> RunRecorder<'a> {
             reserved_space: None,
             rasters: Vec::new(),
         };
-        if let Some(out) = &options.out {
+        if let Some(out) = &options.output_folder {
             recorder.prepare(out)?;
         }
         Ok(recorder)
@@ -201,7 +201,7 @@ impl<'a> RunRecorder<'a> {
         if !row && !frame {
             return Ok(());
         }
-        let mut now = solver.frame(if frame { FrameRequest::Written } else { FrameRequest::Measured });
+        let mut now = solver.frame(if frame { FrameRequest::Requested } else { FrameRequest::Measured });
         let points = now.take_points();
         if row {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
@@ -225,7 +225,7 @@ impl<'a> RunRecorder<'a> {
         progress: &mut RunProgress,
     ) -> Result<(), RunError> {
         let time = solver.time();
-        let mut now = solver.frame(FrameRequest::Written);
+        let mut now = solver.frame(FrameRequest::Requested);
         let points = now.take_points();
         if self.table.last("time") != Some(time) {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
@@ -264,18 +264,18 @@ impl<'a> RunRecorder<'a> {
         mut others: Frame,
         progress: &mut RunProgress,
     ) -> Result<(), RunError> {
-        let only = self.case.output.fields.as_deref();
+        let field_names = self.case.output.fields.as_deref();
         let compression = self.case.output.compression;
         for dataset in &mut others.datasets {
             if !matches!(dataset.geometry, DatasetGeometry::Mesh(_)) {
-                dataset.fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
+                dataset.fields.retain(|field| field_names.is_none_or(|names| names.contains(&field.name)));
             }
         }
         self.profiles(&measured_snapshot(points.as_ref(), &others))?;
         if let Some(points) = &points {
             let on_nodes = |dataset: &Dataset| dataset.name == Dataset::GRID;
             if let Some(cell) = self.case.output.grid.filter(|_| !others.datasets.iter().any(on_nodes)) {
-                others.datasets.insert(0, averages(self.case, cell, points, only));
+                others.datasets.insert(0, averages(self.case, cell, points, field_names));
             }
         }
         let number = progress.collection.frames.len();
@@ -286,13 +286,13 @@ impl<'a> RunRecorder<'a> {
         let first = of_points.clone().or_else(|| others.datasets.first().map(file)).unwrap_or_default();
         progress.collection.frames.push((others.time, first));
         progress.frame_steps.push(others.step);
-        if let Some(out) = &self.options.out {
+        if let Some(out) = &self.options.output_folder {
             if let (Some(name), Some(points)) = (of_points, &points) {
                 let seal = write_frame(
                     &out.join(&name),
                     points,
                     self.case.origin(),
-                    WriteOptions { only, compression },
+                    WriteOptions { field_names, compression },
                 )?;
                 progress.seals.insert(name, seal);
             }
@@ -351,7 +351,7 @@ impl<'a> RunRecorder<'a> {
 
     /// Writes the checkpoint, after the rows before it are synchronised to the disk.
     pub(crate) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
-        let Some(out) = &self.options.out else { return Ok(()) };
+        let Some(out) = &self.options.output_folder else { return Ok(()) };
         let checkpoint = Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             fingerprint: self.fingerprint,
@@ -390,13 +390,13 @@ impl<'a> RunRecorder<'a> {
 
     fn state_file(&self, stage: &str) -> Option<PathBuf> {
         let number = self.case.stages.iter().position(|s| s.name == stage)?;
-        Some(self.options.out.as_ref()?.join(run_folder::state(number)))
+        Some(self.options.output_folder.as_ref()?.join(run_folder::state(number)))
     }
 
     /// Reads solver and progress from the checkpoint; `None`, with an empty folder, where the run ended before its first checkpoint. Tables
     /// and collection are reset to the checkpoint.
     pub(crate) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
-        let Some(out) = &self.options.out else { return Ok(None) };
+        let Some(out) = &self.options.output_folder else { return Ok(None) };
         let of_run = (self.fingerprint, self.options.method.as_str());
         let Some((checkpoint, mut state)) = read_checkpoint(out, of_run)? else {
             run_folder::clear(out)?;
@@ -437,7 +437,7 @@ impl<'a> RunRecorder<'a> {
 
     /// Writes the rasters of the case, each as an ESRI ASCII grid and as a GeoTIFF; rasters without a number are left out.
     pub(crate) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
-        let (Some(out), true) = (&self.options.out, self.case.output.rasters.is_some()) else {
+        let (Some(out), true) = (&self.options.output_folder, self.case.output.rasters.is_some()) else {
             return Ok(());
         };
         let folder = out.join(RASTERS);

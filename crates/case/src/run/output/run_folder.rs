@@ -22,7 +22,7 @@ pub(crate) const RASTERS: &str = "rasters";
 pub(crate) const MAP: &str = "map.png";
 
 /// Conventions of the columns, at the top of each table.
-const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
+const TABLE_CONVENTIONS: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
                      plane strain, per radian in axisymmetry";
 
 /// Name of a file of frame `number`.
@@ -66,7 +66,7 @@ pub(crate) fn trials(name: &str) -> String {
 }
 
 /// Name of the file of points at the end of the last failing trial of a search.
-pub(crate) fn failing(name: &str) -> String {
+pub(crate) fn failing_points_file(name: &str) -> String {
     format!("failing-{name}.vtu")
 }
 
@@ -133,13 +133,13 @@ pub(crate) fn write_state(
 ) -> Result<(), RunError> {
     let mut failed = None;
     let written = write_stream_atomically(path, |file| {
-        let mut sealed = ChecksumWriter { into: file, checksum: FileChecksum::default() };
+        let mut sealed = ChecksumWriter { writer: file, checksum: FileChecksum::default() };
         if let Err(error) = state(&mut sealed) {
             failed = Some(error);
             return Err(std::io::Error::other("not written"));
         }
         let seal = sealed.checksum.fnv1a.to_le_bytes();
-        sealed.into.write_all(&seal)
+        sealed.writer.write_all(&seal)
     });
     match failed {
         Some(error) => Err(error.into()),
@@ -157,7 +157,7 @@ pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
     let mut file = File::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
-    let mut sealed = ChecksumWriter { into: std::io::sink(), checksum: FileChecksum::default() };
+    let mut sealed = ChecksumWriter { writer: std::io::sink(), checksum: FileChecksum::default() };
     std::io::copy(&mut (&file).take(length), &mut sealed).map_err(fail)?;
     let mut seal = [0; size_of::<u64>()];
     file.read_exact(&mut seal).map_err(fail)?;
@@ -269,14 +269,14 @@ pub(crate) fn remove_partial_files(out: &Path) -> Result<(), OutputError> {
 /// Tables of a run on disk, by file name; empty without a folder.
 #[derive(Debug, Default)]
 pub(crate) struct Tables {
-    out: Option<PathBuf>,
+    folder: Option<PathBuf>,
     files: BTreeMap<String, TableFile>,
 }
 
 impl Tables {
     /// Creates an empty set of tables in a folder.
-    pub(crate) fn new(out: Option<PathBuf>) -> Self {
-        Self { out, files: BTreeMap::new() }
+    pub(crate) fn new(folder: Option<PathBuf>) -> Self {
+        Self { folder, files: BTreeMap::new() }
     }
 
     /// Adds rows to a table, which is created at its first rows.
@@ -286,9 +286,10 @@ impl Tables {
         columns: &[(String, String)],
         rows: &[Vec<f64>],
     ) -> Result<(), OutputError> {
-        let Some(out) = &self.out else { return Ok(()) };
+        let Some(out) = &self.folder else { return Ok(()) };
         if !self.files.contains_key(name) {
-            self.files.insert(name.to_owned(), TableFile::create(&out.join(name), ABOUT, columns)?);
+            self.files
+                .insert(name.to_owned(), TableFile::create(&out.join(name), TABLE_CONVENTIONS, columns)?);
         }
         self.files.get_mut(name).map_or(Ok(()), |file| file.append(rows))
     }
@@ -300,7 +301,7 @@ impl Tables {
 
     /// Reopens the tables at the lengths of the given checksums: all of them, or none is changed.
     pub(crate) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
-        let Some(out) = &self.out else { return Ok(()) };
+        let Some(out) = &self.folder else { return Ok(()) };
         let mut files = BTreeMap::new();
         for (name, seal) in seals {
             files.insert(name.clone(), TableFile::open(&out.join(name), *seal)?);

@@ -58,7 +58,7 @@ impl RunRecorder<'_> {
         }
         if completed {
             let tables = self.tables.sync()?;
-            if let Some(out) = &self.options.out {
+            if let Some(out) = &self.options.output_folder {
                 self.keep_case(out)?;
                 let sealed = progress.seals.clone().into_iter().chain(tables).collect();
                 summary["files"] = verify::to_json(&verify::file_checksums(out, sealed, &self.rasters)?);
@@ -68,7 +68,7 @@ impl RunRecorder<'_> {
         }
         self.write_summary(&summary)?;
         // Removed only now: a run that is killed before resumes from the checkpoint, or is known to be complete.
-        let checkpoint = self.options.out.as_ref().map(|out| out.join(CHECKPOINT));
+        let checkpoint = self.options.output_folder.as_ref().map(|out| out.join(CHECKPOINT));
         let over = completed && !solver.has_specimen();
         if let Some(checkpoint) = checkpoint.filter(|checkpoint| over && checkpoint.exists()) {
             fs::remove_file(&checkpoint).map_err(|error| OutputError::new(&checkpoint, error))?;
@@ -90,7 +90,7 @@ impl RunRecorder<'_> {
     }
 
     pub(crate) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
-        let Some(out) = &self.options.out else { return Ok(()) };
+        let Some(out) = &self.options.output_folder else { return Ok(()) };
         let text = serde_json::to_string_pretty(summary)
             .map_err(|error| checkpoint_error(out, error.to_string()))?;
         let path = out.join(SUMMARY);
@@ -129,10 +129,10 @@ fn budget_to_json(budget: Budget) -> serde_json::Value {
 }
 
 fn bound_to_json(bound: &StepBoundCount) -> serde_json::Value {
-    let StepBoundCount { steps, min_step: least, time } = bound;
-    let place = least.point.map(|_| least.position);
+    let StepBoundCount { steps, min_step: smallest, time } = bound;
+    let place = smallest.point.map(|_| smallest.position);
     json!({
-        "limit": least.limit.to_string(), "steps": steps, "least": least.dt, "time": time, "point": least.point,
+        "limit": smallest.limit.to_string(), "steps": steps, "least": smallest.dt, "time": time, "point": smallest.point,
         "position": place,
     })
 }

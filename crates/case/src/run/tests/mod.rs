@@ -26,10 +26,10 @@ struct Oscillators {
     /// Stable step (s).
     dt: f64,
     /// Time at which the stable step decreases, and the remaining share of it.
-    falls: Option<(f64, f64)>,
+    stiffening: Option<(f64, f64)>,
     fail_at: Option<f64>,
     /// Whether the solver ends the whole program at its failure, and pauses before.
-    dies: bool,
+    exits_on_failure: bool,
     /// Whether frames have their masses at the nodes of a line instead of points.
     on_nodes: bool,
 }
@@ -46,9 +46,9 @@ impl Oscillators {
             steps: 0,
             damping,
             dt: 0.0137,
-            falls: None,
+            stiffening: None,
             fail_at,
-            dies: false,
+            exits_on_failure: false,
             on_nodes: false,
         }
     }
@@ -74,21 +74,21 @@ impl Solver for Oscillators {
         self.state.len()
     }
     fn limit(&mut self) -> TimeStep {
-        match self.falls {
+        match self.stiffening {
             Some((at, share)) if self.time >= at => TimeStep {
                 dt: share * self.dt,
                 limit: StepLimit::ELASTIC_WAVE,
                 point: Some(3),
                 position: [1.0, 2.0, 0.0],
             },
-            _ => TimeStep { dt: self.dt, limit: StepLimit::FIXED, point: None, position: [0.0; 3] },
+            _ => TimeStep { dt: self.dt, limit: StepLimit::FIXED_STEP, point: None, position: [0.0; 3] },
         }
     }
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
         let dt = limit.limited_to(at_most);
         if self.fail_at.is_some_and(|at| self.time >= at) {
-            assert!(!self.dies, "killed");
+            assert!(!self.exits_on_failure, "killed");
             let reason = "it was told to".to_owned();
             return Err(SolverError::Point {
                 step: self.steps,
@@ -98,7 +98,7 @@ impl Solver for Oscillators {
                 reason,
             });
         }
-        if self.dies && self.time < Self::NAP && self.time + dt >= Self::NAP {
+        if self.exits_on_failure && self.time < Self::NAP && self.time + dt >= Self::NAP {
             std::thread::sleep(SUMMARY_INTERVAL);
         }
         for [x, v] in &mut self.state {
@@ -180,11 +180,11 @@ fn case(stages: &str) -> Case {
 }
 
 fn options(out: &std::path::Path) -> RunOptions {
-    RunOptions { method: "test".into(), out: Some(out.to_owned()), ..RunOptions::default() }
+    RunOptions { method: "test".into(), output_folder: Some(out.to_owned()), ..RunOptions::default() }
 }
 
 /// Files of a run, without the wall-clock times, which may differ.
-fn left(folder: &std::path::Path) -> Vec<(String, Vec<u8>)> {
+fn output_files(folder: &std::path::Path) -> Vec<(String, Vec<u8>)> {
     let mut files = Vec::new();
     for place in [folder.to_owned(), folder.join("frames")] {
         for entry in std::fs::read_dir(place).unwrap() {
@@ -246,11 +246,11 @@ fn default_measure_rows_do_not_shorten_steps() {
         (report.steps, report.table.column("time").unwrap())
     };
     // Steps shorter and longer than a hundredth of the run; the last two steps of a stage are equal.
-    for (dt, least, rows) in
+    for (dt, smallest, rows) in
         [(0.0137, 95 + 52, 101), (0.003, 434 + 234, 101), (0.1, 13 + 7, 21), (10.0, 2, 3)]
     {
         let (steps, times) = steps(dt, &case);
-        assert_eq!((steps, times.len()), (least, if rows == 101 { times.len() } else { rows }), "{dt} s");
+        assert_eq!((steps, times.len()), (smallest, if rows == 101 { times.len() } else { rows }), "{dt} s");
         if rows == 101 {
             assert!((98..=102).contains(&times.len()), "{dt} s: {} rows", times.len());
         }
@@ -333,7 +333,7 @@ fn a_stage_ends_at_rest_and_the_next_begins() {
 }
 
 /// Oscillators with a load that grows over 8 s, starting with `stage`. With a damping of 3 they rest after 4 s.
-fn loaded(stages: &str, stage: Option<&str>) -> Case {
+fn loaded_oscillators(stages: &str, stage: Option<&str>) -> Case {
     let mut case = case(stages);
     let load = serde_json::json!({ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1], "ramp": 8,
                                    "stage": stage });
@@ -349,7 +349,7 @@ fn no_stage_is_at_rest_before_its_loads_have_grown() {
     let stages = r#"[ { "name": "wait", "duration": 3 }, { "name": "settle", "duration": 40, "equilibrium": { "hold": 1 } },
                       { "name": "last", "duration": 1 } ]"#;
     for (stage, rest) in [(None, 8.0), (Some("wait"), 8.0), (Some("settle"), 11.0), (Some("last"), 3.0)] {
-        let case = loaded(stages, stage);
+        let case = loaded_oscillators(stages, stage);
         let report = run(&case, Oscillators::boxed(3.0, None), &RunOptions::default()).unwrap();
         let end = report.snapshot.time - 1.0;
         assert!((rest..rest + CHECKS).contains(&end), "{stage:?}: {end} s");
@@ -414,23 +414,28 @@ fn a_probe_without_points_nearby_causes_a_warning() {
 fn a_collapse_of_the_time_step_causes_a_warning_with_its_position() {
     let case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
     let falling = |share| {
-        let falls = Some((0.485, share));
-        Box::new(Oscillators { state: vec![[0.0; 2]; 5], dt: 0.01, falls, ..Oscillators::new(0.0, None) })
+        let stiffening = Some((0.485, share));
+        Box::new(Oscillators {
+            state: vec![[0.0; 2]; 5],
+            dt: 0.01,
+            stiffening,
+            ..Oscillators::new(0.0, None)
+        })
     };
-    static SAID: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
-    let warn: fn(&str) = |remark| SAID.lock().unwrap().push(remark.to_owned());
-    let with = RunOptions { warn: Some(warn), ..RunOptions::default() };
-    let [(little, _), (much, said)] = [2e-3, 5e-4].map(|share| {
+    static LOG: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
+    let warn: fn(&str) = |remark| LOG.lock().unwrap().push(remark.to_owned());
+    let with = RunOptions { on_warning: Some(warn), ..RunOptions::default() };
+    let [(little, _), (much, reported)] = [2e-3, 5e-4].map(|share| {
         let report = run(&case, falling(share), &with).unwrap();
-        (report.warnings_at_end, report.reported)
+        (report.warnings_at_end, report.reported_warnings)
     });
     assert_eq!(little, [""; 0]);
     let [remark] = much.as_slice() else { panic!("{much:?}") };
     for part in ["5.000e-6 s", "1.000e-2 s", "elastic wave", "point 3", "[1.0, 2.0, 0.0] m"] {
         assert!(remark.contains(part), "{remark}");
     }
-    assert_eq!(*SAID.lock().unwrap(), much, "once, while it ran");
-    assert_eq!(said, much, "and nobody need say it again");
+    assert_eq!(*LOG.lock().unwrap(), much, "once, while it ran");
+    assert_eq!(reported, much, "and nobody need say it again");
 }
 
 #[test]
@@ -474,7 +479,7 @@ fn a_run_fails_when_steps_no_longer_advance_its_time() {
     let solver = Oscillators {
         state: vec![[0.0; 2]],
         dt: 1e6,
-        falls: Some((1e6, 1e-18)),
+        stiffening: Some((1e6, 1e-18)),
         ..Oscillators::new(0.0, None)
     };
     let error = run(&case, Box::new(solver), &RunOptions::default()).unwrap_err();

@@ -6,7 +6,7 @@ use super::*;
 fn a_resumed_run_keeps_the_start_times_of_its_loads() {
     let stages = r#"[ { "name": "wait", "duration": 1 }, { "name": "load", "duration": 1 },
                       { "name": "settle", "duration": 40, "equilibrium": { "hold": 1 } } ]"#;
-    let case = loaded(stages, Some("load"));
+    let case = loaded_oscillators(stages, Some("load"));
     let whole = tempfile::tempdir().unwrap();
     let end = run(&case, Oscillators::boxed(3.0, None), &options(whole.path())).unwrap().snapshot.time;
     assert!((9.0..9.0 + CHECKS).contains(&end), "{end} s");
@@ -14,7 +14,7 @@ fn a_resumed_run_keeps_the_start_times_of_its_loads() {
     run(&case, Oscillators::boxed(3.0, Some(6.0)), &options(folder.path())).unwrap_err();
     let again = RunOptions { resume: true, ..options(folder.path()) };
     assert_eq!(run(&case, Oscillators::boxed(3.0, None), &again).unwrap().snapshot.time, end);
-    assert!(left(folder.path()) == left(whole.path()));
+    assert!(output_files(folder.path()) == output_files(whole.path()));
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn files_of_a_resumed_run_are_bit_identical() {
         let report = run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
         let table = Table::read(&folder.path().join("measures.csv")).unwrap();
         assert_eq!((report.table.columns, report.table.rows.len()), (table.columns, table.rows.len()));
-        assert!(left(folder.path()) == left(whole.path()), "crash at {fail_at} s");
+        assert!(output_files(folder.path()) == output_files(whole.path()), "crash at {fail_at} s");
     }
 }
 
@@ -85,7 +85,7 @@ fn resuming_a_run_without_a_checkpoint_restarts_it() {
     }
     run(&case, Oscillators::boxed(0.1, None), &RunOptions { resume: true, ..options(folder.path()) })
         .unwrap();
-    let results = |folder| left(folder).into_iter().filter(|(name, _)| name != "case.json");
+    let results = |folder| output_files(folder).into_iter().filter(|(name, _)| name != "case.json");
     assert!(results(folder.path()).eq(results(whole.path())));
 }
 
@@ -96,11 +96,11 @@ fn resuming_with_rows_missing_is_refused() {
     run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
     let measures = folder.path().join("measures.csv");
     std::fs::write(&measures, "# nothing left\n").unwrap();
-    let before = left(folder.path());
+    let before = output_files(folder.path());
     let again = RunOptions { resume: true, ..options(folder.path()) };
     let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
     assert!(error.to_string().contains("measures.csv: has 15 bytes"), "{error}");
-    assert!(left(folder.path()) == before);
+    assert!(output_files(folder.path()) == before);
 }
 
 #[test]
@@ -111,11 +111,11 @@ fn resuming_with_frames_missing_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
         std::fs::remove_file(folder.path().join(gone)).unwrap();
-        let before = left(folder.path());
+        let before = output_files(folder.path());
         let again = RunOptions { resume: true, ..options(folder.path()) };
         let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
         assert!(error.to_string().contains(&format!("needs {gone}, which is missing")), "{error}");
-        assert!(left(folder.path()) == before);
+        assert!(output_files(folder.path()) == before);
     }
 }
 
@@ -154,11 +154,11 @@ fn a_checkpoint_of_another_case_is_refused() {
     let first = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     run(&first, Oscillators::boxed(0.0, Some(1.0)), &options(folder.path())).unwrap_err();
     let other = case(r#"[ { "name": "all", "duration": 3.0 } ]"#);
-    let before = left(folder.path());
+    let before = output_files(folder.path());
     let again = RunOptions { resume: true, ..options(folder.path()) };
     let error = run(&other, Oscillators::boxed(0.0, None), &again).unwrap_err();
     assert!(error.to_string().contains("another case"), "{error}");
-    assert!(left(folder.path()) == before, "a refused resume changes nothing");
+    assert!(output_files(folder.path()) == before, "a refused resume changes nothing");
 }
 
 #[test]
@@ -176,11 +176,11 @@ fn resuming_with_tables_or_frames_that_were_edited_is_refused() {
         let mut bytes = std::fs::read(&path).unwrap();
         bytes[10] ^= 1;
         std::fs::write(&path, bytes).unwrap();
-        let before = left(folder.path());
+        let before = output_files(folder.path());
         let again = RunOptions { resume: true, ..options(folder.path()) };
         let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
         assert!(error.to_string().contains(problem), "{name}: {error}");
-        assert!(left(folder.path()) == before);
+        assert!(output_files(folder.path()) == before);
     }
 }
 
@@ -196,7 +196,7 @@ fn a_complete_run_verifies_until_one_of_its_files_changes() {
     run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
     let whole = verify(folder.path()).unwrap();
     // All files except the summary itself.
-    assert_eq!(whole, VerificationResult { files: left(folder.path()).len(), problems: Vec::new() });
+    assert_eq!(whole, VerificationResult { files: output_files(folder.path()).len(), problems: Vec::new() });
     std::fs::write(folder.path().join("frames.pvd"), "").unwrap();
     let table = folder.path().join("measures.csv");
     let edited = std::fs::read_to_string(&table).unwrap().replacen("# SI", "# si", 1);

@@ -33,13 +33,13 @@ fn a_summary_contains_end_times_of_stages_and_limits_of_time_steps() {
 fn the_summary_of_a_killed_run_states_its_progress() {
     let case = case(r#"[ { "name": "a", "duration": 0.6 }, { "name": "b", "duration": 1 } ]"#);
     // With checkpoints, and with nothing but frames.
-    for (checkpoint, least) in [(1e-9, Oscillators::NAP), (1e6, 1.0)] {
+    for (checkpoint, smallest) in [(1e-9, Oscillators::NAP), (1e6, 1.0)] {
         let mut case = case.clone();
         case.output.checkpoint = checkpoint;
         let folder = tempfile::tempdir().unwrap();
         let warnings = vec!["mind the step".to_owned()];
         let killed = std::panic::catch_unwind(|| {
-            let solver = Oscillators { dies: true, ..Oscillators::new(0.0, Some(1.2)) };
+            let solver = Oscillators { exits_on_failure: true, ..Oscillators::new(0.0, Some(1.2)) };
             run(&case, Box::new(solver), &RunOptions { warnings, ..options(folder.path()) })
         });
         assert!(killed.is_err());
@@ -48,7 +48,7 @@ fn the_summary_of_a_killed_run_states_its_progress() {
         assert_eq!(summary["status"], "running");
         assert_eq!(summary["warnings"][0], "mind the step");
         let time = summary["time"].as_f64().unwrap();
-        assert!((least - 1e-9..1.22).contains(&time), "{time} s");
+        assert!((smallest - 1e-9..1.22).contains(&time), "{time} s");
         assert_eq!(summary["stages"][0]["ended"], "duration over");
         assert_eq!(
             (&summary["stages"][1]["name"], summary["stages"][1]["end"].is_null()),

@@ -10,8 +10,8 @@ fn files_that_no_run_wrote_are_never_written_over() {
             let out = tempfile::tempdir().unwrap();
             let path = out.path().join(name);
             std::fs::write(&path, "mine").unwrap();
-            let asked = RunOptions { overwrite, ..options(out.path()) };
-            let error = run(&case, Oscillators::boxed(0.0, None), &asked).unwrap_err().to_string();
+            let options_of_run = RunOptions { overwrite, ..options(out.path()) };
+            let error = run(&case, Oscillators::boxed(0.0, None), &options_of_run).unwrap_err().to_string();
             assert!(error.contains(&format!("contains {name}, which no run wrote")), "{error}");
             assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
             assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 1, "nothing else was written");

@@ -88,7 +88,7 @@ pub(crate) fn select(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
 
 /// Whether any of the flags is not zero.
 #[inline(always)]
-pub(crate) fn any<const N: usize>(flags: &[f64; N]) -> bool {
+pub(crate) fn any_nonzero<const N: usize>(flags: &[f64; N]) -> bool {
     let mut bits = 0;
     for i in 0..N {
         bits |= flags[i].to_bits();
@@ -140,11 +140,11 @@ fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
 /// Writes the components of [`MotionBlock::deformation_components`] from separate motions.
 #[inline(always)]
 pub(super) fn deformation_components(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
-    let most = largest * largest;
+    let maximum = largest * largest;
     let mut within = true;
     for motion in motions {
         let strain = motion.strain_increment();
-        within &= strain.dot(&strain) <= most;
+        within &= strain.dot(&strain) <= maximum;
     }
     let last = motions.len() - 1;
     for c in 0..9 {
@@ -186,8 +186,8 @@ pub(super) fn wave_moduli<S>(
     }
     if planar {
         for i in 0..WIDTH {
-            let least = tensor(&lanes, i).least_principal_value_in_plane();
-            moduli[i] = elastic / jacobians[i] - least.min(0.0);
+            let smallest = tensor(&lanes, i).least_principal_value_in_plane();
+            moduli[i] = elastic / jacobians[i] - smallest.min(0.0);
         }
     } else {
         for i in 0..WIDTH {
@@ -252,9 +252,9 @@ impl<L: PrincipalReturn> Hencky<L> {
     ) -> [f64; N] {
         let mut few = SimdBatch { stress: [[0.0; N]; 6], is_yielding: [0.0; N], fallback: [0.0; N] };
         self.elastic_trials::<N, PLANAR>(trials, &mut few);
-        let mut inner: [L::State; N] = std::array::from_fn(|i| states[i].inner.clone());
+        let mut inner: [L::State; N] = std::array::from_fn(|i| states[i].inner_state.clone());
         self.0.return_batch(&mut few, &mut inner);
-        let yielding = any(&few.is_yielding);
+        let yielding = any_nonzero(&few.is_yielding);
         if yielding {
             self.update_elastic_deformation::<N, PLANAR>(trials, &mut few);
         }
@@ -267,7 +267,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         }
         if yielding {
             for i in (0..N).filter(|&i| few.fallback[i] == 0.0) {
-                states[i].inner.clone_from(&inner[i]);
+                states[i].inner_state.clone_from(&inner[i]);
             }
         }
         // A point at rest keeps its state.
@@ -333,7 +333,7 @@ impl<L: PrincipalReturn> Hencky<L> {
 
     /// Updates a single point by one step, where the series cover it and the law does not fall back.
     #[inline]
-    pub(super) fn single(
+    pub(super) fn update_point(
         &self,
         motion: &Motion,
         old: &Point<HenckyState<L::State>>,

@@ -16,7 +16,7 @@ use crate::{
 };
 
 pub use crate::adapters::hencky::batch::SimdBatch;
-pub(crate) use crate::adapters::hencky::batch::{any, select};
+pub(crate) use crate::adapters::hencky::batch::{any_nonzero, select};
 pub use crate::adapters::hencky::planar::{InvariantReturn, ReturnResult, StressInvariants};
 
 /// Return map in principal stresses, of a law with linear elasticity. The map serves both the
@@ -82,7 +82,7 @@ pub struct HenckyState<S> {
     /// Volume over initial volume.
     pub jacobian: f64,
     /// Internal variables of the inner law.
-    pub inner: S,
+    pub inner_state: S,
 }
 
 /// Principal stresses (Pa) from principal logarithmic strains.
@@ -118,8 +118,9 @@ pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
 #[inline(always)]
 fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
     let planar = batch::lies_in_plane(stress);
-    let least = if planar { stress.least_principal_value_in_plane() } else { stress.least_principal_value() };
-    elastic / jacobian - least.min(0.0)
+    let smallest =
+        if planar { stress.least_principal_value_in_plane() } else { stress.least_principal_value() };
+    elastic / jacobian - smallest.min(0.0)
 }
 
 /// Elastic trial of a step.
@@ -167,12 +168,12 @@ impl<L: PrincipalReturn> Hencky<L> {
             return Ok(old.clone());
         }
         if self.0.supports_batch()
-            && let Some(new) = self.single(motion, old)
+            && let Some(new) = self.update_point(motion, old)
         {
             return Ok(new);
         }
         let HenckyTrial { elastic, spectrum, stresses, jacobian, .. } = self.trial(motion, old)?;
-        let (stress, inner) = self.0.return_principal(stresses, &old.state.inner)?;
+        let (stress, inner_state) = self.0.return_principal(stresses, &old.state.inner_state)?;
         let elastic = if stress == stresses {
             elastic
         } else {
@@ -182,7 +183,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         if !stress.is_finite() {
             return Err(MaterialError::Motion { model: self.0.name(), reason: "the stress is not finite" });
         }
-        Ok(Point { stress, state: HenckyState { elastic, jacobian, inner } })
+        Ok(Point { stress, state: HenckyState { elastic, jacobian, inner_state } })
     }
 
     fn single_step_dissipation(
@@ -192,7 +193,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         new: &Point<HenckyState<L::State>>,
     ) -> Option<f64> {
         let trial = self.trial(motion, old).ok()?;
-        let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
+        let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner_state).ok()?;
         let kept = strains(self.0.elasticity(), stress);
         let work: f64 = (0..3).map(|a| stress[a] * (trial.strains[a] - kept[a])).sum();
         Some(work / new.state.jacobian)
@@ -228,7 +229,8 @@ impl<L: PrincipalReturn> PointLaw for Hencky<L> {
         let inner = self.0.initial(initial)?;
         let spectrum = inner.stress.spectrum();
         let elastic = strains(self.0.elasticity(), spectrum.values).map(|e| (2.0 * e).exp_m1());
-        let state = HenckyState { elastic: spectrum.compose(elastic), jacobian: 1.0, inner: inner.state };
+        let state =
+            HenckyState { elastic: spectrum.compose(elastic), jacobian: 1.0, inner_state: inner.state };
         Ok(Point { stress: inner.stress, state })
     }
 
@@ -246,7 +248,7 @@ impl<L: PrincipalReturn> PointLaw for Hencky<L> {
 
     fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
         let stress = point.stress * point.state.jacobian;
-        self.0.yield_value(&Point { stress, state: point.state.inner.clone() })
+        self.0.yield_value(&Point { stress, state: point.state.inner_state.clone() })
     }
 
     fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
@@ -256,7 +258,7 @@ impl<L: PrincipalReturn> PointLaw for Hencky<L> {
 
     fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
         let stress = point.stress * point.state.jacobian;
-        self.0.outputs(&Point { stress, state: point.state.inner.clone() }, out);
+        self.0.outputs(&Point { stress, state: point.state.inner_state.clone() }, out);
     }
 }
 
@@ -320,8 +322,8 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
             if self.needs_substeps(motion) {
                 return None;
             }
-            let block = self.0.principal_tangent(trial.stresses, &old.state.inner)?;
-            let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
+            let block = self.0.principal_tangent(trial.stresses, &old.state.inner_state)?;
+            let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner_state).ok()?;
             let squares = trial.spectrum.values.map(|b| 1.0 + b);
             let c = kirchhoff_tangent(&trial.spectrum, stress, squares, &block);
             let cauchy = trial.spectrum.compose(stress) * (1.0 / trial.jacobian);

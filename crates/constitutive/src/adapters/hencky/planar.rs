@@ -84,7 +84,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         pressure: f64,
         deviator: &SymTensor,
         jacobian: f64,
-        inner: L::State,
+        inner_state: L::State,
     ) -> Point<HenckyState<L::State>> {
         let elasticity = self.0.elasticity();
         let (k, two_mu) = (elasticity.bulk_modulus, 2.0 * elasticity.shear_modulus);
@@ -93,7 +93,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         let strains = spectrum.values.map(|s| s / two_mu - 0.5 * pressure / k);
         let mut elastic = spectrum.compose(strains.map(|e| (2.0 * e).exp_m1()));
         elastic[2] = 0.0;
-        Point { stress, state: HenckyState { elastic, jacobian, inner } }
+        Point { stress, state: HenckyState { elastic, jacobian, inner_state } }
     }
 
     fn single_step(
@@ -127,24 +127,24 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         let mean = SymTensor([0.5 * volumetric, 0.5 * volumetric, 0.0, 0.0, 0.0, 0.0]);
         let deviator = (strain - mean) * (2.0 * elasticity.shear_modulus);
         let (pressure, q) = (-elasticity.bulk_modulus * volumetric, deviator.q());
-        let (end, inner) = self.0.return_invariants((pressure, q), &old.state.inner)?;
+        let (end, inner_state) = self.0.return_invariants((pressure, q), &old.state.inner_state)?;
         let jacobian = old.state.jacobian * stretch;
         Ok(match end {
             None => {
                 let stress = (deviator - SymTensor::isotropic(pressure)) * (1.0 / jacobian);
-                Point { stress, state: HenckyState { elastic: plane, jacobian, inner } }
+                Point { stress, state: HenckyState { elastic: plane, jacobian, inner_state } }
             }
-            Some((0.0, 0.0)) => self.point(0.0, &SymTensor::ZERO, jacobian, inner),
+            Some((0.0, 0.0)) => self.point(0.0, &SymTensor::ZERO, jacobian, inner_state),
             Some((pressure, kept)) => {
                 let share = if q > 0.0 { kept / q } else { 0.0 };
-                self.point(pressure, &(deviator * share), jacobian, inner)
+                self.point(pressure, &(deviator * share), jacobian, inner_state)
             }
         })
     }
 
     /// Point in Kirchhoff stresses.
-    fn inner(point: &Point<HenckyState<L::State>>) -> Point<L::State> {
-        Point { stress: point.stress * point.state.jacobian, state: point.state.inner.clone() }
+    fn kirchhoff_point(point: &Point<HenckyState<L::State>>) -> Point<L::State> {
+        Point { stress: point.stress * point.state.jacobian, state: point.state.inner_state.clone() }
     }
 }
 
@@ -179,21 +179,21 @@ impl<L: InvariantReturn> PointLaw for PlanarHencky<L> {
 
     fn wave_modulus(&self, point: &Point<HenckyState<L::State>>) -> f64 {
         let elasticity = self.0.elasticity();
-        let least = point.stress.principal_values()[2] * point.state.jacobian;
+        let smallest = point.stress.principal_values()[2] * point.state.jacobian;
         // λ + 2μ in the plane.
-        (elasticity.bulk_modulus + elasticity.shear_modulus - least.min(0.0)) / point.state.jacobian
+        (elasticity.bulk_modulus + elasticity.shear_modulus - smallest.min(0.0)) / point.state.jacobian
     }
 
     fn yield_value(&self, point: &Point<HenckyState<L::State>>) -> Option<f64> {
-        self.0.yield_value(&Self::inner(point))
+        self.0.yield_value(&Self::kirchhoff_point(point))
     }
 
     fn stored_energy(&self, point: &Point<HenckyState<L::State>>) -> Option<f64> {
-        Some(self.0.stored_energy(&Self::inner(point))? / point.state.jacobian)
+        Some(self.0.stored_energy(&Self::kirchhoff_point(point))? / point.state.jacobian)
     }
 
     fn outputs(&self, point: &Point<HenckyState<L::State>>, out: &mut [f64]) {
-        self.0.outputs(&Self::inner(point), out);
+        self.0.outputs(&Self::kirchhoff_point(point), out);
     }
 }
 

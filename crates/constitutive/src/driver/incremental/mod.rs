@@ -85,7 +85,7 @@ impl IncrementalTest {
         };
         if let Err(DriverError::Invalid(problems)) = test.validate() {
             let lines: Vec<usize> = steps.steps.iter().map(|step| step.line).collect();
-            return Err(problems.into_iter().map(|problem| in_file(problem, &lines)).collect());
+            return Err(problems.into_iter().map(|problem| with_file_line(problem, &lines)).collect());
         }
         let every = steps.steps.iter().map(|step| step.output_interval).collect();
         Ok(Self { test, output_interval: every, state, parameters, uses_file_values: takes })
@@ -128,8 +128,8 @@ fn fill_from_files(
     takes
 }
 
-/// Moves a problem of the test to its line of the file.
-fn in_file(problem: TestProblem, lines: &[usize]) -> TestProblem {
+/// Problem of a test with the line of the file at which it occurs.
+fn with_file_line(problem: TestProblem, lines: &[usize]) -> TestProblem {
     let TestProblem { path, problem } = problem;
     let stage = path.strip_prefix("stages[").and_then(|rest| rest.split(']').next());
     let line = stage.and_then(|number| number.parse().ok()).and_then(|number: usize| lines.get(number));
@@ -156,7 +156,7 @@ impl<'t> NumberedLines<'t> {
     }
 
     /// Next line that is not blank.
-    fn next(&mut self) -> Option<&'t str> {
+    fn next_line(&mut self) -> Option<&'t str> {
         for (index, line) in self.lines.by_ref() {
             self.number = index + 1;
             if !line.trim().is_empty() {
@@ -170,8 +170,8 @@ impl<'t> NumberedLines<'t> {
         TestProblem { path: format!("{}:{}", self.file, self.number), problem: problem.into() }
     }
 
-    fn expect(&mut self, what: &str) -> Result<&'t str, TestProblem> {
-        match self.next() {
+    fn require_line(&mut self, what: &str) -> Result<&'t str, TestProblem> {
+        match self.next_line() {
             Some(line) => Ok(line),
             None => Err(self.problem(format!("the file ends where {what} is expected"))),
         }
@@ -179,7 +179,7 @@ impl<'t> NumberedLines<'t> {
 
     /// First `N` numbers of the next line; the rest is a comment.
     fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N], TestProblem> {
-        let line = self.expect(what)?;
+        let line = self.require_line(what)?;
         self.numbers_of(line, what)
     }
 
@@ -205,10 +205,10 @@ impl<'t> NumberedLines<'t> {
 
     fn count(&mut self, what: &str) -> Result<usize, TestProblem> {
         let [value] = self.numbers(what)?;
-        self.whole(value, what)
+        self.integer(value, what)
     }
 
-    fn whole(&self, value: f64, what: &str) -> Result<usize, TestProblem> {
+    fn integer(&self, value: f64, what: &str) -> Result<usize, TestProblem> {
         if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
             Ok(value as usize)
         } else {
@@ -231,7 +231,7 @@ fn number(word: &str) -> Option<f64> {
 
 fn parameters(text: &str) -> Result<UmatProperties, TestProblem> {
     let mut lines = NumberedLines::new(PARAMETERS, text);
-    let name = lines.expect("the material's name")?;
+    let name = lines.require_line("the material's name")?;
     let name = name.split('#').next().unwrap_or_default().trim().to_owned();
     let count = lines.count("the number of properties")?;
     let value = |_| lines.numbers("a property").map(|[value]| value);
@@ -259,7 +259,7 @@ fn initial(text: &str, unit: f64) -> Result<([f64; 6], Vec<f64>), TestProblem> {
     let mut state = Vec::new();
     // The file may end early: missing values are zero.
     while state.len() < count
-        && let Some(line) = lines.next()
+        && let Some(line) = lines.next_line()
     {
         let [value] = lines.numbers_of(line, "a state variable")?;
         state.push(value);

@@ -42,14 +42,14 @@ pub(super) struct TestStep {
 
 pub(super) fn read_steps(text: &str, unit: f64) -> Result<TestSteps, TestProblem> {
     let mut lines = NumberedLines::new(TEST, text);
-    let first = lines.expect("the name of the output file")?;
+    let first = lines.require_line("the name of the output file")?;
     if first.starts_with('*') {
         return Err(lines.problem("the first line names the output file; the steps come after it"));
     }
     let (output, heading) = first.split_once('#').unwrap_or((first, ""));
     let title = if heading.trim().is_empty() { output } else { heading }.trim().to_owned();
     let mut steps = Vec::new();
-    while let Some(line) = lines.next() {
+    while let Some(line) = lines.next_line() {
         match keyword(line) {
             "*End" => break,
             "*Repetition" => repetition(&mut lines, unit, &mut steps)?,
@@ -74,13 +74,13 @@ fn repetition(
 ) -> Result<(), TestProblem> {
     let what = "the numbers of steps and of repetitions";
     let [count, times] = lines.numbers(what)?;
-    let (count, times) = (lines.whole(count, what)?, lines.whole(times, what)?);
+    let (count, times) = (lines.integer(count, what)?, lines.integer(times, what)?);
     if count.saturating_mul(times).saturating_add(steps.len()) > MAX_STEPS {
         return Err(lines.problem(format!("{count} steps {times} times are more than {MAX_STEPS}")));
     }
     let mut repeated = Vec::new();
     for _ in 0..count {
-        let keyword = keyword(lines.expect("a step of the repetition")?);
+        let keyword = keyword(lines.require_line("a step of the repetition")?);
         if matches!(keyword, "*Repetition" | "*End") {
             return Err(lines.problem(format!("{keyword} is not allowed inside *Repetition")));
         }
@@ -107,13 +107,13 @@ fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestS
 /// Reads `ninc maxiter deltaTime`, and after a colon the row interval.
 fn increment_header(lines: &mut NumberedLines<'_>) -> Result<(usize, f64, usize), TestProblem> {
     let what = "ninc maxiter deltaTime";
-    let text = lines.expect(what)?;
+    let text = lines.require_line(what)?;
     let (text, every) = text.split_once(':').unwrap_or((text, "1"));
     let [increments, _, time] = lines.numbers_of(text, what)?;
-    let increments = lines.whole(increments, what)?;
+    let increments = lines.integer(increments, what)?;
     let what = "the number after the colon";
     let [every] = lines.numbers_of(every, what)?;
-    let every = lines.whole(every, what)?.clamp(1, increments.max(1));
+    let every = lines.integer(every, what)?.clamp(1, increments.max(1));
     if increments == 0 {
         return Err(lines.problem("ninc: 0 is not positive"));
     }
@@ -130,8 +130,8 @@ fn path(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<Loadi
             load.variables = variables(lines)?;
             for row in 0..6 {
                 let [stress, amount] = lines.numbers("ifstress and an amount")?;
-                load.stress[row] = flag(lines, stress)?;
-                load.amount[row] = amount;
+                load.stress[row] = parse_flag(lines, stress)?;
+                load.increment[row] = amount;
             }
         }
         "*CirculatingLoad" => {
@@ -139,28 +139,28 @@ fn path(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<Loadi
             for row in 0..6 {
                 let what = "ifstress, an amplitude, a phase and an amount";
                 let [stress, amplitude, phase, amount] = lines.numbers(what)?;
-                load.stress[row] = flag(lines, stress)?;
-                (load.amplitude[row], load.phase[row], load.amount[row]) = (amplitude, phase, amount);
+                load.stress[row] = parse_flag(lines, stress)?;
+                (load.amplitude[row], load.phase[row], load.increment[row]) = (amplitude, phase, amount);
             }
         }
         "*DeformationGradient" => return deformation(lines),
-        "*OedometricE1" => load.amount[0] = amount(lines)?,
-        "*OedometricS1" => (load.stress[0], load.amount[0]) = (true, amount(lines)?),
+        "*OedometricE1" => load.increment[0] = next_number(lines)?,
+        "*OedometricS1" => (load.stress[0], load.increment[0]) = (true, next_number(lines)?),
         "*TriaxialE1" => {
-            load.amount[0] = amount(lines)?;
+            load.increment[0] = next_number(lines)?;
             load.stress[1..3].fill(true);
         }
         "*TriaxialS1" => {
-            load.amount[0] = amount(lines)?;
+            load.increment[0] = next_number(lines)?;
             load.stress[..3].fill(true);
         }
         "*TriaxialUEq" => {
             load.variables = StressVariables::Roscoe;
-            load.amount[1] = amount(lines)?;
+            load.increment[1] = next_number(lines)?;
         }
         "*TriaxialUq" => {
             load.variables = StressVariables::Roscoe;
-            (load.stress[1], load.amount[1]) = (true, amount(lines)?);
+            (load.stress[1], load.increment[1]) = (true, next_number(lines)?);
         }
         "*UndrainedCreep" => {
             load.variables = StressVariables::Roscoe;
@@ -172,11 +172,11 @@ fn path(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<Loadi
     Ok(load.path(unit))
 }
 
-fn amount(lines: &mut NumberedLines<'_>) -> Result<f64, TestProblem> {
+fn next_number(lines: &mut NumberedLines<'_>) -> Result<f64, TestProblem> {
     lines.numbers("an amount").map(|[value]| value)
 }
 
-fn flag(lines: &NumberedLines<'_>, value: f64) -> Result<bool, TestProblem> {
+fn parse_flag(lines: &NumberedLines<'_>, value: f64) -> Result<bool, TestProblem> {
     if value == 0.0 || value == 1.0 {
         Ok(value == 1.0)
     } else {
@@ -208,7 +208,7 @@ enum StressVariables {
 }
 
 fn variables(lines: &mut NumberedLines<'_>) -> Result<StressVariables, TestProblem> {
-    let word = lines.expect("*Cartesian, *Roscoe, *RoscoeIsomorph or *Rendulic")?;
+    let word = lines.require_line("*Cartesian, *Roscoe, *RoscoeIsomorph or *Rendulic")?;
     match word.split_whitespace().next().unwrap_or_default().to_lowercase().as_str() {
         "*cartesian" => Ok(StressVariables::Cartesian),
         "*roscoe" => Ok(StressVariables::Roscoe),
@@ -248,7 +248,7 @@ impl StressVariables {
 struct LoadRows {
     variables: StressVariables,
     stress: [bool; 6],
-    amount: [f64; 6],
+    increment: [f64; 6],
     amplitude: [f64; 6],
     phase: [f64; 6],
 }
@@ -256,7 +256,7 @@ struct LoadRows {
 impl LoadRows {
     /// Rows of zero strain.
     fn zero_strain(variables: StressVariables) -> Self {
-        Self { variables, stress: [false; 6], amount: [0.0; 6], amplitude: [0.0; 6], phase: [0.0; 6] }
+        Self { variables, stress: [false; 6], increment: [0.0; 6], amplitude: [0.0; 6], phase: [0.0; 6] }
     }
 
     fn path(&self, unit: f64) -> LoadingPath {
@@ -281,7 +281,7 @@ impl LoadRows {
         LoadingPath::General {
             stress,
             strain,
-            total: scaled(self.amount),
+            total: scaled(self.increment),
             amplitude: scaled(self.amplitude),
             phase: self.phase.map(|phase| phase * 180.0 / PI),
             spin: [0.0; 3],

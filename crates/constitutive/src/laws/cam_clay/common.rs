@@ -124,10 +124,10 @@ impl CamClayConstants {
                 VolumeStep { pressure: floor, tangent: 0.0, secant, secant_slope: -secant / compression };
         }
         // At pressures below the least one the shear modulus is constant.
-        let least = theta * MIN_PRESSURE;
+        let smallest = theta * MIN_PRESSURE;
         let (shear, shear_slope) = match self.shear {
             ShearStiffness::Modulus(modulus) => (modulus, 0.0),
-            ShearStiffness::Ratio(ratio) if volume.secant < least => (ratio * least, 0.0),
+            ShearStiffness::Ratio(ratio) if volume.secant < smallest => (ratio * smallest, 0.0),
             ShearStiffness::Ratio(ratio) => (ratio * volume.secant, ratio * volume.secant_slope),
         };
         let radial = RadialTrial::new(&old.stress, strain, shear, shear_slope);
@@ -146,7 +146,7 @@ impl CamClayConstants {
             CamClayState { void_ratio: void_ratio_after(old.state.void_ratio, strain.trace()), ..old.state };
         SubstepResult {
             point: Point { stress: trial.radial.stress(trial.pressure, 1.0), state },
-            dissipated: 0.0,
+            dissipated_work: 0.0,
         }
     }
 

@@ -80,6 +80,6 @@ impl SmallStrain for CamClay {
         old: &Point<CamClayState>,
         _new: &Point<CamClayState>,
     ) -> Option<f64> {
-        self.step(strain, old).ok().map(|advance| advance.dissipated)
+        self.step(strain, old).ok().map(|advance| advance.dissipated_work)
     }
 }

@@ -141,7 +141,7 @@ fn exclusive_options_error(field: &'static str, given: Option<f64>, other: &str)
     };
     match given {
         Some(value) => MaterialError::parameter(field, value, rule),
-        None => MaterialError::choice(field, rule),
+        None => MaterialError::incompatible_options(field, rule),
     }
 }
 

@@ -112,7 +112,7 @@ impl CamClay {
             advance.point.stress = trial.radial.stress(p, deviator_scale(m2, &trial, multiplier));
             advance.point.state.preconsolidation_pressure = p_c;
             advance.point.state.plastic_strain += multiplier * 2.0 * q / m2;
-            advance.dissipated = multiplier * (p * (2.0 * p - p_c) + 2.0 * q * q / m2);
+            advance.dissipated_work = multiplier * (p * (2.0 * p - p_c) + 2.0 * q * q / m2);
         }
         Ok(advance)
     }

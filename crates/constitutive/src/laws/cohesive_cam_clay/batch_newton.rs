@@ -1,7 +1,7 @@
 //! Return of several trials at once: Newton's method for plastic volumetric strain and multiplier together (sheet:
 //! snow-mpm §3.9). Returns that do not converge fall back to the bracketed solve.
 
-use crate::adapters::hencky::any;
+use crate::adapters::hencky::any_nonzero;
 
 use crate::laws::cohesive_cam_clay::{CamClayIntegration, CohesiveCamClay, CohesiveCamClayState};
 
@@ -110,7 +110,7 @@ struct NewtonPoints<const N: usize> {
 
 impl<const N: usize> NewtonPoints<N> {
     #[inline(always)]
-    fn at(&self, i: usize) -> NewtonPoint {
+    fn point(&self, i: usize) -> NewtonPoint {
         NewtonPoint {
             pressure: self.pressure[i],
             scaled_q: self.root[i] * self.q[i],
@@ -229,14 +229,14 @@ impl CohesiveCamClay {
         let constants = self.constants();
         let points = self.start(returns, states);
         Self::find_yielding(&constants, &points, returns);
-        if !any(&returns.yields) {
+        if !any_nonzero(&returns.yields) {
             return;
         }
         let active = Self::initial_guess(&constants, &points, returns);
-        if any(&active) {
+        if any_nonzero(&active) {
             Self::iterate(&constants, &points, returns, active);
         }
-        Self::finish(&constants, &points, returns);
+        Self::compute_stresses(&constants, &points, returns);
         for i in 0..N {
             if returns.yields[i] != 0.0 && returns.fallback[i] == 0.0 {
                 self.advance(&mut states[i], returns.volumetric[i], points.q[i] - returns.q[i]);
@@ -293,7 +293,7 @@ impl CohesiveCamClay {
         returns: &mut InvariantBatch<N>,
     ) {
         for i in 0..N {
-            let TrialDistance { radius, norm, .. } = constants.trial_distance(&points.at(i));
+            let TrialDistance { radius, norm, .. } = constants.trial_distance(&points.point(i));
             // Written so that NaN yields.
             let yields = (norm - radius > constants.yield_tolerance) | !(norm < f64::MAX);
             returns.yields[i] = if yields { 1.0 } else { 0.0 };
@@ -310,7 +310,7 @@ impl CohesiveCamClay {
     ) -> [f64; N] {
         let mut active = [0.0; N];
         for i in 0..N {
-            let point = points.at(i);
+            let point = points.point(i);
             let TrialDistance { centre, radius, x, norm } = constants.trial_distance(&point);
             let distance = point.pressure - centre;
             let (a, b) = (constants.rates.0, constants.rates.1 * (1.0 + 2.0 * point.cohesion));
@@ -361,7 +361,7 @@ impl CohesiveCamClay {
         let mut wrong = [0.0; N];
         for _ in 0..ITERATIONS {
             for i in 0..N {
-                let point = points.at(i);
+                let point = points.point(i);
                 let (volumetric, gamma) = (returns.volumetric[i], returns.multiplier[i]);
                 let ConditionValues { radius, x, y, decay: [u, v], flow, yielding, .. } =
                     constants.condition_values(&point, volumetric, gamma);
@@ -386,7 +386,7 @@ impl CohesiveCamClay {
                 wrong[i] += if going & !(determinant < 0.0) { 1.0 } else { 0.0 };
                 active[i] = if going & !(change <= CONVERGENCE_TOLERANCE * radius) { 1.0 } else { 0.0 };
             }
-            if !any(&active) {
+            if !any_nonzero(&active) {
                 break;
             }
         }
@@ -398,13 +398,13 @@ impl CohesiveCamClay {
 
     /// Computes the stresses of the returns.
     #[inline(never)]
-    fn finish<const N: usize>(
+    fn compute_stresses<const N: usize>(
         constants: &NewtonConstants,
         points: &NewtonPoints<N>,
         returns: &mut InvariantBatch<N>,
     ) {
         for i in 0..N {
-            let point = points.at(i);
+            let point = points.point(i);
             let (volumetric, gamma) = (returns.volumetric[i], returns.multiplier[i]);
             let ConditionValues { centre, radius, x, y, norm, .. } =
                 constants.condition_values(&point, volumetric, gamma);

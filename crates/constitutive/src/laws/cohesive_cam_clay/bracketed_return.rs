@@ -47,7 +47,7 @@ impl CohesiveCamClay {
             && (offered - end) * first.signum() >= 0.0
         {
             return match self.softening(state) {
-                Some(_) => self.collapsed(trial, state, offered, end),
+                Some(_) => self.collapsed_state(trial, state, offered, end),
                 None => Ok(self.stress_free_state(trial, state, offered)),
             };
         }
@@ -94,7 +94,7 @@ impl CohesiveCamClay {
 
     /// Collapse of the layer after the plastic volumetric strain `end` (eq. 2.18): no stress, no cohesion;
     /// the rest of the volumetric strain `offered` opens a gap or compacts the debris.
-    pub(super) fn collapsed(
+    pub(super) fn collapsed_state(
         &self,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
@@ -111,7 +111,7 @@ impl CohesiveCamClay {
         match self.return_map((pressure, 0.0), &debris)? {
             // Too small to differ from zero.
             (ReturnEnd::Elastic, _) => Ok(self.stress_free_state((pressure, 0.0), &debris, left)),
-            landed => Ok(landed),
+            returned => Ok(returned),
         }
     }
 

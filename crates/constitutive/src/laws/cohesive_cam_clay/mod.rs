@@ -26,7 +26,7 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::adapters::hencky::{InvariantReturn, ReturnResult, SimdBatch, any, select};
+use crate::adapters::hencky::{InvariantReturn, ReturnResult, SimdBatch, any_nonzero, select};
 use crate::{
     InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain, SymTensor,
 };
@@ -267,7 +267,7 @@ impl PrincipalReturn for CohesiveCamClay {
         let trial = returns.q;
         self.return_invariant_batch(&mut returns, states);
         few.is_yielding = returns.yields;
-        if !any(&returns.yields) {
+        if !any_nonzero(&returns.yields) {
             return;
         }
         for i in 0..N {

@@ -84,7 +84,7 @@ struct BandedStep<'s, B: InterfaceLaw, M: SmallStrain> {
     strain: &'s SymTensor,
     motion: &'s Motion,
     /// Point outside before the step.
-    old: Point<M::State>,
+    previous: Point<M::State>,
     frame: Mat3,
     size: f64,
     /// Band before the step.
@@ -93,7 +93,7 @@ struct BandedStep<'s, B: InterfaceLaw, M: SmallStrain> {
 
 impl<B: InterfaceLaw, M: SmallStrain> BandedStep<'_, B, M> {
     /// Strain increment outside for the jump increment `jump` (m, in the frame of the band).
-    fn reduced(&self, jump: [f64; 3]) -> SymTensor {
+    fn outside_strain(&self, jump: [f64; 3]) -> SymTensor {
         if jump == [0.0; 3] {
             return *self.strain;
         }
@@ -138,9 +138,9 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         stiffness: &Tangent,
     ) -> Result<Mat3, MaterialError> {
         let mut jacobian = Mat3(self.band.stiffness(jump, &step.band)?);
-        let (pulls, _) = Self::jump_couplings(&step.frame, stiffness);
-        for (column, pull) in pulls.iter().enumerate() {
-            for (row, value) in band_traction(&step.frame, pull).into_iter().enumerate() {
+        let (traction_couplings, _) = Self::jump_couplings(&step.frame, stiffness);
+        for (column, traction) in traction_couplings.iter().enumerate() {
+            for (row, value) in band_traction(&step.frame, traction).into_iter().enumerate() {
                 jacobian.0[row][column] += value / step.size;
             }
         }
@@ -149,8 +149,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
     }
 
     fn stiffness_outside(&self, step: &BandedStep<'_, B, M>, jump: [f64; 3]) -> Tangent {
-        let reduced = step.reduced(jump);
-        let tangent = self.outside.tangent(&reduced, step.motion, &step.old);
+        let reduced = step.outside_strain(jump);
+        let tangent = self.outside.tangent(&reduced, step.motion, &step.previous);
         tangent.unwrap_or_else(|| self.elasticity().tangent())
     }
 
@@ -161,14 +161,14 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         start: [f64; 3],
     ) -> Result<BandSolution<B, M>, MaterialError> {
         let at = |jump: [f64; 3]| -> Result<_, MaterialError> {
-            let outside = self.outside.update(&step.reduced(jump), step.motion, &step.old)?;
+            let outside = self.outside.update(&step.outside_strain(jump), step.motion, &step.previous)?;
             let band = self.band.update(jump, &step.band)?;
-            let pull = band_traction(&step.frame, &outside.stress);
-            let residual: [f64; 3] = std::array::from_fn(|k| pull[k] - band.traction[k]);
+            let traction = band_traction(&step.frame, &outside.stress);
+            let residual: [f64; 3] = std::array::from_fn(|k| traction[k] - band.traction[k]);
             Ok((residual, band, outside))
         };
         let size = |r: [f64; 3]| r.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let scale = step.old.stress.norm() + self.elasticity().p_wave_modulus() * step.strain.norm();
+        let scale = step.previous.stress.norm() + self.elasticity().p_wave_modulus() * step.strain.norm();
         let mut jump = start;
         let (mut residual, mut band, mut outside) = at(jump)?;
         for _ in 0..ITERATIONS {
@@ -207,7 +207,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
                 result => return result,
             }
         }
-        let trial = step.old.stress + self.elasticity().stress(step.strain);
+        let trial = step.previous.stress + self.elasticity().stress(step.strain);
         let resistance = self.surrounding_stiffness(step.size);
         let (jump, band) =
             self.band.relax_with_surroundings(band_traction(&step.frame, &trial), resistance, &step.band)?;
@@ -215,7 +215,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
             // Where the band softens faster than the surroundings yield, these unload.
             return self.newton(step, jump);
         }
-        let outside = self.outside.update(&step.reduced(jump), step.motion, &step.old)?;
+        let outside = self.outside.update(&step.outside_strain(jump), step.motion, &step.previous)?;
         Ok((jump, band, outside))
     }
 
@@ -251,13 +251,16 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         }
         state.size = self.size(motion, !old.state.localised)?;
         let band = Self::interface(&state, &old.stress);
-        let step = BandedStep { strain, motion, old: before, frame: state.frame, size: state.size, band };
+        let step =
+            BandedStep { strain, motion, previous: before, frame: state.frame, size: state.size, band };
         let (jump, band, outside) = self.solve_jump(&step)?;
         state.band = band.state;
         state.outside = outside.state;
         state.jump = std::array::from_fn(|k| state.jump[k] + jump[k]);
         let stress = outside.stress;
-        if self.intact_reset && self.band.damage(&state.band) >= FULL_DAMAGE && self.intact(&stress).0 <= 0.0
+        if self.intact_reset
+            && self.band.damage(&state.band) >= FULL_DAMAGE
+            && self.intact_yield(&stress).0 <= 0.0
         {
             let (frame, band, outside) = (Mat3::ZERO, B::State::default(), state.outside);
             state = BandedState { localised: false, frame, jump: [0.0; 3], size: 0.0, band, outside };
@@ -281,7 +284,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> PointLaw for DoubleScale<B, M> {
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
         let Point { stress, state: outside } = self.outside.initial(initial)?;
-        let (excess, _) = self.intact(&stress);
+        let (excess, _) = self.intact_yield(&stress);
         super::check_initial(NAME, &stress, excess, self.band.tensile_strength() + stress.norm())?;
         let (frame, band) = (Mat3::ZERO, B::State::default());
         let state = BandedState { localised: false, frame, jump: [0.0; 3], size: 0.0, band, outside };
@@ -296,7 +299,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> PointLaw for DoubleScale<B, M> {
         let band = if point.state.localised {
             self.band.yield_value(&Self::interface(&point.state, &point.stress))
         } else {
-            self.intact(&point.stress).0
+            self.intact_yield(&point.stress).0
         };
         let outside = Point { stress: point.stress, state: point.state.outside };
         Some(self.outside.yield_value(&outside).map_or(band, |value| value.max(band)))
@@ -352,15 +355,15 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
         }
         let (size, frame) = (self.size(motion, false).ok()?, old.state.frame);
         let band = Self::interface(&old.state, &old.stress);
-        let step = BandedStep { strain, motion, old: before, frame, size, band };
+        let step = BandedStep { strain, motion, previous: before, frame, size, band };
         let (jump, band, _) = self.solve_jump(&step).ok()?;
         if self.intact_reset && self.band.damage(&band.state) >= FULL_DAMAGE {
             return None;
         }
         let mut tangent = self.stiffness_outside(&step, jump);
         let compliance = self.compliance(&step, jump, &tangent).ok()?;
-        let (pulls, gains) = Self::jump_couplings(&frame, &tangent);
-        for (row, a) in compliance.0.iter().zip(&pulls) {
+        let (traction_couplings, gains) = Self::jump_couplings(&frame, &tangent);
+        for (row, a) in compliance.0.iter().zip(&traction_couplings) {
             for (value, b) in row.iter().zip(&gains) {
                 tangent.add_dyad(-value / size, a, b);
             }
@@ -389,9 +392,10 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
         };
         let before = InterfacePoint { traction: band_traction(&frame, &old.stress), state: band };
         let after = Self::interface(&new.state, &new.stress);
-        let step = BandedStep::<B, M> { strain, motion, old: outside(old), frame, size, band: before };
+        let step = BandedStep::<B, M> { strain, motion, previous: outside(old), frame, size, band: before };
         let jump = std::array::from_fn(|k| new.state.jump[k] - start[k]);
-        let lost = self.outside.dissipation(&step.reduced(jump), motion, &step.old, &outside(new))?;
+        let lost =
+            self.outside.dissipation(&step.outside_strain(jump), motion, &step.previous, &outside(new))?;
         Some(lost + self.band.dissipation(&before, &after) / size)
     }
 }

@@ -6,7 +6,7 @@ use crate::{InterfaceLaw, Mat3, Motion, Point, Spectrum, SymTensor};
 
 impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
     /// Yield value of the intact band (Pa) and `cos 2α` of the plane nearest to it.
-    pub(super) fn intact(&self, stress: &SymTensor) -> (f64, f64) {
+    pub(super) fn intact_yield(&self, stress: &SymTensor) -> (f64, f64) {
         let [highest, _, lowest] = stress.principal_values();
         self.plane(highest, lowest)
     }
@@ -42,14 +42,14 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         strain: &SymTensor,
         motion: &Motion,
     ) -> Option<Mat3> {
-        if !(self.intact(trial).0 > 16.0 * f64::EPSILON * trial.norm()) {
+        if !(self.intact_yield(trial).0 > 16.0 * f64::EPSILON * trial.norm()) {
             return None;
         }
         let on_the_way = |share: f64| *old + (*trial - *old) * share;
         let (mut below, mut above) = (0.0, 1.0);
         while above - below > f64::EPSILON {
             let middle = 0.5 * (below + above);
-            if self.intact(&on_the_way(middle)).0 > 0.0 {
+            if self.intact_yield(&on_the_way(middle)).0 > 0.0 {
                 above = middle;
             } else {
                 below = middle;

@@ -108,12 +108,12 @@ impl DoubleScaleSpec {
     pub fn law<B: InterfaceLaw>(&self, band: B) -> Result<DoubleScale<B>, MaterialError> {
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         if self.onset == Onset::Ellipticity && self.outside.is_none() {
-            return Err(MaterialError::choice(
+            return Err(MaterialError::incompatible_options(
                 "onset",
                 "ellipticity needs a strength outside, which can be lost",
             ));
         }
-        self.around(LinearElastic { elasticity }, elasticity, band)
+        self.build_with_surroundings(LinearElastic { elasticity }, elasticity, band)
     }
 
     /// Law of a point that yields outside its band.
@@ -123,7 +123,10 @@ impl DoubleScaleSpec {
         band: B,
     ) -> Result<DoubleScale<B, DruckerPrager>, MaterialError> {
         if self.local_solve == Some(LocalSolve::Return) {
-            return Err(MaterialError::choice("local_solve", "return needs elastic surroundings"));
+            return Err(MaterialError::incompatible_options(
+                "local_solve",
+                "return needs elastic surroundings",
+            ));
         }
         let spec = DruckerPragerSpec {
             density: self.density,
@@ -141,10 +144,10 @@ impl DoubleScaleSpec {
         };
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         let outside = spec.law().map_err(|error| error.under_key("outside"))?;
-        self.around(outside.with_name(super::NAME), elasticity, band)
+        self.build_with_surroundings(outside.with_name(super::NAME), elasticity, band)
     }
 
-    fn around<B: InterfaceLaw, M: BandSurroundings>(
+    fn build_with_surroundings<B: InterfaceLaw, M: BandSurroundings>(
         &self,
         outside: M,
         elasticity: Elasticity,

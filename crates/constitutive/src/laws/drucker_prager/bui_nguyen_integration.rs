@@ -179,10 +179,10 @@ impl DruckerPrager {
         };
         let Some((stress, multiplier)) = source else { return self.closest_point(trial, old.state) };
         // Beyond the apex the deviator does not reverse.
-        let most = root_j2 / self.elasticity.shear_modulus;
+        let largest = root_j2 / self.elasticity.shear_modulus;
         let flipped = stress.deviator().dot(&trial.deviator()) < 0.0;
         let stress = if flipped { SymTensor::isotropic(stress.trace() / 3.0) } else { stress };
-        let state = PlasticStrain { deviatoric: kappa + multiplier.min(most) / 3f64.sqrt() };
+        let state = PlasticStrain { deviatoric: kappa + multiplier.min(largest) / 3f64.sqrt() };
         let stress = self.without_drift(stress, state.deviatoric);
         // Strength lost within the step, where dilatancy is not.
         if self.elasticity.dissipation(trial, &stress) < 0.0 {

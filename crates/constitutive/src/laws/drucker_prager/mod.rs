@@ -105,7 +105,7 @@ impl PointLaw for DruckerPrager {
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         let stress = initial.stress;
         if self.spec.return_initial_stress_to_yield && stress.is_finite() {
-            let invariants = StressInvariantValues::of(&stress);
+            let invariants = StressInvariantValues::from_stress(&stress);
             let end = self.peak_return(&invariants)?;
             let stress = self.state_after_return(&stress, &invariants, &end, PlasticStrain::default()).stress;
             return Ok(Point { stress, state: PlasticStrain::default() });
@@ -179,7 +179,7 @@ impl SmallStrain for DruckerPrager {
         }
         let kappa = old.state.deviatoric;
         let trial = old.stress + self.elasticity.stress(strain);
-        let trial = StressInvariantValues::of(&trial);
+        let trial = StressInvariantValues::from_stress(&trial);
         let StressInvariantValues { deviator, root_j2, i1 } = trial;
         match self.return_map(&trial, kappa).ok()? {
             ConeReturn::Elastic => Some(self.elasticity.tangent()),

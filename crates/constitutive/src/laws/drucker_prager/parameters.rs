@@ -98,7 +98,7 @@ impl DruckerPragerSpec {
             && self.strain_measure == StrainMeasure::Hencky
         {
             let rule = "only closest-point is available with strain_measure hencky";
-            return Err(MaterialError::choice("integration", rule));
+            return Err(MaterialError::incompatible_options("integration", rule));
         }
         let constant = self.softening.is_none() && decay == 0.0;
         let law = DruckerPrager {

@@ -14,7 +14,7 @@ pub(super) struct StressInvariantValues {
 
 impl StressInvariantValues {
     #[inline]
-    pub(super) fn of(stress: &SymTensor) -> Self {
+    pub(super) fn from_stress(stress: &SymTensor) -> Self {
         let deviator = stress.deviator();
         Self { deviator, root_j2: (0.5 * deviator.dot(&deviator)).sqrt(), i1: stress.trace() }
     }
@@ -41,7 +41,7 @@ impl DruckerPrager {
         trial: &SymTensor,
         state: PlasticStrain,
     ) -> Result<Point<PlasticStrain>, MaterialError> {
-        let invariants = StressInvariantValues::of(trial);
+        let invariants = StressInvariantValues::from_stress(trial);
         let end = self.return_map(&invariants, state.deviatoric)?;
         Ok(self.state_after_return(trial, &invariants, &end, state))
     }
@@ -60,7 +60,7 @@ impl DruckerPrager {
     #[inline(always)]
     pub(super) fn peak_step(&self, strain: &SymTensor, stress: &SymTensor) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
-        let at = StressInvariantValues::of(&trial);
+        let at = StressInvariantValues::from_stress(&trial);
         let (cone, g) = (&self.peak, self.elasticity.shear_modulus);
         let excess = cone.yield_value(at.root_j2, at.i1);
         let flows = excess > cone.yield_tolerance(&at);

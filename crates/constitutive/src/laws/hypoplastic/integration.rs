@@ -51,7 +51,7 @@ impl Hypoplastic {
     ) -> Result<SubstepResult<VoidRatio>, MaterialError> {
         substepped(NAME, strain, MAX_PIECE_STRAIN, old, |part, from| {
             let (_, point) = self.integrate_piece(part, from)?;
-            Ok(SubstepResult { point, dissipated: 0.0 })
+            Ok(SubstepResult { point, dissipated_work: 0.0 })
         })
     }
 

@@ -126,13 +126,13 @@ impl Model for MohrCoulombSpec {
     fn examples() -> Vec<Self> {
         let mut all = Vec::new();
         for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
-            let ways = [
+            let variants = [
                 (None, None),
                 (Some(Softening::EXAMPLE), None),
                 (None, Some(2e3)),
                 (Some(Softening::EXAMPLE), Some(2e3)),
             ];
-            all.extend(ways.map(|(softening, tensile_strength)| Self {
+            all.extend(variants.map(|(softening, tensile_strength)| Self {
                 density: 2000.0,
                 youngs_modulus: 20e6,
                 poissons_ratio: 0.3,

@@ -113,7 +113,7 @@ impl Pyramid {
             let scale = 1.0 / dot(held, edge);
             PyramidEdge {
                 direction: edge,
-                position: held.map(|c| c * scale),
+                edge_coordinate: held.map(|c| c * scale),
                 plane_normal: cross(direction, edge),
             }
         });

@@ -23,7 +23,7 @@ pub(super) struct PyramidReturn {
 pub(super) struct PyramidEdge {
     pub direction: [f64; 3],
     /// Vector whose product with a trial (from the apex) is the position along the edge at the end of its return.
-    pub position: [f64; 3],
+    pub edge_coordinate: [f64; 3],
     /// Normal of the plane through the edge and the direction of return.
     pub plane_normal: [f64; 3],
 }
@@ -65,7 +65,7 @@ impl PyramidReturn {
         }
         let from_apex = trial.map(|s| s - self.apex);
         let [first, second] = &self.edges;
-        if dot(first.position, from_apex) > 0.0 && dot(second.position, from_apex) > 0.0 {
+        if dot(first.edge_coordinate, from_apex) > 0.0 && dot(second.edge_coordinate, from_apex) > 0.0 {
             YieldRegion::Apex
         } else if dot(first.plane_normal, from_apex) < 0.0 {
             YieldRegion::CompressionEdge
@@ -106,7 +106,7 @@ impl PyramidReturn {
             }
             YieldRegion::CompressionEdge | YieldRegion::ExtensionEdge => {
                 let edge = &self.edges[usize::from(region == YieldRegion::ExtensionEdge)];
-                let position = dot(edge.position, trial.map(|s| s - self.apex));
+                let position = dot(edge.edge_coordinate, trial.map(|s| s - self.apex));
                 edge.direction.map(|r| self.apex + position * r)
             }
         }
@@ -143,7 +143,7 @@ mod tests {
         let [first, second] = &returns.edges;
         near(dot(first.plane_normal, from_apex), 18.080_696);
         near(dot(second.plane_normal, from_apex), -243.444_231);
-        assert!((dot(first.position, from_apex) + 132.408_58).abs() < 1e-5);
-        near(dot(second.position, from_apex), -91.579_157);
+        assert!((dot(first.edge_coordinate, from_apex) + 132.408_58).abs() < 1e-5);
+        near(dot(second.edge_coordinate, from_apex), -91.579_157);
     }
 }

@@ -110,7 +110,7 @@ impl Simsand {
     }
 
     /// Mobilised share of the strength, `ε_q/(k_p + ε_q)`, and its slope.
-    pub(super) fn mobilised(&self, plastic_strain: f64) -> (f64, f64) {
+    pub(super) fn mobilised_share(&self, plastic_strain: f64) -> (f64, f64) {
         let sum = self.spec.hardening_constant + plastic_strain;
         (plastic_strain / sum, self.spec.hardening_constant / (sum * sum))
     }

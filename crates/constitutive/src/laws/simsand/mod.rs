@@ -82,7 +82,7 @@ impl PointLaw for Simsand {
         let (p, q) = (stress.pressure(), stress.q());
         let lode = lode_cosine(&stress.deviator());
         let [peak, _] = self.slopes(p, self.spec.void_ratio, lode);
-        let largest = p * peak.value * self.mobilised(FULL_MOBILISATION_SHEAR).0;
+        let largest = p * peak.value * self.mobilised_share(FULL_MOBILISATION_SHEAR).0;
         if self.spec.return_initial_stress_to_yield && q > largest {
             let stress = stress.deviator() * (largest / q) - SymTensor::isotropic(p);
             return Ok(Point { stress, state: self.start(FULL_MOBILISATION_SHEAR) });
@@ -113,7 +113,7 @@ impl PointLaw for Simsand {
         }
         let lode = lode_cosine(&point.stress.deviator());
         let [peak, _] = self.slopes(p, point.state.void_ratio, lode);
-        Some(point.stress.q() - p * peak.value * self.mobilised(point.state.plastic_strain).0)
+        Some(point.stress.q() - p * peak.value * self.mobilised_share(point.state.plastic_strain).0)
     }
 
     fn outputs(&self, point: &Point<SimsandState>, out: &mut [f64]) {
@@ -146,6 +146,6 @@ impl SmallStrain for Simsand {
         old: &Point<SimsandState>,
         _new: &Point<SimsandState>,
     ) -> Option<f64> {
-        self.step(strain, old).ok().map(|advance| advance.dissipated)
+        self.step(strain, old).ok().map(|advance| advance.dissipated_work)
     }
 }

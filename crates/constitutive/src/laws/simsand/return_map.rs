@@ -92,14 +92,14 @@ impl Simsand {
         }
         if trial.pressure >= MIN_PRESSURE {
             let [peak, _] = self.slopes(trial.pressure, trial.void_ratio, trial.lode);
-            let strength = trial.pressure * peak.value * self.mobilised(trial.plastic_strain).0;
+            let strength = trial.pressure * peak.value * self.mobilised_share(trial.plastic_strain).0;
             if q_tr - strength <= ON_SURFACE * (q_tr + strength) {
                 return Ok(SimsandReturn::Elastic);
             }
         } else if q_tr == 0.0 {
             return Ok(SimsandReturn::Liquefied);
         }
-        let most = q_tr / (3.0 * trial.shear);
+        let largest = q_tr / (3.0 * trial.shear);
         let mut last = (trial.pressure.max(MIN_PRESSURE), 0.0, 0.0);
         let mut at = |shear: f64| {
             let (p, p_slope, at) = last;
@@ -110,7 +110,7 @@ impl Simsand {
             last = (p, slope, shear);
             let q = q_tr - 3.0 * trial.shear * shear;
             let [peak, _] = self.slopes(p, trial.void_ratio, trial.lode);
-            let (share, share_slope) = self.mobilised(trial.plastic_strain + shear);
+            let (share, share_slope) = self.mobilised_share(trial.plastic_strain + shear);
             let by_pressure = -(peak.value + p * peak.by_pressure) * share;
             let strength = p * peak.value * share;
             (
@@ -119,7 +119,7 @@ impl Simsand {
             )
         };
         let failed = MaterialError::NotConverged { model: NAME, reason: "yield condition" };
-        let shear = falling_root(0.0, most, 0.0, &mut at).ok_or(failed.clone())?;
+        let shear = falling_root(0.0, largest, 0.0, &mut at).ok_or(failed.clone())?;
         let (pressure, _) = self.pressure_at_plastic_shear(trial, shear, last.0).ok_or(failed)?;
         if pressure <= MIN_PRESSURE {
             return Ok(SimsandReturn::Liquefied);
@@ -134,7 +134,7 @@ impl Simsand {
     ) -> Result<SubstepResult<SimsandState>, MaterialError> {
         let trial = self.trial(strain, old);
         let mut state = SimsandState { void_ratio: trial.void_ratio, liquefied: false, ..old.state };
-        let (stress, dissipated) = match self.return_map(&trial)? {
+        let (stress, dissipated_work) = match self.return_map(&trial)? {
             SimsandReturn::Elastic => (trial.radial.stress(trial.pressure, 1.0), 0.0),
             SimsandReturn::Liquefied => {
                 state.liquefied = true;
@@ -144,12 +144,12 @@ impl Simsand {
                 // From the yield condition, which is then satisfied to the last digit.
                 state.plastic_strain += shear;
                 let [peak, transformation] = self.slopes(pressure, trial.void_ratio, trial.lode);
-                let q = pressure * peak.value * self.mobilised(state.plastic_strain).0;
+                let q = pressure * peak.value * self.mobilised_share(state.plastic_strain).0;
                 let dilatancy = self.spec.dilatancy_constant * (transformation.value - q / pressure);
                 (trial.radial.stress(pressure, q / trial.q), shear * (q + pressure * dilatancy))
             }
         };
-        Ok(SubstepResult { point: Point { stress, state }, dissipated })
+        Ok(SubstepResult { point: Point { stress, state }, dissipated_work })
     }
 
     /// Consistent tangent, by the implicit-function theorem on the pressure and yield
@@ -165,7 +165,7 @@ impl Simsand {
             SimsandReturn::Flow { pressure, shear } => (pressure, shear),
         };
         let [peak, transformation] = self.slopes(p, trial.void_ratio, trial.lode);
-        let (share, share_slope) = self.mobilised(trial.plastic_strain + shear);
+        let (share, share_slope) = self.mobilised_share(trial.plastic_strain + shear);
         let three_g = 3.0 * trial.shear;
         let q = trial.q - three_g * shear;
         let dilatant = trial.bulk * self.spec.dilatancy_constant * shear;

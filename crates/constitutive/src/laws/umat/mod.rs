@@ -36,7 +36,7 @@ const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
 
 /// Argument `JSTEP`: number of the step, its procedure (static), nonlinear geometry, and no perturbation step. Older routines
 /// call it `KSTEP`, the number alone.
-const JSTEP: [c_int; 4] = [1, 1, 1, 0];
+const STEP_ARGUMENT: [c_int; 4] = [1, 1, 1, 0];
 
 /// Signature of `umat_` from Fortran compilers, the hidden length of `CMNAME` last.
 type UmatFunction = unsafe extern "C" fn(
@@ -143,7 +143,7 @@ impl Model for UmatSpec {
         }
         if self.material_name.len() > 80 {
             let rule = format!("{:?} has more than 80 bytes", self.material_name);
-            return Err(MaterialError::choice("material_name", rule));
+            return Err(MaterialError::incompatible_options("material_name", rule));
         }
         let routine = Routine::load(&self.library, &self.symbol)?;
         Ok(Arc::new(Umat { spec: self.clone(), routine }))
@@ -177,7 +177,7 @@ impl Routine {
                     path.display(),
                     shared_library::load_error(&error)
                 );
-                return Err(MaterialError::choice("symbol", rule));
+                return Err(MaterialError::incompatible_options("symbol", rule));
             }
         };
         Ok(Self { function, lock, _library: library })
@@ -330,7 +330,7 @@ impl UmatArguments {
                 &raw const counter,
                 &raw const counter,
                 &raw const counter,
-                JSTEP.as_ptr(),
+                STEP_ARGUMENT.as_ptr(),
                 &raw const counter,
                 self.cmname.len(),
             );

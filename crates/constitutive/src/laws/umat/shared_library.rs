@@ -16,16 +16,17 @@ use crate::MaterialError;
 /// Environment variable that allows libraries where it is `1`.
 const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
 
-static ALLOWED: AtomicBool = AtomicBool::new(false);
+static LOADING_ALLOWED: AtomicBool = AtomicBool::new(false);
 
 /// Allows materials to load shared libraries, from now on and in this whole process. Without it, a case that names a library is
 /// rejected as foreign code. The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` is equivalent.
 pub fn allow_libraries() {
-    ALLOWED.store(true, Ordering::Relaxed);
+    LOADING_ALLOWED.store(true, Ordering::Relaxed);
 }
 
-fn allowed() -> bool {
-    ALLOWED.load(Ordering::Relaxed) || std::env::var_os(PERMISSION_VARIABLE).is_some_and(|value| value == "1")
+fn is_loading_allowed() -> bool {
+    LOADING_ALLOWED.load(Ordering::Relaxed)
+        || std::env::var_os(PERMISSION_VARIABLE).is_some_and(|value| value == "1")
 }
 
 /// Library and the common lock of its routines.
@@ -33,8 +34,8 @@ pub(crate) type LoadedLibrary = (Arc<Library>, Arc<Mutex<()>>);
 
 /// Libraries in use, each opened once, so that materials of one library share its lock.
 fn libraries() -> &'static Mutex<HashMap<PathBuf, LoadedLibrary>> {
-    static OPEN: OnceLock<Mutex<HashMap<PathBuf, LoadedLibrary>>> = OnceLock::new();
-    OPEN.get_or_init(Mutex::default)
+    static LOADED_LIBRARIES: OnceLock<Mutex<HashMap<PathBuf, LoadedLibrary>>> = OnceLock::new();
+    LOADED_LIBRARIES.get_or_init(Mutex::default)
 }
 
 /// Text of a loading error, with the message of the system's loader.
@@ -49,8 +50,10 @@ pub(crate) fn load_error(error: &libloading::Error) -> String {
 /// When it is not allowed, is no regular file or cannot be loaded.
 #[allow(unsafe_code, reason = "code of another language can be loaded in no other way")]
 pub(crate) fn open(path: &Path) -> Result<LoadedLibrary, MaterialError> {
-    let fail = |problem: String| MaterialError::choice("library", format!("{}: {problem}", path.display()));
-    if !allowed() {
+    let fail = |problem: String| {
+        MaterialError::incompatible_options("library", format!("{}: {problem}", path.display()))
+    };
+    if !is_loading_allowed() {
         return Err(fail(format!(
             "is code that would run with your rights; if you trust it, allow it with --allow-library or {PERMISSION_VARIABLE}=1"
         )));
@@ -73,15 +76,15 @@ pub(crate) fn open(path: &Path) -> Result<LoadedLibrary, MaterialError> {
 
 thread_local! {
     /// Whether this thread is inside a library.
-    static INSIDE: Cell<bool> = const { Cell::new(false) };
+    static IS_INSIDE_LIBRARY: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Runs code of a library. If it ends the program (`exit` of C, `STOP` of Fortran), the exit status is not success.
 pub(crate) fn call_guarded<R>(call: impl FnOnce() -> R) -> R {
     watch_exit();
-    let before = INSIDE.replace(true);
+    let before = IS_INSIDE_LIBRARY.replace(true);
     let result = call();
-    INSIDE.set(before);
+    IS_INSIDE_LIBRARY.set(before);
     result
 }
 
@@ -93,15 +96,15 @@ fn watch_exit() {
     }
 
     extern "C" fn at_exit() {
-        if INSIDE.try_with(Cell::get).unwrap_or(false) {
+        if IS_INSIDE_LIBRARY.try_with(Cell::get).unwrap_or(false) {
             let _ = writeln!(std::io::stderr(), "error: the library of a umat ended the program");
             // SAFETY: ends the process at once; no resources are left to release.
             unsafe { _exit(1) }
         }
     }
 
-    static WATCHED: Once = Once::new();
-    WATCHED.call_once(|| {
+    static EXIT_WATCH: Once = Once::new();
+    EXIT_WATCH.call_once(|| {
         // SAFETY: the callback has no arguments, returns, and lives as long as the program. If its registration fails, an
         // exit behaves as without it.
         let _ = unsafe { atexit(at_exit) };

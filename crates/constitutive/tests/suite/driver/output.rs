@@ -19,7 +19,7 @@ fn stress_control_stops_at_the_limit_load() {
 fn rows_before_a_limit_load_are_kept() {
     let push = LoadingPath::Stress { increment: [0.0, 0.0, -300e3, 0.0, 0.0, 0.0] };
     let trace = test(MaterialSpec::MohrCoulomb(mohr_coulomb(0.0)), 100e3, &[(push, 300)]).trace().unwrap();
-    let stopped = trace.stopped.unwrap().to_string();
+    let stopped = trace.stop_reason.unwrap().to_string();
     assert!(stopped.starts_with("stages[0].path: limit load reached in step"), "{stopped}");
     assert!((234..=237).contains(&trace.path.rows.len()), "{}", trace.path.rows.len());
     // The last row lies within a thousandth of a step of the strength.

@@ -67,7 +67,7 @@ fn stopped(path: LoadingPath, steps: usize) -> (DriverError, f64) {
     register_material(&StubbornLaw);
     let law = json!({ "model": "external", "law": "stubborn", "density": 2000, "parameters": {} });
     let trace = test(serde_json::from_value(law).unwrap(), 0.0, &[(path, steps)]).trace().unwrap();
-    (trace.stopped.unwrap(), trace.path.last("strain_yy"))
+    (trace.stop_reason.unwrap(), trace.path.last("strain_yy"))
 }
 
 #[test]

@@ -23,12 +23,12 @@ fn a_band_of_finite_thickness() {
         assert_near(stress, exact, 1e-3);
     }
     // Continuity of traction, and the work of the point shared between band and surroundings (eq. 93).
-    let gap = (found.outside - found.inside).apply(NORMAL);
+    let gap = (found.outside - found.inside_stress).apply(NORMAL);
     assert!(gap.iter().all(|t| t.abs() <= 1e-9 * found.mean.norm()), "{gap:?}");
     let share = 1.0 / 20.0;
     let dyad = SymTensor::symmetric_dyad(NORMAL, found.jump);
     let (inside, outside) = (STRAIN + dyad * ((1.0 - share) / 1e-3), STRAIN - dyad * (share / 1e-3));
-    let shared = share * found.inside.dot(&inside) + (1.0 - share) * found.outside.dot(&outside);
+    let shared = share * found.inside_stress.dot(&inside) + (1.0 - share) * found.outside.dot(&outside);
     assert_near(shared, found.mean.dot(&STRAIN), 1e-12 * shared.abs());
 }
 

@@ -18,7 +18,7 @@ pub(super) const BATCH_CAPACITY: usize = BATCH_SIZE + WIDTH;
 pub(super) struct FourContacts<const D: usize, const R: usize> {
     pub(super) geometry: ContactGeometry<D, R, Lanes>,
     /// Lever arms over radii.
-    pub(super) arm: Lanes,
+    pub(super) lever_arm: Lanes,
     /// Vectors between the centres (m), where later stages need them.
     pub(super) apart: [Lanes; D],
     /// Radii of the first and the second grains (m), where later stages need them.
@@ -30,7 +30,7 @@ pub(super) struct FourContacts<const D: usize, const R: usize> {
 }
 
 impl<const D: usize, const R: usize> FourContacts<D, R> {
-    const NONE: Self = {
+    const ZERO: Self = {
         let zero = Lanes::ZERO;
         Self {
             geometry: ContactGeometry {
@@ -44,7 +44,7 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
                 radius: zero,
                 min_radius: zero,
             },
-            arm: zero,
+            lever_arm: zero,
             apart: [zero; D],
             radii: [zero; 2],
             shear_displacement: [zero; R],
@@ -55,14 +55,14 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
 
 /// Batch of contacts.
 pub(super) struct ContactBatch<const D: usize, const R: usize> {
-    pub(super) fours: [FourContacts<D, R>; BATCH_SIZE / WIDTH],
+    pub(super) groups: [FourContacts<D, R>; BATCH_SIZE / WIDTH],
     pub(super) count: usize,
     pub(super) pairs: [ActivePair; BATCH_CAPACITY],
 }
 
 impl<const D: usize, const R: usize> ContactBatch<D, R> {
     pub(super) const EMPTY: Self = Self {
-        fours: [FourContacts::NONE; BATCH_SIZE / WIDTH],
+        groups: [FourContacts::ZERO; BATCH_SIZE / WIDTH],
         count: 0,
         pairs: [ActivePair { first: 0, second: 0, slot: 0, image_index: 0 }; BATCH_CAPACITY],
     };

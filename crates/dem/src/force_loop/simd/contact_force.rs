@@ -15,13 +15,13 @@ use crate::points::vector::{WIDTH, add, dot, from_tangential, moment, scaled};
 pub(super) struct SimdContactSums {
     elastic: Lanes,
     /// Twice the energy of tangential springs (J).
-    pub(super) springs: Lanes,
+    pub(super) spring_energy: Lanes,
     /// Minus twice the power of the normal dashpots; the next field is the power of the tangential ones (W).
     normal_power: Lanes,
     pub(super) tangential_power: Lanes,
     pub(super) friction: Lanes,
     pub(super) dashpots: Lanes,
-    pub(super) rescaled: Lanes,
+    pub(super) spring_loss: Lanes,
     pub(super) rolling: Lanes,
     pub(super) elastic_rolling: Lanes,
     boundary: Lanes,
@@ -49,11 +49,11 @@ impl<const D: usize> ContactSums<D> {
             (a + b) + (c + d)
         };
         energies.elastic += sum(sums.elastic);
-        energies.elastic_tangential += 0.5 * sum(sums.springs);
+        energies.elastic_tangential += 0.5 * sum(sums.spring_energy);
         energies.friction += sum(sums.friction);
         energies.dashpots +=
             sum(sums.dashpots) + dt * (sum(sums.tangential_power) - 0.5 * sum(sums.normal_power));
-        energies.rescaled += sum(sums.rescaled);
+        energies.spring_loss += sum(sums.spring_loss);
         energies.rolling += sum(sums.rolling);
         energies.elastic_rolling += sum(sums.elastic_rolling);
         energies.boundary += sum(sums.boundary);
@@ -65,11 +65,11 @@ impl<const D: usize> ContactSums<D> {
 /// Forces of four contacts on the first grains.
 pub(super) struct SimdForce<const D: usize, const R: usize> {
     /// Force (N); zero for lanes that do not count.
-    pub(super) on: [Lanes; D],
+    pub(super) force: [Lanes; D],
     /// Tangential part in tangent coordinates, and normal part (N).
     pub(super) tangential: [Lanes; R],
     normal: Lanes,
-    pub(super) base: NormalResponse<Lanes>,
+    pub(super) normal_response: NormalResponse<Lanes>,
     /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
     /// Mask of the contacts that overlap and count, and its bits.
@@ -108,21 +108,23 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
         (valid, steps): (usize, StepLengths<Lanes>),
     ) -> SimdForce<D, R> {
-        let mut base = if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
+        let mut normal_response =
+            if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
         let in_contact = geometry.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
-        base.damping = self.dashpots::<HERTZ>(&base, geometry, laws, slots, (in_contact, &steps));
-        let viscous = base.force - base.damping * geometry.separation_velocity;
+        normal_response.damping =
+            self.dashpots::<HERTZ>(&normal_response, geometry, laws, slots, (in_contact, &steps));
+        let viscous = normal_response.force - normal_response.damping * geometry.separation_velocity;
         let normal = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
-        let dissipative = normal - base.force;
+        let dissipative = normal - normal_response.force;
         let sums = &mut self.account.sums;
         sums.normal_power += in_contact & ((damping_force + dissipative) * geometry.separation_velocity);
-        sums.elastic += in_contact & base.energy;
+        sums.elastic += in_contact & normal_response.energy;
         let cap = normal.fast_max(Lanes::ZERO);
         let (tangential, shear_displacement) = self.tangential_force::<HERTZ>(
             laws,
             geometry,
-            &base,
+            &normal_response,
             (cap, steps.last),
             (shear_displacement, in_contact),
         );
@@ -131,7 +133,15 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         let mut on: [Lanes; D] = from_tangential(&tangential, &geometry.normal);
         add(&mut on, normal, &geometry.normal);
         self.count(geometry, &on, (grains, bits), in_contact);
-        SimdForce { on: on.map(|f| in_contact & f), tangential, normal, base, cap, in_contact, bits }
+        SimdForce {
+            force: on.map(|f| in_contact & f),
+            tangential,
+            normal,
+            normal_response,
+            cap,
+            in_contact,
+            bits,
+        }
     }
 
     /// Normal dashpots of four contacts in this step (N s/m).
@@ -173,35 +183,37 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     ) -> u32 {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
-        let FourContacts { geometry, arm, apart, radii, shear_displacement, damping_force } =
-            &batch.fours[group];
+        let FourContacts { geometry, lever_arm, apart, radii, shear_displacement, damping_force } =
+            &batch.groups[group];
         let dt = Lanes::splat(input.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
-        let SimdForce { on, tangential, normal, base, cap, in_contact, bits } = self.force::<HERTZ>(
-            geometry,
-            (*shear_displacement, *damping_force),
-            laws,
-            (firsts, &slots),
-            (valid, input.simd_steps()),
-        );
+        let SimdForce { force, tangential, normal, normal_response, cap, in_contact, bits } = self
+            .force::<HERTZ>(
+                geometry,
+                (*shear_displacement, *damping_force),
+                laws,
+                (firsts, &slots),
+                (valid, input.simd_steps()),
+            );
         if input.growth != 0.0 {
             let sum = geometry.overlap + dot(apart, apart).sqrt();
             self.account.sums.boundary += in_contact & (normal * Lanes::splat(input.growth) * sum * dt);
         }
         if periodic {
             let [_, velocity] = input.images(pairs);
-            self.account.sums.boundary += in_contact & (dot(&on, &velocity) * dt);
-            self.add_stress(valid, &on, apart);
+            self.account.sums.boundary += in_contact & (dot(&force, &velocity) * dt);
+            self.add_stress(valid, &force, apart);
         }
         let lever: [Lanes; R] =
-            scaled(-*arm, &moment(&geometry.normal, &tangential)).map(|own: Lanes| in_contact & own);
+            scaled(-*lever_arm, &moment(&geometry.normal, &tangential)).map(|own: Lanes| in_contact & own);
         let resistance = TURNS.then(|| {
-            let turned = self.rolling_moments(laws, geometry, &base, (cap, dt), (&slots, in_contact));
+            let turned =
+                self.rolling_moments(laws, geometry, &normal_response, (cap, dt), (&slots, in_contact));
             let [a, b] = radii.map(|radius| Lanes::ONE / radius);
             [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
         });
         // Grains of lanes that do not count receive nothing.
-        let [one, two] = ForceTorque::of_four(&on, &lever, resistance);
+        let [one, two] = ForceTorque::gather_group(&force, &lever, resistance);
         for (k, pair) in pairs.iter().enumerate() {
             self.forces[pair.first as usize].add(&one[k]);
             self.forces[pair.second as usize].add(&two[k]);

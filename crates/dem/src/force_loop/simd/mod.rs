@@ -25,7 +25,7 @@ use crate::points::vector::{WIDTH, difference, dot, rotate_with_normal};
 /// Pass over the contacts of a run of rows. Numbers of grains and pairs count from the first of the rows on.
 struct SimdPass<'r, 'a, const D: usize, const R: usize> {
     input: &'r ContactInput<'a, D, R>,
-    places: &'r [Lanes],
+    positions: &'r [Lanes],
     motions: &'r [GrainMotion],
     periodic: bool,
     batch: ContactBatch<D, R>,
@@ -43,25 +43,20 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     ) {
         // The common law of all contacts, if there is only one.
         let alike = self.laws.iter().all(|law| *law == self.laws[0]);
-        let common = alike.then(|| SimdLaws::of([&self.laws[0]; WIDTH]));
-        let (first, pair) = (rows.start, pairs.starts[rows.start] as usize);
+        let common = alike.then(|| SimdLaws::gather([&self.laws[0]; WIDTH]));
+        let (first, pair) = (rows.start, pairs.row_offsets[rows.start] as usize);
         let (energies, virial) = accumulators.energies[slab - accumulators.slab];
         let (_, history) = accumulators.history.reborrow().split_at(pair - accumulators.pair);
-        let received = &mut accumulators.forces[first - accumulators.first..];
+        let forces = &mut accumulators.forces[first - accumulators.first..];
         let mut run = SimdPass {
             input: self,
-            places: &self.records.0[first..],
+            positions: &self.records.0[first..],
             motions: &self.records.1[first..],
             periodic: !pairs.image.is_empty(),
             batch: ContactBatch::EMPTY,
-            work: ContactOutput {
-                forces: received,
-                history,
-                account: ContactSums::new(energies, virial),
-                first,
-            },
+            work: ContactOutput { forces, history, account: ContactSums::new(energies, virial), first },
         };
-        for (pairs, count) in active.in_fours() {
+        for (pairs, count) in active.groups_of_four() {
             run.collect_contacts::<HERTZ, TURNS>(pairs, count, common.as_ref());
         }
         run.process_batch::<HERTZ, TURNS>(common.as_ref());
@@ -89,7 +84,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     /// Steps before and after the forces.
     #[inline(always)]
     fn simd_steps(&self) -> StepLengths<Lanes> {
-        StepLengths::between(Lanes::splat(self.dt), Lanes::splat(self.next))
+        StepLengths::from_steps(Lanes::splat(self.dt), Lanes::splat(self.next_step))
     }
 
     /// Shifts of the images of four pairs (m), and their velocities (m/s).
@@ -112,7 +107,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         count: usize,
         common: Option<&SimdLaws>,
     ) {
-        let (_, square, [a, b]) = self.input.separations(self.places, self.periodic, pairs);
+        let (_, square, [a, b]) = self.input.separations(self.positions, self.periodic, pairs);
         let sum = a + b;
         let valid = (1u32 << count) - 1;
         let near = square.simd_lt(sum * sum).to_bitmask() & valid;
@@ -165,12 +160,12 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
             self.batch.copy(count - 1, n);
         }
         let groups = count.div_ceil(WIDTH).min(BATCH_SIZE / WIDTH);
-        let (records, springs) = ((self.places, self.motions), &*self.work.history.spring);
+        let (records, springs) = ((self.positions, self.motions), &*self.work.history.spring);
         for group in 0..groups {
             let slots = self.batch.pairs(group).map(|pair| pair.slot as usize);
             let (shear_displacement, damping_force) = load_springs(springs, &slots);
             contact_geometry::<D, R, TURNS>(&mut self.batch, group, records, (self.input, self.periodic));
-            let own = &mut self.batch.fours[group];
+            let own = &mut self.batch.groups[group];
             (own.shear_displacement, own.damping_force) = (shear_displacement, damping_force);
         }
         for group in 0..groups {
@@ -179,13 +174,13 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         let mut work = self.work.reborrow();
         let mut apart = 0u64;
         // One copy of the laws, common or not.
-        let mut laws = common.copied().unwrap_or_else(|| SimdLaws::of([&self.input.laws[0]; WIDTH]));
+        let mut laws = common.copied().unwrap_or_else(|| SimdLaws::gather([&self.input.laws[0]; WIDTH]));
         for group in 0..groups {
             let valid = (count - WIDTH * group).min(WIDTH);
             if common.is_none() {
                 let grains = |pair: &ActivePair| [pair.first, pair.second].map(|i| work.first + i as usize);
                 let law = |pair: &ActivePair| self.input.law(grains(pair)[0], grains(pair)[1]);
-                laws = SimdLaws::of(self.batch.pairs(group).each_ref().map(law));
+                laws = SimdLaws::gather(self.batch.pairs(group).each_ref().map(law));
             }
             let bits = work.contact_forces::<HERTZ, TURNS>(
                 &self.batch,
@@ -226,8 +221,8 @@ fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
     let one = contact_bodies(pairs.map(|pair| &motions[pair.first as usize]), radii[0]);
     let two = contact_bodies(pairs.map(|pair| &motions[pair.second as usize]), radii[1]);
     let (geometry, arm) =
-        ContactGeometry::between([&one, &two], (&apart, square.sqrt()), drift.as_ref(), input.radii);
-    let own = &mut batch.fours[group];
+        ContactGeometry::of_grains([&one, &two], (&apart, square.sqrt()), drift.as_ref(), input.radii);
+    let own = &mut batch.groups[group];
     let ContactGeometry {
         overlap,
         normal,
@@ -248,13 +243,13 @@ fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
     (own.geometry.overlap, own.geometry.normal, own.geometry.separation_velocity) =
         (overlap, normal, separation);
     (own.geometry.sliding_velocity, own.geometry.spin, own.geometry.mass) = (sliding, spin, mass);
-    (own.geometry.radius, own.geometry.min_radius, own.arm) = (radius, small, arm);
+    (own.geometry.radius, own.geometry.min_radius, own.lever_arm) = (radius, small, arm);
 }
 
 /// Rotates the springs of four contacts with their normals.
 #[inline(always)]
 fn rotate_springs<const D: usize, const R: usize>(batch: &mut ContactBatch<D, R>, group: usize, dt: f64) {
-    let own = &mut batch.fours[group];
+    let own = &mut batch.groups[group];
     own.shear_displacement = rotate_with_normal(
         &own.shear_displacement,
         &own.geometry.normal,

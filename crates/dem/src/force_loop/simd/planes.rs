@@ -69,7 +69,7 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         let laws = if let Some(laws) = common {
             laws
         } else {
-            own = SimdLaws::of(four.each_ref().map(|own| own.law));
+            own = SimdLaws::gather(four.each_ref().map(|own| own.law));
             &own
         };
         let mut work = ContactOutput { forces: &mut [], history, account: sums.0, first: 0 };
@@ -83,14 +83,20 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         );
         let lever: [Lanes; R] = scaled(-arm, &moment(&normal, &force.tangential));
         let resisted = if TURNS {
-            work.rolling_moments(laws, &geometry, &force.base, (force.cap, dt), (&slots, force.in_contact))
+            work.rolling_moments(
+                laws,
+                &geometry,
+                &force.normal_response,
+                (force.cap, dt),
+                (&slots, force.in_contact),
+            )
         } else {
             [Lanes::ZERO; R]
         };
         sums.0 = work.account;
         std::array::from_fn(|k| {
             let moments = [&lever, &resisted].map(|of| std::array::from_fn(|c| of[c].as_array()[k]));
-            (std::array::from_fn(|c| force.on[c].as_array()[k]), moments)
+            (std::array::from_fn(|c| force.force[c].as_array()[k]), moments)
         })
     }
 }

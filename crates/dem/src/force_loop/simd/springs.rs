@@ -34,7 +34,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             history.roll[slot] = std::array::from_fn(|c| lefts[c][k]);
         }
         let mut moment = resisted.moment.map(|m| here & m);
-        self.account.sums.rolling += here & resisted.dissipated;
+        self.account.sums.rolling += here & resisted.dissipated_energy;
         self.account.sums.dashpots += here & resisted.dashpots;
         self.account.sums.elastic_rolling += here & resisted.elastic;
         if D == 3 && twists.any() {
@@ -48,7 +48,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             for c in 0..D {
                 moment[c] += here & (resisted.moment[0] * geometry.normal[c]);
             }
-            self.account.sums.rolling += here & resisted.dissipated;
+            self.account.sums.rolling += here & resisted.dissipated_energy;
             self.account.sums.dashpots += here & resisted.dashpots;
             self.account.sums.elastic_rolling += here & resisted.elastic;
         }
@@ -74,7 +74,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
                 stiffness,
             );
             old = rescaled;
-            self.account.sums.rescaled += in_contact & lost;
+            self.account.sums.spring_loss += in_contact & lost;
         }
         let mut shear_displacement: [Lanes; R] =
             std::array::from_fn(|c| old[c] + geometry.sliding_velocity[c] * dt);
@@ -109,7 +109,8 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         }
         let viscous = dashpot * dot(&geometry.sliding_velocity, &geometry.sliding_velocity);
         self.account.sums.tangential_power += in_contact & slips.bitselect(Lanes::ZERO, viscous);
-        self.account.sums.springs += in_contact & (stiffness * dot(&shear_displacement, &shear_displacement));
+        self.account.sums.spring_energy +=
+            in_contact & (stiffness * dot(&shear_displacement, &shear_displacement));
         (force, shear_displacement)
     }
 }

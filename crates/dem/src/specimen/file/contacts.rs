@@ -12,14 +12,14 @@ use crate::contact::bond::Bond;
 use crate::contact::contact_histories::{ContactHistories, HistoryColumns, PairList, SPRING_WIDTH};
 use crate::neighbours::grain_neighbours::GrainNeighbours;
 use crate::neighbours::wall_list::WallList;
-use crate::obstacles::facet::{Facet, NO_FACET};
+use crate::obstacles::facet::{FacetContact, NO_FACET};
 use crate::points::grains::Grains;
-use crate::specimen::file::read::{NamedTable, pick};
+use crate::specimen::file::read::{NamedTable, columns_of_row};
 use crate::specimen::file::{KEY, NO_INDEX, StoredSpecimen};
 use crate::specimen::specimen_state::SpecimenSource;
 
 /// Number of values of half of a facet key, `2³²`.
-const HALF: u64 = 1 << 32;
+const HALF_KEY_VALUES: u64 = 1 << 32;
 
 /// Column indices of a contact history.
 struct HistoryColumnIndices<const R: usize> {
@@ -51,12 +51,12 @@ impl<const R: usize> BondColumnIndices<R> {
         })
     }
 
-    fn of(&self, row: &[f64]) -> Bond<R> {
+    fn read_bond(&self, row: &[f64]) -> Bond<R> {
         Bond {
             strength: row[self.strength],
             tension: row[self.tension],
-            shear: pick(row, &self.shear),
-            bending: pick(row, &self.bending),
+            shear: columns_of_row(row, &self.shear),
+            bending: columns_of_row(row, &self.bending),
             twist: row[self.twist],
         }
     }
@@ -64,9 +64,9 @@ impl<const R: usize> BondColumnIndices<R> {
 
 impl<const R: usize> HistoryColumnIndices<R> {
     fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
-        let rolls = rows.has(&crate::specimen::file::names::<R>("roll")[0]);
-        let twist = rows.has("twist").then(|| rows.column("twist")).transpose()?;
-        let bond = rows.has("bond_strength").then(|| BondColumnIndices::new(rows)).transpose()?;
+        let rolls = rows.has_column(&crate::specimen::file::names::<R>("roll")[0]);
+        let twist = rows.has_column("twist").then(|| rows.column("twist")).transpose()?;
+        let bond = rows.has_column("bond_strength").then(|| BondColumnIndices::new(rows)).transpose()?;
         Ok(Self {
             state: rows.column("state")?,
             slide: rows.columns("slide")?,
@@ -86,20 +86,20 @@ impl<const R: usize> HistoryColumnIndices<R> {
     ) -> Result<(), String> {
         let k = history.len();
         let row = &rows.table.rows[number];
-        let state = rows.whole(number, self.state, ContactState::Bonded as u64 + 1)?;
+        let state = rows.integer(number, self.state, ContactState::Bonded as u64 + 1)?;
         history.state.push(ContactState::from_number(state).unwrap_or_default());
         let mut spring = [0.0; SPRING_WIDTH];
-        spring[..R].copy_from_slice(&pick(row, &self.slide));
+        spring[..R].copy_from_slice(&columns_of_row(row, &self.slide));
         spring[SPRING_WIDTH - 1] = row[self.dashpot];
         history.spring.push(spring);
         if let (Some(roll), Some(own)) = (history.roll.get_mut(k), &self.roll) {
-            *roll = pick(row, own);
+            *roll = columns_of_row(row, own);
         }
         if let (Some(twist), Some(own)) = (history.twist.get_mut(k), self.twist) {
             *twist = row[own];
         }
         if let (Some(bond), Some(own)) = (history.bond.get_mut(k), &self.bond) {
-            *bond = own.of(row);
+            *bond = own.read_bond(row);
         }
         Ok(())
     }
@@ -138,7 +138,7 @@ impl StoredSpecimen {
         cell.virial[1] = std::array::from_fn(|row| std::array::from_fn(|k| self.head.cell.motion[row][k]));
         let counts = self.counts();
         source.bodies = case.bodies.iter().map(|body| counts.contains_key(body.name.as_str())).collect();
-        (source.bonded, source.overlap) = (self.head.bonded, self.head.overlap);
+        (source.has_bonds, source.overlap) = (self.head.has_bonds, self.head.overlap);
         let mut notes: Vec<String> = self.cell_note::<D>(case).into_iter().collect();
         let numbers = self.place_walls(case, &cell.geometry, walls, &mut notes).map_err(failed)?;
         let lost = self.restore_histories(grains, columns, &numbers, neighbours).map_err(failed)?;
@@ -157,7 +157,7 @@ impl StoredSpecimen {
                 wall.name
             ));
         }
-        for name in &self.head.left_out {
+        for name in &self.head.omitted_obstacles {
             notes.push(format!(
                 "{KEY}: the contacts with the obstacle {name:?}, which moved, start without their history"
             ));
@@ -182,7 +182,7 @@ impl StoredSpecimen {
             let found = walls.iter().position(|wall| wall.name == side.name);
             numbers.push(found.map(|number| number as u32));
             let Some(wall) = found.map(|number| &mut walls[number]) else { continue };
-            let own = wall.surface.is_none().then_some((wall.axis, wall.upper));
+            let own = wall.surface.is_none().then_some((wall.axis, wall.is_upper));
             if own != side.plane.map(|(axis, upper, _)| (axis, upper)) || side.velocity.len() != D {
                 return Err(format!(
                     "its wall {:?} is on another side in the case, or is a wall in one and an obstacle in \
@@ -218,17 +218,17 @@ impl StoredSpecimen {
         let places = HistoryColumnIndices::<R>::new(&rows)?;
         let at: HashMap<u32, u32> = (0u32..).zip(&grains.id).map(|(i, id)| (*id, i)).collect();
         let find = |number: usize, column: usize| {
-            let id = rows.whole(number, column, u64::from(u32::MAX))?;
+            let id = rows.integer(number, column, u64::from(u32::MAX))?;
             at.get(&id)
                 .copied()
                 .ok_or_else(|| format!("row {} of the contacts: there is no grain {id}", number + 1))
         };
-        let (mut pairs, mut seen, mut lost) = (Vec::new(), HashSet::new(), vec![0; walls.len()]);
+        let (mut pairs, mut known_pairs, mut lost) = (Vec::new(), HashSet::new(), vec![0; walls.len()]);
         let mut of_walls = Vec::new();
         for (number, row) in rows.table.rows.iter().enumerate() {
             let i = find(number, grain)?;
             if row[other] == NO_INDEX {
-                let side = rows.whole(number, wall, walls.len() as u64)? as usize;
+                let side = rows.integer(number, wall, walls.len() as u64)? as usize;
                 match walls[side] {
                     Some(wall) => of_walls.push((i, wall, number)),
                     None => lost[side] += 1,
@@ -236,7 +236,7 @@ impl StoredSpecimen {
                 continue;
             }
             let j = find(number, other)?;
-            if i == j || !seen.insert((i.min(j), i.max(j))) {
+            if i == j || !known_pairs.insert((i.min(j), i.max(j))) {
                 return Err(format!(
                     "row {} of the contacts: the contact is of a grain with itself, or repeats an earlier \
                      row",
@@ -267,15 +267,15 @@ fn pair_list<const R: usize>(
     mut pairs: Vec<(u32, u32, usize)>,
 ) -> Result<PairList<R>, String> {
     pairs.sort_unstable();
-    let mut list = PairList { starts: vec![0; count + 1], ..PairList::default() };
+    let mut list = PairList { row_offsets: vec![0; count + 1], ..PairList::default() };
     empty(&mut list.histories, pairs.len(), columns);
     for (i, j, number) in pairs {
-        list.starts[i as usize + 1] += 1;
-        list.other.push(j);
+        list.row_offsets[i as usize + 1] += 1;
+        list.second.push(j);
         places.push(rows, number, &mut list.histories)?;
     }
     for i in 0..count {
-        list.starts[i + 1] += list.starts[i];
+        list.row_offsets[i + 1] += list.row_offsets[i];
     }
     Ok(list)
 }
@@ -294,8 +294,8 @@ fn list_walls<const R: usize>(
         near.wall.push(wall);
         places.push(rows, number, &mut near.history)?;
         if let Some(facets) = &facets {
-            let (key, facet) = facets.of(rows, number)?;
-            near.key.push(key);
+            let (key, facet) = facets.read_facet(rows, number)?;
+            near.facet_key.push(key);
             near.facet.push(facet);
         }
     }
@@ -312,7 +312,7 @@ struct FacetColumnIndices {
 impl FacetColumnIndices {
     /// Finds the columns; `None` where no contact has a facet.
     fn new(rows: &NamedTable<'_>) -> Result<Option<Self>, String> {
-        if !rows.has("facet_high") {
+        if !rows.has_column("facet_high") {
             return Ok(None);
         }
         let key = [rows.column("facet_high")?, rows.column("facet_low")?];
@@ -324,11 +324,14 @@ impl FacetColumnIndices {
     }
 
     /// Key of the facet of a row, with its distance and normal.
-    fn of(&self, rows: &NamedTable<'_>, number: usize) -> Result<(u64, Facet), String> {
-        let [high, low] = [rows.whole(number, self.key[0], HALF)?, rows.whole(number, self.key[1], HALF)?];
+    fn read_facet(&self, rows: &NamedTable<'_>, number: usize) -> Result<(u64, FacetContact), String> {
+        let [high, low] = [
+            rows.integer(number, self.key[0], HALF_KEY_VALUES)?,
+            rows.integer(number, self.key[1], HALF_KEY_VALUES)?,
+        ];
         let key = u64::from(high) << 32 | u64::from(low);
         let row = &rows.table.rows[number];
-        let seen = Facet { distance: row[self.distance], normal: pick(row, &self.normal) };
-        Ok((key, if key == NO_FACET { Facet::NONE } else { seen }))
+        let facet = FacetContact { distance: row[self.distance], normal: columns_of_row(row, &self.normal) };
+        Ok((key, if key == NO_FACET { FacetContact::OUT_OF_REACH } else { facet }))
     }
 }

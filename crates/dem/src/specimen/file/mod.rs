@@ -50,9 +50,9 @@ struct SpecimenHeader {
     kinds: Vec<String>,
     walls: Vec<StoredWall>,
     /// Names of moving obstacles, whose contacts are not in the file.
-    left_out: Vec<String>,
+    omitted_obstacles: Vec<String>,
     /// Whether contacts were bonded, or cohesive from the start on.
-    bonded: bool,
+    has_bonds: bool,
     /// Largest overlap over the smaller radius.
     overlap: f64,
 }

@@ -22,25 +22,25 @@ fn name_list<'a>(all: impl IntoIterator<Item = &'a str>) -> String {
 
 /// Table with columns found by name.
 pub(super) struct NamedTable<'a> {
-    what: &'static str,
+    table_name: &'static str,
     pub table: &'a Table,
 }
 
 impl<'a> NamedTable<'a> {
     /// Checks that every row has a number for each column.
-    pub fn new(what: &'static str, table: &'a Table) -> Result<Self, String> {
+    pub fn new(table_name: &'static str, table: &'a Table) -> Result<Self, String> {
         let count = table.columns.len();
         match table.rows.iter().position(|row| row.len() != count) {
             Some(row) => Err(format!(
-                "row {} of {what} has {} numbers for {count} columns",
+                "row {} of {table_name} has {} numbers for {count} columns",
                 row + 1,
                 table.rows[row].len()
             )),
-            None => Ok(Self { what, table }),
+            None => Ok(Self { table_name, table }),
         }
     }
 
-    pub fn has(&self, name: &str) -> bool {
+    pub fn has_column(&self, name: &str) -> bool {
         self.table.columns.iter().any(|(own, _)| own == name)
     }
 
@@ -49,7 +49,7 @@ impl<'a> NamedTable<'a> {
         let mut found = [0; N];
         for (found, name) in found.iter_mut().zip(names::<N>(name)) {
             let at = self.table.columns.iter().position(|(own, _)| *own == name);
-            *found = at.ok_or_else(|| format!("{} have no column {name:?}", self.what))?;
+            *found = at.ok_or_else(|| format!("{} have no column {name:?}", self.table_name))?;
         }
         Ok(found)
     }
@@ -60,7 +60,7 @@ impl<'a> NamedTable<'a> {
     }
 
     /// Non-negative integer in row `row`, below `limit`.
-    pub fn whole(&self, row: usize, column: usize, limit: u64) -> Result<u32, String> {
+    pub fn integer(&self, row: usize, column: usize, limit: u64) -> Result<u32, String> {
         let value = self.table.rows[row][column];
         if value >= 0.0 && value < limit as f64 && value.fract() == 0.0 {
             return Ok(value as u32);
@@ -69,14 +69,14 @@ impl<'a> NamedTable<'a> {
         Err(format!(
             "row {} of {}: {name} is {value}, which is not an integer from 0 to {}",
             row + 1,
-            self.what,
+            self.table_name,
             limit - 1
         ))
     }
 }
 
 /// Numbers of a row in some columns.
-pub(super) fn pick<const N: usize>(row: &[f64], columns: &[usize; N]) -> [f64; N] {
+pub(super) fn columns_of_row<const N: usize>(row: &[f64], columns: &[usize; N]) -> [f64; N] {
     columns.map(|column| row[column])
 }
 
@@ -130,7 +130,7 @@ impl StoredSpecimen {
         NamedTable::new("the contacts", &self.contacts)?;
         let count = head.bodies.len().min(head.kinds.len()) as u64;
         for row in 0..self.grains.rows.len() {
-            grains.whole(row, body, count)?;
+            grains.integer(row, body, count)?;
         }
         for name in self.counts().keys() {
             self.body_fits(case, name)?;
@@ -258,7 +258,7 @@ impl StoredSpecimen {
         let (place, velocity, force) =
             (rows.columns::<D>("")?, rows.columns::<D>("velocity")?, rows.columns::<D>("force")?);
         let (spin, torque) = (rows.columns::<R>("spin")?, rows.columns::<R>("torque")?);
-        let has_turned = options.orientation && rows.has("orientation_w");
+        let has_turned = options.orientation && rows.has_column("orientation_w");
         let turned = has_turned.then(|| rows.columns::<4>("orientation")).transpose()?;
         let (shift, mut ids) = (self.shift::<D>(case), HashSet::new());
         for (number, row) in rows.table.rows.iter().enumerate() {
@@ -273,11 +273,11 @@ impl StoredSpecimen {
                     row[radius]
                 ));
             }
-            let x = pick(row, &place);
+            let x = columns_of_row(row, &place);
             let x = std::array::from_fn(|c| x[c] + shift[c]);
             grains.push(body as u32, index as u32, x, row[radius], options.grains[kind].density);
             let last = grains.len() - 1;
-            grains.id[last] = rows.whole(number, id, u64::from(u32::MAX / 2))?;
+            grains.id[last] = rows.integer(number, id, u64::from(u32::MAX / 2))?;
             if !ids.insert(grains.id[last]) {
                 return Err(format!(
                     "row {} of the grains: the id {} is given twice",
@@ -285,27 +285,27 @@ impl StoredSpecimen {
                     grains.id[last]
                 ));
             }
-            grains.velocity[last] = pick(row, &velocity);
-            grains.spin[last] = pick(row, &spin);
-            grains.force[last] = pick(row, &force);
-            grains.torque[last] = pick(row, &torque);
-            grains.orientation.extend(turned.map(|turned| pick(row, &turned)));
-            hold(options, &case.bodies[body], grains, last);
+            grains.velocity[last] = columns_of_row(row, &velocity);
+            grains.spin[last] = columns_of_row(row, &spin);
+            grains.force[last] = columns_of_row(row, &force);
+            grains.torque[last] = columns_of_row(row, &torque);
+            grains.orientation.extend(turned.map(|turned| columns_of_row(row, &turned)));
+            set_prescribed_motion(options, &case.bodies[body], grains, last);
         }
         Ok(())
     }
 }
 
 /// Sets the prescribed motion of a grain of a held body, whatever the file states.
-fn hold<const D: usize, const R: usize>(
+fn set_prescribed_motion<const D: usize, const R: usize>(
     options: &DemOptions,
     body: &Body,
     grains: &mut Grains<D, R>,
     i: usize,
 ) {
     let Some(own) = options.bodies.get(&body.name).filter(|own| own.held) else { return };
-    let velocity = body.velocity.at(spatial(&grains.position[i]));
-    grains.held[i] = true;
+    let velocity = body.velocity.velocity_at(spatial(&grains.position[i]));
+    grains.is_held[i] = true;
     grains.velocity[i] = std::array::from_fn(|c| velocity[c]);
     grains.spin[i] = std::array::from_fn(|c| own.spin.get(c).copied().unwrap_or(0.0));
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::boundary::walls::RigidWall;
 use crate::contact::contact_histories::ContactHistories;
 use crate::contact::{AttractionLaw, PairLaw};
-use crate::obstacles::facet::Facet;
+use crate::obstacles::facet::FacetContact;
 use crate::output::packing_view::PackingView;
 use crate::specimen::file::{
     FORMAT, NO_INDEX, SpecimenHeader, StoredCell, StoredSpecimen, StoredWall, names,
@@ -54,10 +54,10 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         let column = |k: usize| cell.h.iter().map(|row| row[k]).collect();
         let side = |wall: &RigidWall<D>| StoredWall {
             name: wall.name.clone(),
-            plane: wall.surface.is_none().then_some((wall.axis, wall.upper, wall.position)),
+            plane: wall.surface.is_none().then_some((wall.axis, wall.is_upper, wall.position)),
             velocity: wall.velocity.to_vec(),
         };
-        let moving = self.boundary.walls.iter().filter(|wall| wall.moving.is_some());
+        let moving = self.boundary.walls.iter().filter(|wall| wall.motion.is_some());
         let sticks =
             |law: &PairLaw| law.bond.is_some() || matches!(law.attraction, Some(AttractionLaw::Cohesion(_)));
         let mut overlap = 0.0f64;
@@ -80,8 +80,8 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             bodies: self.clock.case.bodies.iter().map(|body| body.name.clone()).collect(),
             kinds: self.clock.case.bodies.iter().map(|body| body.material.clone()).collect(),
             walls: self.boundary.walls.iter().map(side).collect(),
-            left_out: moving.map(|wall| wall.name.clone()).collect(),
-            bonded: self.laws.stage.pairs.iter().any(sticks),
+            omitted_obstacles: moving.map(|wall| wall.name.clone()).collect(),
+            has_bonds: self.laws.stage.pairs.iter().any(sticks),
             overlap,
         }
     }
@@ -132,7 +132,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             add_headings::<R>(&mut columns, "bond_bending", "N m");
             add_headings::<1>(&mut columns, "bond_twist", "N m");
         }
-        let facets = !self.neighbours.walls.key.is_empty();
+        let facets = !self.neighbours.walls.facet_key.is_empty();
         if facets {
             add_headings::<1>(&mut columns, "facet_high", "");
             add_headings::<1>(&mut columns, "facet_low", "");
@@ -141,21 +141,26 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         }
         let (g, mut rows) = (self.grains, Vec::new());
         for pairs in [&self.neighbours.pairs.slab_pairs, &self.neighbours.pairs.periodic_pairs] {
-            for (i, k) in pairs.firsts().filter(|(_, k)| pairs.histories.is_kept(*k)) {
-                let ends = [f64::from(g.id[i]), f64::from(g.id[pairs.other[k] as usize]), NO_INDEX];
+            for (i, k) in pairs.first_grains().filter(|(_, k)| pairs.histories.is_kept(*k)) {
+                let ends = [f64::from(g.id[i]), f64::from(g.id[pairs.second[k] as usize]), NO_INDEX];
                 rows.push(row(
                     ends,
                     &pairs.histories,
                     k,
-                    facets.then_some((0, Facet { distance: 0.0, normal: [0.0; 3] })),
+                    facets.then_some((0, FacetContact { distance: 0.0, normal: [0.0; 3] })),
                 ));
             }
         }
         let near = &self.neighbours.walls;
         for k in (0..near.grain.len()).filter(|&k| near.history.is_kept(k)) {
-            if self.boundary.walls[near.wall[k] as usize].moving.is_none() {
+            if self.boundary.walls[near.wall[k] as usize].motion.is_none() {
                 let ends = [f64::from(g.id[near.grain[k] as usize]), NO_INDEX, f64::from(near.wall[k])];
-                rows.push(row(ends, &near.history, k, near.key.get(k).map(|key| (*key, near.facet[k]))));
+                rows.push(row(
+                    ends,
+                    &near.history,
+                    k,
+                    near.facet_key.get(k).map(|key| (*key, near.facet[k])),
+                ));
             }
         }
         Table { columns, rows }
@@ -167,7 +172,7 @@ fn row<const R: usize>(
     ends: [f64; 3],
     history: &ContactHistories<R>,
     k: usize,
-    facet: Option<(u64, Facet)>,
+    facet: Option<(u64, FacetContact)>,
 ) -> Vec<f64> {
     let own = history.get(k);
     let mut row = ends.to_vec();
@@ -182,7 +187,7 @@ fn row<const R: usize>(
         row.extend(bond.bending);
         row.push(bond.twist);
     }
-    if let Some((key, Facet { distance, normal })) = facet {
+    if let Some((key, FacetContact { distance, normal })) = facet {
         // An f64 represents integers of 53 bits.
         row.extend([(key >> 32) as f64, (key & 0xffff_ffff) as f64]);
         // Walls without facets have no distance.

@@ -21,7 +21,7 @@ pub(super) struct AbsorbingLayer {
     /// Length of the layer (m).
     length: f64,
     /// Cells of a set from the side inward, strip by strip; none where there was no material.
-    undisturbed: [Vec<Option<UndisturbedState>>; 2],
+    undisturbed_cells: [Vec<Option<UndisturbedState>>; 2],
 }
 
 /// Initial state in a cell.
@@ -30,7 +30,7 @@ struct UndisturbedState {
     /// Depth of both phases or of the layer (m).
     depth: f64,
     /// Depth of both layers (m).
-    whole: f64,
+    total_depth: f64,
     /// Outward speed (m/s).
     speed: f64,
 }
@@ -74,11 +74,14 @@ impl<const D: usize> OpenBoundary<D> {
                 (0..4).for_each(|k| sums[cell][k] += one[k]);
             }
             let mean = |[count, depth, whole, speed]: &[f64; 4]| {
-                let calm =
-                    || UndisturbedState { depth: depth / count, whole: whole / count, speed: speed / count };
+                let calm = || UndisturbedState {
+                    depth: depth / count,
+                    total_depth: whole / count,
+                    speed: speed / count,
+                };
                 (*count > 0.0).then(calm)
             };
-            self.layer.undisturbed[number] = sums.iter().map(mean).collect();
+            self.layer.undisturbed_cells[number] = sums.iter().map(mean).collect();
         }
     }
 
@@ -94,8 +97,8 @@ impl<const D: usize> OpenBoundary<D> {
         for i in 0..nodes.len() {
             let x = nodes.position[i];
             let Some(cell) = self.cell(&x).filter(|_| region(&x) == SideRegion::Interior) else { continue };
-            let Some(calm) = self.layer.undisturbed[number][cell] else { continue };
-            let celerity = (nodes.effective_gravity[i] * calm.whole).sqrt();
+            let Some(calm) = self.layer.undisturbed_cells[number][cell] else { continue };
+            let celerity = (nodes.effective_gravity[i] * calm.total_depth).sqrt();
             // Layers that have speeds of their own have one rate.
             let stream = if self.flow_layer.is_some() { 0.0 } else { calm.speed };
             let wave = (stream + celerity).max(0.5 * celerity);
@@ -109,7 +112,7 @@ impl<const D: usize> OpenBoundary<D> {
             let excess = 1.0 - calm.depth / self.depths(nodes)[i].max(0.5 * calm.depth);
             let taken = (1.0 - stays) * excess * nodes.volume[i];
             nodes.volume[i] -= taken;
-            self.state.passed[number] += taken;
+            self.state.outflow[number] += taken;
         }
     }
 }

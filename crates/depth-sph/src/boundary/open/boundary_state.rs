@@ -6,7 +6,7 @@ use crate::points::phase_nodes::PlanVector;
 
 /// Least variance of the distances of nodes from a side, over their mean square, for which depth and speed are extrapolated by a line.
 /// A single row has less; the slope through it is arbitrary.
-const SPREAD: f64 = 1e-2;
+const MIN_DISTANCE_VARIANCE: f64 = 1e-2;
 
 /// Number of samples of the history in the time that waves need from its position to the side.
 pub(super) const INTERVALS: f64 = 16.0;
@@ -19,14 +19,14 @@ pub struct BoundaryState {
     /// Outward speed (m/s).
     pub speed: f64,
     /// Speed along the side (m/s); zero in a profile.
-    pub along: f64,
+    pub tangential_speed: f64,
     /// Porosity, of two phases.
     pub porosity: f64,
 }
 
 impl BoundaryState {
     /// Share of a set in the depth: one of a single phase, else that of grains or of fluid.
-    pub fn share(&self, sets: usize, number: usize) -> f64 {
+    pub fn depth_share(&self, sets: usize, number: usize) -> f64 {
         match (sets, number) {
             (1, _) => 1.0,
             (_, 0) => 1.0 - self.porosity,
@@ -43,13 +43,13 @@ pub struct InteriorFit {
     /// Outward speed at the side (m/s) and its slope (1/s).
     pub speed: [f64; 2],
     /// Speed along the side (m/s).
-    pub along: f64,
+    pub tangential_speed: f64,
     /// Porosity, of two phases.
     pub porosity: f64,
     /// Effective gravity (m/s²).
     pub effective_gravity: f64,
     /// Distance over which slopes are extrapolated (m).
-    pub reach: f64,
+    pub extrapolation_distance: f64,
 }
 
 impl InteriorFit {
@@ -62,13 +62,15 @@ impl InteriorFit {
 
     /// State `beyond` the side (m) against the far state `still`: depths follow the extrapolation of the arriving flow,
     /// speeds are those at the side, so that the nodes beyond it move as one and keep their distances.
-    pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
-        let met = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
-        let (at_side, there) =
-            (met([self.depth[0], self.speed[0]]), met(self.extrapolated(beyond.min(self.reach))));
+    pub fn state_beyond(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
+        let riemann = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
+        let (at_side, there) = (
+            riemann([self.depth[0], self.speed[0]]),
+            riemann(self.extrapolated(beyond.min(self.extrapolation_distance))),
+        );
         // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
-        let along = still.map_or(self.along, |still| still.along);
-        BoundaryState { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
+        let tangential_speed = still.map_or(self.tangential_speed, |still| still.tangential_speed);
+        BoundaryState { depth: there.0, speed: at_side.1, tangential_speed, porosity: self.porosity }
     }
 }
 
@@ -82,43 +84,49 @@ pub struct ArrivalHistory {
     /// Distance of the position before the side (m).
     distance: f64,
     /// Time of the middle of the step (s).
-    now: f64,
+    step_middle: f64,
 }
 
 impl ArrivalHistory {
     /// Records the state `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is evaluated as far as
     /// `reach` (m) beyond the side.
     pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
-        let InteriorFit { depth, speed, along, porosity, effective_gravity, .. } = *found;
-        let state = BoundaryState { depth: depth[0], speed: speed[0], along, porosity };
-        (self.effective_gravity, self.distance, self.now) = (effective_gravity, distance, time + 0.5 * dt);
+        let InteriorFit { depth, speed, tangential_speed, porosity, effective_gravity, .. } = *found;
+        let state = BoundaryState { depth: depth[0], speed: speed[0], tangential_speed, porosity };
+        (self.effective_gravity, self.distance, self.step_middle) =
+            (effective_gravity, distance, time + 0.5 * dt);
         let wave = self.wave(&state);
         let interval = distance / (INTERVALS * wave);
         if self.records.last().is_none_or(|(last, _)| time - last >= interval) {
             self.records.push((time, state));
         }
         // Twice as long as waves need, which may become slower.
-        let old = self.now - 2.0 * (distance + reach) / wave;
+        let old = self.step_middle - 2.0 * (distance + reach) / wave;
         let first = self.records.partition_point(|(time, _)| *time < old).saturating_sub(1);
         self.records.drain(..first);
     }
 
     /// State `beyond` the side (m) against the far state `still`: depths as waves bring them there, speeds those at the side, so that
     /// the nodes beyond it move as one and keep their distances.
-    pub fn at(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
+    pub fn state_beyond(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
         let Some((_, last)) = self.records.last() else { return still.copied().unwrap_or_default() };
-        let met = |beyond: f64| {
-            let BoundaryState { depth, speed, .. } = self.arriving(beyond, last);
+        let riemann = |beyond: f64| {
+            let BoundaryState { depth, speed, .. } = self.travelled_state(beyond, last);
             riemann_state(still, depth, speed, self.effective_gravity)
         };
         // Along the side nodes keep their distances as well, or their depths would contain that compression in addition.
-        let along = still.map_or(last.along, |still| still.along);
-        BoundaryState { depth: met(beyond).0, speed: met(0.0).1, along, porosity: last.porosity }
+        let tangential_speed = still.map_or(last.tangential_speed, |still| still.tangential_speed);
+        BoundaryState {
+            depth: riemann(beyond).0,
+            speed: riemann(0.0).1,
+            tangential_speed,
+            porosity: last.porosity,
+        }
     }
 
     /// State that has travelled from the position of the history to `beyond` the side (m) by now.
-    fn arriving(&self, beyond: f64, last: &BoundaryState) -> BoundaryState {
-        let time = self.now - (self.distance + beyond) / self.wave(last);
+    fn travelled_state(&self, beyond: f64, last: &BoundaryState) -> BoundaryState {
+        let time = self.step_middle - (self.distance + beyond) / self.wave(last);
         let after = self.records.partition_point(|(own, _)| *own < time).max(1);
         let (first, before) = self.records[after - 1];
         let Some((second, later)) = self.records.get(after).filter(|_| time > first) else { return before };
@@ -163,10 +171,10 @@ pub struct LineFitSums {
     powers: [f64; 3],
     depth: [f64; 2],
     speed: [f64; 2],
-    along: f64,
+    tangential_speed: f64,
     fluid: f64,
     effective_gravity: f64,
-    reach: f64,
+    extrapolation_distance: f64,
 }
 
 impl LineFitSums {
@@ -187,9 +195,9 @@ impl LineFitSums {
             self.depth[k] += powers[k] * depth;
             self.speed[k] += powers[k] * velocity[0];
         }
-        self.along += weight * velocity[1];
+        self.tangential_speed += weight * velocity[1];
         self.effective_gravity += weight * effective_gravity;
-        self.reach = self.reach.max(reach);
+        self.extrapolation_distance = self.extrapolation_distance.max(reach);
     }
 
     /// Adds the weight of a node of the pore fluid.
@@ -205,7 +213,7 @@ impl LineFitSums {
         }
         let spread = weight * second - first * first;
         let line = |[sum, moment]: [f64; 2]| {
-            let is_line = spread > SPREAD * weight * second;
+            let is_line = spread > MIN_DISTANCE_VARIANCE * weight * second;
             let slope = if is_line { (weight * moment - first * sum) / spread } else { 0.0 };
             [(sum - slope * first) / weight, slope]
         };
@@ -214,10 +222,10 @@ impl LineFitSums {
         Some(InteriorFit {
             depth: [depth.max(0.0), slope],
             speed: line(self.speed),
-            along: self.along / weight,
+            tangential_speed: self.tangential_speed / weight,
             porosity: self.fluid / weight,
             effective_gravity: self.effective_gravity / weight,
-            reach: self.reach,
+            extrapolation_distance: self.extrapolation_distance,
         })
     }
 }
@@ -261,7 +269,7 @@ mod tests {
         }
         let within = moments.interior_fit().unwrap();
         assert_eq!(within.depth[0], 0.0);
-        assert_eq!(within.at(None, 0.5).depth, 0.0);
+        assert_eq!(within.state_beyond(None, 0.5).depth, 0.0);
     }
 
     /// Depth and speed of a single row of grains and fluid are its means, without a slope.
@@ -288,13 +296,13 @@ mod tests {
             let found = InteriorFit {
                 depth: [1.0 + height, 0.0],
                 speed: [height * celerity, 0.0],
-                along: 0.0,
+                tangential_speed: 0.0,
                 porosity: 0.0,
                 effective_gravity: 9.81,
-                reach: 0.15,
+                extrapolation_distance: 0.15,
             };
             past.record((time, dt), &found, distance, 0.45);
-            let BoundaryState { depth, speed, .. } = past.at(Some(&still), 0.15);
+            let BoundaryState { depth, speed, .. } = past.state_beyond(Some(&still), 0.15);
             let there = |beyond: f64| hump(time + 0.5 * dt - (distance + beyond) / celerity);
             assert!((depth - 1.0 - there(0.15)).abs() < 2e-7, "{time} s: {depth}");
             assert!((speed - celerity * there(0.0)).abs() < 6e-7, "{time} s: {speed}");

@@ -12,7 +12,7 @@ pub struct FarField {
     /// Numbers of the nodes, ascending.
     pub ids: Vec<u64>,
     /// Volume of each set that has passed outward, less that which has returned (m³; m² in profiles).
-    pub passed: [f64; 2],
+    pub outflow: [f64; 2],
     /// State of each strip.
     pub strips: Vec<StripState>,
 }
@@ -21,7 +21,7 @@ pub struct FarField {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StripState {
     /// Depth and speed, where they are constant at all distances.
-    pub fixed: Option<BoundaryState>,
+    pub prescribed: Option<BoundaryState>,
     /// Flow that arrives from within.
     pub interior_fit: Option<InteriorFit>,
     /// Earlier flow that travels to the end of a profile.
@@ -51,14 +51,14 @@ impl<const D: usize> OpenBoundary<D> {
         let own = |strips: &[StripState]| -> [f64; 2] {
             let found = strips.iter().zip(&is_dry).filter(|(_, dry)| **dry);
             found.filter_map(|(known, _)| known.interior_fit).fold([0.0; 2], |[depth, flux], within| {
-                [depth + within.depth[0], flux + within.depth[0] * within.along]
+                [depth + within.depth[0], flux + within.depth[0] * within.tangential_speed]
             })
         };
         let [depth, flux] = own(&self.state.strips);
         let mean = if depth > 0.0 { flux / depth } else { 0.0 };
         let strips = self.state.strips.iter_mut().zip(&is_dry).filter(|(_, dry)| **dry);
         for within in strips.filter_map(|(known, _)| known.interior_fit.as_mut()) {
-            within.along = mean;
+            within.tangential_speed = mean;
         }
     }
 }

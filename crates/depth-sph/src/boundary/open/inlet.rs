@@ -36,7 +36,7 @@ impl Inlet {
     /// State at an end with this arriving flow, `None` where it is dry, under `gravity` (m/s²).
     pub(super) fn state(&self, time: f64, arriving: Option<ArrivingFlow>, gravity: f64) -> BoundaryState {
         let (depth, speed) = inflow::inflow_section(self.discharge(time), arriving, self.froude, gravity);
-        BoundaryState { depth, speed: -speed, along: 0.0, porosity: self.porosity }
+        BoundaryState { depth, speed: -speed, tangential_speed: 0.0, porosity: self.porosity }
     }
 }
 

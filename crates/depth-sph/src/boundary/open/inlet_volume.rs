@@ -6,14 +6,14 @@ use crate::boundary::open::open_boundary::OpenBoundary;
 use crate::phases::phase::PhaseSet;
 
 /// Least and largest volume of a node that flows in, over that of its length.
-const WITHIN: (f64, f64) = (0.5, 1.5);
+const NODE_VOLUME_RANGE: (f64, f64) = (0.5, 1.5);
 
 /// Largest remainder of a hydrograph that the last node takes beside its own volume, over the volume of a whole node. Of less than a half
 /// no further node passes.
 const LAST: f64 = 0.75;
 
 /// Relative tolerance of the inflow volume against the integral once all has entered.
-const ALL: f64 = 1e-12;
+const VOLUME_TOLERANCE: f64 = 1e-12;
 
 impl Inlet {
     /// Inflow volume of a set by a time (m²), `share` of that of all.
@@ -30,7 +30,11 @@ impl Inlet {
 impl<const D: usize> OpenBoundary<D> {
     /// Share of set `number` in the inflow.
     fn inlet_share(&self, inlet: &Inlet, sets: usize, number: usize) -> f64 {
-        self.share(&BoundaryState { porosity: inlet.porosity, ..BoundaryState::default() }, sets, number)
+        self.depth_share(
+            &BoundaryState { porosity: inlet.porosity, ..BoundaryState::default() },
+            sets,
+            number,
+        )
     }
 
     /// Sets the volume of nodes that have just entered, by set and index, so that the sum of all is the integral of the discharge; half of
@@ -51,18 +55,18 @@ impl<const D: usize> OpenBoundary<D> {
             let since = -self.distance_beyond(&nodes.position[i]) / speed;
             let passed = if speed > 0.0 && since < time { time - since } else { time };
             let own = &mut nodes.volume[i];
-            let before = -self.state.passed[number] - *own;
+            let before = -self.state.outflow[number] - *own;
             let left = inlet.volume(f64::INFINITY, share) - before;
             if !(left > 0.0) {
                 continue;
             }
             let wanted = inlet.volume(passed, share) + 0.5 * *own - before;
-            let mut volume = wanted.clamp(WITHIN.0 * *own, WITHIN.1 * *own);
+            let mut volume = wanted.clamp(NODE_VOLUME_RANGE.0 * *own, NODE_VOLUME_RANGE.1 * *own);
             let whole = f64::max(*own, share * inlet.deepest(gravity) * spacing);
             if left - volume < LAST * whole {
                 volume = left;
             }
-            self.state.passed[number] -= volume - *own;
+            self.state.outflow[number] -= volume - *own;
             *own = volume;
         }
     }
@@ -82,7 +86,7 @@ impl<const D: usize> OpenBoundary<D> {
         let Some(inlet) = &self.inlet else { return false };
         (0..sets).filter(|number| self.is_of(*number)).all(|number| {
             let all = inlet.volume(f64::INFINITY, self.inlet_share(inlet, sets, number));
-            -self.state.passed[number] >= (1.0 - ALL) * all
+            -self.state.outflow[number] >= (1.0 - VOLUME_TOLERANCE) * all
         })
     }
 }

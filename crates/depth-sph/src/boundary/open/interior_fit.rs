@@ -33,7 +33,7 @@ impl<const D: usize> OpenBoundary<D> {
                 let around =
                     if D == 1 { 0 } else { (kernel.support() * length / self.spacing).ceil() as isize };
                 let own = self.strip(x);
-                let off = if D == 1 { 0.0 } else { x[1 - self.axis] - self.middle(own) };
+                let off = if D == 1 { 0.0 } else { x[1 - self.axis] - self.strip_middle(own) };
                 for step in -around..=around {
                     let Some(strip) = self.neighbour(own, step) else { continue };
                     let apart = (off - step as f64 * self.spacing) / length;
@@ -71,7 +71,7 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Middle of a strip along the side (m).
-    fn middle(&self, strip: usize) -> f64 {
+    fn strip_middle(&self, strip: usize) -> f64 {
         self.low + (strip as f64 + 0.5) * self.spacing
     }
 
@@ -89,8 +89,8 @@ impl<const D: usize> OpenBoundary<D> {
                 && whole > 0.0
                 && within.depth[0] > 0.0
             {
-                let InteriorFit { depth, speed, along, porosity, .. } = within;
-                *still = BoundaryState { depth: depth[0], speed: speed[0], along, porosity };
+                let InteriorFit { depth, speed, tangential_speed, porosity, .. } = within;
+                *still = BoundaryState { depth: depth[0], speed: speed[0], tangential_speed, porosity };
                 strip.width = whole / depth[0];
             }
         }

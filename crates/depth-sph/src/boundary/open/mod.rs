@@ -45,7 +45,7 @@ pub struct Opening {
     /// Axis normal to the side.
     pub axis: usize,
     /// Position along that axis (m).
-    pub place: f64,
+    pub coordinate: f64,
     /// Outward direction: 1 at the upper end of the axis, -1 at the lower one.
     pub outward: f64,
     /// Distance of the nodes (m).
@@ -65,7 +65,7 @@ pub(crate) type OpenSides = Vec<(usize, f64, f64)>;
 
 /// Axis, position and direction of each open side.
 pub(crate) fn open_sides<const D: usize>(open: &[OpenBoundary<D>]) -> OpenSides {
-    open.iter().map(|side| (side.axis, side.place, side.outward)).collect()
+    open.iter().map(|side| (side.axis, side.coordinate, side.outward)).collect()
 }
 
 /// Region of a position for side `number` of all: a corner belongs to the first of its sides. Sides of two layers are at one position.
@@ -79,7 +79,7 @@ pub(crate) fn region_of<const D: usize>(sides: &OpenSides, number: usize, x: &Pl
 }
 
 /// Extent of nodes with this smoothing length (m) beyond an open side (m).
-pub(crate) fn reach_beyond<const D: usize>(settings: &FlowSettings<D>, length: f64) -> f64 {
+pub(crate) fn node_extent_beyond<const D: usize>(settings: &FlowSettings<D>, length: f64) -> f64 {
     FAR_FIELD_SUPPORTS * settings.numerics.kernel.support() * length
 }
 
@@ -150,7 +150,7 @@ fn exchange_layer_states<const D: usize>(
         };
         // In plan waves may come at an angle, for which delays along the normal are wrong.
         let arriving = (D == 1).then(|| [fit(lower), fit(upper)]);
-        let (inside, reach) = (lower.search_distance(), lower.reach());
+        let (inside, reach) = (lower.search_distance(), lower.node_extent());
         for strip in 0..lower.strips.len() {
             let still = [lower.strips[strip].far_state, upper.strips[strip].far_state];
             let within = [lower.state.strips[strip].interior_fit, upper.state.strips[strip].interior_fit];
@@ -180,7 +180,7 @@ fn update_far_field_nodes<const D: usize>(
         if !removed.is_empty() {
             let kept: Vec<bool> =
                 nodes.sets[role].nodes.id.iter().map(|id| removed.binary_search(id).is_err()).collect();
-            nodes.keep(role, |i| kept[i]);
+            nodes.retain_nodes(role, |i| kept[i]);
         }
         let FlowNodes { sets, pore_columns, next_id, .. } = nodes;
         let set = &mut sets[role];
@@ -195,13 +195,13 @@ fn update_far_field_nodes<const D: usize>(
 impl<const D: usize> FlowBoundaries<D> {
     /// Restores the prescribed velocities of nodes beyond open sides.
     pub(super) fn hold_far_field_velocities(&self, sets: &mut [PhaseSet<D>]) {
-        for end in &self.open {
+        for end in &self.open_sides {
             for set in sets.iter_mut() {
                 let nodes = &mut set.nodes;
                 for i in 0..nodes.len() {
                     if end.state.ids.binary_search(&nodes.id[i]).is_ok() {
                         let x = nodes.position[i];
-                        let state = end.at(end.strip(&x), end.distance_beyond(&x).max(0.0));
+                        let state = end.state_beyond(end.strip(&x), end.distance_beyond(&x).max(0.0));
                         nodes.velocity[i] = end.velocity(&state);
                     }
                 }

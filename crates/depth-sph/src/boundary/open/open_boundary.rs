@@ -27,13 +27,13 @@ pub struct OpenBoundary<const D: usize> {
     /// Axis normal to the side.
     pub axis: usize,
     /// Position along that axis (m).
-    pub place: f64,
+    pub coordinate: f64,
     /// Outward direction: 1 at the upper end of the axis, -1 at the lower one.
     pub outward: f64,
     /// Distance of the nodes beyond the side (m).
     pub spacing: f64,
     /// Extent of the nodes beyond the side (m).
-    reach: f64,
+    node_extent: f64,
     /// Begin of the strips along the side (m), in plan.
     pub(super) low: f64,
     /// Strips along the side, each of one `spacing`; one in a profile.
@@ -74,16 +74,17 @@ pub(crate) enum SideRegion {
 impl<const D: usize> OpenBoundary<D> {
     pub(crate) fn new(
         opening: &Opening,
-        reach: f64,
+        node_extent: f64,
         others: &[Opening],
         flow_layer: Option<LayerOfSide>,
     ) -> Self {
-        let Opening { axis, place, outward, spacing, span, periodic, absorbing_length: layer, .. } = *opening;
+        let Opening { axis, coordinate, outward, spacing, span, periodic, absorbing_length: layer, .. } =
+            *opening;
         // Corners of two open sides belong to the first of them.
         let goes_on = |end: f64| {
-            others.iter().any(|other| other.axis != axis && (other.place - end).abs() < 0.5 * spacing)
+            others.iter().any(|other| other.axis != axis && (other.coordinate - end).abs() < 0.5 * spacing)
         };
-        let more = (reach / spacing).ceil() as usize + 1;
+        let more = (node_extent / spacing).ceil() as usize + 1;
         let (beside, count) = if D == 1 {
             ([0; 2], 1)
         } else {
@@ -95,10 +96,10 @@ impl<const D: usize> OpenBoundary<D> {
         let count = count + beside[0] + beside[1];
         Self {
             axis,
-            place,
+            coordinate,
             outward,
             spacing,
-            reach,
+            node_extent,
             low: span.0 - beside[0] as f64 * spacing,
             strips: vec![strip; count],
             corner_strips: beside,
@@ -136,8 +137,8 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// Share of set `number` in a depth of this state.
-    pub(super) fn share(&self, state: &BoundaryState, sets: usize, number: usize) -> f64 {
-        if self.flow_layer.is_some() { 1.0 } else { state.share(sets, number) }
+    pub(super) fn depth_share(&self, state: &BoundaryState, sets: usize, number: usize) -> f64 {
+        if self.flow_layer.is_some() { 1.0 } else { state.depth_share(sets, number) }
     }
 
     /// Sets the initial state at the side, under `gravity` (m/s²) at `time` (s): the material outside continues like it.
@@ -167,9 +168,14 @@ impl<const D: usize> OpenBoundary<D> {
                 let Some((_, i)) = last else { continue };
                 let node = template_node(nodes, i);
                 let depth = node.volume / self.spacing.powi(D as i32);
-                let [speed, along] = outward_and_tangential(&node.velocity, self.axis, self.outward);
-                let still =
-                    strip.far_state.get_or_insert(BoundaryState { depth: 0.0, speed, along, porosity: 0.0 });
+                let [speed, tangential_speed] =
+                    outward_and_tangential(&node.velocity, self.axis, self.outward);
+                let still = strip.far_state.get_or_insert(BoundaryState {
+                    depth: 0.0,
+                    speed,
+                    tangential_speed,
+                    porosity: 0.0,
+                });
                 still.depth += depth;
                 still.porosity += if number == 1 { depth } else { 0.0 };
                 strip.template_nodes[number] = Some(node);
@@ -182,9 +188,10 @@ impl<const D: usize> OpenBoundary<D> {
                 still.porosity /= still.depth;
             } else if let Some(inlet) = inlet {
                 let (depth, speed) = inlet.section_by_froude(inlet.discharge(time), gravity);
-                let state = BoundaryState { depth, speed: -speed, along: 0.0, porosity: inlet.porosity };
+                let state =
+                    BoundaryState { depth, speed: -speed, tangential_speed: 0.0, porosity: inlet.porosity };
                 for (number, set) in &own {
-                    let share = if whole { 1.0 } else { state.share(sets.len(), *number) };
+                    let share = if whole { 1.0 } else { state.depth_share(sets.len(), *number) };
                     let volume = share * depth * self.spacing;
                     strip.template_nodes[*number] = Some(NewNode { volume, ..template_node(&set.nodes, 0) });
                 }
@@ -216,17 +223,17 @@ impl<const D: usize> OpenBoundary<D> {
 
     /// Distance before the side at which the arriving flow is sampled (m).
     pub(super) fn search_distance(&self) -> f64 {
-        PROBE_SUPPORTS * self.reach / FAR_FIELD_SUPPORTS
+        PROBE_SUPPORTS * self.node_extent / FAR_FIELD_SUPPORTS
     }
 
     /// Extent of the nodes beyond the side (m).
-    pub(super) fn reach(&self) -> f64 {
-        self.reach
+    pub(super) fn node_extent(&self) -> f64 {
+        self.node_extent
     }
 
     /// Distance beyond the side (m).
     pub(super) fn distance_beyond(&self, x: &PlanVector<D>) -> f64 {
-        self.outward * (x[self.axis] - self.place)
+        self.outward * (x[self.axis] - self.coordinate)
     }
 
     /// Strip of a position.
@@ -244,25 +251,31 @@ impl<const D: usize> OpenBoundary<D> {
     }
 
     /// State at a distance beyond a strip (m).
-    pub(super) fn at(&self, strip: usize, beyond: f64) -> BoundaryState {
+    pub(super) fn state_beyond(&self, strip: usize, beyond: f64) -> BoundaryState {
         let known = &self.state.strips[self.strip_with_state(strip)];
-        if let Some(fixed) = known.fixed {
+        if let Some(fixed) = known.prescribed {
             return fixed;
         }
         if let (Some(flow_layer), Some(both)) = (&self.flow_layer, &known.layers) {
-            return flow_layer.at(both, beyond);
+            return flow_layer.state_beyond(both, beyond);
         }
         let still = self.strips[strip].far_state.as_ref();
         // In plan waves may come at an angle, for which delays along the normal are wrong.
         let there = |within: InteriorFit| {
-            if D == 1 { known.history.at(still, beyond) } else { within.at(still, beyond) }
+            if D == 1 {
+                known.history.state_beyond(still, beyond)
+            } else {
+                within.state_beyond(still, beyond)
+            }
         };
         known.interior_fit.map_or(BoundaryState::default(), there)
     }
 
     /// Velocity in plan of a state.
     pub(super) fn velocity(&self, state: &BoundaryState) -> PlanVector<D> {
-        std::array::from_fn(|c| if c == self.axis { self.outward * state.speed } else { state.along })
+        std::array::from_fn(
+            |c| if c == self.axis { self.outward * state.speed } else { state.tangential_speed },
+        )
     }
 
     /// Counts the volume that has passed the side since the last call; returns set and index of nodes that have entered.
@@ -278,7 +291,7 @@ impl<const D: usize> OpenBoundary<D> {
                 let is_beyond = region(&nodes.position[i]) == SideRegion::Outside;
                 let was = self.state.ids.binary_search(&nodes.id[i]).is_ok();
                 if is_beyond != was {
-                    self.state.passed[number] += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
+                    self.state.outflow[number] += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
                 }
                 if was && !is_beyond {
                     entered.push((number, i));
@@ -313,15 +326,16 @@ impl<const D: usize> OpenBoundary<D> {
                 }
                 SideRegion::Outside => {}
             }
-            let state = self.at(strip, beyond);
-            if state.depth <= 0.0 || beyond > self.reach + self.spacing {
+            let state = self.state_beyond(strip, beyond);
+            if state.depth <= 0.0 || beyond > self.node_extent + self.spacing {
                 removed.push(nodes.id[i]);
                 continue;
             }
             farthest[strip] = f64::max(farthest[strip], beyond);
             // Where it was dry outside, the flow goes on with its volume, however close its nodes have come.
             if !self.is_dry_outside(strip) {
-                nodes.volume[i] = self.share(&state, sets, number) * state.depth * self.strips[strip].width;
+                nodes.volume[i] =
+                    self.depth_share(&state, sets, number) * state.depth * self.strips[strip].width;
             }
             nodes.velocity[i] = self.velocity(&state);
         }
@@ -339,13 +353,13 @@ impl<const D: usize> OpenBoundary<D> {
         next_id: &mut u64,
     ) {
         let mut places = OccupiedPlaces::default();
-        let share = |side: &Self, state: &BoundaryState| side.share(state, sets, number);
+        let share = |side: &Self, state: &BoundaryState| side.depth_share(state, sets, number);
         for (strip, last) in farthest.iter().enumerate() {
             let Some(like) = self.strips[strip].template_nodes[number] else { continue };
             let mut beyond = *last;
-            while beyond + self.spacing <= self.reach {
+            while beyond + self.spacing <= self.node_extent {
                 beyond += self.spacing;
-                let state = self.at(strip, beyond);
+                let state = self.state_beyond(strip, beyond);
                 if state.depth <= 0.0 {
                     break;
                 }
@@ -354,8 +368,8 @@ impl<const D: usize> OpenBoundary<D> {
                     volume: share(self, &state) * state.depth * self.strips[strip].width,
                     ..like
                 };
-                node.position[self.axis] = self.outward * beyond + self.place;
-                if D > 1 && places.are_taken(&set.nodes, &node.position, MIN_NODE_DISTANCE * self.spacing) {
+                node.position[self.axis] = self.outward * beyond + self.coordinate;
+                if D > 1 && places.is_occupied(&set.nodes, &node.position, MIN_NODE_DISTANCE * self.spacing) {
                     continue;
                 }
                 set.nodes.push(*next_id, &node);
@@ -385,7 +399,7 @@ impl<const D: usize> OpenBoundary<D> {
         let gravity = settings.gravity;
         if is_first {
             for (known, strip) in self.state.strips.iter_mut().zip(&self.strips) {
-                *known = StripState { fixed: strip.far_state, ..StripState::default() };
+                *known = StripState { prescribed: strip.far_state, ..StripState::default() };
             }
         } else {
             let kernel = settings.numerics.kernel;
@@ -397,10 +411,10 @@ impl<const D: usize> OpenBoundary<D> {
                 vec![None; found.len()]
             };
             for ((known, within), arriving) in self.state.strips.iter_mut().zip(found).zip(arriving) {
-                (known.fixed, known.interior_fit) = (None, within);
+                (known.prescribed, known.interior_fit) = (None, within);
                 match arriving.or(within) {
                     Some(arriving) if D == 1 && self.flow_layer.is_none() => {
-                        known.history.record((time, dt), &arriving, inside, self.reach);
+                        known.history.record((time, dt), &arriving, inside, self.node_extent);
                     }
                     _ => known.history = ArrivalHistory::default(),
                 }
@@ -412,13 +426,14 @@ impl<const D: usize> OpenBoundary<D> {
         for known in &mut self.state.strips {
             let here =
                 known.interior_fit.map(|within| (within.depth[0], within.speed[0], within.effective_gravity));
-            let here = here.or(known.fixed.map(|still| (still.depth, still.speed, gravity)));
+            let here = here.or(known.prescribed.map(|still| (still.depth, still.speed, gravity)));
             let effective_gravity = here.map_or(gravity, |(.., effective_gravity)| effective_gravity);
-            let arriving = here
-                .map(|(depth, speed, effective_gravity)| ArrivingFlow::of(depth, speed, effective_gravity));
+            let arriving = here.map(|(depth, speed, effective_gravity)| {
+                ArrivingFlow::from_depth_and_speed(depth, speed, effective_gravity)
+            });
             // The Froude number of a layer is that of its own depth, whatever lies on it.
             let effective_gravity = if self.flow_layer.is_some() { gravity } else { effective_gravity };
-            known.fixed = Some(inlet.state(time, arriving, effective_gravity));
+            known.prescribed = Some(inlet.state(time, arriving, effective_gravity));
         }
     }
 }
@@ -451,7 +466,7 @@ struct OccupiedPlaces<const D: usize> {
 
 impl<const D: usize> OccupiedPlaces<D> {
     /// Whether a node is within `distance` (m) of a position.
-    fn are_taken(&mut self, nodes: &PhaseNodes<D>, x: &PlanVector<D>, distance: f64) -> bool {
+    fn is_occupied(&mut self, nodes: &PhaseNodes<D>, x: &PlanVector<D>, distance: f64) -> bool {
         if self.cells.is_none() {
             let mut cells = CellList::new();
             // The edge is several distances, so that there are fewer cells than nodes.

@@ -26,7 +26,7 @@ impl<const D: usize> OpenBoundary<D> {
             let has_column = columns.depth[i] > 0.0;
             if !has_column
                 || beyond > limit
-                || beyond < -self.reach()
+                || beyond < -self.node_extent()
                 || region(x) == SideRegion::OutsideOther
             {
                 continue;
@@ -86,7 +86,7 @@ fn copy_columns<const D: usize>(open: &[OpenBoundary<D>], nodes: &mut FlowNodes<
     let nodes = &sets[0].nodes;
     for (number, end) in open.iter().enumerate().filter(|(_, end)| !end.has_inlet() && end.is_of(0)) {
         let region = |x: &PlanVector<D>| region_of(&sides, number, x);
-        let limit = share * end.reach();
+        let limit = share * end.node_extent();
         let last = end.last_before(nodes, pore_columns, limit, &region);
         for (i, x) in nodes.position.iter().enumerate() {
             if (end.distance_beyond(x) > limit || pore_columns.depth[i].is_nan())

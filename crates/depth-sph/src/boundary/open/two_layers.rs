@@ -25,15 +25,15 @@ pub(crate) struct LayerOfSide {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LayerPair {
     /// Far states.
-    still: [Option<BoundaryState>; 2],
+    far_states: [Option<BoundaryState>; 2],
     /// Flow that arrives from within at the side.
-    within: [Option<InteriorFit>; 2],
+    interior: [Option<InteriorFit>; 2],
     /// At the end of a profile, history of the flow at a position before it, with times (s), ascending.
-    seen: Vec<(f64, [ArrivingLayer; 2])>,
+    history: Vec<(f64, [ArrivingLayer; 2])>,
     /// Distance of that position before the end (m).
     distance: f64,
     /// Time of the middle of the step (s).
-    now: f64,
+    step_middle: f64,
 }
 
 /// Layer as it arrives at a position: depth (m) and outward speed (m/s).
@@ -124,23 +124,30 @@ impl LayerOfSide {
 
     /// State of the layer `beyond` the side (m): depths as waves bring them there, speeds those at the side, so that the nodes there keep
     /// their distances.
-    pub(super) fn at(&self, both: &LayerPair, beyond: f64) -> BoundaryState {
-        let own = both.still[self.set];
-        let Some(seen) = both.within[self.set].or(both.within[1 - self.set]) else {
+    pub(super) fn state_beyond(&self, both: &LayerPair, beyond: f64) -> BoundaryState {
+        let own = both.far_states[self.set];
+        let Some(arriving) = both.interior[self.set].or(both.interior[1 - self.set]) else {
             return own.unwrap_or_default();
         };
         let at = |far: f64| {
-            self.riemann_state(both.still, |wave| both.arriving(far, wave), seen.effective_gravity)
+            self.riemann_state(
+                both.far_states,
+                |wave| both.arriving_layers(far, wave),
+                arriving.effective_gravity,
+            )
         };
-        let along = own.map_or(both.within[self.set].map_or(0.0, |within| within.along), |still| still.along);
-        BoundaryState { depth: at(beyond).0, speed: at(0.0).1, along, porosity: 0.0 }
+        let tangential_speed = own
+            .map_or(both.interior[self.set].map_or(0.0, |within| within.tangential_speed), |still| {
+                still.tangential_speed
+            });
+        BoundaryState { depth: at(beyond).0, speed: at(0.0).1, tangential_speed, porosity: 0.0 }
     }
 }
 
 impl LayerPair {
     /// Sets the far states and the flow that arrives at the side.
     pub(super) fn set(&mut self, still: [Option<BoundaryState>; 2], within: [Option<InteriorFit>; 2]) {
-        (self.still, self.within) = (still, within);
+        (self.far_states, self.interior) = (still, within);
     }
 
     /// Records the state `distance` (m) before the end of a profile at `time` (s), at the beginning of a step of `dt` (s). It is evaluated
@@ -154,33 +161,33 @@ impl LayerPair {
     ) {
         let Some(effective_gravity) = found.iter().flatten().map(|within| within.effective_gravity).next()
         else {
-            return self.seen.clear();
+            return self.history.clear();
         };
-        (self.now, self.distance) = (time + 0.5 * dt, distance);
+        (self.step_middle, self.distance) = (time + 0.5 * dt, distance);
         let whole: f64 = found.iter().flatten().map(|within| within.depth[0]).sum();
-        let least = found.iter().flatten().map(|within| within.depth[0]).fold(whole, f64::min);
+        let smallest = found.iter().flatten().map(|within| within.depth[0]).fold(whole, f64::min);
         let interval = distance / (INTERVALS * (effective_gravity * whole).sqrt());
-        if self.seen.last().is_none_or(|(last, _)| time - last >= interval) {
-            self.seen
+        if self.history.last().is_none_or(|(last, _)| time - last >= interval) {
+            self.history
                 .push((time, found.map(|within| within.map_or([0.0; 2], |within| within.extrapolated(0.0)))));
         }
         // Waves of the interface are the slowest.
-        let slowest = 0.25 * (effective_gravity * least.max(MIN_DEPTH_RATIO * whole)).sqrt();
-        let old = self.now - (distance + reach) / slowest;
-        let first = self.seen.partition_point(|(time, _)| *time < old).saturating_sub(1);
-        self.seen.drain(..first);
+        let slowest = 0.25 * (effective_gravity * smallest.max(MIN_DEPTH_RATIO * whole)).sqrt();
+        let old = self.step_middle - (distance + reach) / slowest;
+        let first = self.history.partition_point(|(time, _)| *time < old).saturating_sub(1);
+        self.history.drain(..first);
     }
 
     /// Depths and speeds that a wave of this speed (m/s) brings to a distance `beyond` the side (m).
-    fn arriving(&self, beyond: f64, wave: f64) -> [ArrivingLayer; 2] {
-        let Some((_, last)) = self.seen.last() else {
-            let far = |within: InteriorFit| within.extrapolated(beyond.min(within.reach));
-            return self.within.map(|within| within.map_or([0.0; 2], far));
+    fn arriving_layers(&self, beyond: f64, wave: f64) -> [ArrivingLayer; 2] {
+        let Some((_, last)) = self.history.last() else {
+            let far = |within: InteriorFit| within.extrapolated(beyond.min(within.extrapolation_distance));
+            return self.interior.map(|within| within.map_or([0.0; 2], far));
         };
-        let time = self.now - (self.distance + beyond) / wave;
-        let after = self.seen.partition_point(|(own, _)| *own < time).max(1);
-        let (first, before) = self.seen[after - 1];
-        let Some((second, later)) = self.seen.get(after).filter(|_| time > first) else {
+        let time = self.step_middle - (self.distance + beyond) / wave;
+        let after = self.history.partition_point(|(own, _)| *own < time).max(1);
+        let (first, before) = self.history[after - 1];
+        let Some((second, later)) = self.history.get(after).filter(|_| time > first) else {
             return if time > first { *last } else { before };
         };
         let share = (time - first) / (second - first);

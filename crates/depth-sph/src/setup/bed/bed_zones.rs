@@ -14,7 +14,7 @@ type ObstacleZone = (PlanRegion, Option<BasalRheology>);
 /// Zones of the bed, the rest of it last: a zone of the options has priority over one of the obstacle.
 pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseError> {
     let rest = BedZone {
-        parts: Vec::new(),
+        regions: Vec::new(),
         law: material::basal_law(case, options, bed_friction(case))?,
         drainage: options.drainage,
         fluid: fluid_resistance(options.mixture.as_ref().map(|mixture| mixture.fluid_resistance)),
@@ -28,8 +28,8 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseEr
         let shape = region.shape.clone().map(|shape| case.relative_to_origin(shape));
         let part = case.plan_region(shape, region.outline.as_deref(), region.raster.as_ref());
         let part = part.map_err(|(below, problem)| option_error(&key(&below), problem))?;
-        let zone = |parts: Vec<PlanRegion>, law| BedZone {
-            parts,
+        let zone = |regions: Vec<PlanRegion>, law| BedZone {
+            regions,
             law,
             drainage: region.drainage.unwrap_or(options.drainage),
             fluid: region.fluid_resistance.map_or(rest.fluid, |own| fluid_resistance(Some(own))),
@@ -44,7 +44,7 @@ pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseEr
         zones.extend(held.iter().map(|(within, law)| zone(vec![part.clone(), within.clone()], *law)));
         zones.push(zone(vec![part], rest.law));
     }
-    zones.extend(held.into_iter().map(|(part, law)| BedZone { parts: vec![part], law, ..rest.clone() }));
+    zones.extend(held.into_iter().map(|(part, law)| BedZone { regions: vec![part], law, ..rest.clone() }));
     zones.push(rest);
     Ok(zones)
 }

@@ -66,10 +66,10 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     }
     check_same_walls(case, first)?;
     if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
-        let (bed, least) = plane(case, point, normal)?;
-        if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
+        let (bed, smallest) = plane(case, point, normal)?;
+        if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > smallest) {
             let problem = format!(
-                "the wall at {level} m lies above the lowest point of the plane {:?}, {least} m: leave the \
+                "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
                  wall out or lower it",
                 first.name
             );
@@ -112,14 +112,14 @@ fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
     let raster = ground.raster();
     let off = |number: usize| {
         let bed: Option<BedPoint<2>> =
-            ground.at(&raster.node_position(number % raster.columns, number / raster.columns));
+            ground.bed_point(&raster.node_position(number % raster.columns, number / raster.columns));
         Some(bed?.level - raster.values[number] - means[number]).filter(|off| off.is_finite())
     };
-    let (mut most, mut square, mut count) = (0.0f64, 0.0, 0.0);
+    let (mut largest, mut square, mut count) = (0.0f64, 0.0, 0.0);
     for off in (0..means.len()).filter_map(off) {
-        (most, square, count) = (most.max(off.abs()), square + off * off, count + 1.0);
+        (largest, square, count) = (largest.max(off.abs()), square + off * off, count + 1.0);
     }
-    [most, (square / f64::max(count, 1.0)).sqrt()]
+    [largest, (square / f64::max(count, 1.0)).sqrt()]
 }
 
 /// Warns of time schemes that do not transport velocities along the bed.
@@ -185,7 +185,7 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
     let slope = |number: usize| {
-        let bed: Option<BedPoint<2>> = ground.at(&place(number));
+        let bed: Option<BedPoint<2>> = ground.bed_point(&place(number));
         bed.map_or(0.0, |bed| bed.slope[0].hypot(bed.slope[1]))
     };
     let of_file = matches!(&case.obstacles[..], [Obstacle { shape: ObstacleShape::Raster { .. }, .. }]);
@@ -228,14 +228,14 @@ fn raise_to_wall(
     let known = |raster: &Raster| {
         raster.values.iter().copied().filter(|z| z.is_finite()).fold(f64::INFINITY, f64::min)
     };
-    let least = known(raster);
-    let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > least) else { return Ok(()) };
+    let smallest = known(raster);
+    let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > smallest) else { return Ok(()) };
     if wall_friction(wall) != friction_of_obstacle(obstacle) {
         let problem = format!(
             "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
              bed has one kind of wall",
             level + case.origin()[case.dimension() - 1],
-            least + case.origin()[case.dimension() - 1]
+            smallest + case.origin()[case.dimension() - 1]
         );
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }
@@ -265,7 +265,7 @@ pub fn lowest(case: &Case) -> Side {
 /// Highest wall that faces upward: its number, its level (m), and its kind.
 pub fn highest_wall(case: &Case) -> Option<(usize, f64, &Wall)> {
     let side = lowest(case);
-    let level = |boundary: &Boundary| boundary.position(&case.domain);
+    let level = |boundary: &Boundary| boundary.wall_coordinate(&case.domain);
     let walls = case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.side == side);
     let highest = walls.max_by(|a, b| level(a.1).total_cmp(&level(b.1)));
     highest.map(|(number, boundary)| (number, level(boundary), &boundary.wall))
@@ -305,6 +305,6 @@ fn plane<const D: usize>(case: &Case, point: &[f64], normal: &[f64]) -> Result<(
     let level = move |x: &[f64; D]| foot + (0..D).map(|c| slope[c] * x[c]).sum::<f64>();
     let corner =
         std::array::from_fn(|c| if slope[c] > 0.0 { case.domain.min[c] } else { case.domain.max[c] });
-    let bed = Bed::formula(move |x: &[f64; D]| BedPoint { slope, ..BedPoint::flat(level(x)) });
+    let bed = Bed::formula(move |x: &[f64; D]| BedPoint { slope, ..BedPoint::horizontal(level(x)) });
     Ok((bed, level(&corner)))
 }

@@ -48,11 +48,11 @@ pub fn raise_terrain(
         }
         // Between nodes on both sides of the line the crest is as high as the nearest of them.
         let farthest = 0.5 * raster.spacing[0].hypot(raster.spacing[1]);
-        let seen = height(dam, farthest);
-        if seen < 0.9 * dam.height {
+        let raster_height = height(dam, farthest);
+        if raster_height < 0.9 * dam.height {
             let [dx, dy] = raster.spacing;
             warnings.push(format!(
-                "methods.depth-sph.dams[{number}]: cells of {dx} m by {dy} m reduce its crest to {seen:.2} \
+                "methods.depth-sph.dams[{number}]: cells of {dx} m by {dy} m reduce its crest to {raster_height:.2} \
                  m in places, instead of {} m: make the dam wider, or the terrain finer",
                 dam.height
             ));

@@ -33,7 +33,7 @@ struct VelocityBound {
 /// Velocity bounds of a node.
 #[derive(Clone, Copy, Debug)]
 struct VelocityBounds {
-    all: [VelocityBound; MAX_FACES],
+    bounds: [VelocityBound; MAX_FACES],
     count: usize,
 }
 
@@ -46,8 +46,8 @@ impl VelocityBounds {
         is_bilateral: impl Fn(&NodeFace) -> bool,
     ) -> Self {
         let none = VelocityBound { normal: [0.0; 3], min_velocity: 0.0, bilateral: false };
-        let mut bounds = Self { all: [none; MAX_FACES], count: faces.len().min(MAX_FACES) };
-        for (bound, face) in bounds.all.iter_mut().zip(faces) {
+        let mut bounds = Self { bounds: [none; MAX_FACES], count: faces.len().min(MAX_FACES) };
+        for (bound, face) in bounds.bounds.iter_mut().zip(faces) {
             let by_held: f64 = (0..3).filter(|c| held[*c]).map(|c| face.normal[c] * velocity[c]).sum();
             *bound = VelocityBound {
                 normal: std::array::from_fn(|c| if held[c] { 0.0 } else { face.normal[c] }),
@@ -58,15 +58,15 @@ impl VelocityBounds {
         bounds
     }
 
-    fn all(&self) -> &[VelocityBound] {
-        &self.all[..self.count]
+    fn bounds(&self) -> &[VelocityBound] {
+        &self.bounds[..self.count]
     }
 
     /// Whether a velocity satisfies all bounds up to `slack` (m/s).
     fn are_satisfied_by(&self, velocity: &[f64; 3], slack: f64) -> bool {
         // Components that walls prescribe can't be changed by the impulse of a face.
         let can = |bound: &&VelocityBound| dot(&bound.normal, &bound.normal) > ROUND_OFF;
-        self.all().iter().filter(can).all(|bound| {
+        self.bounds().iter().filter(can).all(|bound| {
             let beyond = dot(&bound.normal, velocity) - bound.min_velocity;
             beyond >= -slack && (!bound.bilateral || beyond <= slack)
         })
@@ -76,11 +76,11 @@ impl VelocityBounds {
     /// impulses, their mean is taken.
     fn project(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
         let free: [f64; 3] = std::array::from_fn(|c| {
-            if self.all().iter().any(|bound| bound.normal[c] != 0.0) { velocity[c] } else { 0.0 }
+            if self.bounds().iter().any(|bound| bound.normal[c] != 0.0) { velocity[c] } else { 0.0 }
         });
-        let scale = self.all().iter().map(|bound| bound.min_velocity.abs()).fold(length(&free), f64::max);
+        let scale = self.bounds().iter().map(|bound| bound.min_velocity.abs()).fold(length(&free), f64::max);
         let slack = ROUND_OFF * scale;
-        if self.are_satisfied_by(velocity, slack) && !self.all().iter().any(|bound| bound.bilateral) {
+        if self.are_satisfied_by(velocity, slack) && !self.bounds().iter().any(|bound| bound.bilateral) {
             return [0.0; MAX_FACES];
         }
         for size in 1..=AXES {
@@ -108,7 +108,7 @@ impl VelocityBounds {
         velocity: &[f64; 3],
         slack: f64,
     ) -> Option<([f64; AXES], [f64; 3])> {
-        let bound = |k: usize| &self.all[set[k]];
+        let bound = |k: usize| &self.bounds[set[k]];
         let size = set.len();
         // Velocity within the span of the normals with the least norm.
         let given = solve(size, |a, b| dot(&bound(a).normal, &bound(b).normal), |a| bound(a).min_velocity)?;
@@ -136,7 +136,7 @@ impl VelocityBounds {
         let (mut pushes, share) = ([0.0; MAX_FACES], 1.0 / self.count as f64);
         for _ in 0..MAX_ITERATIONS {
             let before = *velocity;
-            for (bound, push) in self.all().iter().zip(&mut pushes) {
+            for (bound, push) in self.bounds().iter().zip(&mut pushes) {
                 let square = dot(&bound.normal, &bound.normal);
                 if square <= ROUND_OFF {
                     continue;
@@ -271,7 +271,7 @@ pub(super) fn constrain(
 fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
     let mut pushes = [0.0; MAX_FACES];
     let mut chosen = VelocityBounds::new(faces, start, [false; 3], |_| true);
-    for (bound, face) in chosen.all.iter_mut().zip(faces) {
+    for (bound, face) in chosen.bounds.iter_mut().zip(faces) {
         if face.separation || face.is_fully_bonded() {
             *bound = VelocityBound { normal: [0.0; 3], min_velocity: 0.0, bilateral: false };
         }
@@ -315,8 +315,8 @@ fn apply_friction(
         let out = face.separation_velocity(&left);
         let slides: [f64; 3] = std::array::from_fn(|c| left[c] - face.velocity[c] - out * face.normal[c]);
         let speed = length(&slides);
-        let (own, least) = (bound(k), parts[k] * speed);
-        let taken = if own >= least { parts[k] } else { own / speed };
+        let (own, smallest) = (bound(k), parts[k] * speed);
+        let taken = if own >= smallest { parts[k] } else { own / speed };
         for c in 0..3 {
             let change = -taken * slides[c];
             changes[k][c] += change;
@@ -338,7 +338,7 @@ pub(super) fn remove_penetration(
     let pushes = bounds.project(velocity);
     (0..3).filter(|c| held[*c]).for_each(|c| velocity[c] = before[c]);
     for (k, face) in faces.iter().enumerate().filter(|(k, _)| pushes[*k] != 0.0) {
-        tell(face, bounds.all[k].normal.map(|n| pushes[k] * n), [0.0; 3]);
+        tell(face, bounds.bounds[k].normal.map(|n| pushes[k] * n), [0.0; 3]);
     }
 }
 
@@ -366,7 +366,7 @@ mod tests {
     }
 
     /// Velocity after the faces and the velocity change by each face.
-    fn act(faces: &[NodeFace], free: [f64; 3]) -> ([f64; 3], Vec<[f64; 3]>) {
+    fn constrained_velocity(faces: &[NodeFace], free: [f64; 3]) -> ([f64; 3], Vec<[f64; 3]>) {
         let (mut start, mut end, mut changes) = ([0.0; 3], free, vec![[0.0; 3]; faces.len()]);
         constrain(faces, (&mut start, &mut end), true, &[0.0; 3], &mut |face, change, _| {
             let number = faces.iter().position(|own| std::ptr::eq(own, face));
@@ -380,13 +380,13 @@ mod tests {
         let corner =
             |friction| [face([0.0, 1.0, 0.0], friction, true), face([0.8, 0.6, 0.0], friction, true)];
         for friction in [0.0, 0.4, f64::INFINITY] {
-            let (end, changes) = act(&corner(friction), [-0.3, -0.7, 0.0]);
+            let (end, changes) = constrained_velocity(&corner(friction), [-0.3, -0.7, 0.0]);
             assert_eq!(end, [0.0; 3], "{friction}: nothing is left by round-off");
             let sum: [f64; 3] = std::array::from_fn(|c| changes[0][c] + changes[1][c]);
             assert!((sum[0] - 0.3).abs() < 1e-15 && (sum[1] - 0.7).abs() < 1e-15, "{friction}: {sum:?}");
         }
         // Along the wall, off the floor.
-        let (end, changes) = act(&corner(0.0), [-0.7, 0.6, 0.0]);
+        let (end, changes) = constrained_velocity(&corner(0.0), [-0.7, 0.6, 0.0]);
         assert!((end[0] + 0.6 * 0.9).abs() < 1e-15 && (end[1] - 0.8 * 0.9).abs() < 1e-15, "{end:?}");
         assert_eq!(changes[0], [0.0; 3]);
     }
@@ -396,7 +396,7 @@ mod tests {
         for friction in [0.0, 0.3, f64::INFINITY] {
             let floor = face([0.0, 1.0, 0.0], friction, true);
             let other = NodeFace { reaction_index: Some(1), ..floor };
-            let (end, changes) = act(&[floor, other], [1.0, -1.0, 0.0]);
+            let (end, changes) = constrained_velocity(&[floor, other], [1.0, -1.0, 0.0]);
             assert_eq!(changes[0], changes[1]);
             let exact = if friction.is_finite() { 1.0 - friction } else { 0.0 };
             assert!((end[0] - exact).abs() < 1e-15 && end[1] == 0.0, "{friction}: {end:?}");
@@ -407,11 +407,11 @@ mod tests {
     fn closing_faces_of_a_node_share_their_overlap() {
         let floor = NodeFace { velocity: [0.0, 1.0, 0.0], ..face([0.0, 1.0, 0.0], 0.0, true) };
         let roof = NodeFace { velocity: [0.0, -1.0, 0.0], ..face([0.0, -1.0, 0.0], 0.0, true) };
-        let (end, _) = act(&[floor, roof], [0.5, -0.4, 0.0]);
+        let (end, _) = constrained_velocity(&[floor, roof], [0.5, -0.4, 0.0]);
         assert!(end[1].abs() < 1e-12 && end[0] == 0.5, "{end:?}");
     }
 
-    fn some_faces() -> impl Strategy<Value = Vec<NodeFace>> {
+    fn test_faces() -> impl Strategy<Value = Vec<NodeFace>> {
         let friction = prop_oneof![Just(0.0), 0.05..1.0f64, Just(f64::INFINITY)];
         let one = ([-1.0..1.0f64, -1.0..1.0f64, 0.05..1.0f64], friction);
         proptest::collection::vec(one, 2..6).prop_map(|all| {
@@ -426,11 +426,11 @@ mod tests {
     proptest! {
         #[test]
         fn faces_are_not_penetrated_and_their_forces_are_independent_of_order(
-            faces in some_faces(),
+            faces in test_faces(),
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             turn in 1usize..6,
         ) {
-            let (end, changes) = act(&faces, free);
+            let (end, changes) = constrained_velocity(&faces, free);
             prop_assert!(faces.iter().all(|face| face.separation_velocity(&end) >= -1e-11), "{end:?}");
             for c in 0..3 {
                 let sum: f64 = changes.iter().map(|change| change[c]).sum();
@@ -440,7 +440,7 @@ mod tests {
             let mut turned = faces.clone();
             turned.rotate_left(turn % faces.len());
             turned.swap(0, 1);
-            let (other, of_turned) = act(&turned, free);
+            let (other, of_turned) = constrained_velocity(&turned, free);
             prop_assert!((0..3).all(|c| (other[c] - end[c]).abs() < 1e-10), "{end:?} {other:?}");
             for (face, change) in turned.iter().zip(of_turned) {
                 let own = changes[usize::from(face.reaction_index.unwrap())];
@@ -450,12 +450,12 @@ mod tests {
 
         #[test]
         fn smooth_faces_remove_the_minimum_momentum(
-            faces in some_faces(),
+            faces in test_faces(),
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             other in [-2.0..2.0f64, -2.0..2.0f64, -2.0..2.0f64],
         ) {
             let smooth: Vec<NodeFace> = faces.iter().map(|face| NodeFace { kind: WallKind::Smooth, ..*face }).collect();
-            let (end, _) = act(&smooth, free);
+            let (end, _) = constrained_velocity(&smooth, free);
             let away = |from: &[f64; 3]| length(&std::array::from_fn(|c| from[c] - free[c]));
             let admits = smooth.iter().all(|face| face.separation_velocity(&other) >= 0.0);
             prop_assert!(!admits || away(&other) >= away(&end) - 1e-10);
@@ -463,11 +463,11 @@ mod tests {
 
         #[test]
         fn remapped_velocity_stays_out_of_all_faces_in_contact(
-            faces in some_faces(),
+            faces in test_faces(),
             free in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
             mapped in [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64],
         ) {
-            let (solved, _) = act(&faces, free);
+            let (solved, _) = constrained_velocity(&faces, free);
             let mut velocity = mapped;
             constrain_remapped(&faces, &solved, &mut velocity);
             prop_assert!(faces.iter().all(|face| face.separation_velocity(&velocity) >= -1e-10), "{velocity:?}");

@@ -15,7 +15,7 @@ pub(super) struct FrictionEdge<'a> {
     /// Walls by the axis of their normal.
     pub walls: [Option<&'a NodeWall>; 3],
     /// Velocity components that other walls prescribe.
-    pub constrained: [bool; 3],
+    pub constrained_components: [bool; 3],
     /// Velocity at the start of the step (m/s).
     pub start: [f64; 3],
     /// Velocity at the end of the step without these walls (m/s).
@@ -71,7 +71,7 @@ impl FrictionEdge<'_> {
         let mut end = self.free_velocity;
         acting().for_each(|wall| end[wall.axis] = wall.velocity[wall.axis]);
         let rough = || acting().filter(|wall| wall.kind == WallKind::Rough);
-        let loose = |c: usize| pushes[c].is_none() && !self.constrained[c];
+        let loose = |c: usize| pushes[c].is_none() && !self.constrained_components[c];
         let count = rough().count();
         if count > 0 {
             for c in (0..3).filter(|c| loose(*c)) {
@@ -107,8 +107,9 @@ impl FrictionEdge<'_> {
                 let frictions = || {
                     acting().map(|wall| {
                         let slip = wall.tangential_velocity(&stopped);
-                        let across = length(&std::array::from_fn(|d| if d == c { 0.0 } else { slip[d] }));
-                        EdgeFriction { speed: wall.velocity[c], across, bound: bound(wall) }
+                        let tangential_speed =
+                            length(&std::array::from_fn(|d| if d == c { 0.0 } else { slip[d] }));
+                        EdgeFriction { speed: wall.velocity[c], tangential_speed, bound: bound(wall) }
                     })
                 };
                 end[c] = friction_equilibrium(self.free_velocity[c], frictions);
@@ -135,7 +136,7 @@ impl FrictionEdge<'_> {
         for wall in acting() {
             let others = acting().filter(|other| other.axis != wall.axis);
             let sum: f64 = others.map(|other| friction(other, wall.axis)).sum();
-            rubbed[wall.axis] = if wall.upper { sum } else { -sum };
+            rubbed[wall.axis] = if wall.is_upper { sum } else { -sum };
         }
         rubbed
     }
@@ -146,7 +147,7 @@ struct EdgeFriction {
     /// Velocity of the wall (m/s).
     speed: f64,
     /// Speed of the node relative to the wall in the other components (m/s).
-    across: f64,
+    tangential_speed: f64,
     /// Largest velocity change by friction (m/s).
     bound: f64,
 }
@@ -156,12 +157,13 @@ fn friction_equilibrium<I: Iterator<Item = EdgeFriction>>(free: f64, frictions: 
     let slope = |velocity: f64| {
         let rub = |friction: EdgeFriction| match velocity - friction.speed {
             0.0 => 0.0,
-            slip => friction.bound * slip / slip.hypot(friction.across),
+            slip => friction.bound * slip / slip.hypot(friction.tangential_speed),
         };
         velocity - free + frictions().map(rub).sum::<f64>()
     };
-    for stick in frictions().filter(|friction| friction.across == 0.0) {
-        let same = frictions().filter(|friction| friction.across == 0.0 && friction.speed == stick.speed);
+    for stick in frictions().filter(|friction| friction.tangential_speed == 0.0) {
+        let same =
+            frictions().filter(|friction| friction.tangential_speed == 0.0 && friction.speed == stick.speed);
         if slope(stick.speed).abs() <= same.map(|friction| friction.bound).sum() {
             return stick.speed;
         }
@@ -181,19 +183,19 @@ fn friction_equilibrium<I: Iterator<Item = EdgeFriction>>(free: f64, frictions: 
 mod tests {
     use crate::boundary::walls::{NodeWall, NodeWalls, WallKind};
 
-    const FREE: [f64; 3] = [1.3, -0.8, 0.5];
+    const FREE_VELOCITY: [f64; 3] = [1.3, -0.8, 0.5];
     const COEFFICIENTS: [f64; 2] = [0.3, 0.6];
 
     /// A wall at the upper end of x and a floor, with velocities.
     fn walls(separation: bool, [side, floor]: [[f64; 3]; 2]) -> [NodeWall; 2] {
         let [a, b] = COEFFICIENTS.map(|coefficient| WallKind::Frictional { coefficient });
         let wall =
-            |axis, upper, kind, velocity| NodeWall { axis, upper, node: 0, kind, separation, velocity };
+            |axis, is_upper, kind, velocity| NodeWall { axis, is_upper, node: 0, kind, separation, velocity };
         [wall(0, true, a, side), wall(1, false, b, floor)]
     }
 
     /// Velocity after the walls, with permuted axes: axis `c` becomes `order[c]`.
-    fn left(walls: &[NodeWall], order: [usize; 3], free: [f64; 3]) -> [f64; 3] {
+    fn constrained_velocity(walls: &[NodeWall], order: [usize; 3], free: [f64; 3]) -> [f64; 3] {
         let turned = |v: [f64; 3]| {
             let mut out = [0.0; 3];
             (0..3).for_each(|c| out[order[c]] = v[c]);
@@ -223,13 +225,13 @@ mod tests {
             let [side, floor] = walls(separation, velocities);
             let roof = NodeWall { axis: 2, velocity: [0.2, -0.1, 0.3], ..side };
             for walls in [vec![side, floor], vec![side, floor, roof]] {
-                let here = left(&walls, [0, 1, 2], FREE);
+                let here = constrained_velocity(&walls, [0, 1, 2], FREE_VELOCITY);
                 let back: Vec<NodeWall> = walls.iter().rev().copied().collect();
-                for there in orders.map(|order| left(&walls, order, FREE)).into_iter().chain([left(
-                    &back,
-                    [0, 1, 2],
-                    FREE,
-                )]) {
+                for there in orders
+                    .map(|order| constrained_velocity(&walls, order, FREE_VELOCITY))
+                    .into_iter()
+                    .chain([constrained_velocity(&back, [0, 1, 2], FREE_VELOCITY)])
+                {
                     let distance = (0..3).map(|c| (here[c] - there[c]).abs()).fold(0.0, f64::max);
                     assert!(distance < 1e-15, "{walls:?}: {here:?}, {there:?}");
                 }
@@ -242,7 +244,7 @@ mod tests {
     fn friction_of_both_walls_is_proportional_to_their_normal_impulses() {
         for velocities in &VELOCITIES[..2] {
             let [side, floor] = walls(false, *velocities);
-            let end = left(&[side, floor], [0, 1, 2], FREE);
+            let end = constrained_velocity(&[side, floor], [0, 1, 2], FREE_VELOCITY);
             assert_eq!([end[0], end[1]], [side.velocity[0], floor.velocity[1]]);
             // Friction direction of each wall.
             let [on_side, on_floor] = [side, floor].map(|wall| {
@@ -253,12 +255,14 @@ mod tests {
             });
             // Normal impulses: the node's own approach and the friction of the other wall. Two equations.
             let [a, b] = COEFFICIENTS;
-            let (into_side, into_floor) = (FREE[0] - side.velocity[0], floor.velocity[1] - FREE[1]);
+            let (into_side, into_floor) =
+                (FREE_VELOCITY[0] - side.velocity[0], floor.velocity[1] - FREE_VELOCITY[1]);
             let (p, q) = (b * on_floor[0], -a * on_side[1]);
             let impulse_on_side = (into_side + p * into_floor) / (1.0 - p * q);
             let impulse_on_floor = into_floor + q * impulse_on_side;
             assert!(impulse_on_side > 0.0 && impulse_on_floor > 0.0);
-            let along = FREE[2] + a * impulse_on_side * on_side[2] + b * impulse_on_floor * on_floor[2];
+            let along =
+                FREE_VELOCITY[2] + a * impulse_on_side * on_side[2] + b * impulse_on_floor * on_floor[2];
             assert!((end[2] - along).abs() < 1e-14, "{end:?}, {along}");
         }
     }
@@ -267,7 +271,11 @@ mod tests {
     fn walls_moving_along_their_edge_each_apply_friction_towards_their_velocity() {
         // Normal impulses of 1.3 and 0.8: the frictions are up to 0.39 and 0.48.
         let along = |side: f64, floor: f64, free: f64| {
-            left(&walls(true, [[0.0, 0.0, side], [0.0, 0.0, floor]]), [0, 1, 2], [1.3, -0.8, free])[2]
+            constrained_velocity(
+                &walls(true, [[0.0, 0.0, side], [0.0, 0.0, floor]]),
+                [0, 1, 2],
+                [1.3, -0.8, free],
+            )[2]
         };
         assert!((along(2.0, -2.0, 0.5) - (0.5 + 0.39 - 0.48)).abs() < 1e-14, "between them");
         assert!((along(2.0, 3.0, 0.5) - (0.5 + 0.39 + 0.48)).abs() < 1e-14, "slower than both");
@@ -276,8 +284,9 @@ mod tests {
 
     #[test]
     fn friction_of_a_moving_floor_separates_a_node_from_the_side_or_presses_it() {
-        let acts =
-            |speed: f64, free: [f64; 3]| left(&walls(true, [[0.0; 3], [speed, 0.0, 0.0]]), [0, 1, 2], free);
+        let acts = |speed: f64, free: [f64; 3]| {
+            constrained_velocity(&walls(true, [[0.0; 3], [speed, 0.0, 0.0]]), [0, 1, 2], free)
+        };
         // Friction of up to 0.6 against the normal impulse of the wall at the side.
         assert_eq!(acts(-9.0, [0.8, -1.0, 0.0])[0], 0.0, "pushed by more");
         assert!((acts(-9.0, [0.1, -1.0, 0.0])[0] + 0.5).abs() < 1e-15, "pulled off");

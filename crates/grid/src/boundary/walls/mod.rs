@@ -37,7 +37,7 @@ pub struct NodeWall {
     /// Axis normal to the wall.
     pub axis: usize,
     /// True for a wall above its plane (material below), false for one below.
-    pub upper: bool,
+    pub is_upper: bool,
     /// Node index, along the axis, of the wall's face.
     pub node: usize,
     /// Contact condition.
@@ -72,7 +72,7 @@ impl NodeWalls {
         }
         for (number, wall) in walls.iter().enumerate() {
             let nodes = &mut lookup[wall.axis];
-            let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
+            let range = if wall.is_upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
             nodes[range].fill(number as u32 + 1);
         }
         Self { walls, lookup, starts_moving: false, strides: None, faces: Arc::default() }
@@ -112,7 +112,7 @@ impl NodeWalls {
 
     /// Wall normal to `axis` at a node index, if there is one.
     #[inline]
-    pub fn at(&self, axis: usize, index: &[usize; 3]) -> Option<&NodeWall> {
+    pub fn wall_at(&self, axis: usize, index: &[usize; 3]) -> Option<&NodeWall> {
         let entry = match self.strides {
             None => index[axis],
             Some(strides) => (0..3).map(|a| index[a] * strides[a]).sum(),
@@ -126,7 +126,7 @@ impl NodeWalls {
     /// Walls of a node, axis by axis.
     fn walls_of_node(&self, index: &[usize; 3]) -> impl Iterator<Item = &NodeWall> {
         let axes = (0..3).filter(|axis| !self.lookup[*axis].is_empty());
-        axes.filter_map(|axis| self.at(axis, index))
+        axes.filter_map(|axis| self.wall_at(axis, index))
     }
 
     /// Sets whether moving walls start in this step. Then constrained nodes get an acceleration, as with a prescribed motion that begins:
@@ -170,7 +170,7 @@ impl NodeWalls {
         lift: &[f64; 3],
         mut tell: impl FnMut(&NodeFace, [f64; 3], [f64; 3]),
     ) {
-        let faces = self.faces.at(index);
+        let faces = self.faces.faces_at(index);
         match faces {
             [] => {}
             [face] => {
@@ -217,7 +217,7 @@ impl NodeWalls {
         if walls(false).any(|wall| walls(false).any(|other| other.velocity != wall.velocity)) {
             let edge = FrictionEdge {
                 walls: std::array::from_fn(|axis| walls(false).find(|wall| wall.axis == axis)),
-                constrained: walls(true).fold([false; 3], |held, wall| {
+                constrained_components: walls(true).fold([false; 3], |held, wall| {
                     std::array::from_fn(|c| held[c] || wall.unconditional_components().contains(&c))
                 }),
                 start: *start,
@@ -241,7 +241,7 @@ impl NodeWalls {
 
     /// Whether each velocity component of a node with the end velocity `end` is constrained by its walls.
     pub fn constrained_components(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
-        if self.faces.at(index).iter().any(|face| face.is_in_contact(end)) {
+        if self.faces.faces_at(index).iter().any(|face| face.is_in_contact(end)) {
             return [true; 3];
         }
         self.walls_of_node(index).fold([false; 3], |held, wall| {
@@ -253,7 +253,7 @@ impl NodeWalls {
     /// Constrains the re-mapped velocity of a node (MUSL): no penetration, no separation where the momentum solve (`solved`) left contact,
     /// and no slip where it left sticking.
     pub fn constrain_remapped(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        match self.faces.at(index) {
+        match self.faces.faces_at(index) {
             [] => {}
             [face] => face.constrain_remapped(solved, velocity),
             faces => corner::constrain_remapped(faces, solved, velocity),
@@ -266,7 +266,7 @@ impl NodeWalls {
 
     /// Factors of the velocity components of a node: 0 where a wall prescribes the component unconditionally, else 1.
     pub fn free_components(&self, index: &[usize; 3]) -> [f64; 3] {
-        if self.faces.at(index).iter().any(NodeFace::is_fully_bonded) {
+        if self.faces.faces_at(index).iter().any(NodeFace::is_fully_bonded) {
             return [0.0; 3];
         }
         self.walls_of_node(index).fold([1.0; 3], |mut free, wall| {
@@ -304,7 +304,7 @@ fn length(vector: &[f64; 3]) -> f64 {
 impl NodeWall {
     fn approach_velocity(&self, velocity: &[f64; 3]) -> f64 {
         let normal = velocity[self.axis] - self.velocity[self.axis];
-        if self.upper { normal } else { -normal }
+        if self.is_upper { normal } else { -normal }
     }
 
     /// Whether the wall prescribes components whatever the material does (no separation, no friction).

@@ -28,7 +28,7 @@ pub struct NodeFaces {
     /// Whether any node of a row has faces, by index along the first axis.
     rows: Vec<bool>,
     /// First face of each node with faces, and the number of faces.
-    starts: Vec<u32>,
+    first_faces: Vec<u32>,
     /// Nodes with faces.
     nodes: Vec<u32>,
     faces: Vec<NodeFace>,
@@ -61,16 +61,16 @@ impl NodeFaces {
             faces.faces.push(*face);
             faces.assign(*node, faces.faces.len() - 1);
         }
-        faces.starts.push(of_nodes.len() as u32);
+        faces.first_faces.push(of_nodes.len() as u32);
         faces
     }
 
     /// Assigns the faces from index `first` on to a node, which is the last node so far or a later one.
     fn assign(&mut self, node: u32, first: usize) {
         if self.lookup[node as usize] == 0 && first < self.faces.len() {
-            self.starts.push(first as u32);
+            self.first_faces.push(first as u32);
             self.nodes.push(node);
-            self.lookup[node as usize] = self.starts.len() as u32;
+            self.lookup[node as usize] = self.first_faces.len() as u32;
             self.rows[node as usize / self.strides[0].max(1)] = true;
         }
     }
@@ -91,22 +91,22 @@ impl NodeFaces {
         self.rows.resize(layout.nodes()[0], false);
         self.nodes.drain(..).for_each(|node| self.lookup[node as usize] = 0);
         self.rows.fill(false);
-        self.starts.clear();
+        self.first_faces.clear();
         self.faces.clear();
         for row in 0..layout.nodes()[0] {
-            for number in layout.active(row) {
-                let index = layout.index(row, number);
+            for number in layout.active_nodes(row) {
+                let index = layout.axis_indices(row, number);
                 let place = std::array::from_fn(|a| {
                     grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a])
                 });
                 let node = (row * strides[0] + number) as u32;
                 let first = self.faces.len();
-                self.faces.extend_from_slice(rest.at(&index));
+                self.faces.extend_from_slice(rest.faces_at(&index));
                 find(&place, &mut self.faces);
                 self.assign(node, first);
             }
         }
-        self.starts.push(self.faces.len() as u32);
+        self.first_faces.push(self.faces.len() as u32);
     }
 
     /// Returns the faces of the nodes of a structured grid: `find` adds the faces at the position of a node (m) to its list.
@@ -120,7 +120,7 @@ impl NodeFaces {
         let (mut of_nodes, mut found) = (Vec::new(), Vec::new());
         for row in 0..layout.nodes()[0] {
             for number in 0..strides[0] {
-                let index = layout.index(row, number);
+                let index = layout.axis_indices(row, number);
                 let place = std::array::from_fn(|a| {
                     grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a])
                 });
@@ -145,7 +145,7 @@ impl NodeFaces {
 
     /// Faces of a node.
     #[inline]
-    pub fn at(&self, index: &[usize; 3]) -> &[NodeFace] {
+    pub fn faces_at(&self, index: &[usize; 3]) -> &[NodeFace] {
         if self.faces.is_empty() {
             return &[];
         }
@@ -153,7 +153,7 @@ impl NodeFaces {
             0 => &[],
             number => {
                 let number = number as usize;
-                &self.faces[self.starts[number - 1] as usize..self.starts[number] as usize]
+                &self.faces[self.first_faces[number - 1] as usize..self.first_faces[number] as usize]
             }
         }
     }
@@ -281,59 +281,60 @@ mod tests {
     use crate::boundary::walls::{NodeWall, NodeWalls};
     use std::sync::Arc;
 
-    const TILTED: [f64; 3] = [0.6, 0.8, 0.0];
+    const INCLINED_NORMAL: [f64; 3] = [0.6, 0.8, 0.0];
 
     fn walls(faces: &[(u32, NodeFace)], walls: Vec<NodeWall>) -> NodeWalls {
         NodeWalls::new(&[2, 2, 2], walls).with_faces(Arc::new(NodeFaces::new([4, 2, 1], 8, faces)))
     }
 
-    fn left(walls: &NodeWalls, index: [usize; 3], free: [f64; 3]) -> [f64; 3] {
+    fn constrained_velocity(walls: &NodeWalls, index: [usize; 3], free: [f64; 3]) -> [f64; 3] {
         let (mut start, mut end) = ([0.0; 3], free);
         walls.constrain(&index, &mut start, &mut end, true);
         end
     }
 
-    fn near(a: [f64; 3], b: [f64; 3]) -> bool {
+    fn is_near(a: [f64; 3], b: [f64; 3]) -> bool {
         (0..3).all(|c| (a[c] - b[c]).abs() < 1e-14)
     }
 
     #[test]
     fn a_tilted_face_applies_coulomb_friction_and_permits_separation() {
         let face = |kind, separation| NodeFace {
-            normal: TILTED,
+            normal: INCLINED_NORMAL,
             kind,
             separation,
             velocity: [0.0; 3],
             reaction_index: None,
         };
-        let act = |kind, free| left(&walls(&[(5, face(kind, true))], Vec::new()), [1, 0, 1], free);
+        let act =
+            |kind, free| constrained_velocity(&walls(&[(5, face(kind, true))], Vec::new()), [1, 0, 1], free);
         // Approach velocity 1, slip 2 in the plane and 1 across it.
         let free = [-0.6 + 2.0 * 0.8, -0.8 - 2.0 * 0.6, 1.0];
         let along = [1.6, -1.2, 1.0];
-        assert!(near(act(WallKind::Smooth, free), along));
+        assert!(is_near(act(WallKind::Smooth, free), along));
         let keep = 1.0 - 0.3 / 5f64.sqrt();
-        assert!(near(act(WallKind::Frictional { coefficient: 0.3 }, free), along.map(|c| keep * c)));
+        assert!(is_near(act(WallKind::Frictional { coefficient: 0.3 }, free), along.map(|c| keep * c)));
         assert_eq!(act(WallKind::Frictional { coefficient: 3.0 }, free), [0.0; 3]);
         assert_eq!(act(WallKind::Rough, free), [0.0; 3]);
         assert_eq!(act(WallKind::Rough, [0.6, 0.8, 0.1]), [0.6, 0.8, 0.1], "it leaves");
         let held = walls(&[(5, face(WallKind::Rough, false))], Vec::new());
-        assert_eq!(left(&held, [1, 0, 1], [0.6, 0.8, 0.1]), [0.0; 3]);
-        assert_eq!(left(&held, [1, 1, 1], free), free, "another node");
+        assert_eq!(constrained_velocity(&held, [1, 0, 1], [0.6, 0.8, 0.1]), [0.0; 3]);
+        assert_eq!(constrained_velocity(&held, [1, 1, 1], free), free, "another node");
         assert!(!held.is_row_free(0, 1) && held.is_row_free(0, 0) && held.is_row_free(1, 0));
     }
 
     #[test]
     fn velocity_beside_a_wall_enters_neither_the_face_nor_the_wall() {
-        let face = NodeFace::at_rest(TILTED, 0.0, true);
+        let face = NodeFace::at_rest(INCLINED_NORMAL, 0.0, true);
         let floor = NodeWall {
             axis: 1,
-            upper: false,
+            is_upper: false,
             node: 0,
             kind: WallKind::Smooth,
             separation: false,
             velocity: [0.0; 3],
         };
-        let end = left(&walls(&[(4, face)], vec![floor]), [1, 0, 0], [-1.0, -1.0, 0.0]);
+        let end = constrained_velocity(&walls(&[(4, face)], vec![floor]), [1, 0, 0], [-1.0, -1.0, 0.0]);
         assert!(end[1] == 0.0 && 0.6 * end[0] > -1e-14, "{end:?}");
     }
 
@@ -343,7 +344,7 @@ mod tests {
         let moving = |friction| NodeFace {
             velocity,
             reaction_index: Some(3),
-            ..NodeFace::at_rest(TILTED, friction, true)
+            ..NodeFace::at_rest(INCLINED_NORMAL, friction, true)
         };
         let act = |friction, free: [f64; 3]| {
             let walls = walls(&[(5, moving(friction))], Vec::new());
@@ -362,15 +363,18 @@ mod tests {
         };
         // The face moves along its normal by 2, and tangentially.
         let (end, changes) = act(0.0, [0.0; 3]);
-        assert!(near(end, TILTED.map(|n| 2.0 * n)), "{end:?}");
-        assert!(changes[0].0 == Some(3) && near(changes[0].1, end), "{changes:?}");
+        assert!(is_near(end, INCLINED_NORMAL.map(|n| 2.0 * n)), "{end:?}");
+        assert!(changes[0].0 == Some(3) && is_near(changes[0].1, end), "{changes:?}");
         let (end, _) = act(f64::INFINITY, [0.0; 3]);
-        assert!(near(end, velocity), "{end:?}");
-        let faster = TILTED.map(|n| 2.5 * n);
+        assert!(is_near(end, velocity), "{end:?}");
+        let faster = INCLINED_NORMAL.map(|n| 2.5 * n);
         let (end, changes) = act(0.3, faster);
-        assert!(near(end, faster) && changes.iter().all(|(_, change)| near(*change, [0.0; 3])), "it leaves");
+        assert!(
+            is_near(end, faster) && changes.iter().all(|(_, change)| is_near(*change, [0.0; 3])),
+            "it leaves"
+        );
         // With a normal impulse it slips by 0.5, less than the friction limit.
         let (end, _) = act(0.3, [0.0; 3]);
-        assert!(near(end, velocity), "{end:?}");
+        assert!(is_near(end, velocity), "{end:?}");
     }
 }

@@ -1,16 +1,22 @@
 use crate::boundary::walls::*;
 
 fn floor(kind: WallKind, separation: bool) -> NodeWall {
-    NodeWall { axis: 1, upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
+    NodeWall { axis: 1, is_upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
 }
 
 /// Walls with this one only.
-fn alone(wall: NodeWall) -> NodeWalls {
+fn single_wall(wall: NodeWall) -> NodeWalls {
     NodeWalls::new(&[1; 3], vec![wall])
 }
 
-fn act(wall: NodeWall, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool, lift: &[f64; 3]) {
-    alone(wall).constrain_skeleton(&[0; 3], start, end, keep_start, lift);
+fn constrain_velocity(
+    wall: NodeWall,
+    start: &mut [f64; 3],
+    end: &mut [f64; 3],
+    keep_start: bool,
+    lift: &[f64; 3],
+) {
+    single_wall(wall).constrain_skeleton(&[0; 3], start, end, keep_start, lift);
 }
 
 /// Every kind of wall on each axis, and a node that approaches some of them.
@@ -51,7 +57,7 @@ fn force_carried_by_a_smooth_side_does_not_cause_slip_on_the_floor() {
     for [side, floor, along] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let wall = |axis, kind, separation| NodeWall {
             axis,
-            upper: false,
+            is_upper: false,
             node: 0,
             kind,
             separation,
@@ -73,11 +79,11 @@ fn force_carried_by_a_smooth_side_does_not_cause_slip_on_the_floor() {
 fn friction_reduces_tangential_velocity_by_the_coulomb_share_of_the_normal_impulse() {
     let wall = floor(WallKind::Frictional { coefficient: 0.5 }, true);
     let (mut start, mut end) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
-    act(wall, &mut start, &mut end, true, &[0.0; 3]);
+    constrain_velocity(wall, &mut start, &mut end, true, &[0.0; 3]);
     // |v_t| = 5 is reduced by 0.5 × 2.
     assert!((end[0] - 3.0 * 0.8).abs() < 1e-15 && end[1] == 0.0 && (end[2] - 4.0 * 0.8).abs() < 1e-15);
     let mut end = [0.3, -2.0, 0.4];
-    act(wall, &mut start, &mut end, true, &[0.0; 3]);
+    constrain_velocity(wall, &mut start, &mut end, true, &[0.0; 3]);
     assert_eq!(end, [0.0; 3], "slower than the friction allows: it sticks");
 }
 
@@ -96,7 +102,7 @@ fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
         for (approach, keep_start) in [(0.0, false), (0.7, true)] {
             let mut start = [before[0], -approach, before[1]];
             let mut end = [after[0], -approach - 2.0, after[1]];
-            act(wall, &mut start, &mut end, keep_start, &[0.0; 3]);
+            constrain_velocity(wall, &mut start, &mut end, keep_start, &[0.0; 3]);
             let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
             assert!(close(end[0], expected[0]) && end[1] == 0.0 && close(end[2], expected[1]), "{end:?}");
             assert_eq!(start[1], -approach, "left, or without acceleration");
@@ -104,7 +110,7 @@ fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
     }
     // It approaches the wall without acceleration into it: stopped, without friction.
     let mut end = [3.0, -0.5, 0.0];
-    act(wall, &mut [3.0, -0.7, 0.0], &mut end, true, &[0.0; 3]);
+    constrain_velocity(wall, &mut [3.0, -0.7, 0.0], &mut end, true, &[0.0; 3]);
     assert_eq!(end, [3.0, 0.0, 0.0]);
 }
 
@@ -118,15 +124,15 @@ fn force_carried_by_pore_pressure_causes_no_friction() {
         ),
     ] {
         let mut end = [3.0, -2.0, 0.0];
-        act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 1.5, 0.0]);
+        constrain_velocity(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 1.5, 0.0]);
         assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
         // The pore pressure takes all: the wall stops without friction. From above its sign is the opposite.
         let mut end = [3.0, -2.0, 0.0];
-        act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
+        constrain_velocity(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
         assert_eq!(end, [3.0, 0.0, 0.0], "{kind:?}");
         let mut end = [3.0, 2.0, 0.0];
-        let ceiling = NodeWall { upper: true, ..floor(kind, true) };
-        act(ceiling, &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, -1.5, 0.0]);
+        let ceiling = NodeWall { is_upper: true, ..floor(kind, true) };
+        constrain_velocity(ceiling, &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, -1.5, 0.0]);
         assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
     }
 }
@@ -135,9 +141,9 @@ fn force_carried_by_pore_pressure_causes_no_friction() {
 fn the_last_of_many_walls_constrains_its_nodes() {
     let many = (0..300).map(|node| NodeWall { node, ..floor(WallKind::Smooth, false) }).rev().collect();
     let walls = NodeWalls::new(&[1, 400], many);
-    assert_eq!(walls.at(1, &[0, 0, 0]).map(|wall| wall.node), Some(0));
-    assert_eq!(walls.at(1, &[0, 299, 0]).map(|wall| wall.node), Some(299));
-    assert_eq!(walls.at(1, &[0, 300, 0]), None);
+    assert_eq!(walls.wall_at(1, &[0, 0, 0]).map(|wall| wall.node), Some(0));
+    assert_eq!(walls.wall_at(1, &[0, 299, 0]).map(|wall| wall.node), Some(299));
+    assert_eq!(walls.wall_at(1, &[0, 300, 0]), None);
 }
 
 #[test]
@@ -145,7 +151,7 @@ fn unilateral_walls_permit_separation() {
     let plane = WallKind::StaticAndSliding { static_coefficient: 1.0, sliding_coefficient: 0.5 };
     for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }, plane] {
         let mut end = [1.0, 0.5, 0.0];
-        act(floor(kind, true), &mut [0.0; 3], &mut end, true, &[0.0; 3]);
+        constrain_velocity(floor(kind, true), &mut [0.0; 3], &mut end, true, &[0.0; 3]);
         assert_eq!(end, [1.0, 0.5, 0.0]);
     }
 }
@@ -156,26 +162,26 @@ fn bilateral_walls_prevent_separation_without_friction() {
     for kind in [WallKind::Frictional { coefficient: 0.5 }, plane] {
         let wall = floor(kind, false);
         let (mut start, mut end) = ([3.0, 0.1, 4.0], [3.0, 2.0, 4.0]);
-        act(wall, &mut start, &mut end, true, &[0.0; 3]);
+        constrain_velocity(wall, &mut start, &mut end, true, &[0.0; 3]);
         assert_eq!((start, end), ([3.0, 0.1, 4.0], [3.0, 0.0, 4.0]), "pulled: {kind:?}");
-        act(wall, &mut [3.0, 0.0, 4.0], &mut end, false, &[0.0, 1.0, 0.0]);
+        constrain_velocity(wall, &mut [3.0, 0.0, 4.0], &mut end, false, &[0.0, 1.0, 0.0]);
         assert_eq!(end, [3.0, 0.0, 4.0], "the fluid pushes it off: {kind:?}");
         // Normal impulse of 2 m/s in the step: as for every wall with friction.
         let (mut start, mut pushed) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
-        act(wall, &mut start, &mut pushed, true, &[0.0; 3]);
+        constrain_velocity(wall, &mut start, &mut pushed, true, &[0.0; 3]);
         assert!((pushed[0] - 2.4).abs() < 1e-15 && pushed[1] == 0.0 && (pushed[2] - 3.2).abs() < 1e-15);
         assert_eq!(wall.free_components(), [1.0, 0.0, 1.0]);
         assert_eq!(floor(kind, true).free_components(), [1.0; 3]);
         // Re-mapped, and (solved with NaN) before the solve.
         for solved in [[3.0, 0.0, 4.0], [f64::NAN; 3]] {
             let mut velocity = [1.0, 0.2, 0.0];
-            alone(wall).constrain_remapped(&[0; 3], &solved, &mut velocity);
+            single_wall(wall).constrain_remapped(&[0; 3], &solved, &mut velocity);
             assert_eq!(velocity, [1.0, 0.0, 0.0], "{kind:?}");
         }
     }
     // The acceleration form depends on the acceleration into the wall, though the node still separates.
     let (mut start, mut end) = ([3.0, 2.0, 4.0], [3.0, 0.5, 4.0]);
-    act(floor(plane, false), &mut start, &mut end, false, &[0.0; 3]);
+    constrain_velocity(floor(plane, false), &mut start, &mut end, false, &[0.0; 3]);
     assert!((end[0] - 3.0 * 0.85).abs() < 1e-15 && end[1] == 0.0 && start[1] == 0.0, "{end:?}");
 }
 
@@ -200,7 +206,7 @@ fn nodes_in_contact_after_the_solve_do_not_separate_in_remapping() {
         ([1.0, 0.3, 0.0], [1.1, -0.2, 0.0], [1.1, 0.0, 0.0]), // may not come back
     ] {
         let mut velocity = remapped;
-        alone(wall).constrain_remapped(&[0; 3], &solved, &mut velocity);
+        single_wall(wall).constrain_remapped(&[0; 3], &solved, &mut velocity);
         assert_eq!(velocity, expected);
     }
 }
@@ -208,9 +214,9 @@ fn nodes_in_contact_after_the_solve_do_not_separate_in_remapping() {
 #[test]
 fn the_force_variant_leaves_no_acceleration_on_a_held_node() {
     let (mut start, mut end) = ([1.0, -0.1, 0.0], [2.0, -0.7, 0.0]);
-    act(floor(WallKind::Smooth, false), &mut start, &mut end, false, &[0.0; 3]);
+    constrain_velocity(floor(WallKind::Smooth, false), &mut start, &mut end, false, &[0.0; 3]);
     assert_eq!((start, end), ([1.0, 0.0, 0.0], [2.0, 0.0, 0.0]));
-    act(floor(WallKind::Rough, false), &mut start, &mut end, false, &[0.0; 3]);
+    constrain_velocity(floor(WallKind::Rough, false), &mut start, &mut end, false, &[0.0; 3]);
     assert_eq!((start, end), ([0.0; 3], [0.0; 3]));
 }
 
@@ -221,7 +227,7 @@ fn a_bilateral_wall_without_friction_is_a_smooth_one() {
         for (keep_start, normal) in [(false, -0.7), (false, 0.7), (true, -0.7), (true, 0.7)] {
             let ends = [kind, WallKind::Smooth].map(|kind| {
                 let (mut start, mut end) = ([1.0, -0.1, 0.0], [2.0, normal, 0.3]);
-                act(floor(kind, false), &mut start, &mut end, keep_start, &[0.0; 3]);
+                constrain_velocity(floor(kind, false), &mut start, &mut end, keep_start, &[0.0; 3]);
                 (start, end)
             });
             assert_eq!(ends[0], ends[1], "{kind:?}, momentum variant: {keep_start}");
@@ -231,12 +237,12 @@ fn a_bilateral_wall_without_friction_is_a_smooth_one() {
 
 #[test]
 fn lookup_covers_everything_beyond_the_face() {
-    let upper = NodeWall { upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
+    let upper = NodeWall { is_upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
     let walls = NodeWalls::new(&[6, 5], vec![floor(WallKind::Smooth, false), upper]);
-    assert!(walls.at(1, &[2, 0, 0]).is_some() && walls.is_row_free(1, 1));
+    assert!(walls.wall_at(1, &[2, 0, 0]).is_some() && walls.is_row_free(1, 1));
     assert!(
         walls.is_row_free(0, 2)
-            && walls.at(0, &[3, 1, 0]) == walls.at(0, &[5, 1, 0])
+            && walls.wall_at(0, &[3, 1, 0]) == walls.wall_at(0, &[5, 1, 0])
             && !walls.is_row_free(0, 5)
     );
 }

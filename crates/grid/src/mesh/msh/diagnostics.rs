@@ -59,7 +59,7 @@ impl MshContent {
                 .map(|n| self.number_of(mesh, *n))
                 .collect();
             corners.sort_unstable();
-            let found = self.elements.iter().position(|own| crate::mesh::msh::sorted(own) == corners);
+            let found = self.elements.iter().position(|own| crate::mesh::msh::sorted_nodes(own) == corners);
             found.map_or(0, |number| self.element_tags[number])
         };
         let (place, within) = (&clash.position, element(clash.element));
@@ -77,7 +77,7 @@ impl MshContent {
                 "element {} around {place:?} m lies over element {within}: leave one of them out, or {MERGE_ADVICE}",
                 element(number)
             ),
-            NonconformityKind::Facet(number) => format!(
+            NonconformityKind::FacetCentre(number) => format!(
                 "a side of element {} around {place:?} m lies on element {within}, and their nodes there are not the same: {MERGE_ADVICE}",
                 element(number)
             ),

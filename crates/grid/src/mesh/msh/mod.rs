@@ -86,16 +86,16 @@ fn read<const D: usize>(bytes: &[u8]) -> Result<Mesh<D>, MshError> {
     let mut source = MshReader::new(bytes);
     let mut content = MshContent::default();
     let mut version = None;
-    while let Some(header) = source.find()? {
+    while let Some(header) = source.next_section()? {
         let header = header.as_str();
         match (header, version) {
             ("$MeshFormat", _) => version = Some(format(&mut source)?),
             ("$PhysicalNames", Some(_)) => names(&mut source, &mut content)?,
-            ("$Entities", Some(Version::Four)) => entities(&mut source, &mut content)?,
-            ("$Nodes", Some(Version::Two)) => nodes_of_two(&mut source, &mut content)?,
-            ("$Nodes", Some(Version::Four)) => nodes_of_four(&mut source, &mut content)?,
-            ("$Elements", Some(Version::Two)) => elements_of_two(&mut source, &mut content, D)?,
-            ("$Elements", Some(Version::Four)) => elements_of_four(&mut source, &mut content, D)?,
+            ("$Entities", Some(Version::V4)) => entities(&mut source, &mut content)?,
+            ("$Nodes", Some(Version::V2)) => nodes_of_version_2(&mut source, &mut content)?,
+            ("$Nodes", Some(Version::V4)) => nodes_of_version_4(&mut source, &mut content)?,
+            ("$Elements", Some(Version::V2)) => elements_of_version_2(&mut source, &mut content, D)?,
+            ("$Elements", Some(Version::V4)) => elements_of_version_4(&mut source, &mut content, D)?,
             (_, None) => return source.error("begins without $MeshFormat: not a Gmsh mesh"),
             (other, _) => {
                 let end = format!("$End{}", other.trim_start_matches('$'));
@@ -104,7 +104,7 @@ fn read<const D: usize>(bytes: &[u8]) -> Result<Mesh<D>, MshError> {
             }
         }
         let end = format!("$End{}", header.trim_start_matches('$'));
-        source.expect(&end)?;
+        source.read_section_end(&end)?;
     }
     let all = || content.positions.iter().flatten().map(|c| c.abs());
     let slack = ROUND_OFF * all().fold(0.0, f64::max);
@@ -121,8 +121,8 @@ fn read<const D: usize>(bytes: &[u8]) -> Result<Mesh<D>, MshError> {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Version {
-    Two,
-    Four,
+    V2,
+    V4,
 }
 
 fn format(source: &mut MshReader<'_>) -> Result<Version, MshError> {
@@ -130,8 +130,8 @@ fn format(source: &mut MshReader<'_>) -> Result<Version, MshError> {
     let mut words = line.split_whitespace();
     let (version, kind, size) = (words.next(), words.next(), words.next());
     let version = match version.unwrap_or_default() {
-        "2.2" | "2.1" | "2" => Version::Two,
-        "4.1" => Version::Four,
+        "2.2" | "2.1" | "2" => Version::V2,
+        "4.1" => Version::V4,
         other => return source.error(format!("is of version {other}: save it as 2.2 or 4.1")),
     };
     match kind {
@@ -217,7 +217,7 @@ impl MshContent {
         };
         let mut nodes = Vec::with_capacity(corners);
         for _ in 0..corners {
-            let tag = if tags == Version::Two { source.tag()? } else { source.size()? };
+            let tag = if tags == Version::V2 { source.read_tag()? } else { source.size()? };
             let Some(&node) = self.number.get(&tag) else {
                 return source.error(format!("there is no node {tag}"));
             };
@@ -228,7 +228,7 @@ impl MshContent {
             self.groups.entry(name).or_default().extend(&nodes);
         }
         // Version 2.2 lists an element once for each of its groups.
-        if own == dimension && self.element_corners.insert(sorted(&nodes)) {
+        if own == dimension && self.element_corners.insert(sorted_nodes(&nodes)) {
             self.elements.push(nodes);
             self.element_tags.push(tag);
         }
@@ -236,27 +236,27 @@ impl MshContent {
     }
 }
 
-fn sorted(nodes: &[usize]) -> Vec<usize> {
+fn sorted_nodes(nodes: &[usize]) -> Vec<usize> {
     let mut nodes = nodes.to_vec();
     nodes.sort_unstable();
     nodes
 }
 
-fn place(source: &mut MshReader<'_>) -> Result<[f64; 3], MshError> {
+fn read_position(source: &mut MshReader<'_>) -> Result<[f64; 3], MshError> {
     Ok([source.double()?, source.double()?, source.double()?])
 }
 
-fn nodes_of_two(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
+fn nodes_of_version_2(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
     for _ in 0..source.count_in_text()? {
-        let tag = source.tag()?;
-        let place = place(source)?;
+        let tag = source.read_tag()?;
+        let place = read_position(source)?;
         content.add_node(tag, place, source)?;
         source.end_row();
     }
     Ok(())
 }
 
-fn nodes_of_four(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
+fn nodes_of_version_4(source: &mut MshReader<'_>, content: &mut MshContent) -> Result<(), MshError> {
     let blocks = block_count(source)?;
     for _ in 0..blocks {
         let (dimension, _, parametric) = (source.int()?, source.int()?, source.int()?);
@@ -269,7 +269,7 @@ fn nodes_of_four(source: &mut MshReader<'_>, content: &mut MshContent) -> Result
         };
         let tags = (0..count).map(|_| tag(source)).collect::<Result<Vec<u64>, MshError>>()?;
         for tag in tags {
-            let place = place(source)?;
+            let place = read_position(source)?;
             content.add_node(tag, place, source)?;
             // Parametric coordinates on the entity, as many as it has dimensions.
             for _ in 0..if parametric == 0 { 0 } else { dimension } {
@@ -298,7 +298,7 @@ fn dimension_of(kind: i64) -> usize {
     }
 }
 
-fn elements_of_two(
+fn elements_of_version_2(
     source: &mut MshReader<'_>,
     content: &mut MshContent,
     dimension: usize,
@@ -307,7 +307,7 @@ fn elements_of_two(
     while left > 0 {
         // In binary files elements of one type follow a common header; in text each has its own type, after its tag.
         let in_text = !source.is_binary();
-        let mut tag = if in_text { source.tag()? } else { 0 };
+        let mut tag = if in_text { source.read_tag()? } else { 0 };
         let kind = source.int()?;
         let following = if in_text { 1 } else { source.size_of_int()? };
         let count = source.size_of_int()?;
@@ -316,12 +316,12 @@ fn elements_of_two(
         }
         for _ in 0..following {
             if !in_text {
-                tag = source.tag()?;
+                tag = source.read_tag()?;
             }
             let tags = (0..count).map(|_| source.int()).collect::<Result<Vec<i64>, _>>()?;
             // The first tag is the physical group, zero for none.
             let group = tags.first().filter(|tag| **tag != 0).map(|&tag| (dimension_of(kind), tag));
-            content.add_element((tag, kind), group.as_slice(), source, Version::Two, dimension)?;
+            content.add_element((tag, kind), group.as_slice(), source, Version::V2, dimension)?;
             source.end_row();
         }
         left -= following;
@@ -329,7 +329,7 @@ fn elements_of_two(
     Ok(())
 }
 
-fn elements_of_four(
+fn elements_of_version_4(
     source: &mut MshReader<'_>,
     content: &mut MshContent,
     dimension: usize,
@@ -344,7 +344,7 @@ fn elements_of_four(
         let groups: Vec<(usize, i64)> = tags.into_iter().map(|tag| (entity_dimension, tag.abs())).collect();
         for _ in 0..count {
             let tag = source.size()?;
-            content.add_element((tag, kind), &groups, source, Version::Four, dimension)?;
+            content.add_element((tag, kind), &groups, source, Version::V4, dimension)?;
             source.end_row();
         }
     }

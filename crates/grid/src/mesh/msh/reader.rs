@@ -14,7 +14,7 @@ struct BinaryFormat {
 /// Mesh file, read from start to end. In text a number is a word and a row a line; in binary all numbers are consecutive.
 pub(super) struct MshReader<'a> {
     bytes: &'a [u8],
-    at: usize,
+    offset: usize,
     /// Number of the current line, from 1; of text.
     line: usize,
     /// End of the current line of words; of text.
@@ -24,8 +24,8 @@ pub(super) struct MshReader<'a> {
 
 impl<'a> MshReader<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        let at = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
-        Self { bytes, at, line: 0, row_end: None, binary: None }
+        let offset = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
+        Self { bytes, offset, line: 0, row_end: None, binary: None }
     }
 
     pub(super) fn is_binary(&self) -> bool {
@@ -38,7 +38,7 @@ impl<'a> MshReader<'a> {
 
     /// Number of the current line, or of the bytes read so far.
     pub(super) fn location(&self) -> usize {
-        if self.is_binary() { self.at } else { self.line }
+        if self.is_binary() { self.offset } else { self.line }
     }
 
     /// Error at an earlier position.
@@ -51,9 +51,9 @@ impl<'a> MshReader<'a> {
 
     /// Rest of the current line, without its end; advances to the next line.
     fn take_line(&mut self) -> Option<&'a [u8]> {
-        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let rest = self.bytes.get(self.offset..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|byte| *byte == b'\n');
-        self.at += length.map_or(rest.len(), |length| length + 1);
+        self.offset += length.map_or(rest.len(), |length| length + 1);
         self.line += 1;
         self.row_end = None;
         Some(rest[..length.unwrap_or(rest.len())].trim_ascii())
@@ -71,7 +71,7 @@ impl<'a> MshReader<'a> {
     }
 
     /// Next header of a section, blank lines skipped; `None` at the end.
-    pub(super) fn find(&mut self) -> Result<Option<String>, MshError> {
+    pub(super) fn next_section(&mut self) -> Result<Option<String>, MshError> {
         while let Some(line) = self.take_line() {
             if line.is_empty() {
                 continue;
@@ -92,7 +92,7 @@ impl<'a> MshReader<'a> {
     }
 
     /// Reads the end of a section, which in binary files may follow a line end.
-    pub(super) fn expect(&mut self, end: &str) -> Result<(), MshError> {
+    pub(super) fn read_section_end(&mut self, end: &str) -> Result<(), MshError> {
         let mut line = self.line()?;
         if self.is_binary() && line.is_empty() {
             line = self.line()?;
@@ -116,41 +116,41 @@ impl<'a> MshReader<'a> {
     }
 
     fn take_bytes<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MshError> {
-        let found = self.bytes.get(self.at..self.at + N).and_then(|bytes| bytes.try_into().ok());
+        let found = self.bytes.get(self.offset..self.offset + N).and_then(|bytes| bytes.try_into().ok());
         let Some(found) = found else { return self.error(format!("the file ends before {what}")) };
-        self.at += N;
+        self.offset += N;
         Ok(found)
     }
 
     /// Next word of the row.
-    fn word<T: FromStr<Err: std::fmt::Display>>(&mut self) -> Result<T, MshError> {
+    fn next_word<T: FromStr<Err: std::fmt::Display>>(&mut self) -> Result<T, MshError> {
         if self.row_end.is_none() {
-            let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty());
+            let rest = self.bytes.get(self.offset..).filter(|rest| !rest.is_empty());
             self.line += 1;
             let Some(rest) = rest else { return self.error("the file ends in the middle of a section") };
             let length = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
-            self.row_end = Some(self.at + length);
+            self.row_end = Some(self.offset + length);
         }
-        let end = self.row_end.unwrap_or(self.at);
-        let row = &self.bytes[self.at.min(end)..end];
+        let end = self.row_end.unwrap_or(self.offset);
+        let row = &self.bytes[self.offset.min(end)..end];
         let begin = row.iter().position(|byte| !byte.is_ascii_whitespace());
         let Some(begin) = begin else { return self.error("has too few numbers") };
         let length = row[begin..].iter().position(u8::is_ascii_whitespace).unwrap_or(row.len() - begin);
         let word = String::from_utf8_lossy(&row[begin..begin + length]);
-        self.at += begin + length;
+        self.offset += begin + length;
         word.parse().or_else(|error: T::Err| self.error(format!("{word:?}: {error}")))
     }
 
     /// Skips the rest of a row of text.
     pub(super) fn end_row(&mut self) {
         if let Some(end) = self.row_end.take() {
-            self.at = (end + 1).min(self.bytes.len());
+            self.offset = (end + 1).min(self.bytes.len());
         }
     }
 
     /// Signed integer.
     pub(super) fn int(&mut self) -> Result<i64, MshError> {
-        let Some(binary) = self.binary else { return self.word() };
+        let Some(binary) = self.binary else { return self.next_word() };
         let bytes: [u8; 4] = self.take_bytes("a number")?;
         Ok(if binary.is_big_endian { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) }.into())
     }
@@ -162,14 +162,14 @@ impl<'a> MshReader<'a> {
     }
 
     /// Tag of a node or an element of version 2.
-    pub(super) fn tag(&mut self) -> Result<u64, MshError> {
-        if self.is_binary() { self.size_of_int() } else { self.word() }
+    pub(super) fn read_tag(&mut self) -> Result<u64, MshError> {
+        if self.is_binary() { self.size_of_int() } else { self.next_word() }
     }
 
     /// Count, or tag of a node or an element of version 4.
     pub(super) fn size(&mut self) -> Result<u64, MshError> {
         match self.binary {
-            None => self.word(),
+            None => self.next_word(),
             Some(BinaryFormat { is_big_endian, size: 8 }) => {
                 let bytes = self.take_bytes("a count")?;
                 Ok(if is_big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) })
@@ -186,7 +186,7 @@ impl<'a> MshReader<'a> {
     }
 
     pub(super) fn double(&mut self) -> Result<f64, MshError> {
-        let Some(binary) = self.binary else { return self.word() };
+        let Some(binary) = self.binary else { return self.next_word() };
         let bytes = self.take_bytes("a coordinate")?;
         Ok(if binary.is_big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) })
     }

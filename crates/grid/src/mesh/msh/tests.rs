@@ -1,12 +1,12 @@
 use crate::mesh::msh::*;
 
 /// Mesh file of a square of two triangles with its base as a group, version 2.2.
-const TWO: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
+const MESH_VERSION_2: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
     $EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n40 0 1 0\n$EndNodes\n$Elements\n4\n\
     1 15 2 0 1 1\n2 1 2 7 1 1 2\n3 2 2 9 1 1 2 3\n4 2 2 9 1 1 3 40\n$EndElements\n";
 
 /// Mesh file of the same square, version 4.1.
-const FOUR: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
+const MESH_VERSION_4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"the base\"\n2 9 \"soil\"\n\
     $EndPhysicalNames\n$Entities\n1 1 1 0\n1 0 0 0 0\n1 0 0 0 1 0 0 1 7 2 1 -2\n1 0 0 0 1 1 0 1 9 1 1\n$EndEntities\n\
     $Nodes\n2 4 1 40\n1 1 0 2\n1\n2\n0 0 0\n1 0 0\n2 1 0 2\n3\n40\n1 1 0\n0 1 0\n$EndNodes\n\
     $Elements\n2 3 1 3\n1 1 1 1\n1 1 2\n2 1 2 2\n2 1 2 3\n3 1 3 40\n$EndElements\n";
@@ -53,7 +53,7 @@ fn binary_files_of_both_versions_and_orders_give_the_mesh_of_the_text() {
     for text in [two, four] {
         for is_big_endian in [false, true] {
             let bytes = binary(text, is_big_endian);
-            assert_eq!(Mesh::<2>::from_msh(&bytes).unwrap(), two_dimensional(TWO));
+            assert_eq!(Mesh::<2>::from_msh(&bytes).unwrap(), two_dimensional(MESH_VERSION_2));
             // A truncated file is refused, or gives the same mesh where only line ends are missing.
             for length in 0..bytes.len() - 1 {
                 assert!(Mesh::<2>::from_msh(&bytes[..length]).is_err(), "{length} of {}", bytes.len());
@@ -68,29 +68,30 @@ fn binary_files_of_both_versions_and_orders_give_the_mesh_of_the_text() {
 
 #[test]
 fn round_off_is_no_distance_from_the_plane_and_lines_may_end_as_in_dos() {
-    let rough = TWO.replace("40 0 1 0\n", "40 0 1 1e-17\n").replace('\n', "\r\n");
-    assert_eq!(two_dimensional(&rough), two_dimensional(TWO));
-    assert_eq!(two_dimensional(&format!("\u{feff}{TWO}")), two_dimensional(TWO));
+    let rough = MESH_VERSION_2.replace("40 0 1 0\n", "40 0 1 1e-17\n").replace('\n', "\r\n");
+    assert_eq!(two_dimensional(&rough), two_dimensional(MESH_VERSION_2));
+    assert_eq!(two_dimensional(&format!("\u{feff}{MESH_VERSION_2}")), two_dimensional(MESH_VERSION_2));
 }
 
 #[test]
 fn both_versions_give_the_same_mesh() {
-    let two = two_dimensional(TWO);
-    assert_eq!(two, two_dimensional(FOUR));
+    let two = two_dimensional(MESH_VERSION_2);
+    assert_eq!(two, two_dimensional(MESH_VERSION_4));
     assert_eq!(two.elements().len(), 2);
     let base: Vec<[f64; 2]> =
         two.group("the base").unwrap().iter().map(|n| two.nodes()[*n as usize]).collect();
     assert_eq!(base, [[0.0, 0.0], [1.0, 0.0]]);
     assert_eq!(two.groups().collect::<Vec<_>>(), ["soil", "the base"]);
-    let unknown = format!("$Comments\nby hand\n$EndComments\n{TWO}");
+    let unknown = format!("$Comments\nby hand\n$EndComments\n{MESH_VERSION_2}");
     assert!(Mesh::<2>::from_msh(unknown.as_bytes()).is_err(), "the format comes first");
-    assert_eq!(two_dimensional(&format!("{TWO}$Comments\nby hand\n$EndComments\n")), two);
+    assert_eq!(two_dimensional(&format!("{MESH_VERSION_2}$Comments\nby hand\n$EndComments\n")), two);
 }
 
 #[test]
 fn an_element_of_two_groups_is_one_element() {
-    let groups =
-        TWO.replace("$Elements\n4\n", "$Elements\n5\n").replace("$PhysicalNames\n2\n", "$PhysicalNames\n3\n");
+    let groups = MESH_VERSION_2
+        .replace("$Elements\n4\n", "$Elements\n5\n")
+        .replace("$PhysicalNames\n2\n", "$PhysicalNames\n3\n");
     let named = groups.replace("2 9 \"soil\"\n", "2 9 \"soil\"\n2 10 \"lower\"\n");
     let twice = named.replace("4 2 2 9 1 1 3 40\n", "4 2 2 9 1 1 3 40\n5 2 2 10 1 1 2 3\n");
     let mesh = two_dimensional(&twice);
@@ -104,24 +105,28 @@ fn errors_in_mesh_files_name_their_line() {
     let refuse = |text: &str| Mesh::<2>::from_msh(text.as_bytes()).unwrap_err().to_string();
     assert_eq!(refuse("solid cube"), "line 1: \"solid cube\" is outside of any section");
     assert!(
-        refuse(&TWO.replace("2.2 0", "2.2 1"))
+        refuse(&MESH_VERSION_2.replace("2.2 0", "2.2 1"))
             .contains("line 2: is a binary mesh with an unknown order of bytes")
     );
-    assert!(refuse(&TWO.replace("2.2 0", "4.0 0")).contains("version 4.0"));
-    assert!(refuse(&TWO.replace("40 0 1 0", "40 0 one 0")).starts_with("line 14: \"one\""));
-    assert!(refuse(&TWO.replace("1 1 3 40", "1 1 3 41")).contains("no node 41"));
-    assert!(refuse(&TWO.replace("4 2 2 9 1 1 3 40", "4 3 2 9 1 1 2 3 40")).contains("element type 3"));
-    let off = refuse(&TWO.replace("2 1 0 0\n", "2 1 0 0.5\n"));
+    assert!(refuse(&MESH_VERSION_2.replace("2.2 0", "4.0 0")).contains("version 4.0"));
+    assert!(refuse(&MESH_VERSION_2.replace("40 0 1 0", "40 0 one 0")).starts_with("line 14: \"one\""));
+    assert!(refuse(&MESH_VERSION_2.replace("1 1 3 40", "1 1 3 41")).contains("no node 41"));
+    assert!(
+        refuse(&MESH_VERSION_2.replace("4 2 2 9 1 1 3 40", "4 3 2 9 1 1 2 3 40")).contains("element type 3")
+    );
+    let off = refuse(&MESH_VERSION_2.replace("2 1 0 0\n", "2 1 0 0.5\n"));
     assert!(off.starts_with("line 12: node 2 lies at [1.0, 0.0, 0.5] m, off the plane z = 0"), "{off}");
     let upright = "1 0 0 0\n2 1 0 0\n3 1 0 1\n40 0 0 1\n";
-    let upright = refuse(&TWO.replace("1 0 0 0\n2 1 0 0\n3 1 1 0\n40 0 1 0\n", upright));
+    let upright = refuse(&MESH_VERSION_2.replace("1 0 0 0\n2 1 0 0\n3 1 1 0\n40 0 1 0\n", upright));
     assert!(
         upright.starts_with("line 13: node 3") && upright.contains("in the plane of x and z"),
         "{upright}"
     );
-    assert!(refuse(TWO.trim_end_matches("$EndElements\n")).contains("ends in the middle"));
-    assert!(refuse(&TWO.replace("9 1 1 2 3", "9 1 1 3 2")).contains("volume"), "clockwise");
-    assert!(Mesh::<3>::from_msh(TWO.as_bytes()).unwrap_err().to_string().contains("no tetrahedron"));
+    assert!(refuse(MESH_VERSION_2.trim_end_matches("$EndElements\n")).contains("ends in the middle"));
+    assert!(refuse(&MESH_VERSION_2.replace("9 1 1 2 3", "9 1 1 3 2")).contains("volume"), "clockwise");
+    assert!(
+        Mesh::<3>::from_msh(MESH_VERSION_2.as_bytes()).unwrap_err().to_string().contains("no tetrahedron")
+    );
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub struct PhaseSolve<'a, const D: usize> {
     /// Whether to sum the measures of equilibrium.
     pub sum_equilibrium: bool,
     /// Components of velocity that are prescribed, of all nodes, one bit an axis; empty where none are.
-    pub constrained: &'a [[u8; 2]],
+    pub constrained_components: &'a [[u8; 2]],
     /// Boundary conditions of both phases.
     pub walls: [&'a NodeWalls; 2],
     /// The nodes.
@@ -55,7 +55,7 @@ pub(super) struct PhaseMasses {
     /// `M̄_L` (kg).
     liquid: f64,
     /// `M_L` (kg).
-    full: f64,
+    full_liquid: f64,
     /// `Q` (kg/s).
     drag: f64,
 }
@@ -66,7 +66,7 @@ impl PhaseMasses {
         Self {
             solid: node[SOLID].momentum_and_mass.as_array()[3],
             liquid: node[LIQUID].momentum_and_mass.as_array()[3],
-            full: node[LIQUID].force.as_array()[3],
+            full_liquid: node[LIQUID].force.as_array()[3],
             drag: node[SOLID].force.as_array()[3],
         }
     }
@@ -108,15 +108,15 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 follow_points(&mut node[LIQUID], masses.liquid);
                 continue;
             }
-            let index = self.layout.index(row, number);
+            let index = self.layout.axis_indices(row, number);
             if plain && row_free && (1..D).all(|axis| free(axis, index[axis])) {
                 self.free_node(node, &masses, gravity);
             } else {
                 let constrained =
-                    self.constrained.get(row * line_length + number).copied().unwrap_or_default();
+                    self.constrained_components.get(row * line_length + number).copied().unwrap_or_default();
                 let mut repeated = PhaseEquilibriumTerms::default();
                 let sums = if self.layout.is_periodic_image(&index) { &mut repeated } else { &mut sums };
-                self.node(&index, node, &masses, constrained, sums, |_, _, _| {});
+                self.solve_node(&index, node, &masses, constrained, sums, |_, _, _| {});
             }
         }
         sums
@@ -131,7 +131,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         if masses.liquid > self.mass_cutoff[LIQUID] {
             let of_liquid = liquid.momentum_and_mass * VECTOR * (1.0 / masses.liquid);
             let force = liquid.force - (of_liquid - start) * masses.drag;
-            let acceleration = (force * VECTOR * (1.0 / masses.full) + gravity) * (1.0 / self.inertia);
+            let acceleration = (force * VECTOR * (1.0 / masses.full_liquid) + gravity) * (1.0 / self.inertia);
             liquid.momentum_and_mass = with_mass(of_liquid + acceleration * self.dt, masses.liquid);
             liquid.force = acceleration;
             weight += masses.liquid;
@@ -145,9 +145,9 @@ impl<const D: usize> PhaseSolve<'_, D> {
         solid.force = acceleration;
     }
 
-    /// Solves a node with walls or measures of equilibrium; `record` is called with each change of the skeleton's velocity (m/s) by rigid
-    /// geometry.
-    pub(super) fn node(
+    /// Solution of the momentum balances at a node with walls or measures of equilibrium; `record` is called with each change of the
+    /// skeleton's velocity (m/s) by rigid geometry.
+    pub(super) fn solve_node(
         &self,
         index: &[usize; 3],
         [solid, liquid]: &mut [NodalState; 2],
@@ -205,7 +205,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 sums.mixture.kinetic += 0.5 * self.inertia * masses.solid * to[c] * to[c];
             }
         }
-        self.finish(solid, &from, &to, masses.solid);
+        self.set_result(solid, &from, &to, masses.solid);
     }
 
     /// Solves the liquid of a node, with the velocity of the skeleton at the `start` of the step (m/s).
@@ -227,16 +227,16 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let mut to = [0.0; 3];
         let mut unbalanced = [0.0; 3];
         for c in 0..D {
-            let driving = force[c] + masses.full * self.gravity[c];
+            let driving = force[c] + masses.full_liquid * self.gravity[c];
             unbalanced[c] = driving - masses.drag * (from[c] - start[c]);
-            to[c] = from[c] + self.dt * unbalanced[c] / (self.inertia * masses.full);
+            to[c] = from[c] + self.dt * unbalanced[c] / (self.inertia * masses.full_liquid);
         }
         let free = to;
         self.walls[LIQUID].constrain(index, &mut from, &mut to, self.keep_initial_velocity);
         let open = if has_faces { self.walls[LIQUID].free_components(index) } else { [1.0; 3] };
-        let share = masses.liquid / masses.full;
+        let share = masses.liquid / masses.full_liquid;
         for c in 0..D {
-            pore_pressure_change[c] = masses.full * (to[c] - free[c]) / masses.solid;
+            pore_pressure_change[c] = masses.full_liquid * (to[c] - free[c]) / masses.solid;
             inertia_force[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
             if self.sum_equilibrium {
                 let own = masses.liquid * self.gravity[c];
@@ -253,13 +253,13 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 sums.mixture.kinetic += 0.5 * self.inertia * masses.liquid * to[c] * to[c];
             }
         }
-        self.finish(node, &from, &to, masses.liquid);
+        self.set_result(node, &from, &to, masses.liquid);
         LiquidContribution { inertia_force, pore_pressure_part: pore_pressure_change }
     }
 
     /// Whether rigid geometry of any shape acts on a node.
     fn has_faces(&self, index: &[usize; 3]) -> bool {
-        !self.walls[SOLID].faces().at(index).is_empty()
+        !self.walls[SOLID].faces().faces_at(index).is_empty()
     }
 
     /// Velocity (m/s) of a phase before the step, including walls that hold it.
@@ -271,7 +271,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         start
     }
 
-    fn finish(&self, node: &mut NodalState, start: &[f64; 3], end: &[f64; 3], mass: f64) {
+    fn set_result(&self, node: &mut NodalState, start: &[f64; 3], end: &[f64; 3], mass: f64) {
         let rate = |c: usize| (end[c] - start[c]) / self.dt;
         node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], mass]);
         node.force = Vector4::new([rate(0), rate(1), rate(2), 0.0]);

@@ -4,8 +4,8 @@ use super::*;
 use crate::phases::damping::Damping;
 use colluvium_grid::{Grid, LinearBasis, NodeWall, WallKind};
 
-/// Masses 1590, 400 (liquid) and 1000 kg, drag of k = 10⁻³ m/s.
-fn node(solid: [f64; 3], liquid: [f64; 3]) -> [NodalState; 2] {
+/// Node of masses 1590, 400 (liquid) and 1000 kg, with a drag of k = 10⁻³ m/s.
+fn moving_node(solid: [f64; 3], liquid: [f64; 3]) -> [NodalState; 2] {
     let lanes = |v: [f64; 3], m: f64| Vector4::new([v[0] * m, v[1] * m, v[2] * m, m]);
     [
         NodalState {
@@ -29,7 +29,7 @@ fn solve<'a>(layout: &'a Layout<3>, walls: [&'a NodeWalls; 2], audit: bool) -> P
         inertia: 1.0,
         mass_cutoff: [0.0; 2],
         sum_equilibrium: audit,
-        constrained: &[],
+        constrained_components: &[],
         walls,
         layout,
     }
@@ -39,7 +39,7 @@ fn solve<'a>(layout: &'a Layout<3>, walls: [&'a NodeWalls; 2], audit: bool) -> P
 fn drag_slows_the_liquid_and_keeps_momentum() {
     let walls = NodeWalls::new(&[1, 1, 1], Vec::new());
     for audit in [false, true] {
-        let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
+        let mut line = [moving_node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
         solve(&cell(), [&walls, &walls], audit).row(0, 0..1, &mut line);
         let [solid, liquid] = line[0].map(|n| n.momentum_and_mass.to_array());
         // the difference shrinks by 1 - a dt, a = n rho g / ((1-n) rho_S k) = 4911.17 1/s (the sheet prints
@@ -58,14 +58,14 @@ fn an_impermeable_wall_excludes_the_held_liquid_from_the_mixture_equation() {
     let free = NodeWalls::new(&[1, 1, 1], Vec::new());
     let wall = NodeWall {
         axis: 1,
-        upper: false,
+        is_upper: false,
         node: 0,
         kind: WallKind::Smooth,
         separation: false,
         velocity: [0.0; 3],
     };
     let held = NodeWalls::new(&[1, 1, 1], vec![wall]);
-    let mut line = [node([0.0; 3], [0.0; 3])];
+    let mut line = [moving_node([0.0; 3], [0.0; 3])];
     solve(&cell(), [&free, &held], false).row(0, 0..1, &mut line);
     let [solid, liquid] = line[0].map(|n| n.force.to_array());
     assert_eq!(liquid[1], 0.0);
@@ -77,7 +77,7 @@ fn an_impermeable_wall_excludes_the_held_liquid_from_the_mixture_equation() {
 fn a_node_without_liquid_moves_as_a_single_phase() {
     let walls = NodeWalls::new(&[1, 1, 1], Vec::new());
     for audit in [false, true] {
-        let [mut solid, _] = node([1.0, 0.0, 0.0], [0.0; 3]);
+        let [mut solid, _] = moving_node([1.0, 0.0, 0.0], [0.0; 3]);
         solid.force = Vector4::ZERO;
         let mut line = [[solid, NodalState::default()]];
         solve(&cell(), [&walls, &walls], audit).row(0, 0..1, &mut line);
@@ -92,18 +92,15 @@ fn damping_depends_on_the_unbalanced_force_on_the_mixture_and_leaves_seepage_unc
     let free = NodeWalls::new(&[1, 1, 1], Vec::new());
     let cell = cell();
     let act = |force: f64, factor: f64| {
-        let [mut solid, mut liquid] = node([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+        let [mut solid, mut liquid] = moving_node([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
         solid.force = Vector4::new([force, 0.0, 0.0, 0.4 * 9.81e6]);
         liquid.force = Vector4::new([0.0, 0.0, 0.0, 1000.0]);
         let mut line = [[solid, liquid]];
         let solve = PhaseSolve { gravity: [-10.0, 0.0, 0.0], ..solve(&cell, [&free, &free], false) };
         solve.row(0, 0..1, &mut line);
-        let PhaseSolve { dt, mass_cutoff: light, constrained: held, walls, layout, .. } = solve;
-        Damping { dt, factors: [factor; 3], mass_cutoff: light, constrained: held, walls, layout }.row(
-            0,
-            0..1,
-            &mut line,
-        );
+        let PhaseSolve { dt, mass_cutoff: light, constrained_components: held, walls, layout, .. } = solve;
+        Damping { dt, factors: [factor; 3], mass_cutoff: light, constrained_components: held, walls, layout }
+            .row(0, 0..1, &mut line);
         line[0].map(|n| n.force.to_array()[0])
     };
     let (plain, damped) = (act(5000.0, 0.0), act(5000.0, 0.5));
@@ -123,7 +120,7 @@ fn scaled_inertia_leaves_weight_and_drag_unchanged() {
     let free = NodeWalls::new(&[1, 1, 1], Vec::new());
     for audit in [false, true] {
         let [plain, heavy] = [1.0, 9.0].map(|inertia| {
-            let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
+            let mut line = [moving_node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
             PhaseSolve { inertia, ..solve(&cell(), [&free, &free], audit) }.row(0, 0..1, &mut line);
             line[0].map(|n| n.force.to_array())
         });
@@ -147,7 +144,7 @@ fn growth((n, grains, modulus, bulk, k, length): Element, dt: f64, steps: usize)
         inertia: 1.0,
         mass_cutoff: [0.0; 2],
         sum_equilibrium: false,
-        constrained: &[],
+        constrained_components: &[],
         walls: [&walls, &walls],
         layout: &layout,
     };

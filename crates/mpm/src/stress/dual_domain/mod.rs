@@ -68,7 +68,7 @@ fn own_share<const D: usize>(s: &[f64; D]) -> f64 {
 
 /// Share of a point's own stress and velocity gradient.
 #[inline(always)]
-pub fn share<const D: usize>(grid: &Grid<D>, position: &[f64; D]) -> f64 {
+pub fn own_stress_share<const D: usize>(grid: &Grid<D>, position: &[f64; D]) -> f64 {
     own_share(&cell_and_offset(grid, position).1)
 }
 
@@ -352,7 +352,7 @@ mod power_tests {
     use super::tests::rough;
     use super::*;
     use crate::MpmSolver;
-    use crate::setup::tests::begun;
+    use crate::setup::tests::initial_solver;
     use colluvium_grid::{LinearBasis, NodeSupport, Stencil};
 
     /// Power of the stresses of the points, with the velocity gradients of the solved nodes.
@@ -361,7 +361,7 @@ mod power_tests {
         for (p, x) in set.points.position.iter().enumerate() {
             let support: Stencil<D, 2> = Stencil::new::<LinearBasis>(&solver.background.grid, x, &set.extent);
             let mut gradient =
-                support.g2p(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
+                support.g2p(&solver.nodes.nodal_states, &solver.background.layout.strides()).gradient;
             solver.averages.dual_domain.blend(
                 0,
                 &solver.background.grid,
@@ -372,7 +372,7 @@ mod power_tests {
             for (j, column) in gradient.into_iter().enumerate() {
                 let column = column.to_array();
                 power -= (0..D)
-                    .map(|i| set.points.volume[p] * set.points.stress[p].at(i, j) * column[i])
+                    .map(|i| set.points.volume[p] * set.points.stress[p].component(i, j) * column[i])
                     .sum::<f64>();
             }
         }
@@ -390,7 +390,7 @@ mod power_tests {
             "methods": { "mpm": { "cell_size": 0.2, "shape": "dual-domain", "stress_update": "usl" } }
         });
         let case = Case::from_json(&text.to_string()).unwrap();
-        let mut solver = begun::<D>(&case);
+        let mut solver = initial_solver::<D>(&case);
         let set = &mut solver.bodies.sets[0];
         for (p, position) in set.points.position.iter_mut().enumerate() {
             let wave = rough([0.37 * p as f64; 1]);
@@ -404,7 +404,7 @@ mod power_tests {
         solver.p2g_for_tests();
         let mut power = 0.0;
         let mut total = [0.0; 3];
-        for (n, node) in solver.nodes.solved.iter_mut().enumerate() {
+        for (n, node) in solver.nodes.nodal_states.iter_mut().enumerate() {
             let (force, mass) = (node.force.to_array(), node.momentum_and_mass.as_array()[3]);
             assert!(mass > 0.0 || force[..3] == [0.0; 3], "force on a node without mass: {force:?}");
             let velocity = rough([0.2 + 0.11 * n as f64; 1]);
@@ -417,7 +417,7 @@ mod power_tests {
         assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
         average_velocity_gradients(
             &solver.background,
-            (&solver.nodes, VelocitySource::Solved),
+            (&solver.nodes, VelocitySource::EndOfStep),
             &mut solver.averages.dual_domain,
         );
         let exact = stress_power(&solver);

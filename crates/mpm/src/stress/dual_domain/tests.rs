@@ -28,7 +28,7 @@ impl<const D: usize> Ground<D> {
     }
 
     /// Grid with a point in every cell.
-    fn full(cells: usize) -> Self {
+    fn with_full_cells(cells: usize) -> Self {
         let count = cells.pow(D as u32);
         let place = |mut n: usize| {
             std::array::from_fn(|_| {
@@ -40,7 +40,7 @@ impl<const D: usize> Ground<D> {
         Self::new(cells, (0..count).map(place).collect())
     }
 
-    fn node(&self, number: usize) -> [f64; D] {
+    fn node_position(&self, number: usize) -> [f64; D] {
         let mut rest = number;
         self.layout.strides().map(|stride| {
             let index = rest / stride;
@@ -53,7 +53,7 @@ impl<const D: usize> Ground<D> {
     fn gradient(&mut self, x: &[f64; D], of: &(dyn Fn([f64; D]) -> [f64; 3] + Sync)) -> [[f64; 3]; D] {
         let values: Vec<Vector4> = (0..self.layout.len())
             .map(|n| {
-                let [a, b, c] = of(self.node(n));
+                let [a, b, c] = of(self.node_position(n));
                 Vector4::new([a, b, c, 0.0])
             })
             .collect();
@@ -71,7 +71,7 @@ impl<const D: usize> Ground<D> {
 #[test]
 fn on_a_line_the_gradients_have_their_closed_form() {
     // At s of a cell of h, with α = 4 s (1 - s): the linear ± 1/h, and of the nodes the central differences.
-    let mut line = Ground::<1>::full(8);
+    let mut line = Ground::<1>::with_full_cells(8);
     for s in [0.0, 0.1, 0.25, 0.5, 0.8] {
         let x = 0.5 * (3.0 + s);
         let alpha = 4.0 * s * (1.0 - s);
@@ -120,7 +120,7 @@ pub fn rough<const D: usize>(x: [f64; D]) -> [f64; 3] {
 }
 
 fn continuous<const D: usize>(mut place: [f64; D], axis: usize) {
-    let mut ground = Ground::<D>::full(5);
+    let mut ground = Ground::<D>::with_full_cells(5);
     let face = 1.0;
     let mut at = |x: f64| {
         place[axis] = x;

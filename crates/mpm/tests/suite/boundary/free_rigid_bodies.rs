@@ -321,7 +321,7 @@ fn runs_of_free_rigid_bodies_are_the_same_on_two_threads_and_after_a_restart() {
         whole.step(4e-4).unwrap();
     });
     let mut again = Mpm.build(&case).unwrap();
-    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+    again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
     for solver in [&mut whole, &mut again] {
         (0..60).for_each(|_| {
             solver.step(4e-4).unwrap();

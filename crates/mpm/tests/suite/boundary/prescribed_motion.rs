@@ -423,7 +423,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
     let mut whole = start_solver(&Mpm, &case);
     advance(&mut *whole);
     let mut again = Mpm.build(&case).unwrap();
-    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+    again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     advance(&mut *whole);
     advance(&mut *again);

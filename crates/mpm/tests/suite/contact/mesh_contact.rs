@@ -69,7 +69,7 @@ fn a_restored_solver_continues_bit_identically() {
             solver.step(2e-4).unwrap();
         });
         let mut other = start_solver(&Mpm, &case);
-        other.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+        other.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
         other.begin_stage(0, 0.0).unwrap();
         other
     };

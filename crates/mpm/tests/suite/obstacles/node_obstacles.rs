@@ -106,7 +106,7 @@ fn reactions_equal_the_momentum_loss_and_are_bit_identical_after_a_restart() {
         let start = solver.totals();
         advance_steps(&mut *solver, 300);
         let mut again = start_solver(&Mpm, &case);
-        again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+        again.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut solver, &mut again] {
             advance_steps(&mut **solver, 300);

@@ -207,7 +207,7 @@ pub fn on_floor(
         let mut solver = start_solver(&Mpm, case);
         advance_steps(&mut *solver, steps[0]);
         if cut {
-            let saved = solver.saved().unwrap();
+            let saved = solver.checkpoint_bytes().unwrap();
             solver = start_solver(&Mpm, case);
             solver.restore(&mut saved.as_slice()).unwrap();
             solver.begin_stage(0, 0.0).unwrap();

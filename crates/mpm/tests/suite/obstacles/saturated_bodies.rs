@@ -130,7 +130,7 @@ fn saturated_bodies_on_obstacles_are_bit_identical_on_threads_and_after_a_restar
                 let mut solver = start_solver(&Mpm, &case);
                 advance_steps(&mut *solver, 300);
                 if cut {
-                    let saved = solver.saved().unwrap();
+                    let saved = solver.checkpoint_bytes().unwrap();
                     solver = start_solver(&Mpm, &case);
                     solver.restore(&mut saved.as_slice()).unwrap();
                     solver.begin_stage(0, 0.0).unwrap();

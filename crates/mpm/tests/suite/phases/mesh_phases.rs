@@ -234,7 +234,7 @@ fn results_are_bit_identical_on_two_threads_and_after_a_restart() {
         let mut whole = start_solver(&Mpm, &case);
         advance_steps(&mut *whole, 50);
         let mut rest = start_solver(&Mpm, &case);
-        rest.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+        rest.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
         rest.begin_stage(0, 0.0).unwrap();
         advance_steps(&mut *rest, 70);
         assert_eq!(rest.snapshot().hash(), on(1), "{space:?}");

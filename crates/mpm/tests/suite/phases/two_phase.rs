@@ -333,7 +333,7 @@ fn a_restored_solver_continues_bit_identically() {
     let case = crash("ugimp", "point");
     let mut whole = start_solver(&Mpm, &case);
     advance_steps(&mut *whole, 137);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     let mut again = start_solver(&Mpm, &case);
     again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();

@@ -35,7 +35,7 @@ fn a_restored_solver_continues_bit_identically() {
         let cuts: &[usize] = if shape == "cpdi" { &[1, 37, 5] } else { &[1, 37, 5, 64] };
         for &cut in cuts {
             advance(&mut *whole, cut);
-            let saved = whole.saved().unwrap();
+            let saved = whole.checkpoint_bytes().unwrap();
             let mut again = start_solver(&Mpm, &case);
             again.restore(&mut saved.as_slice()).unwrap();
             again.begin_stage(0, 0.0).unwrap();
@@ -53,7 +53,7 @@ fn a_restored_solver_continues_bit_identically() {
 
 #[test]
 fn a_checkpoint_of_other_shape_functions_is_refused() {
-    let saved = Mpm.build(&crash("ugimp", "usl")).unwrap().saved().unwrap();
+    let saved = Mpm.build(&crash("ugimp", "usl")).unwrap().checkpoint_bytes().unwrap();
     let mut other = Mpm.build(&crash("cubic", "usl")).unwrap();
     assert!(other.restore(&mut saved.as_slice()).is_err());
     assert!(other.restore(&mut &saved[..saved.len() / 2]).is_err());

@@ -29,7 +29,7 @@ fn excavated_points_are_removed_and_the_others_continue() {
     whole.begin_stage(1, start).unwrap();
     whole.step(1e-4).unwrap();
     let mut again = start_solver(&Mpm, &case);
-    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
+    again.restore(&mut whole.checkpoint_bytes().unwrap().as_slice()).unwrap();
     again.begin_stage(1, start).unwrap();
     for solver in [&mut whole, &mut again] {
         solver.step(1e-4).unwrap();

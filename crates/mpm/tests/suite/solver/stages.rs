@@ -31,7 +31,7 @@ fn a_load_starts_with_its_stage_and_continues_in_later_stages() {
     };
     to(&mut *whole, 0, 0.01);
     to(&mut *whole, 1, 0.03);
-    let saved = whole.saved().unwrap();
+    let saved = whole.checkpoint_bytes().unwrap();
     let mut again = start_solver(&Mpm, &case);
     again.restore(&mut saved.as_slice()).unwrap();
     to(&mut *whole, 2, 0.04);

@@ -240,7 +240,7 @@ fn points_keep_positions_and_report_displacements_in_the_small_displacement_form
         let start = solver.snapshot().positions.clone();
         advance_to(&mut *solver, 1.0);
         let mut again = Mpm.build(&case).unwrap();
-        again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+        again.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut solver, &mut again] {
             advance_to(&mut **solver, 2.0);

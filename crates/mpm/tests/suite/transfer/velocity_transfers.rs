@@ -376,7 +376,7 @@ fn stages_have_their_own_share_of_flip() {
             }
             if cut == Some(step) {
                 let mut again = Mpm.build(&own).unwrap();
-                again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+                again.restore(&mut solver.checkpoint_bytes().unwrap().as_slice()).unwrap();
                 again.begin_stage(stage, start).unwrap();
                 solver = again;
             }

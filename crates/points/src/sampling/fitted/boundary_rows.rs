@@ -84,15 +84,15 @@ fn row_spacing(side: &BoundaryEdge, sides: &[BoundaryEdge], spacing: f64) -> f64
             _ => None,
         }
     };
-    let mut least = sides.iter().filter_map(thickness).fold(f64::INFINITY, f64::min);
-    if least.is_infinite() {
+    let mut smallest = sides.iter().filter_map(thickness).fold(f64::INFINITY, f64::min);
+    if smallest.is_infinite() {
         // A disk is filled up to its centre.
         match *side {
-            BoundaryEdge::Arc { radius, sweep, .. } if sweep > 0.0 => least = radius,
+            BoundaryEdge::Arc { radius, sweep, .. } if sweep > 0.0 => smallest = radius,
             _ => return spacing,
         }
     }
-    least / (least / spacing).round().max(1.0)
+    smallest / (smallest / spacing).round().max(1.0)
 }
 
 /// Points of a row along an edge at a `depth` below it (m), about a `spacing` (m) apart.
@@ -129,7 +129,7 @@ fn is_perpendicular_corner(a: &BoundaryEdge, b: &BoundaryEdge, same: f64) -> boo
 
 /// Edge with further rows to place.
 struct ActiveEdge<'a> {
-    side: &'a BoundaryEdge,
+    boundary_edge: &'a BoundaryEdge,
     pitch: f64,
     /// Edges at which its rows end.
     ends_at: Vec<&'a BoundaryEdge>,
@@ -140,14 +140,17 @@ pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
     let spacing = region.spacing;
     let mut points = SpacedPoints::new(spacing);
     for round in [true, false] {
-        let own = region.sides.iter().filter(|side| matches!(side, BoundaryEdge::Arc { .. }) == round);
+        let own = region
+            .sides
+            .iter()
+            .filter(|boundary_edge| matches!(boundary_edge, BoundaryEdge::Arc { .. }) == round);
         let mut going: Vec<ActiveEdge<'_>> = own
-            .map(|side| {
+            .map(|boundary_edge| {
                 let ends = |other: &&BoundaryEdge| {
-                    *other != side && !is_perpendicular_corner(side, other, 1e-6 * spacing)
+                    *other != boundary_edge && !is_perpendicular_corner(boundary_edge, other, 1e-6 * spacing)
                 };
-                let pitch = row_spacing(side, &region.sides, spacing);
-                ActiveEdge { side, pitch, ends_at: region.sides.iter().filter(ends).collect() }
+                let pitch = row_spacing(boundary_edge, &region.sides, spacing);
+                ActiveEdge { boundary_edge, pitch, ends_at: region.sides.iter().filter(ends).collect() }
             })
             .collect();
         let mut number = 0.0;
@@ -160,7 +163,7 @@ pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
                 };
                 let since = points.points.len();
                 let mut any = false;
-                for x in row_points(going.side, depth, spacing).into_iter().filter(nearest) {
+                for x in row_points(going.boundary_edge, depth, spacing).into_iter().filter(nearest) {
                     any = true;
                     if points.is_free_except_since(
                         x,

@@ -53,7 +53,7 @@ impl PlanarRegion<'_> {
 /// # Errors
 /// When the shape has edges other than straight lines and arcs, or is too thin in places, when there would be more than 2²⁸ candidates, or
 /// the spacing is not a length.
-pub fn fitted<const D: usize>(
+pub fn fitted_rows<const D: usize>(
     shape: &Shape,
     origin: [f64; D],
     spacing: f64,
@@ -70,7 +70,7 @@ pub fn fitted<const D: usize>(
 }
 
 fn in_plane(shape: &Shape, origin: PlanePoint, spacing: f64) -> Result<Vec<Sample<2>>, SamplingError> {
-    let cells = CandidateCells::covering(shape, origin, spacing, 1.0)?;
+    let cells = CandidateCells::around_shape(shape, origin, spacing, 1.0)?;
     let sides = shape.boundary_edges().ok_or(SamplingError::NoBoundaryEdges)?;
     let region = PlanarRegion { shape, sides, spacing };
     let mut apart = boundary_rows::rows_along_boundary(&region);

@@ -43,7 +43,7 @@ fn areas_and_their_moments_are_those_of_the_shape() {
         difference(plate(), Shape::Union { shapes: vec![ball(-2.0, -1.5, 0.4), ball(2.3, 1.8, 0.3)] });
     for shape in [ball(0.0, 0.0, 1.0), ring(), plate(), corner, askew, quarter, holes] {
         for spacing in [0.1, 0.137, 0.06] {
-            let samples = fitted::<2>(&shape, [0.013, -0.02], spacing).unwrap();
+            let samples = fitted_rows::<2>(&shape, [0.013, -0.02], spacing).unwrap();
             let sides = shape.boundary_edges().unwrap();
             let mut exact = crate::shape::SectorMoments::default();
             sides.iter().for_each(|side| exact.add(&side.sector_moments([0.0; 2])));
@@ -73,7 +73,7 @@ fn areas_and_their_moments_are_those_of_the_shape() {
 fn rows_follow_round_sides_at_half_a_spacing() {
     let spacing = 0.1;
     for (shape, [x, y], rows) in [(ring(), [0.3, -0.2], 10), (plate(), [0.2, 0.1], 5)] {
-        let samples = fitted::<2>(&shape, [0.0; 2], spacing).unwrap();
+        let samples = fitted_rows::<2>(&shape, [0.0; 2], spacing).unwrap();
         let radii: Vec<f64> = samples.iter().map(|s| (s.position[0] - x).hypot(s.position[1] - y)).collect();
         for row in 0..rows {
             let radius = 1.0 + (f64::from(row) + 0.5) * spacing;
@@ -87,7 +87,7 @@ fn rows_follow_round_sides_at_half_a_spacing() {
 
 #[test]
 fn a_box_of_whole_spacings_is_the_lattice_and_another_a_stretched_one() {
-    let samples = fitted::<2>(&rectangle([0.2, 0.1], [0.7, 0.5]), [0.0; 2], 0.1).unwrap();
+    let samples = fitted_rows::<2>(&rectangle([0.2, 0.1], [0.7, 0.5]), [0.0; 2], 0.1).unwrap();
     let lattice = super::super::lattice::<2>(&rectangle([0.2, 0.1], [0.7, 0.5]), [0.0; 2], 0.1).unwrap();
     assert_eq!(samples.len(), lattice.len());
     for (a, b) in samples.iter().zip(&lattice) {
@@ -96,7 +96,7 @@ fn a_box_of_whole_spacings_is_the_lattice_and_another_a_stretched_one() {
                 && (a.volume - b.volume).abs() < 1e-14
         );
     }
-    let samples = fitted::<2>(&rectangle([0.0, 0.0], [1.03, 0.44]), [0.05, 0.0], 0.1).unwrap();
+    let samples = fitted_rows::<2>(&rectangle([0.0, 0.0], [1.03, 0.44]), [0.05, 0.0], 0.1).unwrap();
     assert_eq!(samples.len(), 40);
     assert!(samples.iter().all(|s| (s.volume - 0.103 * 0.11).abs() < 1e-12));
 }
@@ -108,7 +108,7 @@ fn a_turned_box_has_rows_along_its_sides() {
     let shape = Shape::Polygon {
         vertices: vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 0.5), corner(0.0, 0.5)].into(),
     };
-    let samples = fitted::<2>(&shape, [0.0; 2], 0.1).unwrap();
+    let samples = fitted_rows::<2>(&shape, [0.0; 2], 0.1).unwrap();
     assert_eq!(samples.len(), 50);
     for sample in &samples {
         let y = -sine * sample.position[0] + cosine * sample.position[1];
@@ -119,14 +119,14 @@ fn a_turned_box_has_rows_along_its_sides() {
 #[test]
 fn shapes_without_a_fitted_sampling_are_refused() {
     assert_eq!(
-        fitted::<3>(&Shape::Ball { centre: vec![0.0; 3], radius: 1.0 }, [0.0; 3], 0.1),
+        fitted_rows::<3>(&Shape::Ball { centre: vec![0.0; 3], radius: 1.0 }, [0.0; 3], 0.1),
         Err(SamplingError::NoBoundaryEdges)
     );
-    assert!(matches!(fitted::<2>(&ball(0.0, 0.0, 1.0), [0.0; 2], 1e-6), Err(SamplingError::TooMany(_))));
+    assert!(matches!(fitted_rows::<2>(&ball(0.0, 0.0, 1.0), [0.0; 2], 1e-6), Err(SamplingError::TooMany(_))));
     // A thin spike with no point near it.
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4995], [4.0, 0.5], [1.0, 0.5005], [1.0, 1.0], [0.0, 1.0]];
     let spike = Shape::Polygon { vertices: corners.to_vec().into() };
-    let Err(SamplingError::TooThin { lost, .. }) = fitted::<2>(&spike, [0.0; 2], 0.1) else {
+    let Err(SamplingError::TooThin { lost, .. }) = fitted_rows::<2>(&spike, [0.0; 2], 0.1) else {
         panic!("a point in a spike")
     };
     assert!((1e-3..1.5e-3).contains(&lost), "{lost}");
@@ -134,7 +134,7 @@ fn shapes_without_a_fitted_sampling_are_refused() {
 
 #[test]
 fn a_disk_smaller_than_a_spacing_is_one_point() {
-    let samples = fitted::<2>(&ball(0.31, 0.2, 0.04), [0.0; 2], 0.1).unwrap();
+    let samples = fitted_rows::<2>(&ball(0.31, 0.2, 0.04), [0.0; 2], 0.1).unwrap();
     assert_eq!(samples.len(), 1);
     assert!((samples[0].volume - PI * 0.0016).abs() < 1e-15);
     assert!((samples[0].position[0] - 0.31).abs() < 1e-12 && (samples[0].position[1] - 0.2).abs() < 1e-12);

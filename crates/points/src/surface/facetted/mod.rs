@@ -258,7 +258,7 @@ impl FacettedSurface<3> {
     /// # Errors
     /// When an edge does not belong to exactly two triangles with opposite senses, with its position; when a triangle has no area, or
     /// intersects another; when a number is not one of a vertex.
-    pub fn closed(vertices: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Result<Self, SurfaceError> {
+    pub fn closed_surface(vertices: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Result<Self, SurfaceError> {
         let count = vertices.len();
         if let Some(number) = triangles.iter().position(|t| t.iter().any(|v| *v as usize >= count)) {
             let problem =
@@ -307,7 +307,7 @@ impl FacettedSurface<3> {
     /// Closed surface of separate triangles (m), as in an STL file: corners with equal coordinates are one vertex.
     ///
     /// # Errors
-    /// See [`FacettedSurface::closed`].
+    /// See [`FacettedSurface::closed_surface`].
     pub fn from_triangles(triangles: &[[[f64; 3]; 3]]) -> Result<Self, SurfaceError> {
         let mut vertices = Vec::new();
         let mut known: BTreeMap<[u64; 3], u32> = BTreeMap::new();
@@ -319,7 +319,7 @@ impl FacettedSurface<3> {
             })
         };
         let facets: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(&mut vertex)).collect();
-        Self::closed(vertices, &facets)
+        Self::closed_surface(vertices, &facets)
     }
 }
 
@@ -329,19 +329,14 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
     }
 
     fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>> {
-        let (facet, place, feature) = self.nearest(x, reach)?;
+        let (facet, position, feature) = self.nearest(x, reach)?;
         let (key, normal) = self.feature(facet, feature);
-        let from = difference(x, &place);
+        let from = difference(x, &position);
         let sign = if dot(&from, normal) < 0.0 { -1.0 } else { 1.0 };
         // On a face its normal is exact; beside an edge the direction to the edge is.
         let away = if feature == FacetFeature::Face { None } else { unit(&from) };
         let normal = away.map_or(*normal, |away| away.map(|c| sign * c));
-        Some(NearestPoint {
-            distance: sign * dot(&from, &from).sqrt(),
-            normal,
-            position: place,
-            feature_id: key,
-        })
+        Some(NearestPoint { distance: sign * dot(&from, &from).sqrt(), normal, position, feature_id: key })
     }
 
     fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>) {
@@ -352,8 +347,8 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
         candidates.clear();
         self.tree.visit(x, radius * radius, |facet, square| {
             let corners = self.corners(facet);
-            let (place, feature) = nearest_on_facet(&corners, x);
-            let from = difference(x, &place);
+            let (position, feature) = nearest_on_facet(&corners, x);
+            let from = difference(x, &position);
             let away = dot(&from, &from);
             // A face that points away from the point lies behind the face in contact.
             if away > *square || dot(&from, &self.normals[facet]) < 0.0 {
@@ -362,8 +357,8 @@ impl<const D: usize> Surface<D> for FacettedSurface<D> {
             let (key, normal) = self.feature(facet, feature);
             let outward = if feature == FacetFeature::Face { None } else { unit(&from) };
             let normal = outward.unwrap_or(*normal);
-            let place = NearestPoint { distance: away.sqrt(), normal, position: place, feature_id: key };
-            candidates.push(FacetCandidate { corners, place });
+            let position = NearestPoint { distance: away.sqrt(), normal, position, feature_id: key };
+            candidates.push(FacetCandidate { corners, nearest: position });
         });
         found.select_distinct(radius);
     }

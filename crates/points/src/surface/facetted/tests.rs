@@ -38,10 +38,14 @@ proptest! {
     }
 }
 
-fn touched<const D: usize>(surface: &dyn Surface<D>, x: [f64; D], radius: f64) -> Vec<NearestPoint<D>> {
+fn contacts_of_ball<const D: usize>(
+    surface: &dyn Surface<D>,
+    x: [f64; D],
+    radius: f64,
+) -> Vec<NearestPoint<D>> {
     let mut found = ContactQuery::default();
     surface.query_contacts(&x, radius, &mut found);
-    found.all().to_vec()
+    found.contacts().to_vec()
 }
 
 #[test]
@@ -49,10 +53,10 @@ fn a_ball_over_two_facets_of_one_plane_touches_once() {
     let surface = cube();
     // Above the diagonal, beside it, and above the edges and corners of the face.
     for (x, y) in [(0.0, 0.0), (0.01, -0.01), (0.3, 0.2), (-0.6, 0.59), (1.0, 1.0), (1.01, 0.5)] {
-        let found = touched(&surface, [x, y, 1.05], 0.2);
+        let found = contacts_of_ball(&surface, [x, y, 1.05], 0.2);
         assert_eq!(found.len(), 1, "at {x}, {y}: {found:?}");
     }
-    let key = |x: [f64; 3]| touched(&surface, x, 0.2)[0].feature_id;
+    let key = |x: [f64; 3]| contacts_of_ball(&surface, x, 0.2)[0].feature_id;
     assert_eq!(key([1.05, 1.05, 0.3]), key([1.1, 1.02, -0.7]), "along an edge the contact stays the same");
     assert_ne!(key([1.05, 1.05, 0.3]), key([1.05, -1.05, 0.3]));
 }
@@ -60,7 +64,7 @@ fn a_ball_over_two_facets_of_one_plane_touches_once() {
 #[test]
 fn a_ball_in_a_valley_touches_both_flanks() {
     let ground = FacettedSurface::ground_line(&[[-2.0, 2.0], [0.0, 0.0], [2.0, 2.0]]).unwrap();
-    let found = touched(&ground, [0.0, 1.0], 0.8);
+    let found = contacts_of_ball(&ground, [0.0, 1.0], 0.8);
     assert_eq!(found.len(), 2);
     for place in &found {
         assert!((place.distance - 0.5f64.sqrt()).abs() < 1e-12);
@@ -68,18 +72,18 @@ fn a_ball_in_a_valley_touches_both_flanks() {
     }
     // At the bottom of a ridge's flank there is one contact, at its crest one contact with the corner.
     let ridge = FacettedSurface::ground_line(&[[2.0, -2.0], [0.0, 0.0], [-2.0, -2.0]]).unwrap();
-    let crest = touched(&ridge, [0.1, 0.5], 0.8);
+    let crest = contacts_of_ball(&ridge, [0.1, 0.5], 0.8);
     assert_eq!(crest.len(), 1);
     assert!((crest[0].distance - 0.26f64.sqrt()).abs() < 1e-12);
-    assert_eq!(touched(&ridge, [0.0, -0.5], 0.8), [], "inside the solid");
+    assert_eq!(contacts_of_ball(&ridge, [0.0, -0.5], 0.8), [], "inside the solid");
 }
 
 #[test]
 fn a_hole_like_box_corner_touches_three_faces() {
     let corner: Vec<[f64; 2]> = vec![[0.0, 3.0], [0.0, 0.0], [3.0, 0.0]];
     let ground = FacettedSurface::ground_line(&corner).unwrap();
-    assert_eq!(touched(&ground, [0.4, 0.5], 0.6).len(), 2);
-    assert_eq!(touched(&ground, [0.4, 0.7], 0.6).len(), 1);
+    assert_eq!(contacts_of_ball(&ground, [0.4, 0.5], 0.6).len(), 2);
+    assert_eq!(contacts_of_ball(&ground, [0.4, 0.7], 0.6).len(), 1);
 }
 
 #[test]
@@ -100,14 +104,14 @@ fn ground_lines_have_arc_lengths_and_self_crossing_ones_are_refused() {
 #[test]
 fn open_and_twisted_meshes_are_refused() {
     let cube = cube();
-    let open = FacettedSurface::closed(cube.vertices().to_vec(), &cube.facets()[1..]).unwrap_err();
+    let open = FacettedSurface::closed_surface(cube.vertices().to_vec(), &cube.facets()[1..]).unwrap_err();
     assert!(open.problem.contains("open"), "{open}");
     let mut twisted = cube.facets().to_vec();
     twisted[3].swap(0, 1);
-    assert!(FacettedSurface::closed(cube.vertices().to_vec(), &twisted).is_err());
+    assert!(FacettedSurface::closed_surface(cube.vertices().to_vec(), &twisted).is_err());
     let mut inside_out = cube.facets().to_vec();
     inside_out.iter_mut().for_each(|t| t.swap(0, 1));
-    let turned = FacettedSurface::closed(cube.vertices().to_vec(), &inside_out).unwrap();
+    let turned = FacettedSurface::closed_surface(cube.vertices().to_vec(), &inside_out).unwrap();
     assert!(turned.contains(&[0.0; 3]) && !turned.contains(&[2.0, 0.0, 0.0]));
     let loose: Vec<[[f64; 3]; 3]> =
         cube.facets().iter().map(|t| t.map(|v| cube.vertices()[v as usize])).collect();

@@ -27,7 +27,7 @@ impl<const D: usize> BoundingVolumeTree<D> {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut nodes = Vec::with_capacity(boxes.len());
         if !boxes.is_empty() {
-            split(boxes, &mut order, 0, &mut nodes);
+            build_node(boxes, &mut order, 0, &mut nodes);
         }
         Self { nodes, order }
     }
@@ -95,7 +95,7 @@ fn square_distance_to_box<const D: usize>(node: &BoundingVolumeNode<D>, x: &[f64
     (0..D).map(|c| (node.low[c] - x[c]).max(x[c] - node.high[c]).max(0.0).powi(2)).sum()
 }
 
-fn split<const D: usize>(
+fn build_node<const D: usize>(
     boxes: &[([f64; D], [f64; D])],
     order: &mut [u32],
     first: usize,
@@ -121,8 +121,8 @@ fn split<const D: usize>(
     let half = count / 2;
     order.select_nth_unstable_by(half, |a, b| middle(*a).total_cmp(&middle(*b)).then(a.cmp(b)));
     let (left, right) = order.split_at_mut(half);
-    split(boxes, left, first, nodes);
+    build_node(boxes, left, first, nodes);
     nodes[at].count = 0;
     nodes[at].first = nodes.len() as u32;
-    split(boxes, right, first + half, nodes);
+    build_node(boxes, right, first + half, nodes);
 }

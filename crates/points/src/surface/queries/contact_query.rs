@@ -11,7 +11,7 @@ const COINCIDENCE_TOLERANCE: f64 = 1e-7;
 #[derive(Clone, Debug, Default)]
 pub struct ContactQuery<const D: usize> {
     contacts: Vec<NearestPoint<D>>,
-    ends: Vec<usize>,
+    row_ends: Vec<usize>,
     candidates: Vec<FacetCandidate<D>>,
     /// Contacts of a plane section, for surfaces that a section generates.
     planar: Option<Box<ContactQuery<2>>>,
@@ -21,18 +21,18 @@ pub struct ContactQuery<const D: usize> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacetCandidate<const D: usize> {
     pub(crate) corners: [[f64; D]; D],
-    pub(crate) place: NearestPoint<D>,
+    pub(crate) nearest: NearestPoint<D>,
 }
 
 impl<const D: usize> ContactQuery<D> {
     /// Removes all contacts.
     pub fn clear(&mut self) {
         self.contacts.clear();
-        self.ends.clear();
+        self.row_ends.clear();
     }
 
     /// Contacts of all balls, ball after ball, each nearest first.
-    pub fn all(&self) -> &[NearestPoint<D>] {
+    pub fn contacts(&self) -> &[NearestPoint<D>] {
         &self.contacts
     }
 
@@ -48,13 +48,13 @@ impl<const D: usize> ContactQuery<D> {
 
     /// Contacts of ball number `ball` of [`Surface::query_contacts_of_all`](crate::surface::Surface::query_contacts_of_all).
     pub fn contacts_of_ball(&self, ball: usize) -> &[NearestPoint<D>] {
-        let start = if ball == 0 { 0 } else { self.ends[ball - 1] };
-        &self.contacts[start..self.ends[ball]]
+        let start = if ball == 0 { 0 } else { self.row_ends[ball - 1] };
+        &self.contacts[start..self.row_ends[ball]]
     }
 
     /// Ends the contact list of a ball.
     pub fn end_ball(&mut self) {
-        self.ends.push(self.contacts.len());
+        self.row_ends.push(self.contacts.len());
     }
 
     pub(crate) fn contacts_since_mut(&mut self, start: usize) -> &mut [NearestPoint<D>] {
@@ -87,20 +87,20 @@ impl<const D: usize> ContactQuery<D> {
     /// Selects the distinct contacts among the candidates. A candidate whose position also belongs to a nearer facet is left out: it is the
     /// edge at which that facet ends, or lies beyond it on the same side.
     pub(crate) fn select_distinct(&mut self, radius: f64) {
-        let key = |c: &FacetCandidate<D>| (c.place.distance, c.place.feature_id);
+        let key = |c: &FacetCandidate<D>| (c.nearest.distance, c.nearest.feature_id);
         self.candidates.sort_unstable_by(|a, b| {
             let (a, b) = (key(a), key(b));
             a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
         });
         let same = (COINCIDENCE_TOLERANCE * radius).powi(2);
         for (number, candidate) in self.candidates.iter().enumerate() {
-            let place = &candidate.place.position;
+            let place = &candidate.nearest.position;
             let ends = |nearer: &FacetCandidate<D>| {
                 let from = difference(place, &nearest_on_facet(&nearer.corners, place).0);
                 dot(&from, &from) <= same
             };
             if !self.candidates[..number].iter().any(ends) {
-                self.contacts.push(candidate.place);
+                self.contacts.push(candidate.nearest);
             }
         }
         self.candidates.clear();

@@ -111,13 +111,13 @@ mod tests {
             x in proptest::array::uniform3(-2.0..2.0f64), shares in proptest::collection::vec((0.0..1.0f64, 0.0..1.0f64), 40),
         ) {
             let (place, _) = nearest_on_facet(&corners, &x);
-            let least = dot(&difference(&x, &place), &difference(&x, &place));
+            let smallest = dot(&difference(&x, &place), &difference(&x, &place));
             for (s, t) in shares {
                 let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
                 let other: [f64; 3] = std::array::from_fn(|c| {
                     corners[0][c] + s * (corners[1][c] - corners[0][c]) + t * (corners[2][c] - corners[0][c])
                 });
-                prop_assert!(dot(&difference(&x, &other), &difference(&x, &other)) >= least - 1e-12);
+                prop_assert!(dot(&difference(&x, &other), &difference(&x, &other)) >= smallest - 1e-12);
             }
         }
     }

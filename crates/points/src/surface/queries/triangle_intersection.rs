@@ -20,13 +20,13 @@ fn segment_pierces_triangle([from, to]: &[[f64; 3]; 2], [a, b, c]: &[[f64; 3]; 3
     };
     let size =
         [to, b, c, from].iter().map(|v| difference(v, a)).map(|v| dot(&v, &v)).fold(0.0, f64::max).sqrt();
-    let least = TOUCH_TOLERANCE * size.powi(3);
+    let smallest = TOUCH_TOLERANCE * size.powi(3);
     let [before, after] = [from, to].map(|end| volume(a, b, c, end));
-    if before.abs() <= least || after.abs() <= least || (before > 0.0) == (after > 0.0) {
+    if before.abs() <= smallest || after.abs() <= smallest || (before > 0.0) == (after > 0.0) {
         return false;
     }
     let around = [(a, b), (b, c), (c, a)].map(|(x, y)| volume(from, to, x, y));
-    around.iter().all(|v| *v > least) || around.iter().all(|v| *v < -least)
+    around.iter().all(|v| *v > smallest) || around.iter().all(|v| *v < -smallest)
 }
 
 #[cfg(test)]

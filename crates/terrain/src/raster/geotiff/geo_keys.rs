@@ -237,9 +237,10 @@ impl GeoKeys {
 
     /// Name or well-known text of the coordinate reference system.
     pub(super) fn citation(&self) -> Option<&str> {
-        let said = [key::CITATION, key::PROJECTED_CITATION].map(|number| self.text(number));
-        let mut said = said.into_iter().flatten().map(|text| text.strip_prefix(ESRI_TEXT).unwrap_or(text));
-        said.clone().find(|text| well_known_text::is_well_known(text)).or_else(|| said.next())
+        let citations = [key::CITATION, key::PROJECTED_CITATION].map(|number| self.text(number));
+        let mut citations =
+            citations.into_iter().flatten().map(|text| text.strip_prefix(ESRI_TEXT).unwrap_or(text));
+        citations.clone().find(|text| well_known_text::is_well_known(text)).or_else(|| citations.next())
     }
 
     /// EPSG code of the horizontal coordinate reference system.

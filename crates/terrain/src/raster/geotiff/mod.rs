@@ -72,10 +72,10 @@ pub(crate) fn read_reference_system(
     source: impl Read + Seek,
 ) -> Result<(Option<u32>, Option<String>), String> {
     let keys = GeoKeys::read(&mut Decoder::new(source).map_err(tiff_error)?);
-    let said = keys.citation().map(str::to_owned);
-    let is_text = said.as_deref().is_some_and(crate::projection::well_known_text::is_well_known);
+    let citation = keys.citation().map(str::to_owned);
+    let is_text = citation.as_deref().is_some_and(crate::projection::well_known_text::is_well_known);
     let defined = keys.user_defined_text().filter(|_| keys.epsg().is_none() && !is_text);
-    Ok((keys.epsg(), defined.or(said)))
+    Ok((keys.epsg(), defined.or(citation)))
 }
 
 /// Sidecar files of a GeoTIFF.
@@ -105,7 +105,7 @@ pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, Str
              resample it to such a grid"
         ));
     }
-    let mut band = band(&mut decoder)?.or(beside.band);
+    let mut band = band(&mut decoder)?.completed_by(beside.band);
     let mut values = pixel_values::pixel_values(bytes, decoder, band.no_data.unwrap_or(0.0))?;
     if values.len() != columns * rows {
         return Err(format!(
@@ -151,9 +151,11 @@ pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, Str
 /// Band metadata of the tags of the file.
 fn band(decoder: &mut TiffDecoder<'_>) -> Result<BandMetadata, String> {
     let metadata = decoder.get_tag_ascii_string(GDAL_METADATA).ok();
-    let said = metadata.map(|text| BandMetadata::from_xml(text.trim_end_matches('\0')));
-    let mut band =
-        said.transpose().map_err(|problem| format!("its metadata of GDAL {problem}"))?.unwrap_or_default();
+    let citation = metadata.map(|text| BandMetadata::from_xml(text.trim_end_matches('\0')));
+    let mut band = citation
+        .transpose()
+        .map_err(|problem| format!("its metadata of GDAL {problem}"))?
+        .unwrap_or_default();
     if let Ok(text) = decoder.get_tag_ascii_string(Tag::GdalNodata) {
         let problem = || format!("its no-data value is {text:?}, not a number");
         band.no_data = Some(parse_number(&text).ok_or_else(problem)?);

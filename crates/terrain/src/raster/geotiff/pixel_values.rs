@@ -69,20 +69,20 @@ fn chunk_values(decoder: &mut TiffDecoder<'_>, lengths: &[u64], missing: f64) ->
 }
 
 fn to_f64(image: DecodingResult) -> Vec<f64> {
-    fn all<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
+    fn to_floats<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
         values.into_iter().map(Into::into).collect()
     }
     match image {
-        DecodingResult::U8(values) => all(values),
-        DecodingResult::U16(values) => all(values),
-        DecodingResult::U32(values) => all(values),
+        DecodingResult::U8(values) => to_floats(values),
+        DecodingResult::U16(values) => to_floats(values),
+        DecodingResult::U32(values) => to_floats(values),
         DecodingResult::U64(values) => values.into_iter().map(|value| value as f64).collect(),
-        DecodingResult::I8(values) => all(values),
-        DecodingResult::I16(values) => all(values),
-        DecodingResult::I32(values) => all(values),
+        DecodingResult::I8(values) => to_floats(values),
+        DecodingResult::I16(values) => to_floats(values),
+        DecodingResult::I32(values) => to_floats(values),
         DecodingResult::I64(values) => values.into_iter().map(|value| value as f64).collect(),
-        DecodingResult::F16(values) => all(values),
-        DecodingResult::F32(values) => all(values),
+        DecodingResult::F16(values) => to_floats(values),
+        DecodingResult::F32(values) => to_floats(values),
         DecodingResult::F64(values) => values,
     }
 }
