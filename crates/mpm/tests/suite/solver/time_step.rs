@@ -60,7 +60,7 @@ fn stress_last_steps_are_reduced_to_be_stable_at_free_corners() {
         let expected = step(&json!({ "stress_update": "musl" })) * stable / 0.5;
         assert!((step(&json!({})) / expected - 1.0).abs() < 1e-12, "{shape}");
         assert!((step(&json!({ "courant": 0.2 })) / expected - 0.2 / stable).abs() < 1e-12, "{shape}");
-        let report = elastic_block().solve(&Mpm);
+        let report = solve(&Mpm, &block(&json!({})));
         let total = |budget: &Budget| budget.kinetic + budget.elastic + budget.potential;
         assert!(total(&report.end) < total(&report.start), "{shape}: {} J", report.end.kinetic);
         // Bound of the kinetic energy by the work of the weight: half the weight times the settlement of an elastic column.
