@@ -313,7 +313,7 @@ fn collect_contact_points<const D: usize>(
                 let index = layout.axis_indices(row, number);
                 nodes.push(ContactPoint {
                     pair,
-                    rigid_side: rigid_side,
+                    rigid_side,
                     node,
                     lever_arm: free_body.mass.lever_arm(&background.node_at(node, &index)),
                     masses,

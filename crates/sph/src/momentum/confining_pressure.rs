@@ -129,7 +129,7 @@ mod tests {
     use super::*;
     use crate::kernel::Kernel;
 
-    fn told_apart<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
+    fn has_detectable_surface<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
         surface_detection_problem(&Smoothing::<D>::new(kernel, ratio).unwrap(), 1.0).is_none()
     }
 
@@ -137,14 +137,20 @@ mod tests {
     fn surfaces_are_told_where_the_sheet_says_so_and_the_kernel_lets_them() {
         use Kernel::{CubicSpline, WendlandC2, WendlandC4, WendlandC6};
         for ratio in [1.2, 1.3, 1.5] {
-            assert!(told_apart::<1>(CubicSpline, ratio) && told_apart::<2>(CubicSpline, ratio));
-            assert!(told_apart::<3>(CubicSpline, ratio));
+            assert!(
+                has_detectable_surface::<1>(CubicSpline, ratio)
+                    && has_detectable_surface::<2>(CubicSpline, ratio)
+            );
+            assert!(has_detectable_surface::<3>(CubicSpline, ratio));
         }
         for ratio in [1.2, 1.5] {
-            assert!(told_apart::<2>(WendlandC2, ratio) && told_apart::<3>(WendlandC2, ratio));
+            assert!(
+                has_detectable_surface::<2>(WendlandC2, ratio)
+                    && has_detectable_surface::<3>(WendlandC2, ratio)
+            );
         }
         for (kernel, ratio) in [(CubicSpline, 1.0), (WendlandC2, 1.0), (WendlandC4, 1.2), (WendlandC6, 1.2)] {
-            assert!(!told_apart::<2>(kernel, ratio), "{kernel:?} {ratio}");
+            assert!(!has_detectable_surface::<2>(kernel, ratio), "{kernel:?} {ratio}");
         }
     }
 
