@@ -40,7 +40,7 @@ struct ErrorCollector<'a> {
 /// Every violation found, with its JSON path.
 pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     let mut findings = ErrorCollector { case, errors: Vec::new(), origin: [0.0; 3] };
-    findings.check_space();
+    findings.check_domain();
     findings.materials();
     findings.bodies();
     findings.boundaries();
@@ -99,7 +99,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Ends of the domain along an axis (m); `None` where they are missing or invalid, which [`ErrorCollector::check_space`] reports.
+    /// Ends of the domain along an axis (m); `None` where they are missing or invalid, which [`ErrorCollector::check_domain`] reports.
     fn extent(&self, axis: usize) -> Option<(f64, f64)> {
         let domain = &self.case.domain;
         let (min, max) = (*domain.min.get(axis)?, *domain.max.get(axis)?);
@@ -128,7 +128,8 @@ impl ErrorCollector<'_> {
         }
     }
 
-    fn check_space(&mut self) {
+    /// Check of the domain: corners, gravity, origin and periodic axes.
+    fn check_domain(&mut self) {
         let case = self.case;
         self.vector("domain.min", &case.domain.min);
         self.vector("domain.max", &case.domain.max);

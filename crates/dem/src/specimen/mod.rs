@@ -29,8 +29,8 @@ const INITIAL_RADIUS_RATIO: f64 = 0.6;
 /// Number of growth steps.
 const GROWTH: usize = 40;
 /// Number of relaxation iterations in each of them, and in the last.
-const PUSHES: usize = 60;
-const LAST_PUSHES: usize = 20_000;
+const RELAXATION_ITERATIONS: usize = 60;
+const LAST_RELAXATION_ITERATIONS: usize = 20_000;
 /// Number of iterations after which overlaps far above the tolerance must have decreased by a share for the relaxation to go on.
 const STALL_ITERATIONS: usize = 1000;
 const MIN_DECREASE: f64 = 0.02;
@@ -254,7 +254,7 @@ fn relax_random<const D: usize>(
     let mut deepest = 0.0;
     for step in 0..=GROWTH {
         let scale = INITIAL_RADIUS_RATIO + (1.0 - INITIAL_RADIUS_RATIO) * step as f64 / GROWTH as f64;
-        let pushes = if step == GROWTH { LAST_PUSHES } else { PUSHES };
+        let pushes = if step == GROWTH { LAST_RELAXATION_ITERATIONS } else { RELAXATION_ITERATIONS };
         deepest = separate_overlaps(container, &mut positions, radii, scale, pushes)?;
     }
     Ok((positions, deepest))

@@ -4,7 +4,9 @@
 use rand_chacha::ChaCha8Rng;
 
 use crate::points::grains::volume;
-use crate::specimen::{Container, LAST_PUSHES, PUSHES, check_overlap, pack, separate_overlaps};
+use crate::specimen::{
+    Container, LAST_RELAXATION_ITERATIONS, RELAXATION_ITERATIONS, check_overlap, pack, separate_overlaps,
+};
 
 /// Initial solid fraction of a layer over the target.
 const INITIAL_FRACTION_RATIO: f64 = 0.6;
@@ -86,7 +88,7 @@ fn lower_lid<const D: usize>(
     let mut deepest = 0.0;
     for step in 1..=STEPS {
         under.high[D - 1] = from + (to - from) * step as f64 / STEPS as f64;
-        let pushes = if step == STEPS { LAST_PUSHES } else { PUSHES };
+        let pushes = if step == STEPS { LAST_RELAXATION_ITERATIONS } else { RELAXATION_ITERATIONS };
         positions.iter_mut().zip(radii).for_each(|(x, radius)| under.confine(x, *radius));
         deepest = separate_overlaps(&under, positions, radii, 1.0, pushes)?;
     }

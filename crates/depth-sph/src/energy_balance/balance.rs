@@ -16,7 +16,7 @@ use crate::points::phase_nodes::PlanVector;
 /// Share of the exchanged energy by which the balance may be off without a warning.
 const BALANCE_TOLERANCE: f64 = 0.01;
 /// Share of the pressure energy that is the least exchanged energy, for flows that are nearly at rest.
-const STILL_FRACTION: f64 = 0.1;
+const MIN_EXCHANGE_FRACTION: f64 = 0.1;
 
 /// Energy of the flow that has entered and not left (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -174,7 +174,7 @@ impl EnergyBalance {
             current_energy,
             error,
             difference,
-            exchanged_energy: largest.max(STILL_FRACTION * current_energy.pressure),
+            exchanged_energy: largest.max(MIN_EXCHANGE_FRACTION * current_energy.pressure),
         }
     }
 

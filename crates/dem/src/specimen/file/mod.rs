@@ -50,8 +50,10 @@ struct SpecimenHeader {
     kinds: Vec<String>,
     walls: Vec<StoredWall>,
     /// Names of moving obstacles, whose contacts are not in the file.
+    #[serde(rename = "left_out")]
     omitted_obstacles: Vec<String>,
     /// Whether contacts were bonded, or cohesive from the start on.
+    #[serde(rename = "bonded")]
     has_bonds: bool,
     /// Largest overlap over the smaller radius.
     overlap: f64,
