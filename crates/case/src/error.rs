@@ -95,6 +95,7 @@ fn breaks_line(c: char) -> bool {
 #[error("{}", error_lines(.0))]
 pub struct CaseErrors(pub Vec<CaseError>);
 
+/// Text of several errors, one a line.
 fn error_lines(errors: &[CaseError]) -> String {
     let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
     lines.join("\n")

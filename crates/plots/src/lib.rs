@@ -36,6 +36,7 @@ const PALETTE: [RGBColor; 7] = [
     RGBColor(70, 70, 70),
 ];
 
+/// Registers the built-in font once.
 fn load_font() {
     static FONT_LOADED: Once = Once::new();
     FONT_LOADED.call_once(|| {

@@ -99,6 +99,7 @@ impl Raster {
     /// Warning about thicknesses, depths or classes in whose file numbers seem to stand for no data without a declared no-data value;
     /// `None` otherwise.
     pub fn undeclared_no_data_warning(&self) -> Option<String> {
+        /// Instruction for messages: how a file declares its no-data value.
         const NAME_IT: &str = "declare it in the file, as NODATA_value or in the GDAL tag";
         let boundless = self.reference.huge_values;
         if boundless > 0 {

@@ -99,6 +99,7 @@ pub struct ScratchBuffers {
 }
 
 impl ScratchBuffers {
+    /// Buffer of a type, made at its first use.
     fn buffer<T: Send + Sync + 'static>(&mut self) -> &mut Vec<T> {
         let number = self.buffers.iter().position(|buffer| buffer.is::<Vec<T>>()).unwrap_or_else(|| {
             self.buffers.push(Box::new(Vec::<T>::new()));

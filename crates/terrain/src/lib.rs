@@ -51,6 +51,7 @@ pub fn read_text(file: &Path) -> Result<String, FileError> {
     decode_text(bytes).map_err(error_in_file(file))
 }
 
+/// Decodes the text of a file in UTF-8 or UTF-16.
 fn decode_text(bytes: Vec<u8>) -> Result<String, String> {
     let pairs = |order: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| order([pair[0], pair[1]])).collect();
@@ -75,6 +76,7 @@ fn extension(file: &Path) -> String {
     file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
+/// Error of a file whose extension is not supported; `known` lists the supported ones.
 fn unknown_format(file: &Path, known: &str) -> FileError {
     error_in_file(file)(format!(
         "the ending {:?} of the name is not supported: it must be {known}",

@@ -9,7 +9,9 @@ use quick_xml::events::{BytesStart, Event};
 
 /// International foot, United States survey foot and British foot of 1936 (m).
 pub(crate) const FOOT: f64 = 0.3048;
+/// US survey foot (m).
 pub(crate) const SURVEY_FOOT: f64 = 1200.0 / 3937.0;
+/// British foot of 1895 (m).
 pub(crate) const BRITISH_FOOT: f64 = 0.304_800_749_1;
 
 /// Magnitude beyond which a number is no elevation, thickness or class: programs mark no data with the largest single-precision number, to
@@ -52,6 +54,7 @@ impl BandMetadata {
         }
     }
 
+    /// Sets an item of the metadata of a band from its text.
     fn set_value(&mut self, key: &str, text: &str) -> Result<(), String> {
         let number = || {
             parse_number(text)
@@ -212,6 +215,7 @@ fn tag_meaning(tag: &BytesStart<'_>) -> String {
     name.to_owned()
 }
 
+/// Text of an attribute of an XML element.
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
     let found = tag.attributes().flatten().find(|attribute| attribute.key.as_ref() == name.as_bytes())?;
     Some(found.unescape_value().ok()?.into_owned())

@@ -134,16 +134,19 @@ impl CaseBuilder {
         solver_runs::start_solver(method, &self.build())
     }
 
+    /// Object of the case under a key; made where it is missing.
     fn object(&mut self, key: &str) -> &mut Map<String, Value> {
         let entry = self.0.as_object_mut().expect("a case is an object").entry(key);
         entry.or_insert_with(|| json!({})).as_object_mut().expect("an object")
     }
 
+    /// Adds a named value to the object under a key.
     fn insert(mut self, key: &str, name: &str, value: Value) -> Self {
         self.object(key).insert(name.to_owned(), value);
         self
     }
 
+    /// Adds a value to the list under a key.
     fn push(mut self, key: &str, value: Value) -> Self {
         let entry = self.0.as_object_mut().expect("a case is an object").entry(key);
         entry.or_insert_with(|| json!([])).as_array_mut().expect("a list").push(value);

@@ -140,6 +140,7 @@ impl CaseFamily {
         rows
     }
 
+    /// All pairs of levels of two factors.
     fn all_pairs(&self) -> BTreeSet<LevelPair> {
         let mut pairs = BTreeSet::new();
         for (a, first) in self.factors.iter().enumerate() {
@@ -182,10 +183,12 @@ impl CaseFamily {
 /// Two factors by number, each with a level; the smaller factor number is first.
 type LevelPair = ((usize, usize), (usize, usize));
 
+/// Pair of levels, the one of the earlier factor first.
 fn pair(a: (usize, usize), b: (usize, usize)) -> LevelPair {
     if a.0 < b.0 { (a, b) } else { (b, a) }
 }
 
+/// Factor with its levels, from JSON.
 fn factor(json: &Value) -> Option<Factor> {
     let levels = json["levels"].as_array()?.iter().map(|level| {
         let (name, values) = level.as_object().filter(|level| level.len() == 1)?.iter().next()?;

@@ -67,6 +67,7 @@ pub fn resume_solver(method: &dyn Method, case: &Case, saved: &[u8]) -> Box<dyn 
     solver
 }
 
+/// Solver of a case at the start of its first stage.
 fn build_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     let mut solver = method.build(case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();

@@ -9,6 +9,7 @@ use crate::solver_runs::{case_with, scalars, vectors};
 
 /// Density (kg/m³) and dynamic viscosity (Pa s) of the liquid.
 const DENSITY: f64 = 1000.0;
+/// Dynamic viscosity (Pa s).
 const VISCOSITY: f64 = 10.0;
 
 /// Case of Taylor–Green vortices with a wavelength of 1 m and a velocity of 1 m/s that decay over `duration` (s).

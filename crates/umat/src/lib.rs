@@ -44,10 +44,12 @@ struct BuiltMaterial {
 
 /// Materials of the file, by lower-case name.
 fn materials() -> Result<&'static HashMap<String, BuiltMaterial>, String> {
+    /// Materials of the process, built at the first call.
     static BUILT_MATERIALS: OnceLock<Result<HashMap<String, BuiltMaterial>, String>> = OnceLock::new();
     BUILT_MATERIALS.get_or_init(read_materials).as_ref().map_err(Clone::clone)
 }
 
+/// Builds the materials of the file that the environment variable names.
 fn read_materials() -> Result<HashMap<String, BuiltMaterial>, String> {
     let file = std::env::var_os(MATERIALS).ok_or(format!("{MATERIALS} is not set to a file of materials"))?;
     let file = std::path::PathBuf::from(file);
@@ -101,6 +103,7 @@ fn material_name(name: &[u8]) -> String {
     String::from_utf8_lossy(&name[..end]).trim().to_owned()
 }
 
+/// Matrix from its entries by columns, the order of Fortran.
 fn from_columns(m: &[f64]) -> Mat3 {
     Mat3(std::array::from_fn(|i| std::array::from_fn(|j| m[3 * j + i])))
 }
@@ -129,6 +132,7 @@ fn motion(call: &Call, density: f64) -> Option<Motion> {
     Motion::from_velocity_gradient(&(gradient * (1.0 / call.dt)), call.dt, density / growth, call.size)
 }
 
+/// Updates the stress and state of the point of a call.
 fn run(call: &mut Call) -> Result<(), String> {
     let known = materials()?;
     let BuiltMaterial { law, density } = known

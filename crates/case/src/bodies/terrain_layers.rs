@@ -117,6 +117,7 @@ impl Case {
         Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
     }
 
+    /// Reports an error where a terrain layer is the shape of anything other than a body.
     fn reject_misplaced_layers(&mut self) -> Result<(), CaseError> {
         let patches = self.patches.iter_mut().enumerate();
         let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
@@ -202,6 +203,7 @@ impl Case {
     }
 }
 
+/// Position in plan relative to the origin of the domain (m).
 fn shift(x: [f64; 2], origin: &[f64; 3]) -> [f64; 2] {
     std::array::from_fn(|c| relative_to_origin(x[c], origin[c]))
 }

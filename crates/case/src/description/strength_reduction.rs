@@ -76,10 +76,12 @@ pub struct FactorOfSafety {
 /// Local damping with about the fastest decay of elastic vibrations (Cundall 1987).
 const STRONG_DAMPING: f64 = 0.8;
 
+/// Default damping of the trials of a search for the factor of safety.
 fn strong_damping() -> f64 {
     STRONG_DAMPING
 }
 
+/// Default range of the factors of safety that a search considers.
 fn range() -> [f64; 2] {
     [0.5, 3.0]
 }
@@ -149,6 +151,7 @@ impl Case {
         self.weakening(number).map_or(Ok(self.clone()), |weakening| self.with_strength(weakening, &path))
     }
 
+    /// Case whose materials have the strength reduced by `weakening`; `path` is that of the reduction, for errors.
     fn with_strength(&self, weakening: &Weakening, path: &str) -> Result<Self, CaseError> {
         let mut case = self.clone();
         let reduction =

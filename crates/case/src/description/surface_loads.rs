@@ -242,6 +242,7 @@ pub enum LoadTarget {
 }
 
 impl LoadTarget {
+    /// Whether the load acts on material points, its default.
     fn is_points(&self) -> bool {
         *self == Self::Points
     }
@@ -259,6 +260,7 @@ pub enum RampShape {
 }
 
 impl RampShape {
+    /// Whether the ramp is linear, its default.
     fn is_linear(&self) -> bool {
         *self == Self::Linear
     }

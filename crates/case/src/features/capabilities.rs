@@ -22,6 +22,7 @@ impl Default for RequiredInput {
     }
 }
 
+/// Answer of a method to a feature of a case.
 #[derive(Clone, Debug)]
 enum Capability {
     Supported,
@@ -135,6 +136,7 @@ impl Capabilities {
         if holds { self.rejects(pattern, reason) } else { self }
     }
 
+    /// Returns the answer of the most specific rule that matches a feature; of equally specific rules the last one.
     fn capability(&self, name: &str) -> Option<&Capability> {
         let found =
             self.rules.iter().filter_map(|(pattern, answer)| Some((match_pattern(pattern, name)?, answer)));
@@ -177,6 +179,7 @@ impl Capabilities {
         Ok(notes)
     }
 
+    /// Reports an error where the case lacks an input that the method requires: bodies, materials or gravity.
     fn check_needs(&self, case: &Case) -> Result<(), CaseError> {
         let lacks = |path: &str, what: &str| {
             Err(CaseError::new(path, format!("{what}, but {} needs it", self.method)))

@@ -31,6 +31,7 @@ fn name_and_unit(head: &str) -> (&str, Option<&str>) {
     parted.map_or((head.trim(), None), |(name, unit)| (name.trim(), Some(unit.trim())))
 }
 
+/// Whether a line has no data: it is empty or begins with `#`.
 fn is_comment(line: &str) -> bool {
     line.starts_with('#') || line.trim().is_empty()
 }
@@ -54,6 +55,7 @@ impl ColumnFile {
         Self::from_text(text)
     }
 
+    /// Reads a text, and determines its separator and whether its first line has headings.
     fn from_text(mut text: String) -> Result<Self, String> {
         let Some(mut first) = text.lines().find(|line| !is_comment(line)).map(str::to_owned) else {
             return Ok(Self { text, separator: b',', heads: None });
@@ -116,6 +118,7 @@ impl ColumnFile {
         self.heads.as_deref()
     }
 
+    /// CSV reader of the text.
     fn reader(&self) -> csv::Reader<&[u8]> {
         csv::ReaderBuilder::new()
             .comment(Some(b'#'))

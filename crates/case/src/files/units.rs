@@ -73,8 +73,10 @@ struct Unit {
 }
 
 impl Unit {
+    /// Unit of numbers without dimension.
     const DIMENSIONLESS: Self = Self { factor: 1.0, powers: [0; 3] };
 
+    /// Product of this unit and a power of another.
     fn times(self, other: Self, power: i32) -> Self {
         Self {
             factor: self.factor * other.factor.powi(power),
@@ -123,6 +125,7 @@ fn factor_of(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
     Some(unit.times(unit_by_name(&word[..end])?, sign * power))
 }
 
+/// Unit with a name or symbol; `None` for an unknown one.
 fn unit_by_name(word: &str) -> Option<Unit> {
     let of = |factor: f64, powers: [i32; 3]| Some(Unit { factor, powers });
     let (length, time, mass) = ([1, 0, 0], [0, 0, 1], [0, 1, 0]);

@@ -75,6 +75,7 @@ impl CrackTip {
         std::array::from_fn(|axis| self.direction.get(axis).map_or(0.0, |c| c / length))
     }
 
+    /// States of the intervals along the crack path, from the points of the body; `None` without the body or the field.
     fn bins(&self, case: &Case, snapshot: &Snapshot) -> Option<Vec<CrackBin>> {
         let number = case.bodies.iter().position(|body| body.name == self.body)?;
         let values = snapshot.scalars(&self.field)?;

@@ -30,6 +30,7 @@ pub(super) fn front_point(snapshot: &Snapshot, along: &[f64], quantile: f64) -> 
     reached.or(order.last()).copied()
 }
 
+/// Sign of the outward direction of a side: 1 at a maximum, -1 at a minimum.
 fn sign(side: Side) -> f64 {
     if side.is_max() { 1.0 } else { -1.0 }
 }
@@ -92,6 +93,7 @@ impl FrontColumns {
         sign * ends.fold(f64::NAN, f64::max)
     }
 
+    /// Column in which a position lies: number along the direction of the front and number across it.
     fn column(&self, x: &[f64; 3]) -> FrontColumn {
         let along = sign(self.side) * (x[self.side.axis()] - self.wall) / self.cell;
         let across = self.lateral_axis.map_or(0.0, |axis| x[axis] / self.cell);
@@ -117,6 +119,7 @@ fn connected_columns(occupied: &[FrontColumn]) -> Vec<bool> {
     region
 }
 
+/// Side of the domain that is normal to an axis.
 fn side_of(axis: usize, max: bool) -> Side {
     match (axis, max) {
         (0, false) => Side::XMin,
@@ -140,6 +143,7 @@ fn innermost_wall(case: &Case, side: Side) -> f64 {
     if side.is_max() { faces.fold(end, f64::min) } else { faces.fold(end, f64::max) }
 }
 
+/// Median width of the points along an axis (m); NaN without points.
 fn median_width(snapshot: &Snapshot, axis: usize) -> f64 {
     let mut widths: Vec<f64> = snapshot.extents.iter().map(|extent| extent[axis]).collect();
     let middle = widths.len() / 2;

@@ -208,6 +208,7 @@ pub fn profile(snapshot: &Snapshot, axis: usize, height: usize, bin: f64) -> Vec
     bins.into_iter().map(|(number, top)| ((number as f64 + 0.5) * bin, top)).collect()
 }
 
+/// Values of fields at a position, as means over the points within `radius`.
 fn probe(
     name: &str,
     snapshot: &Snapshot,

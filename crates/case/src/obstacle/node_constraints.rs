@@ -32,6 +32,7 @@ pub fn normal_inside<const D: usize>(
     gap_inside(surface, place, cell).map(|gap| spatial(&gap.normal))
 }
 
+/// Nearest point of a surface, where a position lies inside the obstacle and at most [`MAX_NODE_DEPTH`] cells deep.
 fn gap_inside<const D: usize>(
     surface: &dyn Surface<D>,
     place: &[f64; D],

@@ -68,6 +68,7 @@ fn hidden_nodes(mask: &[bool]) -> Vec<u8> {
     mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect()
 }
 
+/// Writes the fields at the nodes of a rectilinear grid as a VTR file.
 fn write_nodes(
     path: &Path,
     axes: &[Vec<f64>; 3],

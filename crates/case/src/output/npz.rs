@@ -31,10 +31,12 @@ pub struct NpzArray {
 }
 
 impl NpzArray {
+    /// Array of floating-point numbers.
     fn floats(name: &str, shape: &[u64], values: Vec<f64>) -> Self {
         Self { name: name.to_owned(), shape: shape.to_vec(), values: NpzValues::Float(values) }
     }
 
+    /// Writes the array in the NPY format.
     fn write(&self, to: impl Write) -> std::io::Result<()> {
         match &self.values {
             NpzValues::Float(values) => numbers(to, &self.shape, values),
@@ -43,6 +45,7 @@ impl NpzArray {
     }
 }
 
+/// Writes numbers as an array of a given shape in the NPY format.
 fn numbers<T: npyz::AutoSerialize + Copy>(
     to: impl Write,
     shape: &[u64],
@@ -159,6 +162,7 @@ pub fn read_npz(path: &Path) -> Result<Vec<NpzArray>, OutputError> {
     Ok(arrays)
 }
 
+/// Reads an array in the NPY format, of integers or of floating-point numbers.
 fn read(name: &str, bytes: &[u8]) -> std::io::Result<NpzArray> {
     let file = npyz::NpyFile::new(bytes)?;
     let shape = file.shape().to_vec();

@@ -82,12 +82,14 @@ pub fn column_heading(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
 }
 
+/// Head of a table: comment lines, and the line of headings.
 fn head(about: &str, columns: &[(String, String)]) -> String {
     let about: String = about.lines().map(|line| format!("# {line}\n")).collect();
     let names: Vec<String> = columns.iter().map(|(name, unit)| column_heading(name, unit)).collect();
     format!("{about}{}\n", names.join(","))
 }
 
+/// Lines of the rows of a table, values separated by commas.
 fn lines(rows: &[Vec<f64>]) -> String {
     let line = |row: &Vec<f64>| {
         let values: Vec<String> = row.iter().map(|value| cell(*value)).collect();
@@ -153,6 +155,7 @@ impl TableFile {
         self.write(&lines(rows))
     }
 
+    /// Appends a text to the file, and adds it to the checksum.
     fn write(&mut self, text: &str) -> Result<(), OutputError> {
         self.file.write_all(text.as_bytes()).map_err(|error| OutputError::new(&self.path, error))?;
         self.checksum.add(text.as_bytes());

@@ -89,6 +89,7 @@ impl RigidStep {
         if again.1 { again } else { (stuck, false) }
     }
 
+    /// Solves for the motion at the end of the step by Newton's method from the motion `start`; the second value is whether it converged.
     fn solve_contact_from(&self, start: &Twist, touched: &dyn ContactSystem, stuck: bool) -> (Twist, bool) {
         let (matrix, free, before) = (self.mass.matrix(), self.free_components, self.motion);
         let rest = |motion: &Twist| -> Twist {

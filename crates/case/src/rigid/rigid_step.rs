@@ -133,6 +133,7 @@ impl RigidStep {
         if self.rotates() { multiply(&self.mass.inertia, &self.angular_velocity()) } else { [0.0; 3] }
     }
 
+    /// Whether the body rotates about the normal of the plane.
     fn rotates(&self) -> bool {
         self.free_components[5]
     }

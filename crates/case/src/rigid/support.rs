@@ -133,6 +133,7 @@ struct BodyCorners<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> BodyCorners<'a, D> {
+    /// Corners of the points of a rigid body at the start of a step, with the distance within which contacts are sought (m).
     fn new(step: &'a RigidStep, dt: f64, positions: &'a [[f64; D]], half_width: f64) -> Self {
         let own = std::array::from_fn(|k| {
             let axis =
@@ -152,6 +153,7 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
         self.step.mass.lever_arm(&std::array::from_fn(|c| at[c] + own[c]))
     }
 
+    /// Adds the corners that touch a wall or may reach it in the step.
     fn find_wall_support(&self, side: &WallPlane, found: &mut Vec<SupportPoint>) {
         let WallPlane { axis, normal_sign, face, velocity, friction } = *side;
         let normal = std::array::from_fn(|c| if c == axis { normal_sign } else { 0.0 });
@@ -177,6 +179,7 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
         }
     }
 
+    /// Adds the corners that touch an obstacle or may reach it in the step.
     fn find_obstacle_support(
         &self,
         number: usize,

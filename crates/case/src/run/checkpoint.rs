@@ -16,9 +16,13 @@ use crate::{Case, CaseErrors, Method, Solver};
 /// Data of a run in front of the state of its solver in a checkpoint.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Checkpoint {
+    /// Version of the program that wrote the checkpoint.
     pub(super) version: String,
+    /// Hash of the case, which must be unchanged in a restart.
     pub(super) fingerprint: u64,
+    /// Name of the method.
     pub(super) method: String,
+    /// Progress of the run.
     pub(super) progress: RunProgress,
     /// Checksums of the tables on disk; rows beyond them are written again.
     pub(super) tables: Vec<(String, FileChecksum)>,

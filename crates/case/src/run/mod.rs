@@ -152,6 +152,7 @@ pub fn run(case: &Case, solver: Box<dyn Solver>, options: &RunOptions) -> Result
     start(case, solver, None, options)
 }
 
+/// Runs a case from its start or its checkpoint, on the number of threads of the options.
 fn start(
     case: &Case,
     solver: Box<dyn Solver>,
@@ -162,6 +163,7 @@ fn start(
     rayon::scope(|_| run_on_thread_pool(case, solver, method, options))
 }
 
+/// Runs a case on the current thread pool.
 fn run_on_thread_pool(
     case: &Case,
     solver: Box<dyn Solver>,
@@ -205,6 +207,7 @@ fn run_on_thread_pool(
     Ok(run.report(ending))
 }
 
+/// State of a run between its steps.
 struct RunLoop<'a> {
     case: &'a Case,
     options: &'a RunOptions,
@@ -234,6 +237,7 @@ struct RunLoop<'a> {
     reported_warnings: Vec<String>,
 }
 
+/// Progress bar of a run; hidden where the options request none.
 fn progress_bar(case: &Case, options: &RunOptions) -> ProgressBar {
     if !options.progress {
         return ProgressBar::hidden();
@@ -246,6 +250,7 @@ fn progress_bar(case: &Case, options: &RunOptions) -> ProgressBar {
 }
 
 impl RunLoop<'_> {
+    /// Runs the stages from the progress of a restart, or from the start.
     fn run_stages(&mut self) -> Result<RunEnd, RunError> {
         if self.options.resume
             && let Some(progress) = self.recorder.resume(&mut *self.solver)?
@@ -372,6 +377,7 @@ impl RunLoop<'_> {
         Ok(RunEnd::Completed)
     }
 
+    /// Whether the bodies have been at rest for the required number of consecutive checks.
     fn at_rest(&mut self, stage: &Stage) -> bool {
         let Some(criterion) = &stage.equilibrium else { return false };
         if !self.solver.step_count().is_multiple_of(self.solver.steps_between_checks()) {
@@ -391,6 +397,7 @@ impl RunLoop<'_> {
         self.previous_wall_time + self.start_instant.elapsed().as_secs_f64()
     }
 
+    /// Writes a checkpoint, and a summary of the incomplete run where one is due.
     fn save(&mut self) -> Result<(), RunError> {
         self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
@@ -419,11 +426,13 @@ impl RunLoop<'_> {
         if self.last_report.elapsed() < SUMMARY_INTERVAL { Ok(()) } else { self.write_interim_summary() }
     }
 
+    /// Writes the summary of the run with its status.
     fn summary(&self, status: &str, reason: Option<&str>, remarks: &[String]) -> Result<(), RunError> {
         let run = (self.wall(), &self.safety, remarks);
         self.recorder.summary(status, reason, &*self.solver, &self.progress, run)
     }
 
+    /// Writes the last output, the summary and the warnings at the end of a run.
     fn write_ending(&mut self, ending: &str, reason: Option<&str>) -> Result<(), RunError> {
         self.progress_bar.finish_and_clear();
         let completed = ending == "completed";
@@ -452,6 +461,7 @@ impl RunLoop<'_> {
         Ok(self.recorder.rasters(&*self.solver)?)
     }
 
+    /// Report of the run in memory.
     fn report(&mut self, ending: RunEnd) -> RunReport {
         let session = self.start_instant.elapsed().as_secs_f64();
         let steps = self.solver.step_count();

@@ -11,15 +11,21 @@ use crate::{Budget, TimeStep};
 /// Progress of a run: all data of a restart except the state of the solver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RunProgress {
+    /// Whether the first stage has begun.
     pub(crate) has_begun: bool,
+    /// Index of the current stage.
     pub(crate) stage: usize,
     /// Start times of the stages so far (s).
     pub(crate) stage_starts: Vec<f64>,
+    /// Number of consecutive checks at which the bodies were at rest.
     pub(crate) checks_at_rest: u32,
     /// Wall-clock time so far (s).
     pub(crate) wall: f64,
+    /// Number of frames written.
     pub(crate) frames: u64,
+    /// Number of rows of the table of measures.
     pub(crate) rows: u64,
+    /// ParaView collection of the frames written.
     pub(crate) collection: Collection,
     /// Checksums of the frame files, by name.
     pub(crate) seals: BTreeMap<String, FileChecksum>,
@@ -50,6 +56,7 @@ pub(crate) struct RunProgress {
 /// Number of steps with the same limit, and their least bound.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct StepBoundCount {
+    /// Number of steps that this bound limited.
     pub(crate) steps: u64,
     /// Least bound.
     pub(crate) min_step: TimeStep,

@@ -15,6 +15,7 @@ const LONGEST_STEP: f64 = 20.0;
 const MAX_MEASURED_POINTS: usize = 200_000;
 /// Time of a frame per point (s), and of a row.
 const FRAME_OF_POINT: f64 = 3e-6;
+/// Wall-clock time of a row of measures, for each point (s).
 const ROW_OF_POINT: f64 = 5e-7;
 /// Memory of a frame per point, including the contents of its file (bytes).
 const FRAME_BYTES_OF_POINT: f64 = 250.0;
@@ -86,6 +87,7 @@ struct MeasuredSteps {
 }
 
 impl MeasuredSteps {
+    /// Measures the wall time of steps at the start of a run, for at most the duration `may`.
     fn measure(case: &Case, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
         solver.begin_stage(0, 0.0).ok()?;
         let end = case.stages.first()?.duration;

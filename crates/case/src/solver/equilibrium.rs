@@ -49,6 +49,7 @@ impl EquilibriumScales {
     }
 }
 
+/// Ratio of a value to its scale: zero for a zero value, infinite for a zero scale.
 fn ratio(value: f64, scale: f64) -> f64 {
     if value == 0.0 {
         0.0

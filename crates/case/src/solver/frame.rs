@@ -121,6 +121,7 @@ pub enum FieldRole {
 }
 
 impl FieldRole {
+    /// All roles.
     const ALL: [Self; 5] = [Self::Mass, Self::Volume, Self::Velocity, Self::Depth, Self::Bed];
 
     /// Name of fields with this role.

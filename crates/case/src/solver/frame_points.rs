@@ -7,6 +7,7 @@ impl FieldData {
     /// Subset of the points with the numbers `kept`.
     #[must_use]
     pub fn subset(&self, kept: &[usize]) -> Self {
+        /// Values at the indices `kept`.
         fn select<T: Copy>(values: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&k| values[k]).collect()
         }

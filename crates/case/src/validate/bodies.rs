@@ -14,6 +14,7 @@ use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
 const SAMPLES: usize = 7;
 
 impl ErrorCollector<'_> {
+    /// Checks the bodies: names, materials, positions in the domain, initial state.
     pub(super) fn bodies(&mut self) {
         let case = self.case;
         let dimension = case.dimension();
@@ -174,6 +175,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks an initial velocity field.
     fn velocity(&mut self, path: &str, shape: Option<&Shape>, velocity: &Velocity) {
         match velocity {
             Velocity::Rest => {}
@@ -213,6 +215,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks an initial stress.
     fn initial_stress(&mut self, path: &str, shape: Option<&Shape>, stress: &InitialStress) {
         match stress {
             InitialStress::None => {}
@@ -235,6 +238,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the pore fluid of a body.
     fn pore_fluid(&mut self, path: &str, shape: Option<&Shape>, fluid: &PoreFluid) {
         let gravity = &self.case.gravity;
         let at = |key: &str| format!("{path}.{key}");

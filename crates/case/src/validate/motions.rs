@@ -8,6 +8,7 @@ use crate::description::{PrescribedMotion, Space, Stage, Velocity};
 use super::ErrorCollector;
 
 impl ErrorCollector<'_> {
+    /// Checks the prescribed motions of a stage.
     pub(super) fn motions(&mut self, path: &str, stage: &Stage) {
         let case = self.case;
         let driven = movable_names(case);

@@ -23,6 +23,7 @@ pub struct CheckArguments {
     method: Option<String>,
 }
 
+/// Checks a case, and prints its size, time step, estimated duration and warnings.
 pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;

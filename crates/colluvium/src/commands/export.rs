@@ -40,6 +40,7 @@ const MEASURES_FILE: &str = "measures.csv";
 /// Name of the list of points.
 const POINTS_FILE: &str = "points.csv";
 
+/// Writes the frames and tables of a run as NPZ archives, or its last frame as a list of points.
 pub fn run(arguments: &ExportArguments) -> Result<(), CommandError> {
     let from = &arguments.folder;
     check_run_folder(from)?;

@@ -65,6 +65,7 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
     if low < high { Ok((low, high)) } else { Err(format!("{low} is not below {high}")) }
 }
 
+/// Draws the frames and measures of a run.
 pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let folder = &arguments.folder;
     check_run_folder(folder)?;

@@ -35,6 +35,7 @@ pub struct SpecimenArguments {
     quiet: bool,
 }
 
+/// Prepares a specimen of grains and writes it to a file.
 pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     let out = &arguments.out;
     if out.exists() && !arguments.overwrite {

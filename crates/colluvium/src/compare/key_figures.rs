@@ -69,6 +69,7 @@ impl KeyFigures {
     }
 }
 
+/// Length of a vector.
 fn length(v: &[f64; 3]) -> f64 {
     v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }

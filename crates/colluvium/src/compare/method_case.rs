@@ -64,14 +64,17 @@ impl MethodCase {
     }
 }
 
+/// Keys that a schema requires.
 fn required_keys(schema: &Value) -> Vec<&str> {
     schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
 }
 
+/// Default of a key by its schema; 1 where it has none.
 fn default_value(schema: &Value, key: &str) -> f64 {
     schema["properties"][key]["default"].as_f64().unwrap_or(1.0)
 }
 
+/// Number rounded to six digits.
 fn rounded_to_six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

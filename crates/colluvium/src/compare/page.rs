@@ -37,6 +37,7 @@ pub const SECTIONS_STYLE: &str = "
 .charts svg { width: 100%; height: auto; }
 ";
 
+/// Page that compares the results of the methods.
 pub(super) fn page(
     case: &Case,
     results: &[MethodResult],
@@ -132,6 +133,7 @@ fn measure_section(runs: &MethodRuns<'_>) -> Result<Markup, CompareError> {
     })
 }
 
+/// SVG elements of charts.
 fn charts_to_svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
     charts.iter().map(|chart| chart.to_svg().map_err(CompareError::Picture)).collect()
 }
@@ -215,6 +217,7 @@ struct ProfileDifferences<'a> {
 }
 
 impl<'a> ProfileDifferences<'a> {
+    /// Surface profiles of several methods in common columns, for their differences from the first method and from a reference.
     fn new(snapshots: &[&Snapshot], axes: CaseAxes, measured: Option<&'a Vec<(f64, f64)>>) -> Self {
         let own = Self {
             axes,
@@ -226,15 +229,18 @@ impl<'a> ProfileDifferences<'a> {
         Self { first, ..own }
     }
 
+    /// Surface profile of a snapshot in the common columns (m).
     fn profile(&self, snapshot: &Snapshot) -> Option<Vec<(f64, f64)>> {
         self.columns.map(|columns| columns.profile(snapshot, self.axes))
     }
 
+    /// Distance of a surface profile from that of the first method, over the size of the latter.
     fn distance_to_first(&self, snapshot: &Snapshot) -> f64 {
         let pair = self.first.as_ref().zip(self.profile(snapshot));
         pair.map_or(f64::NAN, |(first, own)| relative_profile_distance(first, &own))
     }
 
+    /// Distance of a surface profile from the reference.
     fn distance_to_reference(&self, snapshot: &Snapshot) -> f64 {
         let pair = self.reference.zip(self.profile(snapshot));
         pair.map_or(f64::NAN, |(measured, own)| distance_to(measured, &own))

@@ -121,6 +121,7 @@ fn column_values(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Ve
     table.rows().map(number).collect()
 }
 
+/// Error of a file of reference profiles.
 fn reference_error(path: &Path, problem: &str) -> CompareError {
     CompareError::Reference { path: path.to_owned(), problem: problem.into() }
 }

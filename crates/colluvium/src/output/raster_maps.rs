@@ -59,6 +59,7 @@ pub fn raster_maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputErr
     there.into_iter().map(map).collect()
 }
 
+/// Text of a JSON string; empty for another value.
 fn value_text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
@@ -84,6 +85,7 @@ pub fn raster_map(case: &Case, raster: Raster, title: &str, label: &str) -> Resu
     })
 }
 
+/// Cells of a raster with their position on the map.
 fn raster_cells(raster: Raster, origin: &[f64; 3]) -> MapCells {
     let place = [raster.origin[0] + origin[0], raster.origin[1] + origin[1]];
     MapCells {
@@ -126,6 +128,7 @@ fn observed_outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
     outline.map_or_else(Vec::new, |outline| map_coordinates(&outline, &case.origin()))
 }
 
+/// Rings of an outline in map coordinates (m).
 fn map_coordinates(outline: &Outline, origin: &[f64; 3]) -> Vec<Vec<[f64; 2]>> {
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|[x, y]| [x + origin[0], y + origin[1]]).collect();
     outline.rings().map(ring).collect()

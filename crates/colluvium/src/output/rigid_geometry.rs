@@ -60,6 +60,7 @@ pub fn rigid_geometry(case: &Case) -> RigidGeometry {
     })
 }
 
+/// Lines of the obstacles in a plane, in map coordinates; those of moving obstacles relative to their centre.
 fn plane_geometry(case: &Case, standing: &[PlacedObstacle<'_, 2>]) -> RigidGeometry {
     let domain = domain_ranges::<2>(case);
     let mut ground = RigidGeometry::default();
@@ -79,6 +80,7 @@ fn plane_geometry(case: &Case, standing: &[PlacedObstacle<'_, 2>]) -> RigidGeome
     ground
 }
 
+/// Extent of the domain along each axis (m).
 fn domain_ranges<const D: usize>(case: &Case) -> [Range<f64>; D] {
     std::array::from_fn(|c| case.domain.min[c]..case.domain.max[c])
 }
@@ -159,6 +161,7 @@ fn simplify_line(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f6
     kept
 }
 
+/// Heights and moving surfaces of the obstacles in space, in map coordinates.
 fn space_geometry(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> RigidGeometry {
     let domain = domain_ranges::<3>(case);
     let mut ground = RigidGeometry { heights: top_heights(case, standing), ..RigidGeometry::default() };

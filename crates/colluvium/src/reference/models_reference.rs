@@ -65,6 +65,7 @@ pub fn models_reference() -> String {
     text
 }
 
+/// Methods and restrictions of a material model.
 fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
     match (name, kind) {
         ("umat", _) => "all methods, with the option `--allow-library`; 3D stress only",

@@ -96,6 +96,7 @@ pub struct Report {
 }
 
 impl RunResults {
+    /// Reads the summary, case, measures and frames of a run.
     fn read(folder: &Path) -> Result<Self, ReportError> {
         let summary = folder.join("summary.json");
         if !summary.exists() {

@@ -164,6 +164,7 @@ fn read_rasters(
     Ok(rasters)
 }
 
+/// Path of a raster in the folder of a run.
 fn raster_file(name: &str, folder: &Path) -> PathBuf {
     folder.join(raster_maps::RASTER_FOLDER).join(format!("{name}.asc"))
 }

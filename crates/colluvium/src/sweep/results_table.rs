@@ -206,6 +206,7 @@ fn cell_text(value: Option<f64>) -> String {
     value.filter(|value| !value.is_nan()).map_or(String::new(), |value| format!("{value:e}"))
 }
 
+/// Writes lines of cells as a CSV file.
 fn write_lines(path: &Path, lines: &[Vec<String>]) -> Result<(), OutputError> {
     let fail = |error: &dyn std::fmt::Display| OutputError::new(path, error);
     let mut writer = csv::Writer::from_writer(Vec::new());

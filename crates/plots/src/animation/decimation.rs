@@ -13,7 +13,9 @@ const MAX_FRAMES: usize = 120;
 
 /// Kept part of a run: some frames, and of each one point for a block of points; all of them where there are no blocks.
 pub(super) struct DecimatedRun<'a> {
+    /// Frames and fields of the run, as a panel of the page.
     pub panel: Panel<'a>,
+    /// Groups of points that are drawn as one; `None` where each point is drawn.
     pub blocks: Option<DecimationBlocks>,
 }
 
@@ -160,6 +162,7 @@ struct BlockCells<'a> {
 }
 
 impl<'a> BlockCells<'a> {
+    /// Grid of cells as wide as the median point, over some points of a frame.
     fn new(frame: &'a Snapshot, points: &'a [usize], axes: &'a [usize]) -> Self {
         let low = |axis: &usize| {
             let ends = points.iter().map(|&i| frame.positions[i][*axis] - 0.5 * frame.extents[i][*axis]);

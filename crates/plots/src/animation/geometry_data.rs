@@ -22,6 +22,7 @@ pub(super) fn geometry_data(ground: &RigidGeometry, times: &[f64]) -> Value {
     })
 }
 
+/// Lines with rounded coordinates.
 fn lines(lines: &[Vec<[f64; 2]>]) -> Vec<Vec<[f64; 2]>> {
     lines.iter().map(|line| rounded_positions(line)).collect()
 }

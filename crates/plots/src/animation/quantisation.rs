@@ -95,6 +95,7 @@ pub(super) struct Encoder<'a> {
 }
 
 impl<'a> Encoder<'a> {
+    /// Encoder of frames of points within bounds.
     pub fn new(
         bounds: &'a [QuantisedRange],
         largest: f64,

@@ -28,6 +28,7 @@ pub struct ForceChains {
     pub shared_scale: Option<CommonScales>,
 }
 
+/// Width of a picture (pixels).
 const WIDTH: u32 = 900;
 /// Margins beside and above the drawing (px).
 const MARGINS: [u32; 2] = [90, 90];
@@ -82,6 +83,7 @@ impl ForceChains {
         }
     }
 
+    /// Extent of the drawn grains and contact forces (m), or the extent that pictures share.
     fn bounds(&self) -> [Range<f64>; 2] {
         if let Some(shared) = &self.shared_scale {
             return shared.window.clone();

@@ -60,6 +60,7 @@ impl CommonScales {
     }
 }
 
+/// Width of a picture (pixels).
 const WIDTH: u32 = 900;
 
 /// Width of points without a width of their own (px).

@@ -25,6 +25,7 @@ pub struct MapCells {
 }
 
 impl MapCells {
+    /// Value of a cell; `None` outside the map or without a value.
     fn value_in_cell(&self, column: usize, row: usize) -> Option<f64> {
         let value = *self.values.get(row * self.counts[0] + column)?;
         value.is_finite().then_some(value)
@@ -92,7 +93,9 @@ pub struct TerrainMap {
     pub mapped_outlines: Vec<Vec<[f64; 2]>>,
 }
 
+/// Width of a map (pixels).
 const WIDTH: u32 = 1000;
+/// Width and height of the margins around the map together (pixels).
 const MARGINS: (u32, u32) = (200, 100);
 /// Direction to the light, from the north-west and 45° high.
 const LIGHT_DIRECTION: [f64; 3] = [-0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2];
@@ -142,6 +145,7 @@ impl TerrainMap {
         [70.0 + 185.0 * facing.max(0.0); 3]
     }
 
+    /// Colour at a position: that of its value, darkened or lightened by the relief.
     fn colour(&self, x: [f64; 2], values: &Range<f64>) -> RGBColor {
         let shade = self.shade(x);
         let Some(value) = self.cells.value(x) else {

@@ -36,12 +36,14 @@ struct PolygonRings {
 struct RingLoops(Vec<FacettedSurface<2>>);
 
 impl RingLoops {
+    /// Whether an odd number of the loops contains a position.
     fn contains(&self, place: [f64; 2]) -> bool {
         self.0.iter().filter(|one| one.contains(&place)).count() % 2 == 1
     }
 }
 
 impl PolygonRings {
+    /// Whether a position is within the outer ring and in no hole.
     fn contains(&self, place: [f64; 2]) -> bool {
         self.outer.contains(place) && !self.holes.iter().any(|hole| hole.contains(place))
     }

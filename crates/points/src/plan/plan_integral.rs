@@ -47,6 +47,7 @@ pub(crate) fn integrate_over_polygons(
     polygons.iter().map(|polygon| integrate_over_polygon(polygon, grid, function)).sum()
 }
 
+/// Integral of a function over a polygon, cell by cell of a grid.
 fn integrate_over_polygon(
     polygon: &Polygon,
     grid: &PlanGrid,

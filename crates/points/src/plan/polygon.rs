@@ -154,6 +154,7 @@ impl EdgeBands {
         band(low)..band(high) + 1
     }
 
+    /// Indices of edges that may meet a range of the coordinate across the bands.
     fn edges_between(&self, low: f64, high: f64) -> &[u32] {
         let range = self.range(low, high);
         &self.edges[self.band_offsets[range.start] as usize..self.band_offsets[range.end] as usize]
@@ -211,6 +212,7 @@ fn candidate_edge_pairs(ring: &[[f64; 2]]) -> (Vec<(usize, usize)>, f64) {
     (overlapping_boxes(&boxes), extent)
 }
 
+/// Edge of a ring from vertex `i` to the next one.
 fn ring_edge(ring: &[[f64; 2]], i: usize) -> LineSegment {
     (ring[i], ring[(i + 1) % ring.len()])
 }

@@ -100,6 +100,7 @@ fn shape_measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
     if let Some(measure) = shape.measure(D) {
         return Ok(measure);
     }
+    /// Approximate number of lattice cells in the bounding box of the shape.
     const CELLS: f64 = 1e6;
     let (low, high) = shape.bounds(D);
     let all: f64 = low.iter().zip(&high).map(|(low, high)| high - low).product();
@@ -118,6 +119,7 @@ struct Disks<const D: usize> {
 }
 
 impl<const D: usize> Disks<D> {
+    /// Empty Poisson-disk sample of a shape, on a grid of cells that hold one point each.
     fn new(shape: &Shape, distance: f64) -> Result<Self, SamplingError> {
         let (low, _) = shape.bounds(D);
         let low: [f64; D] = std::array::from_fn(|axis| low[axis]);
@@ -153,6 +155,7 @@ impl<const D: usize> Disks<D> {
         (std::array::from_fn(|axis| self.low[axis] + f64::from(cell[axis]) * edge), edge)
     }
 
+    /// Whether a cell of a refinement level has a part inside the shape.
     fn cell_meets_shape(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
         shape.classify_box(&low, &low.map(|l| l + edge)) != BoxLocation::Outside
@@ -202,6 +205,7 @@ impl<const D: usize> Disks<D> {
             .collect()
     }
 
+    /// Whether one disk covers a whole cell, so that no further point fits into it.
     fn is_covered(&self, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
         let square = self.distance * self.distance;

@@ -81,10 +81,12 @@ pub(super) fn sample_along_line<const D: usize>(outline: &[[f64; 2]], spacing: f
     samples
 }
 
+/// Position between two others, at a share of their distance.
 fn interpolate(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
 }
 
+/// Distance of two positions (m).
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }

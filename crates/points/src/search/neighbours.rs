@@ -373,6 +373,7 @@ fn select_within<const D: usize>(
     keep: impl Fn(u32) -> bool,
     found: &mut Vec<u32>,
 ) {
+    /// Number of points whose distances from `x` are computed together.
     const NEIGHBOURS_PER_CHUNK: usize = 64;
     for (number, points) in points.chunks(NEIGHBOURS_PER_CHUNK).enumerate() {
         let mut distances = [0.0; NEIGHBOURS_PER_CHUNK];

@@ -14,6 +14,7 @@ const SIDE_PROBE_DISTANCE: f64 = 1e-7;
 /// Position in the plane (m).
 pub(crate) type PlanePoint = [f64; 2];
 
+/// Length of a vector (m).
 fn norm(a: PlanePoint) -> f64 {
     a[0].hypot(a[1])
 }
@@ -30,11 +31,14 @@ pub(crate) enum BoundaryEdge {
 /// Area (m²) between a position and edges around it, and its first moments about that position (m³).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SectorMoments {
+    /// Area (m²).
     pub(crate) area: f64,
+    /// First moment of area (m³).
     pub(crate) first: PlanePoint,
 }
 
 impl SectorMoments {
+    /// Adds the moments of another sector.
     pub(crate) fn add(&mut self, other: &Self) {
         self.area += other.area;
         (0..2).for_each(|c| self.first[c] += other.first[c]);
@@ -86,6 +90,7 @@ impl BoundaryEdge {
         }
     }
 
+    /// Edge in the opposite direction.
     fn reversed(&self) -> Self {
         self.sub_edge(1.0, 0.0)
     }

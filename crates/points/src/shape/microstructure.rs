@@ -90,6 +90,7 @@ struct PackingKey {
 }
 
 impl PackingKey {
+    /// Specification of a packing, with the packing made from it.
     fn from_spec(wanted: &MicrostructureSpec<'_>) -> Self {
         let MicrostructureSpec { diameter, fraction, seed, connected, .. } = *wanted;
         let packing = pack_spheres(wanted).map(Arc::new);
@@ -136,10 +137,12 @@ impl CachedPacking {
 }
 
 impl SpherePacking {
+    /// Cell of the search grid that contains a position.
     fn cell_of(&self, x: &[f64; 3]) -> [i64; 3] {
         x.map(|c| (c / (2.0 * self.radius)).floor() as i64)
     }
 
+    /// Adds a sphere.
     fn add(&mut self, centre: [f64; 3]) {
         let cube = self.cell_of(&centre);
         self.cells.entry(cube).or_default().push(self.centres.len() as u32);
@@ -212,6 +215,7 @@ impl SpherePacking {
     }
 }
 
+/// Square of the distance of two positions (m²).
 fn square_distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
@@ -225,6 +229,7 @@ struct SolidFractionGrid {
 }
 
 impl SolidFractionGrid {
+    /// Grid of nodes over a box, at which the solid fraction is counted.
     fn new(sizes: [f64; 3], dimension: usize) -> Self {
         let node_counts =
             std::array::from_fn(|c| if c < dimension { COUNTING_POINTS[dimension - 1] } else { 1 });
@@ -236,6 +241,7 @@ impl SolidFractionGrid {
         std::array::from_fn(|c| self.sizes[c] * (index[c] as f64 + 0.5) / self.node_counts[c] as f64)
     }
 
+    /// Marks the nodes inside a sphere as solid.
     fn mark_solid(&mut self, centre: &[f64; 3], radius: f64) {
         let range = |c: usize| {
             let per = self.node_counts[c] as f64 / self.sizes[c].max(f64::MIN_POSITIVE);
@@ -260,6 +266,7 @@ impl SolidFractionGrid {
         }
     }
 
+    /// Share of the nodes that are solid.
     fn fraction(&self) -> f64 {
         self.count as f64 / self.solid.len() as f64
     }

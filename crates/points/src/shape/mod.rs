@@ -136,6 +136,7 @@ pub enum Shape {
     },
 }
 
+/// Default of an option that is on.
 fn default_true() -> bool {
     true
 }
@@ -151,16 +152,19 @@ pub struct ShapeError {
 }
 
 impl ShapeError {
+    /// Error at a key of a shape.
     fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
         Self { path: path.into(), problem: problem.into() }
     }
 
+    /// Error with the key of an enclosing shape before its path.
     fn under_path(mut self, parent: &str) -> Self {
         self.path = format!("{parent}.{}", self.path);
         self
     }
 }
 
+/// Checks that a position has as many finite coordinates as the space has axes.
 fn check_point(name: &str, point: &[f64], dimension: usize) -> Result<(), ShapeError> {
     if point.len() != dimension {
         let problem = format!("has {} coordinates, the space has {dimension}", point.len());
@@ -172,6 +176,7 @@ fn check_point(name: &str, point: &[f64], dimension: usize) -> Result<(), ShapeE
     }
 }
 
+/// Checks that a length is finite and positive (m).
 fn check_length(name: &str, length: f64) -> Result<(), ShapeError> {
     if length.is_finite() && length > 0.0 {
         Ok(())
@@ -240,6 +245,7 @@ impl Shape {
         }
     }
 
+    /// Checks the arc lengths and heights of a layer along a ground line.
     fn validate_arc_layer(&self, dimension: usize) -> Result<(), ShapeError> {
         let Self::ArcLayer { start, end, from, to, .. } = self else { return Ok(()) };
         if dimension != 2 {
@@ -260,6 +266,7 @@ impl Shape {
         Ok(())
     }
 
+    /// Checks the box, grain diameter and solid fraction of a microstructure.
     fn validate_microstructure(&self, dimension: usize) -> Result<(), ShapeError> {
         let Self::Microstructure { min, max, diameter, solid_fraction, .. } = self else { return Ok(()) };
         if dimension == 1 {
@@ -413,6 +420,7 @@ fn relative_to_corner(min: &[f64], point: &[f64]) -> [f64; 3] {
     place
 }
 
+/// Bounds of a combination of shapes, from the bounds of its parts by the functions `low` and `high`.
 fn combine(
     shapes: &[Shape],
     dimension: usize,
@@ -429,6 +437,7 @@ fn combine(
     all.reduce(merge).unwrap_or_else(|| (vec![0.0; dimension], vec![0.0; dimension]))
 }
 
+/// Checks the number, coordinates and order of the vertices of a polygon.
 fn validate_polygon(vertices: &PolygonVertices, dimension: usize) -> Result<(), ShapeError> {
     let count = vertices.len();
     if dimension != 2 {

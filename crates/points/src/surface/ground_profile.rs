@@ -6,6 +6,7 @@ use crate::surface::{ContactQuery, NearestPoint, Surface, SurfaceError};
 /// Share of an arc's radius by which the distances of its ends from the centre may differ.
 const ARC_RADIUS_TOLERANCE: f64 = 1e-6;
 
+/// Segment of a ground profile.
 #[derive(Clone, Copy, Debug)]
 enum ProfileSegment {
     Line {
@@ -30,6 +31,7 @@ enum SegmentPart {
 }
 
 impl ProfileSegment {
+    /// Length of the segment (m).
     fn length(&self) -> f64 {
         match self {
             Self::Line { from, to } => dot(&difference(to, from), &difference(to, from)).sqrt(),
@@ -81,6 +83,7 @@ impl ProfileSegment {
         }
     }
 
+    /// Nearest position on the segment (m).
     fn nearest_position(&self, x: &[f64; 2]) -> [f64; 2] {
         self.point_and_normal(self.nearest(x).0).0
     }
@@ -258,6 +261,7 @@ impl GroundProfile {
         ((joint as u64) << 2 | 2, unit(&sum).unwrap_or([0.0, 1.0]))
     }
 
+    /// Nearest point of the profile, on the segment `number` at the share `share` of its length.
     fn nearest_from(&self, x: &[f64; 2], number: usize, share: f64, part: SegmentPart) -> NearestPoint<2> {
         let (key, normal) = self.feature(number, share, part);
         let (position, _) = self.segments[number].point_and_normal(share);

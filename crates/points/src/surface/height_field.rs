@@ -32,8 +32,11 @@ struct NearestTriangle {
 /// Relative error of distances that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 
+/// Kind of a feature in its number: face of a triangle.
 const FACE: u64 = 0;
+/// Kind of a feature in its number: edge of a triangle.
 const EDGE: u64 = 1;
+/// Kind of a feature in its number: node of the raster.
 const CORNER: u64 = 2;
 
 impl HeightField {
@@ -89,12 +92,14 @@ impl HeightField {
         self.is_cell_complete(i, j).then_some(z)
     }
 
+    /// Whether the four nodes of a cell have heights.
     fn is_cell_complete(&self, i: usize, j: usize) -> bool {
         [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
             .iter()
             .all(|(i, j)| self.raster.value(*i, *j).is_finite())
     }
 
+    /// Position of a node of the raster (m).
     fn node_position(&self, i: usize, j: usize) -> [f64; 3] {
         let [x, y] = self.raster.node_position(i, j);
         [x, y, self.raster.value(i, j)]

@@ -136,10 +136,12 @@ impl Terrain {
         2 + self.smoothing
     }
 
+    /// Line of nodes along x.
     fn line_x(&self, j: usize) -> RasterLine<'_> {
         RasterLine { raster: &self.raster, axis: 0, cross_index: j }
     }
 
+    /// Line of nodes along y.
     fn line_y(&self, i: usize) -> RasterLine<'_> {
         RasterLine { raster: &self.raster, axis: 1, cross_index: i }
     }
@@ -221,6 +223,7 @@ struct RasterLine<'a> {
 }
 
 impl RasterLine<'_> {
+    /// Height of a node of the line (m); `None` outside the raster or without a height.
     fn height(&self, k: Option<usize>) -> Option<f64> {
         let counts = [self.raster.columns, self.raster.rows];
         let k = k.filter(|k| *k < counts[self.axis])?;
@@ -228,10 +231,12 @@ impl RasterLine<'_> {
         Some(self.raster.value(i, j)).filter(|height| height.is_finite())
     }
 
+    /// Heights of a node and of its two neighbours on the line (m).
     fn neighbour_heights(&self, k: usize) -> [Option<f64>; 3] {
         [k.checked_sub(1), Some(k), Some(k + 1)].map(|k| self.height(k))
     }
 
+    /// Slope of the terrain along the line at a node.
     fn slope(&self, k: usize) -> Option<f64> {
         difference(self.neighbour_heights(k))
     }

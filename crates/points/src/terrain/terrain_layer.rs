@@ -306,12 +306,12 @@ impl PlacedLayer {
     pub fn layer(&self) -> Option<&TerrainLayer> {
         self.0.as_deref()
     }
-
     pub(crate) fn contains(&self, point: &[f64]) -> bool {
         let stretch = self.layer().and_then(|layer| layer.vertical_range(point[0], point[1]));
         stretch.is_some_and(|[from, to]| (from..=to).contains(&point[2]))
     }
 
+    /// Lower and upper corner of the box around the layer (m).
     pub(crate) fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let of = |layer: &TerrainLayer| (layer.low.to_vec(), layer.high.to_vec());
         self.layer().map_or_else(|| (vec![f64::INFINITY; 3], vec![f64::NEG_INFINITY; 3]), of)
@@ -328,6 +328,7 @@ impl PlacedLayer {
         (0..=count).map(|k| low + step * k as f64).collect()
     }
 
+    /// Volume of the layer (m³).
     pub(crate) fn volume(&self) -> Option<f64> {
         self.layer().map(|layer| layer.volume)
     }

@@ -12,6 +12,7 @@ const MAX_ROUND_OFF: f64 = 1e-5;
 
 /// Bytes of the header of a binary STL file with the number of triangles, and of a triangle.
 const STL_HEADER_BYTES: usize = 84;
+/// Number of bytes of a triangle in a binary STL file.
 const STL_TRIANGLE_BYTES: usize = 50;
 
 /// Bytes of an STL file as one solid: a text file may contain several, and have its keywords in capitals.

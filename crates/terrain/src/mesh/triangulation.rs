@@ -9,14 +9,17 @@ const PLANARITY_TOLERANCE: f64 = 0.1;
 /// Share of an area that is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
+/// Difference of two vectors.
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
+/// Scalar product of two vectors.
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Vector product of two vectors.
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
         let (d, e) = ((c + 1) % 3, (c + 2) % 3);
@@ -56,6 +59,7 @@ pub(crate) fn triangulate(corners: &[[f64; 3]]) -> Result<Vec<[usize; 3]>, Strin
     Ok(found)
 }
 
+/// Message about a polygon of a mesh that cannot be triangulated.
 const CROSSED: &str = "is a polygon that crosses itself or has no area: repair it, or cut it into triangles, in the program that wrote it";
 
 /// Corners in the plane of the polygon, in which they run counter-clockwise (m).

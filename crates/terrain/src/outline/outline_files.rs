@@ -61,6 +61,7 @@ fn missing_attribute<'n>(names: impl Iterator<Item = &'n String>) -> String {
     }
 }
 
+/// Polygons of each feature of a GeoJSON file or shapefile, with the number that the attribute gives it.
 fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, FileError> {
     match extension(file).as_str() {
         "geojson" | "json" => geojson_features(&read_text(file)?, attribute).map_err(error_in_file(file)),
@@ -71,6 +72,7 @@ fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>
     }
 }
 
+/// Outline of polygons of a file; an error where their coordinates seem to be degrees.
 fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     let outline = Outline::new(polygons).map_err(error_in_file(file))?;
     let (low, high) = outline.bounds();
@@ -98,6 +100,7 @@ fn not_a_polygon(kind: &str) -> String {
     format!("is a {kind}, but only polygons are supported: remove it from the file, or draw it as a polygon")
 }
 
+/// Polygons of each feature of a GeoJSON text.
 fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
     reference_system::geojson_system(&parsed)?.map_or(Ok(()), |system| system.check())?;
@@ -124,6 +127,7 @@ fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePo
     }
 }
 
+/// Adds the polygons of a GeoJSON geometry.
 fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), String> {
     let place = |position: &Position| match position.as_slice() {
         [x, y, ..] => Ok([*x, *y]),
@@ -144,6 +148,7 @@ fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), Stri
     }
 }
 
+/// Polygons of each shape of a shapefile.
 fn shapefile_features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
     let wrong = |error: shapefile::Error| format!("is not a readable shapefile: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
@@ -207,6 +212,7 @@ fn deleted_rows(table: &Path) -> Result<Vec<bool>, String> {
     (0..u32::from_le_bytes(count) as usize).map(mark).collect()
 }
 
+/// Number in a cell of an attribute table.
 fn number(value: &FieldValue) -> Option<f64> {
     match value {
         FieldValue::Numeric(value) => *value,

@@ -40,6 +40,7 @@ enum ProjectionParameter {
 }
 
 impl ProjectionParameter {
+    /// Parameter that has a name of well-known text.
     fn from_name(name: &str) -> Option<Self> {
         let has = |word: &str| name.contains(word);
         Some(match () {
@@ -54,6 +55,7 @@ impl ProjectionParameter {
         })
     }
 
+    /// Whether the parameter is an angle.
     fn is_angle(self) -> bool {
         matches!(self, Self::Meridian | Self::Latitude | Self::Parallel | Self::Azimuth)
     }
@@ -207,6 +209,7 @@ pub(crate) fn georeference_well_known_text(reference: &Georeference) -> Option<S
     Some(well_known_text::horizontal_part(&text).to_owned())
 }
 
+/// PROJ name of a projection method that has a name in well-known text.
 fn projection_method(method: &str) -> Option<&'static str> {
     PROJECTION_METHODS
         .iter()

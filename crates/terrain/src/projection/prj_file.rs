@@ -45,6 +45,7 @@ fn to_well_known_text(text: &str) -> Result<String, String> {
     Err(format!("has no readable coordinate reference system, {start:?}: write it as well-known text"))
 }
 
+/// Name of a file without its folder.
 fn file_name(file: &Path) -> String {
     file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }

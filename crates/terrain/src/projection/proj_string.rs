@@ -69,6 +69,7 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
             .ok_or_else(unread);
     }
     let name = *keys.get("proj").ok_or_else(unread)?;
+    /// End of the well-known text of a system with an unknown datum, in degrees from Greenwich.
     const GLOBE: &str = r#"DATUM["unknown"],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;
     if ["longlat", "latlong", "lonlat", "latlon"].contains(&name) {
         return Ok(format!(r#"GEOGCS["unknown",{GLOBE}"#));

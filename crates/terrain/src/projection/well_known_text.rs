@@ -53,6 +53,7 @@ pub(crate) fn is_well_known(text: &str) -> bool {
             .is_some_and(|head| !head.is_empty() && head.chars().all(is_keyword_char))
 }
 
+/// Whether a letter can be part of a keyword of well-known text.
 fn is_keyword_char(letter: char) -> bool {
     letter.is_ascii_uppercase() || letter == '_'
 }

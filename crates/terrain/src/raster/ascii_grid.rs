@@ -19,6 +19,7 @@ struct AsciiHeader {
 }
 
 impl AsciiHeader {
+    /// Sets a key of the header; an error where it is given twice or is not a number.
     fn set_value(&mut self, key: &str, value: &str) -> Result<(), String> {
         let number = || parse_number(value).ok_or_else(|| format!("{key} is {value:?}, not a number"));
         let count = || value.parse::<usize>().map_err(|_| format!("{key} is {value:?}, not a count"));
@@ -53,6 +54,7 @@ impl AsciiHeader {
     }
 }
 
+/// Value of a key that a header must have.
 fn required<T>(value: Option<T>, key: &str) -> Result<T, String> {
     value.ok_or_else(|| format!("the key {key} is missing"))
 }
@@ -112,6 +114,7 @@ pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> 
     Ok(raster)
 }
 
+/// Reads the heights of all nodes.
 fn values(
     first: Option<&str>,
     rest: SplitAsciiWhitespace<'_>,

@@ -18,6 +18,7 @@ use crate::{Field, FieldData, Snapshot};
 
 /// Points of a file, and their fields.
 pub(crate) struct WrittenPoints<'a> {
+    /// Permanent numbers of the points.
     pub(crate) ids: &'a [u64],
     /// Empty for methods without bodies.
     pub(crate) bodies: &'a [u32],
@@ -25,6 +26,7 @@ pub(crate) struct WrittenPoints<'a> {
     pub(crate) positions: &'a [[f64; 3]],
     /// Full widths (m); empty for points without widths.
     pub(crate) extents: &'a [[f64; 3]],
+    /// Fields of the points, one value each.
     pub(crate) fields: Vec<&'a Field>,
 }
 
@@ -195,11 +197,13 @@ fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'sta
     })
 }
 
+/// Positions of points read from a file (m).
 fn positions(points: &IOBuffer) -> Result<Vec<[f64; 3]>, &'static str> {
     let points = points.cast_into::<f64>().ok_or("has no positions")?;
     Ok(points.as_chunks().0.to_vec())
 }
 
+/// Polygon mesh from the vertices and cells of a file.
 fn mesh(points: &IOBuffer, cells: VertexNumbers) -> Result<PolygonMesh, &'static str> {
     let VertexNumbers::XML { connectivity: corners, offsets: ends } = cells else {
         return Err("has cells of the old format");
@@ -229,6 +233,7 @@ struct Arrays {
 }
 
 impl Arrays {
+    /// Sorts the data arrays of a file into permanent numbers, bodies, widths and fields.
     fn from_attributes(attributes: Vec<Attribute>) -> Self {
         let mut arrays = Self::default();
         for attribute in attributes {
@@ -238,6 +243,7 @@ impl Arrays {
         arrays
     }
 
+    /// Adds a data array of a file, by its name and number of components.
     fn add(&mut self, array: &DataArray) {
         let components = array.elem.num_comp();
         let name = array.name.as_str();

@@ -48,6 +48,7 @@ impl<'a> VtkArray<'a> {
         }
     }
 
+    /// Data array with the name and the number of components of this one.
     fn with_data(&self, data: IOBuffer) -> DataArray {
         let elem = ElementType::Scalars { num_comp: self.components, lookup_table: None };
         DataArray { name: self.name.to_owned(), elem, data }
@@ -58,6 +59,7 @@ impl<'a> VtkArray<'a> {
         Attribute::DataArray(self.with_data(IOBuffer::U8(Vec::new())))
     }
 
+    /// Writes the array as an XML element with encoded data.
     fn write(&self, compression: Compression, out: &mut dyn Write) -> io::Result<()> {
         const HEAD_END: &str = "/>";
         let values = (self.values)();

@@ -29,6 +29,7 @@ pub(super) struct ElasticSettling {
     pub displacement: f64,
 }
 
+/// Upper median of values; NaN without values.
 fn median(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);

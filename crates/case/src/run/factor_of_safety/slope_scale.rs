@@ -53,6 +53,7 @@ impl SlopeScale {
 
 /// Young's modulus of a material or of its wrapped material (Pa).
 pub(super) fn youngs_modulus(case: &Case, material: &str) -> Option<f64> {
+    /// Finds Young's modulus in the keys of a material, or of a material inside it (Pa).
     fn find_number(value: &Value) -> Option<f64> {
         let keys = value.as_object()?;
         keys.get("youngs_modulus").and_then(Value::as_f64).or_else(|| keys.values().find_map(find_number))

@@ -78,9 +78,11 @@ impl StrengthTrial {
 
 /// Solver in the stage of a trial.
 pub(super) struct RunningTrial<'a> {
+    /// Solver of the bodies with reduced strength.
     pub solver: Box<dyn Solver>,
     /// Points at the start of the trial.
     pub start: Snapshot,
+    /// Stage at whose end the trials begin.
     pub stage: &'a Stage,
     /// Start of the trial (s).
     pub start_time: f64,
@@ -131,6 +133,7 @@ pub(super) struct FailureCriterion {
 }
 
 impl FailureCriterion {
+    /// Limits of rest and failure of a slope, from its height and from its elastic settling.
     pub fn new(scale: &SlopeScale, settling: &ElasticSettling) -> Self {
         Self {
             rest_tolerance: REST_RATIO.max(NOISE_FACTOR * settling.floor),

@@ -8,6 +8,7 @@ use crate::run::{PROGRESS_INTERVAL, RunError, RunLoop};
 use crate::{Advance, TimeStep};
 
 impl RunLoop<'_> {
+    /// Warnings of the run up to the current time.
     pub(crate) fn warnings_so_far(&self) -> Vec<String> {
         let RunProgress {
             collapse, warning, energy_warning: grown, energy, missed_equilibria: missed, ..
@@ -54,6 +55,7 @@ impl RunLoop<'_> {
         self.report_warning(Some(remark));
     }
 
+    /// Adds the energy balance at the current time to the check of its error.
     fn update_energy_monitor(&mut self) {
         if let Some(budget) = self.solver.budget() {
             self.progress.energy.add_row(&budget, self.solver.time());
@@ -79,6 +81,7 @@ impl RunLoop<'_> {
         }
     }
 
+    /// Reports a warning to the user while the run goes on.
     fn report_warning(&mut self, remark: Option<String>) {
         if let (Some(remark), Some(warn)) = (remark, self.options.on_warning) {
             self.progress_bar.suspend(|| warn(&remark));

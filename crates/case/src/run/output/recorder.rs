@@ -49,8 +49,11 @@ pub(crate) struct RunRecorder<'a> {
     row_interval: f64,
     /// Whether steps end at the times of rows, because the case gives an interval.
     ends_on_rows: bool,
+    /// Tables in the folder of the run.
     pub(crate) tables: Tables,
+    /// Table of measures in memory.
     pub(crate) table: Table,
+    /// Frames that the report of the run contains.
     pub(crate) kept_frames: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by name.
     states: BTreeMap<String, Vec<u8>>,
@@ -92,6 +95,7 @@ impl<'a> RunRecorder<'a> {
         Ok(recorder)
     }
 
+    /// Prepares the folder of the run: rejects one with another run, unless the options allow to resume or to overwrite it.
     fn prepare(&mut self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
         let running = json!({
@@ -126,7 +130,6 @@ impl<'a> RunRecorder<'a> {
         run_folder::create(out)?;
         Ok(self.write_case(out)?)
     }
-
     fn write_case(&self, out: &Path) -> Result<(), OutputError> {
         write_atomically(&out.join(CASE), self.case.to_json().as_bytes())
     }
@@ -332,6 +335,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
+    /// Appends the current surface profiles to their tables (m).
     fn profiles(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
         let columns = [("time", "s"), ("position", "m"), ("height", "m")];
         let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
@@ -388,6 +392,7 @@ impl<'a> RunRecorder<'a> {
         }
     }
 
+    /// Path of the state at the end of a stage, from which the trials of a search start.
     fn state_file(&self, stage: &str) -> Option<PathBuf> {
         let number = self.case.stages.iter().position(|s| s.name == stage)?;
         Some(self.options.output_folder.as_ref()?.join(run_folder::state(number)))

@@ -11,12 +11,19 @@ use crate::output::{
 };
 use crate::run::RunError;
 
+/// File name of the case.
 pub(crate) const CASE: &str = "case.json";
+/// File name of the checkpoint.
 pub(crate) const CHECKPOINT: &str = "checkpoint.bin";
+/// File name of the summary.
 pub(crate) const SUMMARY: &str = "summary.json";
+/// File name of the table of measures.
 pub(crate) const MEASURES: &str = "measures.csv";
+/// File name of the ParaView collection of the frames.
 pub(crate) const COLLECTION: &str = "frames.pvd";
+/// Name of the folder of frames.
 pub(crate) const FRAMES: &str = "frames";
+/// Name of the folder of rasters.
 pub(crate) const RASTERS: &str = "rasters";
 /// Name of the map in the folder of rasters.
 pub(crate) const MAP: &str = "map.png";
@@ -75,22 +82,27 @@ pub(crate) fn state(stage: usize) -> String {
     format!("state-{stage}.bin")
 }
 
+/// Whether a file belongs to a search for the factor of safety.
 fn is_of_search(name: &str) -> bool {
     is_trials(name) || is_failing(name) || is_state(name)
 }
 
+/// Whether a file is the table of the trials of a search.
 pub(crate) fn is_trials(name: &str) -> bool {
     name.starts_with("trials-") && name.ends_with(".csv")
 }
 
+/// Whether a file is a frame of the failing bodies of a search.
 pub(crate) fn is_failing(name: &str) -> bool {
     name.starts_with("failing-") && name.ends_with(".vtu")
 }
 
+/// Whether a file is a state at the end of a stage.
 fn is_state(name: &str) -> bool {
     name.starts_with("state-") && name.ends_with(".bin")
 }
 
+/// Whether a file is a table of surface profiles.
 fn is_profile(name: &str) -> bool {
     name.starts_with("profile-") && name.ends_with(".csv")
 }
@@ -114,6 +126,7 @@ pub(crate) fn existing_run_file(out: &Path) -> Result<Option<String>, OutputErro
     Ok(names(out)?.into_iter().find(is_own))
 }
 
+/// Removes a file where it exists.
 fn remove(file: &Path) -> Result<(), OutputError> {
     match fs::remove_file(file) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(OutputError::new(file, error)),

@@ -89,6 +89,7 @@ impl RunRecorder<'_> {
         stages.map(record).collect()
     }
 
+    /// Writes the summary of a run into its folder.
     pub(crate) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(()) };
         let text = serde_json::to_string_pretty(summary)
@@ -128,6 +129,7 @@ fn budget_to_json(budget: Budget) -> serde_json::Value {
     all
 }
 
+/// JSON object of a limit of the time step: its smallest step, number of steps and point.
 fn bound_to_json(bound: &StepBoundCount) -> serde_json::Value {
     let StepBoundCount { steps, min_step: smallest, time } = bound;
     let place = smallest.point.map(|_| smallest.position);

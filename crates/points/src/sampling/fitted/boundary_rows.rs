@@ -26,14 +26,17 @@ pub(super) struct SpacedPoints {
 }
 
 impl SpacedPoints {
+    /// Empty list of points with bins of the width `edge` (m).
     fn new(edge: f64) -> Self {
         Self { points: Vec::new(), bins: HashMap::new(), edge }
     }
 
+    /// Points in the order of their addition.
     pub(super) fn into_points(self) -> Vec<PlanePoint> {
         self.points
     }
 
+    /// Bin of a position.
     fn bin(&self, x: PlanePoint) -> [i64; 2] {
         x.map(|c| (c / self.edge).floor() as i64)
     }
@@ -53,6 +56,7 @@ impl SpacedPoints {
         })
     }
 
+    /// Adds a point to the list and to its bin.
     pub(super) fn add(&mut self, x: PlanePoint) {
         let bin = self.bin(x);
         self.bins.entry(bin).or_default().push(self.points.len() as u32);

@@ -33,8 +33,11 @@ const MAX_LOST_AREA: f64 = 1e-9;
 
 /// Plane region with its edges.
 pub(super) struct PlanarRegion<'a> {
+    /// Shape that contains the points.
     pub(super) shape: &'a Shape,
+    /// Edges of the boundary of the shape.
     pub(super) sides: Vec<BoundaryEdge>,
+    /// Spacing of the points (m).
     pub(super) spacing: f64,
 }
 
@@ -69,6 +72,7 @@ pub fn fitted_rows<const D: usize>(
     Ok(samples.into_iter().map(in_space).collect())
 }
 
+/// Samples of a plane shape: points in rows along its edges, with the areas of their Voronoi patches.
 fn in_plane(shape: &Shape, origin: PlanePoint, spacing: f64) -> Result<Vec<Sample<2>>, SamplingError> {
     let cells = CandidateCells::around_shape(shape, origin, spacing, 1.0)?;
     let sides = shape.boundary_edges().ok_or(SamplingError::NoBoundaryEdges)?;

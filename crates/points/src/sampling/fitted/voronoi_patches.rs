@@ -18,6 +18,7 @@ pub(super) struct VoronoiPatches<'a> {
 }
 
 impl<'a> VoronoiPatches<'a> {
+    /// Voronoi patches of points, with a cell list of their neighbours.
     pub(super) fn new(region: &'a PlanarRegion<'a>, points: &'a [PlanePoint]) -> Self {
         let mut cells = CellList::new();
         // Cannot fail: the points of a sampled shape are finite and not too many.

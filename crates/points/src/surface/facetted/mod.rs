@@ -22,6 +22,7 @@ pub struct SurfaceError {
 }
 
 impl SurfaceError {
+    /// Error at a key of a surface.
     pub(crate) fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
         Self { path: path.into(), problem: problem.into() }
     }
@@ -47,8 +48,11 @@ pub struct FacettedSurface<const D: usize> {
     tree: BoundingVolumeTree<D>,
 }
 
+/// Kind of a feature in its number: face of a facet.
 const FACE: u64 = 0;
+/// Kind of a feature in its number: edge of a facet.
 const EDGE: u64 = 1;
+/// Kind of a feature in its number: vertex of a facet.
 const CORNER: u64 = 2;
 
 impl<const D: usize> FacettedSurface<D> {
@@ -62,6 +66,7 @@ impl<const D: usize> FacettedSurface<D> {
         &self.facets
     }
 
+    /// Surface from vertices and facets; an error where a facet has no area.
     fn new(vertices: Vec<[f64; D]>, facets: Vec<[u32; D]>) -> Result<Self, SurfaceError> {
         if let Some(number) = vertices.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
             return Err(SurfaceError::new(format!("points[{number}]"), "must be finite (m)"));
@@ -91,6 +96,7 @@ impl<const D: usize> FacettedSurface<D> {
         Ok(Self { vertices, facets, normals, vertex_normals, edges, edge_normals, lengths: None, tree })
     }
 
+    /// Positions of the vertices of a facet (m).
     fn corners(&self, facet: usize) -> [[f64; D]; D] {
         self.facets[facet].map(|v| self.vertices[v as usize])
     }

@@ -5,6 +5,7 @@ const LEAF_FACETS: usize = 4;
 /// Largest depth of the tree, above that of 2³² facets halved at each level.
 const MAX_DEPTH: usize = 64;
 
+/// Node of the tree: box around its facets.
 #[derive(Clone, Debug)]
 struct BoundingVolumeNode<const D: usize> {
     low: [f64; D],
@@ -95,6 +96,7 @@ fn square_distance_to_box<const D: usize>(node: &BoundingVolumeNode<D>, x: &[f64
     (0..D).map(|c| (node.low[c] - x[c]).max(x[c] - node.high[c]).max(0.0).powi(2)).sum()
 }
 
+/// Adds a node for the facets in `order` and, where they are many, its children.
 fn build_node<const D: usize>(
     boxes: &[([f64; D], [f64; D])],
     order: &mut [u32],

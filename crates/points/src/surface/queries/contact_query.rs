@@ -20,7 +20,9 @@ pub struct ContactQuery<const D: usize> {
 /// Facet near a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacetCandidate<const D: usize> {
+    /// Vertices of the facet (m).
     pub(crate) corners: [[f64; D]; D],
+    /// Its point nearest to the centre of the ball.
     pub(crate) nearest: NearestPoint<D>,
 }
 
@@ -57,10 +59,12 @@ impl<const D: usize> ContactQuery<D> {
         self.row_ends.push(self.contacts.len());
     }
 
+    /// Contacts found since the number of contacts was `start`.
     pub(crate) fn contacts_since_mut(&mut self, start: usize) -> &mut [NearestPoint<D>] {
         &mut self.contacts[start..]
     }
 
+    /// Adds a contact where the centre of the ball is outside the surface.
     pub(crate) fn add_if_outside(&mut self, place: Option<NearestPoint<D>>) {
         self.contacts.extend(place.filter(|place| place.distance >= 0.0));
     }

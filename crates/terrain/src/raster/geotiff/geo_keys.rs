@@ -14,12 +14,19 @@ use crate::raster_band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
 
 /// Identifiers of GeoKeys.
 pub(super) mod key {
+    /// GeoKey of the kind of the coordinate system: projected, geographic or geocentric.
     pub(in crate::raster::geotiff) const MODEL_TYPE: u16 = 1024;
+    /// GeoKey of the meaning of a pixel: area or point.
     pub(in crate::raster::geotiff) const RASTER_TYPE: u16 = 1025;
+    /// GeoKey of the description of the whole reference system.
     pub(in crate::raster::geotiff) const CITATION: u16 = 1026;
+    /// GeoKey of the EPSG code of the geographic system.
     pub(in crate::raster::geotiff) const GEOGRAPHIC: u16 = 2048;
+    /// GeoKey of the EPSG code of the projected system.
     pub(in crate::raster::geotiff) const PROJECTED: u16 = 3072;
+    /// GeoKey of the description of the projected system.
     pub(in crate::raster::geotiff) const PROJECTED_CITATION: u16 = 3073;
+    /// GeoKey of the EPSG code of the unit of plane coordinates.
     pub(in crate::raster::geotiff) const LINEAR_UNITS: u16 = 3076;
     /// Size of a user-defined linear unit (m).
     pub(in crate::raster::geotiff) const LINEAR_UNIT_SIZE: u16 = 3077;
@@ -27,21 +34,31 @@ pub(super) mod key {
     pub(in crate::raster::geotiff) const PLAN_PARAMETERS: std::ops::Range<u16> = 3074..4096;
     /// Angular unit, and semi-major axis of the ellipsoid (m).
     pub(in crate::raster::geotiff) const ANGLES: u16 = 2054;
+    /// GeoKey of the semi-major axis of the ellipsoid.
     pub(in crate::raster::geotiff) const SEMI_MAJOR_AXIS: u16 = 2057;
+    /// GeoKey of the EPSG code of the prime meridian.
     pub(in crate::raster::geotiff) const PRIME_MERIDIAN: u16 = 2051;
     /// Method of the projection.
     pub(in crate::raster::geotiff) const METHOD: u16 = 3075;
+    /// GeoKey of the EPSG code of the vertical system.
     pub(in crate::raster::geotiff) const VERTICAL: u16 = 4096;
+    /// GeoKey of the EPSG code of the unit of heights.
     pub(in crate::raster::geotiff) const VERTICAL_UNITS: u16 = 4099;
     /// All keys of a vertical coordinate system.
     pub(in crate::raster::geotiff) const VERTICAL_KEYS: std::ops::Range<u16> = 4096..5120;
 }
 
+/// Kind of coordinate system: projected.
 pub(super) const PROJECTED_MODEL: u16 = 1;
+/// Kind of coordinate system: geographic.
 pub(super) const GEOGRAPHIC_MODEL: u16 = 2;
+/// Kind of coordinate system: geocentric.
 const GEOCENTRIC_MODEL: u16 = 3;
+/// Meaning of a pixel: its value belongs to its area.
 pub(super) const PIXEL_IS_AREA: u16 = 1;
+/// Meaning of a pixel: its value belongs to a point, the node.
 pub(super) const PIXEL_IS_POINT: u16 = 2;
+/// EPSG code of the metre.
 pub(super) const METRE: u16 = 9001;
 /// Code of a user-defined value.
 pub(super) const USER_DEFINED: u16 = 32767;
@@ -97,6 +114,7 @@ const PARAMETERS: [(u16, &str); 18] = [
 
 /// Supported angular unit and prime meridian.
 const DEGREE: u16 = 9102;
+/// EPSG code of the Greenwich meridian.
 const GREENWICH: u16 = 8901;
 
 /// Vertical systems of the EPSG registry in feet, and the size of such a foot (m).
@@ -126,9 +144,11 @@ pub(super) struct GeoKeys(Vec<(u16, GeoKey)>);
 
 /// Tags with the values of keys.
 const NUMBERS: u16 = 34736;
+/// TIFF tag of the texts of GeoKeys.
 const TEXTS: u16 = 34737;
 
 impl GeoKeys {
+    /// Reads the GeoKeys of a TIFF.
     pub(super) fn read<R: Read + Seek>(decoder: &mut Decoder<R>) -> Self {
         let directory = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
         let numbers = decoder.get_tag_f64_vec(Tag::GeoDoubleParamsTag).unwrap_or_default();
@@ -212,15 +232,18 @@ impl GeoKeys {
         (directory, numbers, texts)
     }
 
+    /// GeoKeys from their numbers and values.
     #[cfg(test)]
     pub(super) fn from_pairs(keys: Vec<(u16, GeoKey)>) -> Self {
         Self(keys)
     }
 
+    /// Value of a GeoKey.
     fn value(&self, number: u16) -> Option<&GeoKey> {
         self.0.iter().find(|(key, _)| *key == number).map(|(_, value)| value)
     }
 
+    /// Code that is the value of a GeoKey.
     pub(super) fn get(&self, number: u16) -> Option<u16> {
         match self.value(number)? {
             GeoKey::Code(code) => Some(*code),
@@ -228,6 +251,7 @@ impl GeoKeys {
         }
     }
 
+    /// Text that is the value of a GeoKey.
     fn text(&self, number: u16) -> Option<&str> {
         match self.value(number)? {
             GeoKey::Text(text) => Some(text),

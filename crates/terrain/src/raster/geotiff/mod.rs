@@ -18,8 +18,10 @@ use crate::raster_band::{BandMetadata, parse_number};
 /// Tag of the GDAL metadata (XML).
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
 
+/// Decoder of a TIFF in memory.
 type TiffDecoder<'a> = Decoder<Cursor<&'a [u8]>>;
 
+/// Error message of a TIFF that cannot be decoded.
 #[allow(clippy::needless_pass_by_value, reason = "`map_err(wrong)` reads well")]
 fn tiff_error(error: tiff::TiffError) -> String {
     let cure = match error {
