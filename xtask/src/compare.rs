@@ -50,6 +50,7 @@ pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     Ok(!results.iter().any(|result| matches!(result.outcome, MethodOutcome::Failed(_))))
 }
 
+/// Prints the result of a method.
 fn print_result(MethodResult { method, chosen_options: took, outcome, .. }: &MethodResult) {
     match outcome {
         MethodOutcome::Refused(why) => println!("{method}: does not support this case: {why}"),

@@ -45,6 +45,7 @@ impl SlipCircle {
     }
 }
 
+/// Number of slices of the sliding mass.
 const SLICES: usize = 200;
 /// Positions per direction of a round of the search, and the ratio of its width to that of the round before.
 const SEARCH_GRID: (usize, f64) = (11, 0.5);
@@ -59,6 +60,7 @@ impl HomogeneousSlope {
         }
     }
 
+    /// Height of the ground surface at `x` (m).
     fn surface(&self, x: f64) -> f64 {
         (x / self.cotangent).clamp(0.0, self.height)
     }

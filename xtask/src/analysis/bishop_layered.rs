@@ -26,6 +26,7 @@ pub struct LayeredSlope {
     pub base: f64,
 }
 
+/// Number of slices of the sliding mass.
 const SLICES: usize = 100;
 /// Positions per direction of a round of the search, and the ratio of its width to that of the round before.
 const SEARCH_GRID: (usize, f64) = (11, 0.6);
@@ -40,6 +41,7 @@ fn height(line: &[[f64; 2]], x: f64) -> f64 {
 }
 
 impl LayeredSlope {
+    /// Height of the ground surface at `x` (m).
     fn surface(&self, x: f64) -> f64 {
         height(&self.soils[0].top, x)
     }

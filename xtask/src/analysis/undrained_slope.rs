@@ -20,15 +20,18 @@ pub struct LayeredClaySlope {
     pub base: f64,
 }
 
+/// Number of segments into which a slip circle is divided.
 const ARC_SEGMENTS: usize = 400;
 /// Positions per direction of a round of a search, and the ratio of its width to that of the round before.
 const SEARCH_GRID: (usize, f64) = (11, 0.6);
 
 impl LayeredClaySlope {
+    /// Height of the ground surface at `x` (m).
     fn surface(&self, x: f64) -> f64 {
         (x / self.cotangent).clamp(0.0, self.height)
     }
 
+    /// Undrained strength at a height (Pa).
     fn strength(&self, y: f64) -> f64 {
         self.layers.iter().rev().find(|(top, _)| y <= *top).map_or(f64::NAN, |(_, strength)| *strength)
     }

@@ -23,6 +23,7 @@ const MIN_FRAMES_AND_POINTS: [usize; 2] = [5, 30];
 #[derive(Clone, Default)]
 pub struct InputRecorder(Arc<Mutex<RecordedInputs>>);
 
+/// Inputs and animations that a benchmark has recorded.
 #[derive(Default)]
 struct RecordedInputs {
     files: BTreeSet<String>,
@@ -31,6 +32,7 @@ struct RecordedInputs {
 }
 
 thread_local! {
+    /// Recorder of the benchmark that runs on this thread.
     static OF_THREAD: RefCell<Option<InputRecorder>> = const { RefCell::new(None) };
 }
 
@@ -57,6 +59,7 @@ impl InputRecorder {
         record.animations.iter().map(copy).collect()
     }
 
+    /// Record, locked against other threads.
     fn record(&self) -> MutexGuard<'_, RecordedInputs> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -75,6 +75,7 @@ pub fn load_sheets() -> Result<Vec<ChecklistSheet>, String> {
     SHEETS.iter().map(|name| sheet(name)).collect()
 }
 
+/// Reads the checklist of a sheet with its recorded states.
 fn sheet(name: &'static str) -> Result<ChecklistSheet, String> {
     let read = |file: &Path| {
         std::fs::read_to_string(file).map_err(|error| OutputError::new(file, error).to_string())
@@ -161,6 +162,7 @@ impl ChecklistSheet {
 }
 
 impl ChecklistRow {
+    /// Errors of the record of a row: files and tests that do not exist.
     fn record_errors(&self) -> Vec<String> {
         let mut wrong = Vec::new();
         let there = |file: &str| crate::root().join(file).is_file();

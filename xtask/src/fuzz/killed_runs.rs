@@ -17,8 +17,9 @@ use crate::fuzz::Fallible;
 /// Approximate wall-clock time of a whole run (s), on one thread of a release build.
 const WALL_TIME: f64 = 0.5;
 
-/// Number of frames, and of rows, of a whole run.
+/// Number of frames of a whole run.
 const FRAMES: f64 = 8.0;
+/// Number of rows of measures of a whole run.
 const ROWS: f64 = 40.0;
 
 /// Largest number of times that one run is killed.
@@ -83,6 +84,7 @@ struct ReferenceRun {
 }
 
 impl ReferenceRun {
+    /// Runs a template without interruption, shortened to a wall time of [`WALL_TIME`].
     fn complete(name: &'static str, folder: &Path) -> Fallible<Self> {
         colluvium::write_template_files(name, folder)?;
         let case = folder.join("case.json");
@@ -151,6 +153,7 @@ impl ReferenceRun {
     }
 }
 
+/// Starts a run in a process of its own.
 fn spawn_run(case: &Path, out: &Path) -> std::io::Result<std::process::Child> {
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["fuzz", "--one"]).arg(case).arg(out).stdout(Stdio::null()).stderr(Stdio::null()).spawn()

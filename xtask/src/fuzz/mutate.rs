@@ -66,6 +66,7 @@ fn value_count(value: &Value) -> usize {
 
 /// Value of a number, depth first; the whole where there are fewer.
 fn nth_value(value: &Value, number: usize) -> &Value {
+    /// Node of a JSON value by its number in depth-first order.
     fn find<'a>(value: &'a Value, left: &mut usize) -> Option<&'a Value> {
         if *left == 0 {
             return Some(value);
@@ -80,6 +81,7 @@ fn nth_value(value: &Value, number: usize) -> &Value {
     find(value, &mut { number }).unwrap_or(value)
 }
 
+/// Mutable node of a JSON value by its number in depth-first order.
 fn nth_mut<'a>(value: &'a mut Value, left: &mut usize) -> Option<&'a mut Value> {
     if *left == 0 {
         return Some(value);
@@ -92,6 +94,7 @@ fn nth_mut<'a>(value: &'a mut Value, left: &mut usize) -> Option<&'a mut Value> 
     }
 }
 
+/// Changes a JSON value at random.
 fn change_value(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) {
     match random.random_range(0..10) {
         0 => *node = value_of_other_type(random),
@@ -154,6 +157,7 @@ fn number_of(x: f64) -> Value {
     }
 }
 
+/// Random value of any type.
 fn value_of_other_type(random: &mut ChaCha8Rng) -> Value {
     let kinds = [
         Value::Null,
@@ -170,6 +174,7 @@ fn value_of_other_type(random: &mut ChaCha8Rng) -> Value {
     kinds.choose(random).cloned().unwrap_or_default()
 }
 
+/// Text with a random misspelling.
 fn misspelt(text: &str, random: &mut ChaCha8Rng) -> String {
     let mut letters: Vec<char> = text.chars().collect();
     if letters.is_empty() {

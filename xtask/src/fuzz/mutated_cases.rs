@@ -19,8 +19,9 @@ use crate::fuzz::mutate::mutate;
 /// Longest time for one file.
 const FILE_TIME_LIMIT: Duration = Duration::from_secs(30);
 
-/// Largest memory (bytes) of a problem that is built, and largest number of points of one that is run.
+/// Largest memory of a problem that is built (bytes).
 const MEMORY: f64 = 5e8;
+/// Largest number of points of a problem that is run.
 const POINTS: usize = 4000;
 
 /// Largest number of grains of a plan: a plan generates specimens of grains, which takes long and says nothing of the file.
@@ -207,6 +208,7 @@ fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
     Ok(outcome)
 }
 
+/// Plans, builds and runs a case with a method, as far as its size allows.
 fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
     let sized = method.problem_size(case).and_then(|size| size.check_memory(MEMORY).map(|()| size.points));
     let planned = match sized {
@@ -262,6 +264,7 @@ fn check_messages(errors: &CaseErrors) -> Result<FuzzOutcome, String> {
     }
 }
 
+/// Checks that a message is not too long, not empty and without NaN.
 fn check_readable(line: &str) -> Result<(), String> {
     let printed = colluvium::case::printable(line);
     if printed.chars().count() > LINE {

@@ -86,6 +86,7 @@ fn animation_section(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
+/// Pictures of a benchmark with their captions.
 fn figures(entry: &BenchmarkEntry) -> Markup {
     html! {
         @if !entry.outcome.figures.is_empty() { h2 { "Pictures" } }
@@ -98,6 +99,7 @@ fn figures(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
+/// Table of the checks of a benchmark.
 fn checks(entry: &BenchmarkEntry) -> Markup {
     let row = |check: &Check| {
         let state = match check.verdict() {

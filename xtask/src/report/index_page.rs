@@ -38,12 +38,15 @@ pub fn page(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope)
     }
 }
 
+/// Headings of the table of benchmarks.
 const HEADS: [&str; 6] = ["State", "Benchmark", "Source", "Checks", "Form", "Run time"];
 
+/// Number of benchmarks with a status.
 fn count(entries: &[BenchmarkEntry], status: BenchmarkStatus) -> usize {
     entries.iter().filter(|entry| entry.status() == status).count()
 }
 
+/// Head of the page: scope, counts, provenance.
 fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> Markup {
     let checks: usize = entries.iter().map(BenchmarkEntry::judged_checks).sum();
     let shown: usize = entries.iter().map(|entry| entry.count(CheckVerdict::Unbounded)).sum();
@@ -103,6 +106,7 @@ fn filter_section(entries: &[BenchmarkEntry]) -> Markup {
     }
 }
 
+/// Row of a benchmark.
 fn row(entry: &BenchmarkEntry) -> Markup {
     let benchmark = entry.benchmark;
     let status = entry.status();

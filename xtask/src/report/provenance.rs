@@ -14,6 +14,7 @@ pub struct Provenance {
     pub date: String,
 }
 
+/// Output of a command; empty where it fails.
 fn output(program: &str, arguments: &[&str]) -> String {
     let result = Command::new(program).args(arguments).current_dir(crate::root()).output();
     result.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned()).unwrap_or_default()

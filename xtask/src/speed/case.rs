@@ -7,6 +7,7 @@ use colluvium::case::Case;
 
 /// Settings of the measurement of a case.
 pub struct CaseBenchSettings<'a> {
+    /// Case file.
     pub file: &'a Path,
     /// Only this method of the case.
     pub method: Option<&'a str>,
@@ -16,6 +17,7 @@ pub struct CaseBenchSettings<'a> {
     pub warm_up_steps: usize,
     /// Measured steps; when absent, as many as the first number of threads makes in `seconds`.
     pub steps: Option<usize>,
+    /// Duration of a measurement (s).
     pub seconds: f64,
 }
 

@@ -67,6 +67,7 @@ enum DecompositionUse {
     Batch,
 }
 
+/// Use of a spectral decomposition in an update of a law.
 fn decomposition(spec: &MaterialSpec) -> DecompositionUse {
     if let (Some(inner), false) = (spec.inner(), spec.name() == "saturation-softened") {
         return decomposition(inner);
@@ -112,6 +113,7 @@ fn initial_states(law: &dyn Material, density: f64) -> Result<(Vec<SymTensor>, S
     at(sheared).or_else(|_| at(SymTensor::isotropic(-50e3))).map_err(|error| error.to_string())
 }
 
+/// Measures the stress updates per second of a law.
 fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurement, String> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let (stresses, states) = initial_states(law, density)?;
@@ -161,6 +163,7 @@ fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurem
 }
 
 impl BenchPoints {
+    /// Updates the stresses of all points by a step.
     fn step(&mut self, law: &dyn Material) -> Result<(), String> {
         let parts = self.stresses.chunks_mut(BLOCK_SIZE).zip(self.motions.chunks(BLOCK_SIZE));
         for (block, (stresses, motions)) in self.states.blocks_mut().iter_mut().zip(parts) {
@@ -169,6 +172,7 @@ impl BenchPoints {
         Ok(())
     }
 
+    /// Share of the points on the yield surface.
     fn yielding(&self, law: &dyn Material) -> f64 {
         let mut count = 0;
         for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK_SIZE)) {

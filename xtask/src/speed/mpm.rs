@@ -59,10 +59,13 @@ fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Density of the soil of the block (kg/m³), and gravity: small, so that the block stays in place during the measurement.
+/// Density of the soil of the block (kg/m³).
 const DENSITY: f64 = 2000.0;
+/// Young's modulus of the soil (Pa).
 const YOUNGS_MODULUS: f64 = 1e6;
+/// Poisson's ratio of the soil.
 const POISSONS_RATIO: f64 = 0.3;
+/// Gravitational acceleration (m/s²); small, so that the block stays in place during the measurement.
 const GRAVITY: f64 = -0.1;
 
 /// The elastic soil with water in its pores, solved as two phases.
@@ -79,6 +82,7 @@ struct BenchSetting {
 }
 
 impl BenchSetting {
+    /// Name of the setting: its values separated by commas.
     fn name(&self) -> String {
         let Self { dimension, shape, scheme, model, points, threads } = self;
         format!("{dimension}d,{shape},{scheme},{model},{points},{threads}")
@@ -211,6 +215,7 @@ pub fn updates_per_second(
 /// Memory bandwidth (GB/s) of `a = b + s c` over arrays far larger than the caches.
 fn bandwidth(threads: usize) -> Result<f64, String> {
     use rayon::prelude::*;
+    /// Number of entries of each array.
     const LENGTH: usize = 1 << 25;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())?;
     let (b, c) = (vec![1.0f64; LENGTH], vec![2.0f64; LENGTH]);

@@ -25,6 +25,7 @@ enum BenchMotion {
 }
 
 impl SphBenchSetting {
+    /// Name of the setting: its values separated by commas.
     fn name(&self) -> String {
         let Self { dimension, model, points, threads, .. } = self;
         let motion = if self.motion == BenchMotion::Settling { "settling" } else { "shearing" };
@@ -72,6 +73,7 @@ impl SphBenchSetting {
         Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
     }
 
+    /// Number of particles, and particle-updates per second over a duration (s).
     fn measure(&self, seconds: f64) -> Result<(usize, f64), String> {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| e.to_string())?;

@@ -63,6 +63,7 @@ impl<const D: usize> TextbookPoint<D> {
     }
 }
 
+/// Node of the grid.
 #[derive(Clone, Copy, Debug)]
 struct TextbookNode<const D: usize> {
     mass: f64,
@@ -125,6 +126,7 @@ impl<const D: usize> TextbookSolver<D> {
         }
     }
 
+    /// Weights and gradients of the nodes around a position.
     fn weights(&self, position: &[f64; D]) -> TextbookWeights<D> {
         let mut first = [0; D];
         let mut value = [[0.0; 3]; D];
@@ -186,6 +188,7 @@ impl<const D: usize> TextbookSolver<D> {
         self.grid_to_particle(dt);
     }
 
+    /// Sums mass, momentum and force of the points at the nodes.
     fn particle_to_grid(&mut self) {
         for p in 0..self.points.len() {
             let point = self.points[p];
@@ -222,6 +225,7 @@ impl<const D: usize> TextbookSolver<D> {
         }
     }
 
+    /// Updates velocities, positions and stresses of the points from the nodes.
     fn grid_to_particle(&mut self, dt: f64) {
         let (e, nu) = (self.problem.youngs_modulus, self.problem.poissons_ratio);
         let lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));

@@ -4,6 +4,7 @@ use crate::tidy::RuleViolation;
 use crate::tidy::sheet_index::{CitableSheet, SheetIndex, label};
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
+/// Name of the rule.
 const RULE_NAME: &str = "citation of a sheet";
 
 /// Citations of missing sheets, sections and rows, labels that belong to no sheet, and files that mention “the sheet” and cite none.
@@ -20,6 +21,7 @@ pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
     findings
 }
 
+/// Reports citations of a file that no sheet has.
 fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolation>) {
     let text = without_margins(&file.text);
     let mut cited: Vec<&str> = folder_sheets(&file.path).to_vec();
@@ -159,6 +161,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
+    /// Reads the items of a citation.
     fn items(&mut self, sheet: &CitableSheet, name: &str) {
         let mut section = String::new();
         loop {
@@ -169,6 +172,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
+    /// Reads one item of a citation: a section or a label.
     fn item(&mut self, sheet: &CitableSheet, name: &str, section: &mut String) {
         if let Some(rest) = self.remaining_text.strip_prefix('§') {
             let number = number(rest);
@@ -240,6 +244,7 @@ impl<'a> CitationParser<'a, '_> {
         false
     }
 
+    /// Word at the start of the remaining text.
     fn next_word(&self) -> &'a str {
         let end = self
             .remaining_text
@@ -255,15 +260,18 @@ impl<'a> CitationParser<'a, '_> {
         trimmed.len() < rest.len() && (trimmed.starts_with('§') || label(trimmed).is_some())
     }
 
+    /// Skips bytes of the remaining text, and blanks after them.
     fn advance(&mut self, bytes: usize) {
         self.remaining_text = self.remaining_text[bytes..].trim_start_matches([' ', '\n']);
     }
 
+    /// Adds a violation at the line of the citation.
     fn report_violation(&mut self, message: String) {
         self.findings.push(RuleViolation::new(RULE_NAME, self.file, self.line, message));
     }
 }
 
+/// Whether a text begins with a word and a blank.
 fn starts_with_word(text: &str, name: &str) -> bool {
     text.strip_prefix(name).is_some_and(|rest| rest.starts_with(' '))
 }

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::tidy::RuleViolation;
 
+/// Name of the rule.
 const RULE_NAME: &str = "crate graph";
 
 /// Package of this workspace from `cargo metadata`.
@@ -18,6 +19,7 @@ struct PackageDependencies {
     dev: BTreeSet<String>,
 }
 
+/// Packages of the workspace by name.
 type Packages = BTreeMap<String, PackageDependencies>;
 
 /// Dependencies that point up or sideways, or that a crate must not have; names and lints other than those of the workspace.
@@ -94,10 +96,12 @@ fn cargo(root: &Path, arguments: &[&str]) -> Result<String, String> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
+/// Text of a JSON string; empty for another value.
 fn text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
+/// Packages of the workspace with their dependencies.
 fn packages(root: &Path) -> Result<Packages, String> {
     let described = cargo(root, &["metadata", "--no-deps", "--offline", "--format-version", "1"])?;
     let metadata: Value = serde_json::from_str(&described).map_err(|error| error.to_string())?;
@@ -105,6 +109,7 @@ fn packages(root: &Path) -> Result<Packages, String> {
     Ok(entries.iter().map(package).collect())
 }
 
+/// Name and dependencies of a package.
 fn package(entry: &Value) -> (String, PackageDependencies) {
     let dependencies = entry["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
     let of = |wanted: fn(&Value) -> bool| {
@@ -151,6 +156,7 @@ const PROGRAM_DEPENDENCIES: [&str; 6] = ["clap", "ctrlc", "gif", "plotters", "pn
 const CORE_DEPENDENCIES: [&str; 7] =
     ["libloading", "nalgebra", "postcard", "schemars", "serde", "serde_json", "thiserror"];
 
+/// Messages about dependencies of a package that the rules exclude.
 fn dependency_violations(name: &str, package: &PackageDependencies, packages: &Packages) -> Vec<String> {
     let mut messages = Vec::new();
     let above_all = package.folder == "colluvium" || package.folder == "xtask";

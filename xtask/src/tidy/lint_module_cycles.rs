@@ -42,6 +42,7 @@ pub fn module_cycles(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
     Ok(findings)
 }
 
+/// File of a module at the root of a crate.
 fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
     let folder = format!("{krate}/src/{module}/mod.rs");
     if files.iter().any(|file| file.path == folder) { folder } else { format!("{krate}/src/{module}.rs") }
@@ -53,6 +54,7 @@ fn cycle(graph: &ModuleGraph, module: &str) -> Vec<String> {
     needed.iter().filter(|other| reachable_modules(graph, other).contains(module)).cloned().collect()
 }
 
+/// Modules that a module depends on, directly or through others.
 fn reachable_modules(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut open = vec![from];
@@ -66,6 +68,7 @@ fn reachable_modules(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
     found
 }
 
+/// Dependencies between the modules at the root of a crate.
 fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
     let prefix = format!("{krate}/src/");
     let inside = |file: &SourceFile| file.path[prefix.len()..].trim_end_matches(".rs").to_owned();
@@ -101,6 +104,7 @@ fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
     Ok(graph)
 }
 
+/// Parses a source file.
 fn parse(file: &SourceFile) -> Result<syn::File, String> {
     syn::parse_file(&file.text).map_err(|error| format!("{}: {error}", file.path))
 }
@@ -152,6 +156,7 @@ struct ModuleReferences<'a> {
 }
 
 impl ModuleReferences<'_> {
+    /// Adds the module to which a path refers.
     fn name(&mut self, path: &[String]) {
         let first = match path.first().map(String::as_str) {
             Some("crate") => path.get(1),
@@ -173,6 +178,7 @@ impl ModuleReferences<'_> {
     }
 }
 
+/// Whether attributes make an item part of the tests.
 fn is_test(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")

@@ -15,6 +15,7 @@ pub fn module_files(tree: &SourceTree) -> Vec<RuleViolation> {
         .collect()
 }
 
+/// Whether a folder has modules.
 fn has_modules(tree: &SourceTree, folder: &str) -> bool {
     let folder = format!("{folder}/");
     tree.sources().any(|file| file.path.starts_with(&folder))

@@ -75,11 +75,13 @@ impl SourceTree {
     }
 }
 
+/// Reads a text file.
 fn read(root: &Path, path: &str) -> Result<SourceFile, String> {
     let text = fs::read_to_string(root.join(path)).map_err(|error| format!("{path}: {error}"))?;
     Ok(SourceFile { path: path.to_owned(), text })
 }
 
+/// Adds the text files of a folder and its subfolders.
 fn visit(root: &Path, folder: &str, files: &mut Vec<SourceFile>) -> Result<(), String> {
     let entries = fs::read_dir(root.join(folder)).map_err(|error| format!("{folder}: {error}"))?;
     for entry in entries {

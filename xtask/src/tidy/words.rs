@@ -96,6 +96,7 @@ pub fn openings(tree: &SourceTree) -> Vec<RuleViolation> {
     findings
 }
 
+/// Text of a doc comment; `None` for another line.
 fn doc_comment(line: &str) -> Option<&str> {
     let line = line.trim_start();
     line.strip_prefix("///").or_else(|| line.strip_prefix("//!")).map(str::trim_start)
@@ -129,6 +130,7 @@ fn prose(line: &str) -> String {
     format!("{} {comment}", quoted.join(" "))
 }
 
+/// Whether a text contains a phrase as whole words.
 fn has_words(text: &str, phrase: &str) -> bool {
     let is_letter = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
     let ends_in_letter = is_letter(phrase.chars().last());

@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Checks the deposits of five methods against each other, and that of SPH against the sheet.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/aluminium-bars")?;
@@ -44,8 +45,9 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Name of the run of MPM with linear functions, where the case has those of GIMP.
 const LINEAR: &str = "mpm, linear";
 
-/// Width and height of the column (m).
+/// Width of the column (m).
 const WIDTH: f64 = 0.2;
+/// Height of the column (m).
 const HEIGHT: f64 = 0.1;
 
 /// Height of the deposit at the wall, over a tenth of the width of the column.
@@ -79,6 +81,7 @@ fn experiment(outcome: &mut BenchmarkOutcome, name: &str, end: f64, top: f64) {
 /// Method, centroid (m), and the quantiles of 90 % and 99.5 % of the mass (m).
 type MethodDeposit = (&'static str, f64, f64, f64);
 
+/// Checks the width of the deposit of SPH against the sheet, and centroids and widths of the other methods against SPH or MPM.
 fn judge(outcome: &mut BenchmarkOutcome, found: &[MethodDeposit]) {
     let [mpm, sph, flow, dem, snow, linear] = found else { return };
     outcome.assert_close(

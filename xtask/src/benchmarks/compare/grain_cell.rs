@@ -25,6 +25,7 @@ const SEEDS: [u32; 4] = [4, 5, 6, 7];
 struct BiaxialCurve(Vec<[f64; 4]>);
 
 impl BiaxialCurve {
+    /// Runs an element test, and takes strains and stresses from its path.
     fn from_test(test: &ElementTest) -> Result<Self, String> {
         let trace = test.trace().map_err(|error| error.to_string())?;
         if let Some(why) = trace.stop_reason {
@@ -75,6 +76,7 @@ impl BiaxialCurve {
         })
     }
 
+    /// Stress difference over axial strain, as a series of a chart.
     fn series(&self, name: &str, style: Style) -> Series {
         Series::new(name, self.0.iter().map(|row| (row[0], row[1] - row[2])).collect(), style)
     }
@@ -119,6 +121,7 @@ fn grains(file: &std::path::Path, outcome: &mut BenchmarkOutcome) -> Result<[Bia
     Ok([BiaxialCurve::mean(&low), BiaxialCurve::mean(&high)])
 }
 
+/// Checks Mohr–Coulomb, fitted to packings of grains in one test, against another test of the same packings.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let file = crate::root().join("validation/compare/grain-cell/element.json");

@@ -30,6 +30,7 @@ const METHODS: [(&str, f64, &str); 4] = [
     ("dem", 0.01, "1 % of g sin θ: bonded disks that slide on their contacts"),
 ];
 
+/// Checks the acceleration of a block on an inclined obstacle against that of a rigid block with Coulomb friction.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let tangent = ANGLE.to_radians().tan();
@@ -116,6 +117,7 @@ fn forms(outcome: &mut BenchmarkOutcome, method: &str, plane: &RunReport) -> Res
     Ok(())
 }
 
+/// Case of a block on an obstacle with a friction coefficient and, where given, another shape.
 fn block(friction: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
     let mut case = load_case("compare/inclined-block")?;
     let obstacle = &mut case.obstacles[0];

@@ -34,6 +34,7 @@ fn surface() -> Vec<[f64; 2]> {
     vec![[0.0, 5.0], [10.0, 5.0], [30.0, 15.0], [50.0, 15.0]]
 }
 
+/// Layer of soil below the line `top`, angles in degrees.
 fn soil(top: Vec<[f64; 2]>, unit_weight: f64, cohesion: f64, friction_angle: f64) -> SoilLayer {
     SoilLayer { top, unit_weight, cohesion, friction_angle }
 }
@@ -45,6 +46,8 @@ fn bounds(slope: &LayeredSlope, friction_angle: f64) -> [f64; 2] {
     [bishop, bishop * (friction_angle.to_radians().tan() / bishop).atan().cos()]
 }
 
+/// Checks the factors of safety of a slope against the referees' factor, and against the factors of Bishop's circles and of Davis's
+/// strength.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     case: &Case,
@@ -87,6 +90,7 @@ fn judge(
     Ok(())
 }
 
+/// Checks the factor of safety of the slope of ACADS problem 1(a).
 fn run_one_soil(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let slope = LayeredSlope { soils: vec![soil(surface(), 20e3, 3e3, 19.6)], base: 0.0 };
@@ -94,6 +98,7 @@ fn run_one_soil(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the factor of safety of the slope of ACADS problem 1(c).
 fn run_three_soils(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let toe = [10.0, 5.0];

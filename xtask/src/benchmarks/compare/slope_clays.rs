@@ -70,6 +70,7 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, bound: f64) ->
     Ok(())
 }
 
+/// Checks factors of safety of a clay slope on equal and on stronger clay against upper bounds of slip circles.
 fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let base = load_case("compare/slope-layers")?;
@@ -98,6 +99,7 @@ fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the factor of safety of a clay slope over a weak layer against the upper bound of sliding blocks.
 fn run_weak_base(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let clays = clays(&[(0.0, 0.2 * STRENGTH), (-1.0, STRENGTH)], -5.0);

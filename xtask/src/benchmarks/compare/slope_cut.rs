@@ -23,6 +23,7 @@ fn without_dilatancy() -> f64 {
     CHARTS * (20f64.to_radians().tan() / CHARTS).atan().cos()
 }
 
+/// Checks the factor of safety of a cut slope of 2:1 by two methods.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/slope-cut")?;

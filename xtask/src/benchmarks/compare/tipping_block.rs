@@ -51,6 +51,7 @@ fn pendulum() -> Vec<(f64, f64)> {
     rows
 }
 
+/// Checks the rotation of a tipping block against the equation of a physical pendulum, and that it comes to rest on its side.
 fn benchmark(_: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/tipping-block")?;
@@ -126,6 +127,7 @@ fn judge(
     Ok(())
 }
 
+/// Pairs of time (s) and value of a column of measures.
 fn pairs(report: &RunReport, column: &str) -> Result<Vec<(f64, f64)>, String> {
     report.table.pairs("time", column).ok_or_else(|| format!("no column {column}"))
 }

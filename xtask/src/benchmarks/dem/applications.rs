@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| run_applications(),
 };
 
+/// Checks a block on a slope, a bonded cliff and dilatant shear.
 fn run_applications() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     slide(&mut outcome)?;
@@ -25,6 +26,7 @@ fn run_applications() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Last value of a measure.
 fn last(report: &RunReport, name: &str) -> f64 {
     report.table.last(name).unwrap_or(f64::NAN)
 }

@@ -74,6 +74,7 @@ struct BiaxialTest {
 }
 
 impl BiaxialTest {
+    /// Runs a test to an axial strain; `preparation` is the friction coefficient with which the specimen is compacted.
     fn run(preparation: f64, strain: f64, seed: u32) -> Result<Self, String> {
         let mut value = load("biaxial")?;
         // Several windows of the means.
@@ -86,6 +87,7 @@ impl BiaxialTest {
         Ok(Self::from_report(&run_in_memory("dem", &parse_case(&value)?)?, start))
     }
 
+    /// Curves of a run over the axial strain since `start` (s).
     fn from_report(report: &RunReport, start: f64) -> Self {
         let all = |name: &str| {
             measure_series(report, name).into_iter().filter(|(t, _)| *t > start - 0.05).collect::<Vec<_>>()
@@ -141,6 +143,7 @@ fn smooth(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
     curve.iter().map(mean).collect()
 }
 
+/// Checks the friction angle of dense packings at the peak.
 fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     let test = tests[0];
     let of = |pick: fn((f64, f64)) -> f64| {
@@ -182,6 +185,7 @@ fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
 /// Test with its name, beside the rows of the sheet.
 type LabelledTest<'a> = (&'a str, &'a BiaxialTest, &'a [(f64, f64, f64)]);
 
+/// Draws stress ratio and volumetric strain over axial strain.
 fn draw(outcome: &mut BenchmarkOutcome, tests: &[LabelledTest]) -> Result<(), String> {
     let mut stress = LineChart::new("Biaxial test of disks", "vertical strain", "ratio of stresses");
     let mut volume =
@@ -200,6 +204,7 @@ fn draw(outcome: &mut BenchmarkOutcome, tests: &[LabelledTest]) -> Result<(), St
     outcome.svg("B14: volume.", &volume)
 }
 
+/// Checks the peak strength of dense packings of disks.
 fn peak() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let tests = SEEDS.map(|seed| BiaxialTest::run(0.0, 0.03, seed));
@@ -209,6 +214,7 @@ fn peak() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the critical state of a dense and of a loose packing of disks.
 fn critical() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (firm, loose) = (BiaxialTest::run(0.0, 0.24, SEEDS[0])?, BiaxialTest::run(1.0, 0.24, SEEDS[0])?);

@@ -29,6 +29,7 @@ pub fn sphere_solver(value: &Value) -> Result<DemSolver<3, 3>, String> {
     started_solver(dem::spheres(&parse_case(value)?).map_err(|error| error.to_string())?)
 }
 
+/// Solver at the start of its first stage.
 fn started_solver<const D: usize, const R: usize>(
     mut solver: DemSolver<D, R>,
 ) -> Result<DemSolver<D, R>, String>

@@ -34,6 +34,7 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
     (1.5, 0.0, 0.075_588, f64::INFINITY, 1.72164),
 ];
 
+/// Checks free flight, and head-on collisions with linear and Hertzian contacts.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_free_flight(&mut outcome)?;

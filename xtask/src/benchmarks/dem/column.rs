@@ -82,6 +82,7 @@ struct PackingScatter {
     final_rest: PackingSpread,
 }
 
+/// Result of the sheet's code for a column: front, mass quantile, height and kinetic energy, with their allowed relative deviation.
 const fn row(
     aspect: f64,
     [front, mass, height, kinetic]: [f64; 4],
@@ -100,6 +101,7 @@ const fn sheet_bands(when: f64, band: f64) -> PackingScatter {
     }
 }
 
+/// Results of the sheet's code for columns of five aspect ratios.
 const SHEET: [ReferenceColumn; 5] = [
     row(
         0.50,
@@ -227,6 +229,7 @@ struct ColumnDeposit {
     last: Snapshot,
 }
 
+/// Runs the settling and the collapse of a column of disks.
 fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     let (value, width) = set_up(aspect, seed)?;
     let mut solver = disk_solver(&value)?;
@@ -263,6 +266,7 @@ fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     Ok(ColumnDeposit { size: [width, height], end: measures(&last), early_front, energy, error, first, last })
 }
 
+/// Advances a solver by the time `span` (s) with its largest stable steps.
 fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
     let end = solver.time() + span;
     while solver.time() < end {
@@ -272,6 +276,7 @@ fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks the deposits and kinetic energies of collapsing columns, as means of several packings.
 fn columns(rows: &[ReferenceColumn]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut energies = LineChart::new(
@@ -342,6 +347,7 @@ struct ColumnFigures {
 }
 
 impl ColumnDeposit {
+    /// Dimensionless figures of the collapse.
     fn figures(&self) -> ColumnFigures {
         let [width, height] = self.size;
         let [front, mass, top] = self.end;
@@ -361,10 +367,12 @@ impl ColumnDeposit {
     }
 }
 
+/// Mean of a figure over the packings.
 fn mean(figures: &[ColumnFigures], of: impl Fn(&ColumnFigures) -> f64) -> f64 {
     figures.iter().map(of).sum::<f64>() / figures.len() as f64
 }
 
+/// Checks the mean figures of the packings of one aspect ratio.
 fn judge(outcome: &mut BenchmarkOutcome, row: &ReferenceColumn, figures: &[ColumnFigures]) {
     let name = |what: &str| format!("B13, a = {}: {what}", row.aspect);
     let reason =

@@ -32,13 +32,16 @@ pub const BONDS: Benchmark = Benchmark {
     run: bonds,
 };
 
-/// Radius (m) of the spheres, modulus E* and shear modulus G* of their contact (Pa).
+/// Radius of the spheres (m).
 const RADIUS: f64 = 1e-3;
+/// Effective modulus E* of the contact of two spheres (Pa).
 const MODULUS: f64 = 1e7 / (2.0 * (1.0 - 0.09));
+/// Effective shear modulus G* of the contact of two spheres (Pa).
 const SHEAR: f64 = 1e7 / (2.0 * 1.3) / (2.0 * 1.7);
 /// Effective radius (m).
 const EFFECTIVE: f64 = 0.5 * RADIUS;
 
+/// Checks tangential force with friction, adhesion after JKR, liquid bridges and cohesion against closed forms.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_tangential_force(&mut outcome)?;
@@ -240,6 +243,7 @@ fn cohesion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks the deflection of a bonded cantilever and the strength of a bond.
 fn bonds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut solver = disk_solver(&load("beam")?)?;

@@ -28,11 +28,13 @@ pub const STRENGTH: Benchmark = Benchmark {
     run: strength,
 };
 
-/// Distance of neighbours over their diameter.
+/// Distance of neighbouring grains over their diameter.
 const PITCH: f64 = 1.0 - 1e-5;
+/// Strain of the crystal in each measurement of a modulus.
 const STRAIN: f64 = 1e-6;
-/// Stiffness (N/m) and pressure (Pa) of the crystal that is compressed.
+/// Contact stiffness of the compressed crystal (N/m).
 const STIFFNESS: f64 = 1e4;
+/// Pressure of the compressed crystal (Pa).
 const PRESSURE: f64 = 1.0;
 
 /// Places the grains of a crystal in a cell of these widths.
@@ -68,6 +70,7 @@ fn face_centred(cubes: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     (places, vec![edge * cubes as f64; 3])
 }
 
+/// Checks the elastic moduli of a hexagonal and of a face-centred crystal against those of lattice theory.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (kn, kt) = (1.0, 0.5);
@@ -171,6 +174,7 @@ fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Runs the compression of a hexagonal crystal with a friction coefficient of its contacts.
 fn compress(friction: f64) -> Result<RunReport, String> {
     let mut value = load("crystal-strength")?;
     // Contact forces f of an isotropic state have the pressure √3 f / d.

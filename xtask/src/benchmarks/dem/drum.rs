@@ -36,8 +36,9 @@ const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
 const STEADY: f64 = 3.0;
 /// End of the run (s).
 const END_TIME: f64 = 7.5;
-/// Half of the width over which the surface is fitted, half of the radius (m), and its bins.
+/// Half of the width over which the surface is fitted (m): half of the radius.
 const HALF_WIDTH: f64 = 0.05;
+/// Number of bins of the fitted width.
 const BINS: usize = 8;
 
 /// Surface of a frame.
@@ -68,6 +69,7 @@ fn surface(snapshot: &Snapshot) -> DrumSurface {
     }
 }
 
+/// Runs a drum `across` mean grain diameters wide until the time `end` (s).
 fn drum(across: f64, end: f64, seed: u64) -> Result<RunReport, String> {
     let mut value = load("drum")?;
     let mean = DRUM / across;
@@ -79,10 +81,12 @@ fn drum(across: f64, end: f64, seed: u64) -> Result<RunReport, String> {
     run_in_memory("dem", &parse_case(&value)?)
 }
 
+/// Mean of values.
 fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().sum::<f64>() / values.count() as f64
 }
 
+/// Checks the mean angle of the surface in a rotating drum, as a mean of several packings.
 fn run_drum(across: f64, end: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new("Angle of the surface in a drum", "time (s)", "angle (degrees)");

@@ -28,6 +28,7 @@ const COLLISIONS: usize = 10_000;
 /// Frequency of two grains, `√(2 k)`.
 const FREQUENCY: f64 = 141.421_356_237;
 
+/// Checks that an elastic gas of disks keeps its energy, and returns to its start when the velocities are reversed.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_reversibility(&mut outcome)?;
@@ -66,6 +67,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Solver of a gas, and its time step as a share of the contact duration (s).
 fn gas(share: f64, seed: u64) -> Result<(DemSolver<2, 1>, f64), String> {
     let mut value = load("gas")?;
     let dt = share / FREQUENCY;

@@ -38,12 +38,15 @@ const SHORT_SETUP: InclineSetup = InclineSetup { stiffness: 1e4, of_sheet: false
 const ANGLE: f64 = 20.0;
 /// Results of the sheet's code: inertial number of the plane, solid fraction.
 const SHEET: [f64; 2] = [0.092, 0.779];
-/// Mean mass of a disk, density of grains times thickness, width of the layer, with gravity and mean diameter one.
+/// Mean mass of a disk, with gravity and mean diameter one.
 const MASS: f64 = 1.013;
+/// Density of the grains times the thickness, with gravity and mean diameter one.
 const DENSITY: f64 = 4.0 / std::f64::consts::PI;
+/// Width of the layer (mean diameters).
 const WIDTH: f64 = 25.0;
-/// Duration of the flow, and the share of it that is averaged.
+/// Duration of the flow (times √(d/g)).
 const FLOW: f64 = 400.0;
+/// Share of the flow at its end over which results are averaged.
 const LAST: f64 = 0.4;
 
 /// Means over a bin one diameter high.
@@ -99,6 +102,7 @@ fn run(form: InclineSetup) -> Result<RunReport, String> {
     run_in_memory("dem", &parse_case(&value)?)
 }
 
+/// Checks the velocity profile and the inertial number of a layer of disks on an incline of 20°.
 fn flow(form: InclineSetup) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run(form)?;
@@ -174,6 +178,7 @@ fn of_plane_shear(outcome: &mut BenchmarkOutcome, number: f64, solid: f64, layer
     outcome.info("solid fraction", &claim, solid, reason);
 }
 
+/// Draws the velocity profile with the fitted profile of Bagnold.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     report: &RunReport,

@@ -27,6 +27,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Samples over which distances of curves are averaged.
 const SAMPLES: u64 = 2;
 
+/// Checks kinematics, conserved quantities, neighbour lists, size distributions and stress.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     gears(&mut outcome)?;

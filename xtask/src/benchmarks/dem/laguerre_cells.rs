@@ -37,6 +37,7 @@ fn lattice(rise: f64, shift: f64, exact: f64) -> f64 {
     found.area.iter().map(|area| (0.25 * PI / area - exact).abs()).fold(0.0, max_or_nan)
 }
 
+/// Checks Laguerre cells of lattices and of a periodic packing.
 fn cells() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let reason = "B17.6; round-off";

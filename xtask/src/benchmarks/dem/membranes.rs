@@ -21,20 +21,23 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Number of disks of a specimen.
 const COUNT: u32 = 300;
-/// Rate of each principal strain, one shortening and one extension, and the difference of both at the end.
+/// Rate of each principal strain: one shortening and one extension.
 const RATE: f64 = 2e-5;
+/// Difference of the principal strains at the end of a test.
 const STRAIN: f64 = 3e-4;
-/// Number of rows until then.
+/// Number of rows of measures until the strain is [`STRAIN`].
 const ROWS: f64 = 30.0;
 /// Width of the border with prescribed motion (mean diameters of the disks): a whole layer of them.
 const BORDER: f64 = 1.2;
-/// Radius of the grains of a membrane, and their approximate distance (mean diameters of the disks).
+/// Radius of the grains of a membrane (mean diameters of the disks).
 const MEMBRANE_GRAIN_SIZE: f64 = 0.1;
+/// Approximate distance of neighbouring grains of a membrane (mean diameters of the disks).
 const APART: f64 = 0.25;
 /// Stiffness of a membrane along it, over the pressure times a diameter.
 const STIFFNESS: f64 = 10.0;
-/// Difference of the pressures on both pairs of sides in successive stages, and the duration of each.
+/// Difference of the pressures on both pairs of sides in successive stages.
 const STEPS: [f64; 2] = [0.0, 0.08];
+/// Duration of each stage of constant pressures.
 const REST_DURATION: f64 = 40.0;
 
 /// Runs a case up to the end of its stage `settle` and returns its specimen.
@@ -55,6 +58,7 @@ struct ConsolidatedSpecimen {
     pressure: f64,
 }
 
+/// Specimen settled between rigid walls, with its size and pressure.
 fn prepared_specimen(seed: u64) -> Result<ConsolidatedSpecimen, String> {
     let (report, text) = settled_specimen(walled_case(COUNT)?, seed)?;
     let last = |name: &str| measure_series(&report, name).last().map(|(_, at)| *at).ok_or("no wall");
@@ -260,6 +264,7 @@ fn value_at(curve: &[(f64, f64)], x: f64) -> f64 {
     low + (high - low) * (x - a) / (b - a)
 }
 
+/// Checks that periodic cells are stiffer than specimens under uniform traction, and softer than those with a linear displacement.
 fn constraints() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut ratios, mut stiffness, mut pressures) = ([0.0; 2], 0.0, Vec::new());

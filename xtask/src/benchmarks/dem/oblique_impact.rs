@@ -49,10 +49,12 @@ const TABLE: [(Impact, f64, f64); 10] = [
     (row(true, 0.5, 0.5, 0.5, 2.0), 1.2988, -1.7529),
 ];
 
+/// Row of the sheet: shape, friction coefficient, ratio of tangential to normal stiffness, restitution, angle.
 const fn row(sphere: bool, friction: f64, stiffness_ratio: f64, restitution: f64, angle: f64) -> Impact {
     Impact { sphere, friction, stiffness_ratio, restitution, angle }
 }
 
+/// Checks velocity and spin after oblique impacts against the sheet's table.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let reason = "B7: 0.005";
@@ -149,6 +151,7 @@ fn rebound(impact: Impact) -> Result<(f64, f64), String> {
     velocity_after_contact(&mut sphere_solver(&value)?, dt)
 }
 
+/// Velocity along the wall and spin times radius after the contact.
 fn velocity_after_contact(solver: &mut impl Solver, dt: f64) -> Result<(f64, f64), String> {
     for _ in 0..(1.2 * STEPS) as usize {
         step(solver, dt)?;

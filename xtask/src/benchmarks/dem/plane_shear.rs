@@ -67,6 +67,7 @@ fn mean(report: &RunReport, name: &str, (start, end): (f64, f64)) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
+/// Checks effective friction and solid fraction in plane shear, at several inertial numbers.
 fn rates(rows: &[PlaneShearRow], limit: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut friction, mut fraction, mut error) = (Vec::new(), Vec::new(), 0.0);
@@ -142,6 +143,7 @@ fn monotone(outcome: &mut BenchmarkOutcome, friction: &[(f64, f64)], fraction: &
 /// Curves of this code, the sheet's and da Cruz's.
 type RheologyCurves = (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(f64, f64)>);
 
+/// Draws a quantity over the inertial number, with a law of the literature and the values of the sheet.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     title: &str,

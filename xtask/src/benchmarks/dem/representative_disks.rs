@@ -42,8 +42,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const COUNTS: [u32; 3] = [75, 300, 1000];
 /// Number of packings of each.
 pub const SEEDS: u64 = 4;
-/// Durations of preparation, settling and shear (times √(m/P)), and the rate of the shear.
+/// Durations of preparation, settling and shear (times √(m/P)).
 const STAGES: [f64; 3] = [150.0, 30.0, 83.0];
+/// Rate of the shear (1/√(m/P)).
 const RATE: f64 = 3e-4;
 
 /// Sine of the friction angle at the peak, and the anisotropy of the contacts before the shear.
@@ -109,6 +110,7 @@ pub fn check_isotropy(
 /// Bound of the anisotropy of contacts of disks, and its reason.
 const ANISOTROPY_BOUND: (f64, &str) = (0.15, "B16: below 0.15 for 300 grains and more");
 
+/// Checks that the strength scatters less in cells of more disks.
 fn sizes() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new(
@@ -176,6 +178,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     Ok(peak_friction(&report, STAGES[0] + STAGES[1], ["wall.top.stress", "wall.right.stress"])?.0)
 }
 
+/// Compares the strength of disks between rigid walls with that of periodic cells.
 fn walls() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for count in [300, 1000] {

@@ -47,8 +47,9 @@ const WINDOW_GRAINS: [u32; 4] = [619, 413, 311, 75];
 const CELL_GRAINS: [u32; 3] = [75, 311, 979];
 /// Number of packings of each cell.
 const SEEDS: u64 = 4;
-/// Durations of preparation and settling of the file, and the rate of the shear (times √(m/(P d))).
+/// Durations of preparation and settling in the case file (times √(m/(P d))).
 const PREPARATION_AND_SHEAR: [f64; 2] = [100.0, 30.0];
+/// Rate of the shear (1/√(m/(P d))).
 const RATE: f64 = 1e-3;
 /// Duration in which a window comes to rest (times √(m/(P d))).
 const EQUILIBRATION_TIME: f64 = 60.0;
@@ -111,6 +112,7 @@ fn box_side(value: &Value, count: u32) -> Result<f64, String> {
     Ok(whole * (f64::from(count) / f64::from(SPECIMEN_GRAINS)).cbrt())
 }
 
+/// Sets the edge of the cube that is the domain and the body.
 fn set_box(value: &mut Value, side: f64) {
     value["domain"]["max"] = json!([side, side, side]);
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
@@ -128,6 +130,7 @@ fn anisotropy_bound(count: u32) -> (f64, &'static str) {
     )
 }
 
+/// Checks that the strength scatters less in cells of more spheres.
 fn cells() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new(
@@ -210,6 +213,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     Ok(peak(&["right", "back", "top"].map(stress)))
 }
 
+/// Compares the strength of spheres between rigid walls with that of periodic cells.
 fn walls() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new(

@@ -17,9 +17,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Number of disks of the stack.
 const COUNT: u32 = 10;
 
+/// Checks the overlaps of a stack of disks and the contact forces of a pile of three.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     stack(&mut outcome, "linear", None, &|i| f64::from(i) * GRAVITY / 1e6)?;

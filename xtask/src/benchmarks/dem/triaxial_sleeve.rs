@@ -24,8 +24,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const PRESSURE: f64 = 2e4;
 /// Durations of the stages before the shear (s).
 const STAGE_DURATIONS: [f64; 2] = [0.1, 0.05];
-/// Strain of the shear in the short and in the full form, and strain over which stresses are averaged.
+/// Axial strain at the end of the shear, in the short and in the full form.
 const SHEAR_STRAINS: [f64; 2] = [0.12, 0.2];
+/// Strain at the end of the shear over which stresses are averaged.
 const WINDOW: f64 = 0.01;
 /// Time between rows (s), a divisor of the stages before the shear.
 const ROW: f64 = 0.0025;
@@ -101,6 +102,7 @@ fn solid(frame: &Snapshot, body: u32) -> f64 {
     (0..frame.ids.len()).filter(|&i| frame.bodies[i] == body).map(|i| 4.0 / 3.0 * PI * radii[i].powi(3)).sum()
 }
 
+/// Curves of stress ratio, volume and porosity over axial strain.
 fn rows(report: &RunReport) -> Result<TriaxialRecord, String> {
     let start = STAGE_DURATIONS[0] + STAGE_DURATIONS[1];
     let sheared = |name: &str| -> Vec<f64> {
@@ -198,6 +200,7 @@ fn value_at(series: &[(f64, f64)], time: f64) -> f64 {
     near.map_or(f64::NAN, |(_, value)| *value)
 }
 
+/// Checks that the platen, the contacts and the sleeve have the same pressure before the shear.
 fn equilibrium(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -223,6 +226,7 @@ fn equilibrium(
     Ok(())
 }
 
+/// Checks the equilibrium of specimens in a sleeve, and compares dense with loose ones in triaxial compression.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut pictures = [
@@ -262,6 +266,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Adds the curves of a specimen to the charts of stress and volume.
 fn draw(pictures: &mut [LineChart; 2], name: &str, own: &TriaxialRecord) {
     for (picture, column) in pictures.iter_mut().zip([&own.ratio, &own.dilation]) {
         let curve = own.strain.iter().copied().zip(column.iter().copied()).collect();
@@ -279,6 +284,7 @@ fn packing_statistics(all: &[TriaxialRecord], of: impl Fn(&TriaxialRecord) -> f6
     mean_and_deviation(&all.iter().map(of).collect::<Vec<_>>())
 }
 
+/// Compares peak strength, final strength and porosity of dense and loose specimens.
 fn compare(outcome: &mut BenchmarkOutcome, dense: &[TriaxialRecord], loose: &[TriaxialRecord]) {
     let peaks = |all: &[TriaxialRecord]| {
         packing_statistics(all, |own| angle(own.ratio.iter().copied().fold(0.0, max_or_nan)))

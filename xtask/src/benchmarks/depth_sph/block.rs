@@ -25,8 +25,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks single columns: consolidation, racks, erosion, curvature of the bed, energy and travel angle.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     consolidation(&mut outcome)?;
@@ -131,7 +133,9 @@ struct SlidingBlock {
 }
 
 impl SlidingBlock {
+    /// Depth of the block (m).
     const DEPTH: f64 = 2.0;
+    /// Coefficient of consolidation (m²/s).
     const CONSOLIDATION: f64 = 0.5;
 
     /// Slope (degrees) and liquefaction ratio at the start.
@@ -142,15 +146,18 @@ impl SlidingBlock {
         Self { slope, share, gain: GRAVITY * (sin - held), loss: share * GRAVITY * held, decay_time }
     }
 
+    /// Velocity at a time, in closed form (m/s).
     fn speed(&self, t: f64) -> f64 {
         self.gain * t + self.loss * self.decay_time * (1.0 - (-t / self.decay_time).exp())
     }
 
+    /// Travelled distance at a time, in closed form (m).
     fn path(&self, t: f64) -> f64 {
         0.5 * self.gain * t * t
             + self.loss * self.decay_time * (t - self.decay_time * (1.0 - (-t / self.decay_time).exp()))
     }
 
+    /// Layer without end, with the excess pore pressure of the first mode of consolidation.
     fn flow(&self, profile: PressureProfile) -> Result<Flow<1>, String> {
         let mut settings = saturated_block(self.slope, 1.0, Self::CONSOLIDATION)?;
         settings.column.iter_mut().for_each(|column| column.profile = profile);

@@ -66,6 +66,7 @@ pub struct NodeProfile {
 }
 
 impl NodeProfile {
+    /// Profile of the nodes and of their mirror images behind the walls.
     fn new(nodes: impl Iterator<Item = [f64; 4]>, walls: &[f64]) -> Self {
         let mut nodes: Vec<[f64; 4]> = nodes.collect();
         let mirrored: Vec<[f64; 4]> = walls

@@ -23,6 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks excess pore pressures of a column against the series solutions of consolidation.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     series(&mut outcome)?;
@@ -42,6 +43,7 @@ enum ConsolidationKind {
 }
 
 impl ConsolidationKind {
+    /// Row of the sheet, with initial profile and drainage.
     fn name(self) -> &'static str {
         match self {
             Self::UniformSealed => "V13a uniform, sealed",
@@ -50,10 +52,12 @@ impl ConsolidationKind {
         }
     }
 
+    /// Condition of the excess pressure at the base.
     fn base_condition(self) -> BaseCondition {
         if self == Self::TriangleDrained { BaseCondition::Head(0.0) } else { BaseCondition::Sealed }
     }
 
+    /// Excess pressure at the start, over that at the base, at a relative height `zeta`.
     fn start(self, zeta: f64) -> f64 {
         if self == Self::UniformSealed { 1.0 } else { 1.0 - zeta }
     }
@@ -140,6 +144,7 @@ fn series(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     draw(outcome)
 }
 
+/// Draws profiles of excess pressure beside those of the closed form.
 fn draw(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for kind in [ConsolidationKind::TriangleSealed, ConsolidationKind::TriangleDrained] {
         let mut chart = LineChart {

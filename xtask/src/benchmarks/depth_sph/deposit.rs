@@ -122,6 +122,7 @@ struct DepositResult {
 }
 
 impl DepositResult {
+    /// Time (s), excess head (m) and depth (m) in the middle of the reservoir, interpolated between its records.
     fn middle_at(&self, time: f64) -> [f64; 3] {
         let after = self
             .reservoir_middle
@@ -133,6 +134,7 @@ impl DepositResult {
     }
 }
 
+/// Case of a dam break that basal friction stops.
 fn case(run: BedStopRun, angle: f64, spacing: f64) -> Result<Case, String> {
     let mut case = load("saturated-dam")?;
     set_method_option(&mut case, "depth-sph", "spacing", spacing);
@@ -353,6 +355,7 @@ fn steepest(profile: &[(f64, f64)]) -> [f64; 3] {
     })
 }
 
+/// Draws the deposits and the positions of the fronts.
 fn draw(outcome: &mut BenchmarkOutcome, found: &[DepositResult]) -> Result<(), String> {
     let names =
         ["(a) dry", "(b) saturated, drained", "(c) two phases, pore pressure", "(d) two phases, no column"];

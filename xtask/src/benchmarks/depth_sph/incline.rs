@@ -38,6 +38,7 @@ impl InclineFlow {
         (normal, normal * net)
     }
 
+    /// Case of the dam break on the incline.
     fn case(&self) -> Result<Case, String> {
         let mut case = load("incline")?;
         let (sin, cos) = self.slope.to_radians().sin_cos();
@@ -51,6 +52,7 @@ impl InclineFlow {
     }
 }
 
+/// Checks depth and velocity of frictional dam breaks on inclines against the closed form.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let slab = InclineFlow { slope: 22.0, friction: 12.0, depth: 10.0 };
@@ -95,6 +97,7 @@ fn check_saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result
     Ok(())
 }
 
+/// Checks depth and velocity of one dam break after two seconds.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     name: &str,

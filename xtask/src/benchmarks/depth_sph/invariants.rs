@@ -22,6 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks kernels, smoothing lengths in a stretched flow, momentum, and independence of the direction of the axes.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     kernels(&mut outcome);
@@ -146,6 +147,7 @@ struct PlanFrame {
 }
 
 impl PlanFrame {
+    /// Position rotated by an angle (radians).
     fn rotated_position(angle: f64, x: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = angle.sin_cos();
         [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]

@@ -21,12 +21,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Half of the length of the lake (m).
 const HALF_LENGTH: f64 = 5.0;
+/// Spacing of the nodes (m).
 const SPACING: f64 = 0.05;
 /// Time of rest (s).
 const TIME: f64 = 10.0;
 
+/// Checks that lakes over level and uneven beds remain at rest.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let flat = speed(&mut lake(&Bed::Flat(0.0), LakeKind::Plain)?)?;

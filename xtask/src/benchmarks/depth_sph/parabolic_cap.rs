@@ -27,6 +27,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Initial speed of the cap, so that all of it moves down (m/s).
 const SPEED: f64 = 2.0;
 
+/// Checks parabolic caps of sand that slide and spread, along a line and in plan.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     line(&mut outcome)?;
@@ -49,6 +50,7 @@ fn cap() -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks the length and the velocity of a cap along a line against the similarity solution.
 fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let slope = 35f64.to_radians();
     let gravity = 9.81 * slope.cos();

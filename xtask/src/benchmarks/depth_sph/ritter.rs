@@ -20,9 +20,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Depth of the reservoir (m).
 const DEPTH: f64 = 10.0;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks the dam break on a dry bed, of one phase and of two, against Ritter's solution.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     run_single_phase(&mut outcome, quick)?;
@@ -40,6 +43,7 @@ struct RitterErrors {
     profile: NodeProfile,
 }
 
+/// Errors of depth and velocity of a phase after one second; `share` is the part of the depth that the phase has.
 fn measure(case: &Case, phase: usize, share: f64) -> Result<RitterErrors, String> {
     let mut solver = start(case)?;
     let before = solver.totals().mass;

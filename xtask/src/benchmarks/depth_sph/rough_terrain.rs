@@ -24,10 +24,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 /// Seed of the waves.
 const SEED: u64 = 20_261_128;
 
+/// Checks the energy that frictionless layers keep on rough slopes and over steps.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let spacing = if quick { 5.0 } else { 2.5 };

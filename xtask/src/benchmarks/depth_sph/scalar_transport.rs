@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks convection, diffusion, and solutions of Burgers' equation with rarefaction, steepening and shock.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     convection(&mut outcome);
@@ -33,6 +34,7 @@ fn cells(count: u32, low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| low + (high - low) * (f64::from(k) + 0.5) / f64::from(count))
 }
 
+/// Gaussian curve with a standard deviation of 0.1.
 fn gauss(x: f64) -> f64 {
     (-0.5 * (x / 0.1).powi(2)).exp()
 }

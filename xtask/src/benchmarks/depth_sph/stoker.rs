@@ -23,8 +23,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks the dam break on a wet bed against Stoker's solution, and the bore that a wall reflects.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     // The other pairs of the sheet, 10 m over 5 m and over 1 m, are these at ten times the length.
@@ -38,9 +40,9 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Half of the length of the basin over the larger depth, and time over the square root of that depth over gravity: no wave has reached a
-/// wall.
+/// Half of the length of the basin over the larger depth.
 const HALF_LENGTH_AND_END: f64 = 5.0;
+/// Time of the comparison, over the square root of the larger depth over gravity. No wave has reached a wall then.
 const TIME: f64 = 3.132_092;
 
 /// Time at which a basin of left depth `left` (m) is compared (s).

@@ -38,8 +38,10 @@ pub const DEBRIS: Benchmark = Benchmark {
     run: debris,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks flow over beds from rasters: energy down a parabola, and a dammed channel.
 fn raster(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     formula(&mut outcome)?;
@@ -325,8 +327,10 @@ fn check_front(outcome: &mut BenchmarkOutcome, found: &FrontRanges) {
     );
 }
 
+/// Front at several times (s): position (m) and speed (m/s).
 type FrontRanges = [(f64, (f64, f64))];
 
+/// Draws the speed of the front, and the nodes in plan.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     flow: &Flow<2>,

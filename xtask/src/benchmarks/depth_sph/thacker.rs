@@ -24,8 +24,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks oscillations in parabolic basins against closed forms, with and without resistance.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Middle of the water in a canal", "time (s)", "x (m)");
@@ -69,6 +71,7 @@ fn water_centre<const D: usize>(flow: &Flow<D>) -> [f64; D] {
     std::array::from_fn(sum)
 }
 
+/// Checks V10 (i): the period and the amplitude without friction.
 fn check_frictionless(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
     let period = TAU / omega;
@@ -107,6 +110,7 @@ fn check_frictionless(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> 
 
 /// Checks V10 (ii): resistance of 0.05/s times the velocity, which no basal law has; it is integrated exactly after each step.
 fn check_linear_resistance(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
+    /// Resistance over velocity (1/s).
     const RATE: f64 = 0.05;
     let mut flow = canal(0.0)?;
     let mut found = vec![(0.0, 20.0)];

@@ -20,10 +20,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Half of the distance of the walls (m).
 const HALF_LENGTH: f64 = 10.0;
+/// Positions of the walls (m).
 const WALLS: [f64; 2] = [-HALF_LENGTH, HALF_LENGTH];
 
+/// Checks the dam break of a mixture against closed forms: with strong drag and without drag.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_strong_drag(&mut outcome, 0.3, if quick { 2.0 } else { 6.0 })?;
@@ -55,18 +59,22 @@ fn volumes(snapshot: &Snapshot) -> [f64; 2] {
 struct PhaseProfiles([NodeProfile; 2]);
 
 impl PhaseProfiles {
+    /// Profiles of grains and fluid.
     fn from_snapshot(snapshot: &Snapshot) -> Self {
         Self([0, 1].map(|phase| NodeProfile::from_snapshot(snapshot, phase, &WALLS)))
     }
 
+    /// Total depth at a position (m).
     fn depth(&self, x: f64) -> f64 {
         self.0[0].height_and_velocity_at(x).0 + self.0[1].height_and_velocity_at(x).0
     }
 
+    /// Velocities of grains and fluid at a position (m/s).
     fn velocities(&self, x: f64) -> [f64; 2] {
         [self.0[0].height_and_velocity_at(x).1, self.0[1].height_and_velocity_at(x).1]
     }
 
+    /// Share of the fluid in the depth at a position.
     fn porosity(&self, x: f64) -> f64 {
         self.0[1].height_and_velocity_at(x).0 / self.depth(x)
     }
@@ -166,6 +174,7 @@ fn wave_positions(
     near("head of the rarefaction (m)", head, found, 0.15, reason);
 }
 
+/// Draws depth, velocity and porosity after two seconds beside the closed form.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     snapshot: &Snapshot,

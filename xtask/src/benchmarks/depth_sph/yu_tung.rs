@@ -32,6 +32,7 @@ struct FrontPosition {
 }
 
 impl FrontPosition {
+    /// Position and speed of the front of the grains: 99 % quantile along the channel, and mean of the leading 5 %.
     fn from_snapshot(snapshot: &Snapshot) -> Self {
         let (velocity, phase) = (vectors(snapshot, "velocity"), scalars(snapshot, "phase"));
         let grains = |i: &usize| phase.get(*i).is_none_or(|phase| *phase < 0.5);
@@ -59,6 +60,7 @@ struct YuTungRun {
 }
 
 impl YuTungRun {
+    /// Runs the case, with the position of the front every half second.
     fn from_case(case: &Case) -> Result<Self, String> {
         let mut solver = start(case)?;
         let volume = |solver: &dyn Solver| scalars(&solver.snapshot(), "volume").iter().sum::<f64>();
@@ -86,6 +88,7 @@ impl YuTungRun {
         self.fronts[(2.0 * time).round() as usize]
     }
 
+    /// Raster of the run.
     fn raster(&self, name: &str) -> Result<&PlanRaster, String> {
         self.rasters.iter().find(|raster| raster.name == name).ok_or_else(|| format!("no raster {name}"))
     }
@@ -99,6 +102,7 @@ fn case(spacing: f64, more: &[(&str, Value)]) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks speeds, reach and erosion of the debris flow against the values of the source.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let fine = 120.0 / 106.0;
@@ -234,6 +238,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
     }
 }
 
+/// Draws the speed of the front, and the depths in plan.
 fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     let speeds = LineChart {
         series: vec![

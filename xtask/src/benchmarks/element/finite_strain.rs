@@ -24,10 +24,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the digits the sheet gives";
+/// Reason of the tolerance of values in closed form.
 const MACHINE: &str = "closed form, solved to machine precision";
+/// Reason of a tolerance of 10⁻³ for paths of 2000 steps.
 const PATH: &str = "the sheet's 10⁻³ for 2000 steps";
 
+/// Checks finite-strain elasticity, Cohesive Cam Clay, weak layers and snow.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     table(&mut outcome)?;
@@ -38,6 +42,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Material from its keys.
 fn spec(value: Value) -> Result<MaterialSpec, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
@@ -51,6 +56,7 @@ struct FiniteStrainPoint {
 }
 
 impl FiniteStrainPoint {
+    /// Material point without stress.
     fn new(spec: &MaterialSpec) -> Result<Self, String> {
         let law = spec.build().map_err(|error| error.to_string())?;
         let start = InitialCondition { stress: SymTensor::ZERO, density: spec.density() };
@@ -69,6 +75,7 @@ impl FiniteStrainPoint {
         Ok(self.stress[0] * f.determinant())
     }
 
+    /// Output scalars of the point.
     fn outputs(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.law.output_names().len()];
         self.law.outputs(&self.stress, &self.states.blocks()[0], &mut out);
@@ -86,8 +93,10 @@ fn elastic_laws() -> Result<[(&'static str, MaterialSpec); 4], String> {
     ])
 }
 
+/// Shear modulus (Pa).
 const SHEAR_MODULUS: f64 = 20e6 / 2.6;
 
+/// Checks the Kirchhoff stresses of elastic laws at three deformations.
 fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let shear = Mat3([[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let stretch = Mat3([[1.0, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 1.0]]);
@@ -155,6 +164,7 @@ fn work(spec: &MaterialSpec) -> Result<Vec<(f64, f64)>, String> {
     Ok(points)
 }
 
+/// Checks that hyperelastic laws have no work around a closed strain path, and that a hypoelastic one has.
 fn closed_path(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Work around a closed strain path",
@@ -199,11 +209,13 @@ fn cam_clay(more: Value) -> Result<MaterialSpec, String> {
     spec(merged(base, more))
 }
 
+/// Deformation gradient of principal logarithmic strains.
 fn exponential(strain: [f64; 3]) -> Mat3 {
     let [a, b, c] = strain.map(f64::exp);
     Mat3([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
 }
 
+/// Checks the return map of Cohesive Cam Clay at constant strength.
 fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = Elasticity::new(5e6, 0.3).map_err(|error| error.to_string())?;
     let ellipse = YieldEllipse { slope: 0.8, cohesion_ratio: 0.1, strength: 10e3 };
@@ -258,6 +270,7 @@ fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Path of an element test without initial stress.
 fn driven(material: MaterialSpec, path: LoadingPath, steps: usize) -> Result<ElementPath, String> {
     let stages = vec![TestStage { path, steps, duration: 1.0 }];
     let test = ElementTest { title: String::new(), material, initial_stress: [0.0; 6], stages };
@@ -271,6 +284,7 @@ fn kirchhoff(run: &ElementPath, name: &str) -> Vec<(f64, f64)> {
     strain.into_iter().zip(values).map(|(e, value)| (-e, value * e.exp())).collect()
 }
 
+/// Checks weak layers and slabs in hydrostatic and in uniaxial compression.
 fn weak_layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let layer = |hardening: Value| {
         cam_clay(json!({
@@ -328,6 +342,7 @@ fn hydrostatic_weak_layer(outcome: &mut BenchmarkOutcome, weak: MaterialSpec) ->
     outcome.svg("Elastic, peak, loss of strength, collapse, packing.", &chart)
 }
 
+/// Checks that a weak layer loses half of its peak stress in uniaxial compression, and that a slab hardens throughout.
 fn uniaxial(outcome: &mut BenchmarkOutcome, weak: MaterialSpec, slab: MaterialSpec) -> Result<(), String> {
     let mut chart =
         LineChart::new("Uniaxial compression", "logarithmic compression", "Kirchhoff stress (Pa)");
@@ -361,6 +376,7 @@ fn uniaxial(outcome: &mut BenchmarkOutcome, weak: MaterialSpec, slab: MaterialSp
     outcome.svg("The weak layer gives way where the slab hardens.", &chart)
 }
 
+/// Checks plastic volume ratio and stress of snow beyond its critical compression and stretch.
 fn snow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = |elastic_law: &str| {
         spec(json!({

@@ -8,9 +8,13 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::BenchmarkOutcome;
 use crate::benchmarks::element::flow_laws::sand;
 
+/// Pressure (Pa).
 const PRESSURE: f64 = 1000.0;
+/// Shear rate (1/s).
 const RATE: f64 = 100.0;
+/// Amplitude of the shear strain.
 const AMPLITUDE: f64 = 0.05;
+/// Shear modulus (Pa).
 const SHEAR_MODULUS: f64 = 2e6;
 /// Steps of a quarter of a cycle.
 const QUARTER_CYCLE_STEPS: usize = 5000;

@@ -23,13 +23,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Reason of the tolerance of a closed form.
 pub(super) const MACHINE: &str = "closed form, machine precision";
-/// Reason of the tolerance of a printed value.
+/// Reason of the tolerance of values printed in the sheet.
 pub(super) const DIGITS: &str = "the sheet's digits";
+/// Reason of a tolerance of 10⁻⁵: error of the co-rotational frame.
 const FRAME: &str = "the turning frame leaves the square of the elastic strain";
+/// Reason of the tolerance of values of films of sand.
 const FILM: &str = "the sheet's digits; the law is inverted for the shear rate at 41 depths";
 /// Acceleration of gravity (m/s²).
 pub(super) const GRAVITY: f64 = 9.81;
 
+/// Checks flow laws at a point, in films down an incline, in a column at rest and as basal laws.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     sand_at_a_point(&mut outcome)?;
@@ -52,17 +55,20 @@ pub(super) struct FlowLaw {
     density: f64,
 }
 
+/// Stress and state of a material point.
 pub(super) struct FlowPoint {
     stress: [SymTensor; 1],
     states: States,
 }
 
 impl FlowLaw {
+    /// Law from its keys, with its density.
     fn new(value: Value) -> Result<Self, String> {
         let spec: MaterialSpec = serde_json::from_value(value).map_err(|error| error.to_string())?;
         Ok(Self { law: spec.build().map_err(|error| error.to_string())?, density: spec.density() })
     }
 
+    /// Point with an initial stress.
     pub(super) fn start(&self, stress: SymTensor) -> Result<FlowPoint, String> {
         let start = InitialCondition { stress, density: self.density };
         let (stresses, states) = self.law.initial(&[start]).map_err(|error| error.to_string())?;
@@ -82,12 +88,14 @@ impl FlowLaw {
         walker.stress[0][3]
     }
 
+    /// P-wave modulus of a point (Pa).
     fn wave_modulus(&self, walker: &FlowPoint) -> f64 {
         let mut modulus = [0.0];
         self.law.wave_moduli(&walker.stress, &walker.states.blocks()[0], &mut modulus);
         modulus[0]
     }
 
+    /// Output scalar of a point.
     fn output(&self, walker: &FlowPoint, name: &str) -> f64 {
         let names = self.law.output_names();
         let mut out = vec![f64::NAN; names.len()];
@@ -141,6 +149,7 @@ pub(super) fn sand(form: &Value) -> Result<FlowLaw, String> {
     }))
 }
 
+/// Checks friction coefficient and viscosity of the μ(I) law at a point in steady shear.
 fn sand_at_a_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let viscoplastic = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
     let capped = sand(&json!({ "kind": "capped", "max_viscosity": 1e9 }))?;
@@ -191,6 +200,7 @@ fn sand_at_a_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Both forms of the law flow with the friction of their inertial number.", &chart)
 }
 
+/// Checks the relaxation of the shear stress in one step of the μ(I) law.
 fn sand_relaxes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // Δt, trial, τ, γ̇ᵖ at p = 1000 Pa, G = 1 MPa.
     let table = [
@@ -255,15 +265,18 @@ fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfi
 }
 
 impl FilmProfile {
+    /// Velocity of the surface (m/s).
     fn surface(&self) -> f64 {
         self.profile.last().map_or(f64::NAN, |p| p.1)
     }
 }
 
+/// Profile with velocity and height exchanged, for charts.
 fn flipped(profile: &[(f64, f64)]) -> Vec<(f64, f64)> {
     profile.iter().map(|(z, v)| (*v, *z)).collect()
 }
 
+/// Checks the velocity of a film of sand on an incline.
 fn sand_film(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
     let (angle, height, weight) = (26f64.to_radians(), 0.02, 0.6 * 2450.0 * GRAVITY);
@@ -301,6 +314,7 @@ struct LiquidFilm {
 }
 
 impl LiquidFilm {
+    /// Film of mud on an incline of 10°.
     fn new() -> Self {
         let (angle, height, density, viscosity) = (10f64.to_radians(), 0.5, 1800.0, 50.0);
         let driving_force = density * GRAVITY * angle.sin();
@@ -327,6 +341,7 @@ fn liquid_films(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     bingham_film(outcome, &mut chart)
 }
 
+/// Checks the velocity profile of a Newtonian film on an incline.
 fn newtonian_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let liquid = LiquidFilm::new();
     let LiquidFilm { height, density, viscosity, driving_force, .. } = liquid;
@@ -345,6 +360,7 @@ fn newtonian_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Resu
     Ok(())
 }
 
+/// Checks the velocity profile of a Bingham film on an incline, and its plug.
 fn bingham_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let liquid = LiquidFilm::new();
     let LiquidFilm { height, density, viscosity, driving_force, .. } = liquid;
@@ -404,6 +420,7 @@ fn check_rest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks that a column of liquid at rest has the hydrostatic pressure of its equation of state.
 fn liquid_column(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (density, modulus) = (1000.0, 2.15e9);
     let water =

@@ -24,6 +24,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Number of random paths per law.
 const PATHS: usize = 40;
 
+/// Checks objectivity, tangents and the contract of every law, Biot's modulus and strength reduction.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     biot(&mut outcome)?;
@@ -34,6 +35,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks Biot's modulus against published values.
 fn biot(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (porosity, coefficient, exact) in [(0.375, 0.976, 179.5e6), (0.427, 0.983, 167.9e6)] {
         let biot = Biot::with_coefficient(coefficient, 0.33e9, 0.1e9, porosity).map_err(|e| e.to_string())?;
@@ -43,6 +45,7 @@ fn biot(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks that a law with reduced strength yields at the reduced friction and cohesion.
 fn strength_reduction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let factor = 1.4;
     for model in ["mohr-coulomb", "drucker-prager"] {
@@ -85,6 +88,7 @@ struct ContractPoint {
 }
 
 impl ContractPoint {
+    /// Point with an initial stress.
     fn new(spec: &MaterialSpec, stress: SymTensor) -> Result<Self, String> {
         let law = spec.build().map_err(|error| error.to_string())?;
         let start = InitialCondition { stress, density: spec.density() };
@@ -98,6 +102,7 @@ impl ContractPoint {
         Self::new(spec, start).or_else(|_| Self::new(spec, SymTensor::isotropic(start.trace() / 3.0)))
     }
 
+    /// Point after a motion.
     fn after_motion(&self, motion: &Motion) -> Result<Self, String> {
         let mut new = self.clone();
         let mut stress = [self.stress];
@@ -108,12 +113,14 @@ impl ContractPoint {
         Ok(new)
     }
 
+    /// P-wave modulus (Pa).
     fn modulus(&self) -> f64 {
         let mut out = [0.0];
         self.law.wave_moduli(&[self.stress], &self.states.blocks()[0], &mut out);
         out[0]
     }
 
+    /// Value of the yield function.
     fn yield_value(&self) -> f64 {
         let mut out = [0.0];
         self.law.yield_values(&[self.stress], &self.states.blocks()[0], &mut out);
@@ -126,6 +133,7 @@ impl ContractPoint {
     }
 }
 
+/// Random velocity gradient with entries up to `size`.
 fn gradient(random: &mut RandomSequence, size: f64) -> Mat3 {
     Mat3(std::array::from_fn(|_| std::array::from_fn(|_| size * (2.0 * random.next_number() - 1.0))))
 }
@@ -139,6 +147,7 @@ fn motion(a: &Mat3, density: f64) -> Result<Motion, String> {
     Ok(motion)
 }
 
+/// Examples of all laws, wrapped laws included.
 fn every_law() -> Vec<MaterialSpec> {
     MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()).collect()
 }
@@ -161,6 +170,7 @@ fn worst_of_models(
     Ok(worst)
 }
 
+/// Checks that the stress of a rotated motion is the rotated stress.
 fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let worst = worst_of_models(|spec, random| {
         let mut worst = 0f64;
@@ -230,6 +240,7 @@ fn tangent_error(walker: &ContractPoint, a: &Mat3, size: f64) -> Result<(f64, us
     Ok((worst, compared))
 }
 
+/// Checks tangents against difference quotients of the stress.
 fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut compared = 0;
     let worst = worst_of_models(|spec, random| {

@@ -20,12 +20,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the digits the sheet gives";
 /// Number of trials of each random test.
 const TRIALS: usize = 10_000;
 /// Reference pressure of the sheet's tolerances (kPa).
 const REFERENCE: f64 = 100.0;
 
+/// Checks return mappings to cone, pyramid and prism.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     cone_returns(&mut outcome)?;
@@ -46,12 +48,14 @@ fn r1() -> Result<Elasticity, String> {
 pub(super) struct RandomSequence(pub u64);
 
 impl RandomSequence {
+    /// Next number, uniform in 0..1.
     pub fn next_number(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 
+/// Drucker–Prager law of the tests with a dilatancy angle (degrees).
 fn cone_law(dilatancy: f64) -> Result<DruckerPrager, String> {
     let spec: DruckerPragerSpec = serde_json::from_value(json!({
         "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "friction_angle": 30.0, "cohesion": 10.0,
@@ -69,6 +73,7 @@ fn returned_stress(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, 
     Ok((new.stress, new.state.deviatoric))
 }
 
+/// Checks returns to the flank and to the apex of the cone.
 fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = cone_law(10.0)?;
     let (stress, kappa) = returned_stress(&law, SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]))?;
@@ -107,6 +112,7 @@ fn optimality(cone: &Cone, elasticity: &Elasticity, trial: &SymTensor, stress: &
     (deviator.norm() - multiplier / 2f64.sqrt()).max(0.0) / size
 }
 
+/// Checks optimality and yield condition of random returns to the cone.
 fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
     for dilatancy in [0.0, 10.0, 30.0] {
@@ -154,6 +160,7 @@ fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Trial stress, the region of its return, and the returned stress for ψ = 0, 10°, 30° with the tolerance of the digits.
 type ReturnRow = ([f64; 3], YieldRegion, [([f64; 3], f64); 3]);
 
+/// Returns to plane, edges and apex of the pyramid: trial stress, region, returned stresses (kPa).
 const PYRAMID_RETURNS: [ReturnRow; 4] = [
     (
         [-50.0, -120.0, -400.0],
@@ -185,6 +192,7 @@ const PYRAMID_RETURNS: [ReturnRow; 4] = [
     ([60.0, 50.0, 40.0], YieldRegion::Apex, [([17.320_508_08; 3], 6e-9); 3]),
 ];
 
+/// Checks returns to planes, edges and apex of the pyramid.
 fn pyramid_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
     let mut check = |trial: [f64; 3], psi: f64, region: YieldRegion, exact: [f64; 3], digits: f64| {
@@ -225,6 +233,7 @@ fn full_tensor_return(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks returns to the pyramid with a tension cut-off.
 fn cut_off_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (2.0, [20.0, -15.0, -20.0], [2.0, -22.714_286, -27.714_286]),
@@ -244,6 +253,7 @@ fn cut_off_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks returns to Tresca's prism.
 fn prism_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let third = 1.0 / 3.0;
     let table = [
@@ -278,6 +288,7 @@ fn check_six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
     })
 }
 
+/// Checks optimality and yield condition of random returns to the pyramid.
 fn random_pyramid(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
     let regions =

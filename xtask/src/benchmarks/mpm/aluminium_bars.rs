@@ -21,10 +21,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Height of the column (m), and distance from the wall in which the top edge does not move in an implicit code (m).
+/// Height of the column (m).
 const HEIGHT: f64 = 0.1;
+/// Distance from the wall within which the top edge does not move in an implicit code (m).
 const REST_SPEED: f64 = 0.07;
 
+/// Checks the deposit of a column of aluminium bars against an implicit code.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     against_implicit(&mut outcome)?;
@@ -132,6 +134,7 @@ fn set_s1(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         .svg("The column of set S1, with the end of the deposit that the sheet's SPH code finds.", &advance)
 }
 
+/// Shows the results beside the values of SPH for the same column.
 fn s1_values(outcome: &mut BenchmarkOutcome, method: &str, report: &RunReport, sph: f64) {
     let reason = "not judged: the sheet's numbers and bands are of SPH with artificial viscosity 0.1, and vary with it \
                   from 0.32 m to 0.49 m; MPM has none";

@@ -18,8 +18,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Radius of the column (m).
 const RADIUS: f64 = 0.1;
+/// Cell size (m).
 const CELL: f64 = 0.005;
 
+/// Case of a column with an aspect ratio.
 fn column(aspect: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/column-axisymmetric")?;
     let height = aspect * RADIUS;
@@ -39,6 +41,7 @@ fn laws(aspect: f64) -> [f64; 2] {
     [run_out, if aspect < 1.7 { aspect } else { 0.88 * aspect.powf(1.0 / 6.0) }]
 }
 
+/// Checks run-out and height of axisymmetric columns against the laws of Lube et al.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut advance =

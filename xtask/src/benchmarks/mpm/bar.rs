@@ -21,9 +21,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Length of the bar (m).
 const LENGTH: f64 = 25.0;
+/// Wave speed of the bar (m/s).
 const SPEED: f64 = 10.0;
 
+/// Checks period, energy and damping of a vibrating bar.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     vibration(&mut outcome)?;

@@ -16,10 +16,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Length and height (m), bending stiffness (N m²) and mass over length (kg/m) of the case.
+/// Length of the beam (m).
 const LENGTH: f64 = 10.0;
+/// Height of the beam (m).
 const HEIGHT: f64 = 1.0;
+/// Bending stiffness (N m²).
 const STIFFNESS: f64 = 1e6;
+/// Mass over length (kg/m).
 const MASS: f64 = 1000.0;
 
 /// Cell size of the case (m).
@@ -35,6 +38,7 @@ enum CantileverLoad {
 }
 
 impl CantileverLoad {
+    /// Dimensionless load as text.
     fn name(self) -> String {
         match self {
             Self::Tip(load) => format!("PL²/EI = {load}"),
@@ -51,6 +55,7 @@ impl CantileverLoad {
     }
 }
 
+/// Checks deflections of a cantilever against the elastica.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Deflected axis", "along the beam at rest (m)", "down (m)");

@@ -23,14 +23,19 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Unit weight (N/m³), height (m), and positions of the cut and its foot (m).
+/// Unit weight (N/m³).
 const WEIGHT: f64 = 2e4;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 10.0;
+/// Height of the cut (m).
 const HEIGHT: f64 = 1.0;
+/// Position of the face of the cut (m).
 const FACE: f64 = 1.5;
+/// Height of the foot of the cut (m).
 const FOOT: f64 = 0.5;
-/// Duration of the free fall of the unstable cut, and duration of the undamped observation at rest (s).
+/// Duration of the free fall of the unstable cut (s).
 const FALL_AND_REST_DURATIONS: f64 = 3.0;
+/// Duration of the undamped observation at rest (s).
 const REST_SPEED: f64 = 0.05;
 /// Interval of the frames of the fall (s).
 const FRAME: f64 = 0.02;
@@ -94,6 +99,7 @@ fn is_slope_stable(case: &Case, number: f64) -> Result<bool, String> {
     Ok(settlement.is_finite() && settlement - sinking(case, number, true)? <= CREST)
 }
 
+/// Checks stability numbers of clay cuts, slopes near Taylor's numbers, and the run-out of an unstable cut.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_stability_numbers(&mut outcome, quick)?;

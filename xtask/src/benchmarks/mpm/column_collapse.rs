@@ -19,8 +19,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Initial width of the columns (m).
 const WIDTH: f64 = 0.1;
 
+/// Checks run-outs of sand columns against published laws.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     sand(&mut outcome, quick)?;
@@ -42,6 +44,7 @@ fn sand_column(aspect: f64) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks run-out, height and time of the collapse of sand columns.
 fn sand(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let aspects: &[f64] = if quick { &[0.5, 1.0, 2.0] } else { &[0.5, 1.0, 2.0, 4.0, 6.0] };
     let mut laws = run_out_laws()?;
@@ -141,6 +144,7 @@ fn standard(outcome: &mut BenchmarkOutcome, laws: &mut LineChart) -> Result<(), 
     Ok(())
 }
 
+/// Chart of the published run-out laws.
 fn run_out_laws() -> Result<LineChart, String> {
     let table = reference_table("mpm/column-collapse/laws.csv")?;
     let labels = [

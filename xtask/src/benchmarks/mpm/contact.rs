@@ -16,6 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Checks contact of bars, of a block on a base and on an incline, and of a disk.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_bars(&mut outcome, "A-13 bars", &run_mpm(&load_case("mpm/contact-bars")?)?)?;

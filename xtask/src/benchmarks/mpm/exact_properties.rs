@@ -21,6 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Checks exact properties of shape functions, transfers, filters and boundary conditions.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     shape_functions::shape_functions(&mut outcome);
@@ -47,6 +48,7 @@ fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     Ok(solver)
 }
 
+/// Advances a solver by its largest stable step.
 fn step(solver: &mut dyn Solver) -> Result<(), String> {
     let dt = solver.limit().dt;
     solver.step(dt).map(drop).map_err(|error| error.to_string())

@@ -17,16 +17,19 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Undrained strength (Pa), half width of the footing (m), settlement at the end (m).
+/// Undrained strength of the clay (Pa).
 const STRENGTH: f64 = 1e4;
+/// Half width of the footing (m).
 const HALF_WIDTH: f64 = 1.0;
+/// Settlement at the end (m).
 const SETTLEMENT: f64 = 0.12;
 
 /// Prandtl's pressure over the strength.
 const PRANDTL: f64 = 2.0 + std::f64::consts::PI;
 
-/// Cases: that of the sheet with points that keep their positions, and one whose footing sinks: points move, and the clay beside it heaves.
+/// Id of the case of the sheet, whose points keep their positions.
 const FIXED_POINTS: &str = "mpm/footing";
+/// Id of the case whose footing sinks into the clay: points move, and the clay beside it heaves.
 const SINKING: &str = "mpm/footing-sinking";
 
 /// Case with a number of cells under half the footing.
@@ -72,6 +75,7 @@ fn final_pressure_rise(curve: &[(f64, f64)]) -> f64 {
     at_the_end(curve) / mean_pressure_between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
 }
 
+/// Checks the pressure under a strip footing on clay against Prandtl's bearing capacity.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {

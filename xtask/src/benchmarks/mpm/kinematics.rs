@@ -20,6 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Shape functions that all checks use.
 const SHAPES: [&str; 5] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
 /// Linear functions on a mesh.
 const TRIANGLES: &str = "triangles";
@@ -28,6 +29,7 @@ const TRIANGLES: &str = "triangles";
 /// cubic splines and re-mapping a step reaches eight cells.
 const CORE: f64 = 0.2;
 
+/// Checks velocity gradients and rotations at the points.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for shape in SHAPES.into_iter().chain(["cpdi", "cpdi2", "dual-domain", TRIANGLES]) {
@@ -49,11 +51,13 @@ fn core(snapshot: &Snapshot) -> Vec<SymTensor> {
     points.filter(|((x, u), _)| inside((x, u))).map(|(_, stress)| stress).collect()
 }
 
+/// Mean of stresses.
 fn mean(stresses: &[SymTensor]) -> SymTensor {
     let sum = stresses.iter().fold(SymTensor::ZERO, |sum, stress| sum + *stress);
     sum * (1.0 / stresses.len() as f64)
 }
 
+/// Largest distance of stresses from the exact one.
 fn farthest(stresses: &[SymTensor], exact: SymTensor) -> f64 {
     stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).max_or_nan()
 }

@@ -41,11 +41,14 @@ pub const DAM_BREAK: Benchmark = Benchmark {
     run: dam_break,
 };
 
-/// Density (kg/m³), gravity (m/s²) and bulk modulus (Pa) of the water at rest.
+/// Density of the water (kg/m³).
 const DENSITY: f64 = 1000.0;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Bulk modulus of the water (Pa).
 const BULK: f64 = 2e6;
 
+/// Checks the pressure of water at rest.
 fn hydrostatic(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Pressure over depth", "height at the start (m)", "pressure (kPa)");
@@ -107,6 +110,7 @@ fn at_height(snapshot: &Snapshot, height: f64) -> f64 {
     pair.map_or(f64::NAN, |w| w[0].1 + (w[1].1 - w[0].1) * (height - w[0].0) / (w[1].0 - w[0].0))
 }
 
+/// Height (m) and horizontal velocity (m/s) of the points.
 fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
     let velocity = vectors(snapshot, "velocity");
     snapshot.positions.iter().zip(&velocity).map(|(x, v)| (x[1], v[0])).collect()
@@ -131,6 +135,7 @@ fn couette(y: f64, time: f64) -> f64 {
     y + 2.0 / PI * (1..200).map(term).sum::<f64>()
 }
 
+/// Checks Couette and Poiseuille flow between plates.
 fn viscous(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run_mpm(&load_case("mpm/couette")?)?;
@@ -170,6 +175,7 @@ fn viscous(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the velocity profile of Poiseuille flow.
 fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("mpm/couette")?;
     case.boundaries[1].velocity = None;
@@ -216,6 +222,7 @@ fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Width of the column (m).
 const WIDTH: f64 = 0.146;
 
+/// Checks the front of a dam break against experiments.
 fn dam_break(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut case = load_case("mpm/dam-break")?;

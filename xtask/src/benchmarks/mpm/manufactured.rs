@@ -32,6 +32,7 @@ pub const VORTEX: Benchmark = Benchmark {
 
 /// Density (kg/m³) of both problems.
 const DENSITY: f64 = 1000.0;
+/// Poisson's ratio of both problems.
 const POISSON: f64 = 0.3;
 
 /// Lamé's first constant and the shear modulus.
@@ -59,9 +60,12 @@ struct WaveSolution {
 }
 
 impl WaveSolution {
+    /// Young's modulus (Pa).
     const YOUNG: f64 = 1e4;
+    /// Phases of the waves along x and y (radians).
     const PHASES: [f64; 2] = [0.0, 2.0 * PI / 3.0];
 
+    /// Wave speed (m/s).
     fn speed() -> f64 {
         (Self::YOUNG / DENSITY).sqrt()
     }
@@ -74,6 +78,7 @@ impl WaveSolution {
         [u, v, 1.0 + 2.0 * PI * self.amplitude * space.cos() * phase.sin()]
     }
 
+    /// Current position of a point (m).
     fn current_position(self, x: [f64; 3], t: f64) -> [f64; 3] {
         [x[0] + self.axis_motion(0, x, t)[0], x[1] + self.axis_motion(1, x, t)[0], 0.0]
     }
@@ -85,6 +90,7 @@ impl WaveSolution {
         (lambda * (a * b).ln() + mu * (a * a - 1.0)) / (a * b)
     }
 
+    /// Body force that the solution requires (m/s²).
     fn force(self, x: [f64; 3], t: f64) -> [f64; 3] {
         let (lambda, mu) = lame(Self::YOUNG);
         let along = [self.axis_motion(0, x, t), self.axis_motion(1, x, t)];
@@ -96,6 +102,7 @@ impl WaveSolution {
         [of(along[0]), of(along[1]), 0.0]
     }
 
+    /// Initial state and body force of the solution.
     fn solution(self) -> Manufactured {
         Manufactured {
             start: Box::new(move |x| {
@@ -111,6 +118,7 @@ impl WaveSolution {
         }
     }
 
+    /// Largest error of position with shape functions on a number of cells across (m).
     fn error(self, shape: &str, cells: usize) -> Result<f64, String> {
         let mut case = load_case("mpm/axis-aligned")?;
         set_mpm_option(&mut case, "shape", shape);
@@ -142,6 +150,7 @@ const SHAPES: [ShapeRow; 5] = [
 /// Errors of the sheet's prototype with cpGIMP on 8, 16, 32 and 64 cells (m).
 const PROTOTYPE: [f64; 4] = [5.6e-3, 1.15e-3, 2.6e-4, 9.0e-5];
 
+/// Checks convergence for axis-aligned waves.
 fn axis_aligned(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let waves = WaveSolution { amplitude: 0.05 };
@@ -222,6 +231,7 @@ struct VortexSolution {
 }
 
 impl VortexSolution {
+    /// Young's modulus (Pa).
     const YOUNG: f64 = 1000.0;
 
     /// Profile of the rotation over the radius, with its first and second derivative.
@@ -230,10 +240,12 @@ impl VortexSolution {
         [1.0 - 32.0 * s * s + 256.0 * s.powi(4), -64.0 * s + 1024.0 * s.powi(3), -64.0 + 3072.0 * s * s]
     }
 
+    /// Rotation at a radius and a time (radians).
     fn angle(self, radius: f64, t: f64) -> f64 {
         self.strength * (PI * t).sin() * Self::profile(radius)[0]
     }
 
+    /// Current position of a point (m).
     fn current_position(self, x: [f64; 3], t: f64) -> [f64; 3] {
         let (s, c) = self.angle(x[0].hypot(x[1]), t).sin_cos();
         [c * x[0] - s * x[1], s * x[0] + c * x[1], 0.0]
@@ -250,6 +262,7 @@ impl VortexSolution {
         [radial, tangential]
     }
 
+    /// Initial state and body force of the solution.
     fn solution(self) -> Manufactured {
         Manufactured {
             start: Box::new(move |x| {
@@ -266,6 +279,7 @@ impl VortexSolution {
         }
     }
 
+    /// Largest error of position with shape functions and a formulation on a number of cells across (m).
     fn error(self, shape: &str, formulation: &str, cells: usize) -> Result<f64, String> {
         let mut case = load_case("mpm/vortex")?;
         set_mpm_option(&mut case, "shape", shape);
@@ -275,6 +289,7 @@ impl VortexSolution {
     }
 }
 
+/// Checks convergence for a vortex with large rotations.
 fn vortex(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let full = VortexSolution { strength: 1.0 };

@@ -30,6 +30,7 @@ pub const TERRAIN: Benchmark = Benchmark {
     run: terrain,
 };
 
+/// Checks that a heap has the same shape on four forms of one plane.
 fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let base = load_case("mpm/heap-on-planes")?;
@@ -107,6 +108,7 @@ fn check_above_ground(
     Ok(())
 }
 
+/// Checks mass, penetration and energy of a slide of 10⁵ points on a raster.
 fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("mpm/terrain-flow")?;

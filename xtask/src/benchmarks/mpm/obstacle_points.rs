@@ -18,10 +18,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 /// Time at which the block has settled (s).
 const SETTLING_TIME: f64 = 1.0;
 
+/// Checks the acceleration of a block on planes of every form, and a disk in a bowl.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let angles: &[f64] = if quick { &[10.0, 40.0] } else { &[10.0, 20.0, 30.0, 40.0] };
@@ -90,6 +92,8 @@ fn speeds(report: &RunReport, up: &str) -> Vec<(f64, f64)> {
     speeds.filter(|(time, _)| *time >= SETTLING_TIME - 1e-9).collect()
 }
 
+/// Checks the acceleration of a block that slides, or that a block with more friction stays at rest. `share` is the friction coefficient
+/// over the tangent of the slope angle.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     form: &str,

@@ -15,6 +15,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: rough_slope,
 };
 
+/// Checks the energy that a frictionless block keeps on a rough slope.
 fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new(

@@ -39,6 +39,7 @@ pub const ABSORBING: Benchmark = Benchmark {
     run: absorbing,
 };
 
+/// Checks drag, undrained compression and the critical time step of saturated soil.
 fn phases(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     drag(&mut outcome)?;
@@ -264,8 +265,9 @@ fn column_in_equilibrium(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Stress of the load (Pa), and position and time of the measurement of the reflected wave.
+/// Stress of the load (Pa).
 const STRESS: f64 = 1e-3;
+/// Position at which the stress is measured (m).
 const STATION: f64 = 15.0;
 
 /// Runs A-18.
@@ -313,10 +315,12 @@ fn absorbing(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Path and value of an absorbing boundary with the dimensionless dashpot coefficient `a`.
 fn wall_of(a: f64) -> (&'static str, serde_json::Value) {
     ("/boundaries/0/wall", serde_json::json!({ "kind": "absorbing", "normal": a }))
 }
 
+/// Stress at the station over that of the load, over time (s).
 fn history(report: &RunReport) -> Vec<(f64, f64)> {
     let at = |frame: &Snapshot| {
         let near: Vec<f64> = frame

@@ -18,9 +18,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Height (m), unit weight (N/m³) and stiffness (Pa) of the case.
+/// Height of the column (m).
 const HEIGHT: f64 = 10.0;
+/// Unit weight (N/m³).
 const WEIGHT: f64 = 800.0;
+/// Stiffness (Pa).
 const STIFFNESS: f64 = 1e4;
 
 /// Comparison of a run with the closed form.
@@ -72,6 +74,7 @@ impl ColumnErrors {
     }
 }
 
+/// Checks the stress of a column under its weight at several cell sizes.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut convergence = LineChart {

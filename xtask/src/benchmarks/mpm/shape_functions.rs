@@ -11,6 +11,7 @@ use crate::benchmarks::BenchmarkOutcome;
 
 /// Largest deviation of a family from a partition of unity and from the reproduction of linear fields.
 fn deviation<const S: usize, B: Basis<S>>(width: f64) -> f64 {
+    /// Number of cells of the tested grid.
     const CELLS: usize = 12;
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let mut worst = 0f64;

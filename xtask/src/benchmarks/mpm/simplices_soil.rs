@@ -27,6 +27,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// The two kinds of element.
 const KINDS: [(Space, &str); 2] = [(Space::PlaneStrain, "triangles"), (Space::ThreeD, "tetrahedra")];
 
+/// Checks locking, consolidation, drag and contact on triangles and tetrahedra.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_locking(&mut outcome)?;
@@ -90,6 +91,7 @@ fn check_locking(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.png("The patch with nodal volumetric strain, held on the left and below.", &cloud)
 }
 
+/// JSON value of a case.
 fn text(case: &Case) -> Result<Value, String> {
     serde_json::from_str(&case.to_json()).map_err(|error| error.to_string())
 }

@@ -24,8 +24,9 @@ const ENERGY: f64 = 50.0;
 /// Length of the slope (m).
 const LENGTH: f64 = 0.853;
 
-/// Cell sizes of the source (m).
+/// Cell size of the coarse runs of the source (m).
 const COARSE: f64 = 0.0125;
+/// Cell size of the fine runs of the source (m).
 const FINE_CELL: f64 = 0.01;
 
 /// Set-ups: the prototype's GIMP with few and many points, and smoother functions with other cells and points. With eight points along a
@@ -71,10 +72,12 @@ fn downslope_energy(report: &RunReport) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, energy(frame) / ENERGY)).collect()
 }
 
+/// Value of a curve at a time; NaN where there is none.
 fn value_at(curve: &[(f64, f64)], time: f64) -> f64 {
     curve.iter().find(|(t, _)| (t - time).abs() < 1e-6).map_or(f64::NAN, |(_, value)| *value)
 }
 
+/// Checks the decay of kinetic energy of a slope against figures of the source.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new(

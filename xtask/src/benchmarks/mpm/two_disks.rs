@@ -15,8 +15,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerances of the sheet.
 const BAND: &str = "the sheet's band, from an independent prototype and the geometry of contact";
 
+/// Checks energies of a collision of two elastic disks.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Energies", "time (s)", "energy (J/m)");

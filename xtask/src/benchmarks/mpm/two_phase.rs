@@ -31,13 +31,16 @@ pub const WAVES: Benchmark = Benchmark {
     run: waves,
 };
 
-/// Load (Pa), constrained modulus of the skeleton (Pa), bulk modulus of the water over porosity (Pa).
+/// Load on the column (Pa).
 pub(super) const LOAD: f64 = 1e4;
+/// Constrained modulus of the skeleton (Pa).
 pub(super) const SKELETON: f64 = 1e7;
+/// Bulk modulus of the water over the porosity (Pa).
 pub(super) const WATER: f64 = 2.15e9 / 0.4;
 /// Coefficient of consolidation `k / (ρ_L g (1/E_c + n/K_L))` (m²/s).
 pub(super) const CONSOLIDATION_RATE: f64 = 1e-3 / (9810.0 * (1.0 / SKELETON + 1.0 / WATER));
 
+/// Checks consolidation of a saturated column against the series of Terzaghi.
 fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let factors = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
@@ -138,6 +141,7 @@ fn isochrone(z: f64, factor: f64) -> f64 {
     modes().map(|a| 2.0 / a * (a * z).sin() * (-a * a * factor).exp()).sum()
 }
 
+/// Degree of consolidation at a time factor.
 fn degree(factor: f64) -> f64 {
     1.0 - modes().map(|a| 2.0 / (a * a) * (-a * a * factor).exp()).sum::<f64>()
 }
@@ -176,6 +180,7 @@ pub(super) fn judge_pressures(
 
 /// Checks total stress and pressure by cells (§2.16).
 fn check_cell_averages(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
+    /// Time factor at which integration by cells is compared.
     const NOMINAL: f64 = 0.1;
     let mut case = load_case("mpm/consolidation")?;
     set_mpm_option(&mut case, "integration", "mixed");
@@ -199,10 +204,13 @@ fn initial_positions(snapshot: &Snapshot) -> Vec<f64> {
     snapshot.positions.iter().zip(displacement).map(|(x, u)| x[0] - u[0]).collect()
 }
 
-/// Traction (Pa), its ramp (s), and the speeds of the two waves without drag (m/s).
+/// Traction on the end of the column (Pa).
 const TRACTION: f64 = 1000.0;
+/// Duration of the increase of the traction (s).
 const RAMP: f64 = 5e-5;
+/// Speed of the fast compression wave without drag (m/s).
 const FAST_WAVE_SPEED: f64 = 2297.728;
+/// Speed of the slow compression wave without drag (m/s).
 const SLOW_WAVE_SPEED: f64 = 1144.720;
 
 /// Hydraulic conductivities (m/s), with their labels, and the sheet's skeleton stress over load at 7e-4 s.
@@ -225,6 +233,7 @@ fn mean_over_load(frame: &Snapshot, values: &[f64]) -> f64 {
     near.iter().sum::<f64>() / near.len() as f64 / TRACTION
 }
 
+/// Checks arrival times and amplitudes of the two compression waves of saturated soil.
 fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = reference_table("mpm/two-waves/reference.csv")?;

@@ -42,6 +42,7 @@ const REGIMES: [AvalancheRegime; 4] = [
 ];
 
 impl AvalancheRegime {
+    /// Runs the avalanche of this kind of snow for a duration (s).
     fn run(&self, duration: f64) -> Result<RunReport, String> {
         let mut case = case_with_options("avalanche", &json!({}))?;
         let keys = ["critical_state_slope", "cohesion_ratio", "hardening_factor", "compressive_strength"];
@@ -65,6 +66,7 @@ fn coulomb(time: f64) -> f64 {
     0.5 * 9.81 * (angle.sin() - 0.4 * angle.cos()) * time * time
 }
 
+/// Checks fronts, forms and energies of avalanches of four kinds of snow.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let duration = if quick { 1.0 } else { 10.0 };
@@ -243,6 +245,7 @@ fn roughness(heights: &[f64]) -> f64 {
     (off.sum::<f64>() / heights.len().saturating_sub(2).max(1) as f64).sqrt() / mean
 }
 
+/// Shows the fronts at the end, and checks their order and the number of pieces of slab and plug.
 fn at_rest(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)], time: f64) {
     order(outcome, reports, time);
     for (regime, report) in reports {

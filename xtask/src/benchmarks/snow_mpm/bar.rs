@@ -27,8 +27,9 @@ pub const SELF_WEIGHT: Benchmark = Benchmark {
     run: self_weight,
 };
 
-/// Density (kg/m³) and, over Young's modulus, the modulus of confined compression for a Poisson's ratio of 0.3.
+/// Density (kg/m³).
 const DENSITY: f64 = 400.0;
+/// Modulus of confined compression over Young's modulus, for a Poisson's ratio of 0.3.
 const CONFINED_MODULUS: f64 = 0.7 / (1.3 * 0.4);
 
 /// Times (s) at which a series passes zero, by linear interpolation.
@@ -65,6 +66,7 @@ fn period_and_momentum(cells: usize, options: &Value) -> Result<[f64; 2], String
     Ok([found / period, peak(3.0 * found) / peak(found)])
 }
 
+/// Checks the period of confined longitudinal vibration.
 fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
@@ -131,6 +133,7 @@ fn settlement_and_errors(cell: f64, shape: &str) -> Result<[f64; 3], String> {
     Ok([settlement, beyond(2.0), beyond(3.0)])
 }
 
+/// Checks settlement and stress of a column under its weight at finite strain.
 fn self_weight(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let exact = 0.045_180_7;

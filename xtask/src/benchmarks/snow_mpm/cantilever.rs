@@ -26,6 +26,7 @@ struct BentBeam {
     axis: Vec<(f64, f64)>,
 }
 
+/// Beam at rest under its weight on cells of `cell` (m).
 fn bent_beam(cell: f64) -> Result<BentBeam, String> {
     let report = run_snow_case(&case_with_options("cantilever", &json!({ "cell_size": cell }))?)?;
     let (start, now) = (initial_positions(&report.snapshot), &report.snapshot.positions);
@@ -44,6 +45,7 @@ fn bent_beam(cell: f64) -> Result<BentBeam, String> {
     Ok(BentBeam { tip: [-tip[1], tip[0]], axis })
 }
 
+/// Checks the tip of a bent beam against the elastica.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Axis of the beam", "x (m)", "y (m)");

@@ -29,12 +29,14 @@ struct ColumnShape {
 }
 
 impl ColumnShape {
+    /// Fronts and height of the column in a frame.
     fn from_frame(frame: &Snapshot) -> Self {
         let farthest = |sign: f64| frame.positions.iter().map(|x| sign * x[0]).fold(0.0, f64::max);
         let middle = frame.positions.iter().filter(|x| x[0].abs() < 0.1).map(|x| x[1]);
         Self { fronts: [farthest(-1.0), farthest(1.0)], height: middle.fold(0.0, f64::max) }
     }
 
+    /// Position of the farther front (m).
     fn front(&self) -> f64 {
         self.fronts[0].max(self.fronts[1])
     }
@@ -48,6 +50,7 @@ fn column(strength: f64, cohesion: f64) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks the share of the run-out that cohesion takes, and that columns of strong snow stand.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Columns of snow", "time (s)", "farthest point from the middle (m)");

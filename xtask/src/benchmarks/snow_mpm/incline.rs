@@ -24,6 +24,7 @@ fn mean_displacement(friction: f64, options: &serde_json::Value) -> Result<f64, 
     Ok(displacement.iter().map(|u| u[0]).sum::<f64>() / displacement.len() as f64)
 }
 
+/// Checks the displacement of a block on an incline: it slides with a friction coefficient of 0.3, and sticks with 0.7.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     // g (sin 30° - μ cos 30°) t² / 2 after 1.1 s.

@@ -29,6 +29,7 @@ struct CompressionBox {
     end: f64,
 }
 
+/// Box of the short form, half as wide as that of the full form.
 const SHORT_BOX: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
 /// Structure of the sheet, on cells of 0.05 mm in place of 0.03 mm.
 const FULL_BOX: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
@@ -48,6 +49,7 @@ impl CompressionBox {
     }
 }
 
+/// Checks the stages of compression of a microstructure: elastic loading, collapse, plateau and densification.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let press = if quick { SHORT_BOX } else { FULL_BOX };

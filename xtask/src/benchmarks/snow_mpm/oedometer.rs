@@ -37,6 +37,7 @@ fn value_at(points: &[(f64, f64)], x: f64) -> f64 {
     })
 }
 
+/// Checks stresses in compaction of a block against the path of a single point.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {

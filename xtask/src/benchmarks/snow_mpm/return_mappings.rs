@@ -15,6 +15,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerance of the sheet's examples.
 const TOLERANCE_REASON: &str = "the sheet's tolerance; round-off where a value is nought";
 
 /// Kirchhoff stress (Pa), plastic volumetric strain and compressive strength (Pa) after one step.
@@ -48,6 +49,7 @@ fn returned_state(f: &Mat3, integration: &str, invariants: &str) -> Result<Retur
     })
 }
 
+/// Checks worked examples of the return map of Cohesive Cam Clay.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     // Trial strains; for explicit and implicit p0: p, q (Pa), plastic volumetric strain, p0 (Pa).

@@ -21,6 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Young's modulus (Pa).
 const YOUNG: f64 = 1e6;
 
+/// Checks rigid motions, and conserved quantities of the transfers.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let transfers = [

@@ -29,6 +29,7 @@ struct ImpactResult {
     contact: f64,
 }
 
+/// Quantile of values.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values
@@ -40,6 +41,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 /// Changed keys of the material.
 type MaterialChanges<'a> = &'a [(&'a str, Value)];
 
+/// Impact of a ball of changed snow: scatter and compaction.
 fn impact(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Result<ImpactResult, String> {
     let mut case = case_with_options("snowball", &json!({}))?;
     set_material(&mut case, "snow", keys)?;
@@ -68,6 +70,7 @@ fn impact(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Resul
     })
 }
 
+/// Checks how scatter and compaction of a snowball depend on the snow.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart =

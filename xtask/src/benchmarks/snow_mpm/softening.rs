@@ -74,6 +74,7 @@ fn row_at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
     &path[number.min(path.len() - 1)]
 }
 
+/// Checks the sequence of collapse of a weak layer by the anticrack law, against classical softening.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let brittle = json!({ "hardening": { "kind": "weak-layer", "softening_factor": 50 } });

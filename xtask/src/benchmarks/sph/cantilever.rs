@@ -17,7 +17,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Length of the beam (m).
 const LENGTH: f64 = 0.2;
+/// Speed of sound (m/s).
 const SPEED: f64 = 63.25;
 /// Euler–Bernoulli beam: `T c0 / L` of the sheet.
 const PERIOD: f64 = 72.4389 * LENGTH / SPEED;
@@ -33,6 +35,7 @@ struct CantileverVariant {
     claim: &'static str,
 }
 
+/// Compared forms of the momentum equation and stabilisations.
 fn variants() -> Vec<CantileverVariant> {
     vec![
         CantileverVariant {
@@ -68,6 +71,7 @@ fn variants() -> Vec<CantileverVariant> {
     ]
 }
 
+/// Checks the period of a cantilever in its first mode.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
@@ -88,6 +92,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Deflection of the tip over time (m).
 fn tip(report: &RunReport) -> Vec<(f64, f64)> {
     deflection(report, 1)
 }
@@ -124,6 +129,7 @@ fn closest(snapshot: &Snapshot) -> f64 {
     smallest / spacing
 }
 
+/// Checks period and damping of a variant.
 fn judge(outcome: &mut BenchmarkOutcome, variant: &CantileverVariant, report: &RunReport) {
     let tip = tip(report);
     let ratio = period(&tip) / PERIOD;

@@ -20,8 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.005;
 
+/// Checks the front of a column of aluminium bars with three artificial viscosities.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let sheet = reference_curve(&reference_table("sph/aluminium-bars/reference.csv")?, "viscosity", "front")?;

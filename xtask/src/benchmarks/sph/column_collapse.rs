@@ -35,10 +35,12 @@ pub const ASPECT_SWEEP: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Aspect ratios of the sheet, and those from which the laws are powers of two thirds.
+/// Aspect ratios of the sheet.
 const ASPECT_RATIOS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0];
+/// Aspect ratios from which the run-out laws have an exponent of two thirds.
 const TALL_ASPECT_RATIOS: &[f64] = ASPECT_RATIOS.split_at(4).1;
 
+/// Material and spacing of a series of columns.
 #[derive(Clone, Copy)]
 struct ColumnSetting {
     name: &'static str,
@@ -49,11 +51,14 @@ struct ColumnSetting {
     spacing: f64,
 }
 
+/// Sand of 31°, with stress regularised by moving least squares.
 const SAND: ColumnSetting =
     ColumnSetting { name: "31 degrees, MLS", friction: 31.0, regularisation: "mls", spacing: SPACING };
+/// Aluminium bars of a friction angle of 21.9°, with stress that is not regularised.
 const ALUMINIUM_BARS: ColumnSetting =
     ColumnSetting { name: "S1", friction: 21.9, regularisation: "none", spacing: SPACING };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.005;
 
 /// Run-out over initial width after Lube et al. 2005.
@@ -80,12 +85,14 @@ fn column(a: f64) -> Result<(Case, f64), String> {
     Ok((case, width))
 }
 
+/// Checks run-outs of three columns of sand, and the effect of regularisation on their stress.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = run_sweep(&[(SAND, &[0.5, 1.0, 2.0])])?;
     check_regularisation(&mut outcome)?;
     Ok(outcome)
 }
 
+/// Checks run-outs of columns of several aspect ratios against published laws.
 fn run_sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
@@ -116,6 +123,7 @@ fn run_sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, Strin
     Ok(outcome)
 }
 
+/// Checks the run-outs of one material.
 fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f64, f64)]) {
     for &(a, length) in found {
         let claim = format!("Lajeunesse {:.3}, Lube {:.3}", lajeunesse(a), lube_run_out(a));

@@ -20,6 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Number between -1 and 1 of an additive recurrence, which varies irregularly with `id`.
 fn scattered_number(id: u32, channel: u32) -> f64 {
+    /// Multipliers of additive recurrences, whose fractional parts are low-discrepancy sequences.
     const STEPS: [f64; 3] = [0.618_033_988_749_894_9, 0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
     let step = STEPS[channel as usize % 3];
     2.0 * (f64::from(id + 1) * step * f64::from(1 + channel / 3)).fract() - 1.0
@@ -45,6 +46,7 @@ fn random(id: u32, deviator: f64) -> PrescribedParticle<2> {
     }
 }
 
+/// Case of a periodic box with changed options.
 fn case_with_options(options: &[(&str, Value)]) -> Result<Case, String> {
     let mut case = load_case("sph/balance")?;
     for (name, value) in options {
@@ -53,6 +55,7 @@ fn case_with_options(options: &[(&str, Value)]) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Rates of particles in a prescribed state.
 fn evaluate(
     options: &[(&str, Value)],
     given: impl Fn(u32, &[f64; 2]) -> PrescribedParticle<2>,
@@ -60,6 +63,7 @@ fn evaluate(
     rates::<2>(&case_with_options(options)?, given).map_err(|error| error.to_string())
 }
 
+/// Sum of a quantity over the particles.
 fn total(particles: &[ParticleRates<2>], value: impl Fn(&ParticleRates<2>) -> f64) -> f64 {
     particles.iter().map(value).sum()
 }
@@ -91,6 +95,7 @@ fn power(particles: &[ParticleRates<2>]) -> f64 {
     sum.abs() / total(particles, |p| terms(p).iter().map(|t| t.abs()).sum())
 }
 
+/// Checks conserved momenta, energy balance, sign of the viscous power and the effect of alternating velocities.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     momenta(&mut outcome)?;
@@ -149,6 +154,7 @@ fn conservative_forms(viscous: &[(&'static str, Value)]) -> [(&'static str, Vec<
     ]
 }
 
+/// Checks that momentum and continuity operators are conjugate: the power of the stresses is the loss of kinetic energy.
 fn energies(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let still = ("viscosity_linear", json!(0.0));
     let pairs: [(&str, Vec<(&str, Value)>); 4] = [
@@ -197,6 +203,7 @@ fn viscous_power(given: impl Fn(u32, &[f64; 2]) -> PrescribedParticle<2>) -> Res
     }))
 }
 
+/// Checks that artificial viscosity only dissipates, and acts in compression alone.
 fn viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut worst = f64::NEG_INFINITY;
     for seed in 0..8 {
@@ -216,6 +223,7 @@ fn viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks that alternating velocities have no velocity gradient: the zero-energy mode of SPH.
 fn checkerboard(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let particles = evaluate(&[], |_, x| {
         let number = |c: usize| (x[c] / 0.02 - 0.5).round() as i64;

@@ -58,6 +58,7 @@ fn sand(void_ratio: f64, density: f64) -> Result<MaterialSpec, String> {
     .map_err(|error| error.to_string())
 }
 
+/// Names and initial void ratios of sands.
 const DENSITIES: [(&str, f64); 3] = [("loose", 0.91), ("medium", 0.81), ("dense", 0.77)];
 
 /// Name and component of a stress.
@@ -66,6 +67,7 @@ type StressComponent = (&'static str, fn(&SymTensor) -> f64);
 /// Shear at which the law alone, on its path in simple shear, first has a negative acoustic tensor in the plane, and the speed `√(-q/ρ)`
 /// (m/s) at a shear of 0.2: waves of number `k` along the worst normal grow at this speed times `k`.
 fn ellipticity(spec: &MaterialSpec) -> Result<(f64, f64), String> {
+    /// Shear strain of a step.
     const STEP: f64 = 1e-4;
     let law = spec.build().map_err(|error| error.to_string())?;
     let initial = InitialCondition { stress: SymTensor::isotropic(-100e3), density: spec.density() };
@@ -285,6 +287,7 @@ fn strain_width(row: &[f64]) -> f64 {
     row.iter().sum::<f64>().powi(2) / row.iter().map(|strain| strain * strain).sum::<f64>()
 }
 
+/// Compares the collapse of loose and dense columns at several spacings.
 fn columns(spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for &spacing in spacings {

@@ -19,12 +19,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Radius of the cylinder (m).
 const RADIUS: f64 = 0.097;
-/// Material of the case, matching of the cone and their label: the source's law, the cone through triaxial compression, which is the
-/// strongest; the weakest, through triaxial extension; and a pyramid, which has one friction angle in every direction.
+/// Yield surface: material of the case, matching of its cone to Mohr–Coulomb (that of the case where `None`), and label of the checks.
 type ConeMatching = (&'static str, Option<&'static str>, &'static str);
+/// Drucker–Prager cone through triaxial compression, the strongest, which the source has.
 const CONE: ConeMatching = ("sand", None, "");
+/// Drucker–Prager cone through triaxial extension, the weakest.
 const WEAKEST: ConeMatching = ("sand", Some("extension"), ", cone through extension");
+/// Mohr–Coulomb pyramid, with one friction angle in every direction.
 const PYRAMID: ConeMatching = ("pyramid", None, ", Mohr–Coulomb");
 
 /// Distance from the axis within which 99.9 % of the particles lie, plus half a spacing (m): the run-out of `sheet: mpm §3.9, A-28`, by
@@ -38,6 +41,7 @@ fn radius(x: &[f64; 3]) -> f64 {
     x[0].hypot(x[1])
 }
 
+/// Checks run-outs of cylinders of sand with three yield surfaces.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for (ratio, spacing, (material, matching, law)) in [

@@ -20,9 +20,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: pressures,
 };
 
-/// Depth of the reservoir (m), its length (m), and the unit of pressure (Pa).
+/// Depth of the reservoir (m).
 const DEPTH: f64 = 0.3;
+/// Distance of the gate from the rear wall: the length of the reservoir (m).
 const GATE_POSITION: f64 = 0.6;
+/// Unit of pressure: hydrostatic pressure at the bed of the reservoir (Pa).
 const UNIT: f64 = 997.0 * 9.81 * DEPTH;
 /// Pressure that marks the arrival, over the unit; the quantiles at sensor 2 rise through it within 0.01.
 const ARRIVAL_PRESSURE: f64 = 0.2;
@@ -32,6 +34,7 @@ const WINDOW: f64 = 0.1;
 /// `scripts/probe_acsphDambreakLobovsky.py` of github.com/wi-re/warpSPH has it: 75.06, 91.44, 130.98; 53.26, 57.49, 63.31; 39.79, 43.76, 49.62 mbar).
 const PEAKS: [[f64; 3]; 3] = [[2.558, 3.116, 4.464], [1.815, 1.959, 2.158], [1.356, 1.491, 1.691]];
 
+/// Curve of a quantity over dimensionless time.
 type PressureCurve = Vec<(f64, f64)>;
 
 /// Time series of the run on one floor.
@@ -43,6 +46,7 @@ struct FloorRecord {
 }
 
 impl FloorRecord {
+    /// Front and wall pressures of a run, dimensionless.
     fn from_report(report: &RunReport) -> Self {
         let time = (DEPTH / 9.81f64).sqrt();
         let scaled = |name: &str, zero: f64, unit: f64| -> PressureCurve {
@@ -75,6 +79,7 @@ impl FloorRecord {
     }
 }
 
+/// Speed of the front over √(gH), from 1 to 3 depths past the gate.
 fn speed(front: &PressureCurve) -> f64 {
     let part: PressureCurve = front.iter().copied().filter(|(_, x)| *x > 1.0 && *x < 3.0).collect();
     regression_slope(&part)
@@ -96,6 +101,7 @@ struct DamExperiment {
 }
 
 impl DamExperiment {
+    /// Reads front and pressures of the experiment.
     fn read() -> Result<Self, String> {
         let front = reference_curve(&reference_table("sph/dam-pressure/front.csv")?, "time", "place")?;
         let table = reference_table("sph/dam-pressure/sensor2.csv")?;
@@ -117,6 +123,7 @@ impl DamExperiment {
     }
 }
 
+/// Checks arrival time and pressure of a dam break at the far wall against experiments.
 fn pressures(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let experiment = DamExperiment::read()?;
@@ -141,6 +148,7 @@ fn pressures(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks arrival time, front speed and pressures on one kind of floor.
 fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, experiment: &DamExperiment) {
     let [last, median, first] = experiment.arrival_times();
     outcome.assert_close(
@@ -215,6 +223,7 @@ fn judge_blow(
     }
 }
 
+/// Draws front and pressures beside those of the experiment.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     courses: &[(&str, FloorRecord)],

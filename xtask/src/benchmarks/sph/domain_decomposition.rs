@@ -57,6 +57,7 @@ fn apart(a: &Snapshot, b: &Snapshot) -> f64 {
     a.positions.iter().zip(&b.positions).map(distance).max_or_nan()
 }
 
+/// Checks that a column in several ranks moves as in one.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut alone = start(&column(1)?)?;

@@ -68,6 +68,7 @@ struct FootingSoil {
     duration: f64,
 }
 
+/// Clay under a rough footing.
 const CLAY: FootingSoil = FootingSoil {
     name: "von Mises",
     matching: "plane-strain",
@@ -76,7 +77,9 @@ const CLAY: FootingSoil = FootingSoil {
     half_width: 4.0,
     duration: 6.0,
 };
+/// Clay under a smooth footing.
 const SLIPPERY: FootingSoil = FootingSoil { name: "smooth footing", slips: true, ..CLAY };
+/// Clay with the Drucker–Prager cone through triaxial compression.
 const CONE: FootingSoil = FootingSoil { name: "cone through compression", matching: "compression", ..CLAY };
 /// Frictional soil. The exit of Prandtl's mechanism is 3.77 m from the middle, 4.14 m with the effective width. The mechanism takes three
 /// times the load, and so three times the displacement.
@@ -96,6 +99,7 @@ impl FootingSoil {
         }
     }
 
+    /// Case of a footing on this soil.
     fn case(&self, spacing: f64) -> Result<Case, String> {
         let mut case = load_case("sph/footing")?;
         case.domain.max[0] = self.half_width;
@@ -113,10 +117,13 @@ impl FootingSoil {
     }
 }
 
+/// Cohesion of the clay (Pa).
 const COHESION: f64 = 10e3;
+/// Width of the footing (m).
 const WIDTH: f64 = 1.0;
 /// Depths between which the vertical force is evaluated (m): it is equal at all of them.
 const DEPTHS: std::ops::Range<f64> = 1.0..2.0;
+/// Depth of the soil (m).
 const SOIL: f64 = 4.0;
 /// Velocity of the footing (m/s).
 const SPEED: f64 = 8.2e-3;
@@ -152,6 +159,7 @@ fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     regression_slope(&side).atan().to_degrees()
 }
 
+/// Checks bearing capacities of footings at several spacings.
 fn run_footing(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for soil in soils {

@@ -16,6 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks the stress of a disc under membrane pressure, and the strength of triaxial specimens.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     disc(&mut outcome)?;
@@ -41,6 +42,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 
 /// Checks V-33.
 fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    /// Pressure on the disc (Pa).
     const PRESSURE: f64 = 1e4;
     let snapshot = run_in_memory("sph", &load_case("sph/confined-disc")?)?.snapshot;
     let moved = vectors(&snapshot, "displacement");

@@ -20,6 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.5;
 
 /// Time series of a run.
@@ -33,6 +34,7 @@ struct PairingRecord {
 }
 
 impl PairingRecord {
+    /// Kinetic energy at the time `second` (J/m); NaN beyond the end of the record.
     fn nearest_at(&self, second: usize) -> f64 {
         self.kinetic.get(second).map_or(f64::NAN, |(_, k)| *k)
     }
@@ -43,6 +45,7 @@ impl PairingRecord {
     }
 }
 
+/// Case of a block under pressure with a kernel and a smoothing length over spacing.
 fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     let mut case = load("pairing/case.json")?;
     set_method_option(&mut case, "sph", "kernel", kernel);
@@ -58,6 +61,7 @@ fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Records kinetic energy, speeds and particle distances over a duration (s).
 fn record_pairing(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord, String> {
     let mut course = PairingRecord { kinetic: Vec::new(), fastest: 0.0, closest: f64::NAN };
     while solver.time() < seconds {
@@ -90,6 +94,7 @@ fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
     found
 }
 
+/// Checks the pairing instability of kernels, and that the non-conservative momentum form amplifies disorder.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     pairing(&mut outcome, quick)?;
@@ -172,6 +177,7 @@ impl PairingRequirement {
     }
 }
 
+/// Checks which kernels make pairs of particles.
 fn pairing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let mut chart = LineChart {
         log: true,

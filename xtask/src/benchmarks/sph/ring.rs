@@ -16,13 +16,17 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Pressure inside the ring (Pa).
 const PRESSURE: f64 = 1e4;
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.1;
+/// Compared samplings.
 const SAMPLINGS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
 
 /// Particle: position (m), distance from the centre (m), hoop stress (Pa).
 type HoopStressPoint = ([f64; 2], f64, f64);
 
+/// Checks stresses at the curved edges of a ring and of a plate with a hole.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     ring(&mut outcome)?;
@@ -42,6 +46,7 @@ fn kirsch(r: f64) -> f64 {
     0.5 * (2.0 + r.powi(-2) + 3.0 * r.powi(-4))
 }
 
+/// Position, radius (m) and hoop stress (Pa) of the particles.
 fn hoop_stresses(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
     let hoop = |(x, s): (&[f64; 3], &colluvium::constitutive::SymTensor)| {
         let r = x[0].hypot(x[1]);
@@ -62,6 +67,7 @@ fn min_mean_max(values: &[f64]) -> [f64; 3] {
     [smallest, values.iter().sum::<f64>() / values.len() as f64, largest]
 }
 
+/// Checks hoop stresses of a thick ring against those of Lamé.
 fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Thick ring under a pressure within",
@@ -107,6 +113,7 @@ fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Hoop stress of all particles against the closed form.", &chart)
 }
 
+/// Checks stresses of a plate with a hole against those of Kirsch.
 fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Plate with a hole",

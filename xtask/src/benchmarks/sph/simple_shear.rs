@@ -19,8 +19,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Shear modulus (Pa).
 const SHEAR_MODULUS: f64 = 1e7 / 2.6;
 
+/// Checks rotation, simple shear and tension of blocks with every law.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     rotation(&mut outcome)?;
@@ -31,6 +33,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Value from its JSON text.
 fn parse<T: serde::de::DeserializeOwned>(text: Value) -> Result<T, String> {
     serde_json::from_value(text).map_err(|error| error.to_string())
 }
@@ -54,6 +57,7 @@ fn of_block(snapshot: &Snapshot) -> Vec<SymTensor> {
     all.filter(|(_, body)| **body == 0).map(|(s, _)| s).collect()
 }
 
+/// Mean of stresses.
 fn mean(stresses: &[SymTensor]) -> SymTensor {
     let mut sum = SymTensor::ZERO;
     stresses.iter().for_each(|s| sum += *s);
@@ -340,6 +344,7 @@ pub(super) fn law_in_frame(spec: &MaterialSpec, path: ShearPath) -> Result<Vec<S
     law_comparison(&mut frame_case(spec, path.rate, path.pressure)?, spec, path)
 }
 
+/// Stresses of the block beside those of the law at a point, in simple shear.
 fn law_comparison(case: &mut Case, spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
     let ShearPath { rate, pressure, shear, rows, hourglass } = path;
     set_method_option(case, "sph", "hourglass_viscosity", hourglass);

@@ -23,7 +23,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.02;
+/// Slope of the benchmark.
 const SLOPE: HomogeneousSlope = HomogeneousSlope {
     height: 0.6,
     cotangent: 1.0,
@@ -34,6 +36,7 @@ const SLOPE: HomogeneousSlope = HomogeneousSlope {
 /// Position of the toe of the case (m); the slope rises towards smaller x.
 const TOE_POSITION: f64 = 1.1;
 
+/// Checks the factor of safety of a slope against Bishop's method, and its slip surface.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let circle = limit_equilibrium(&mut outcome)?;
@@ -96,6 +99,7 @@ fn search(soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Runs the search for the factor of safety of a case.
 fn safety(case: &Case) -> Result<SafetyResult, String> {
     run_in_memory("sph", case)?.safety.remove("safety").ok_or_else(|| "no factor of safety".to_owned())
 }
@@ -149,6 +153,7 @@ fn check_zero_dilatancy(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(
     Ok(())
 }
 
+/// Shows the displacements of the trials of a search.
 fn trials(outcome: &mut BenchmarkOutcome, name: &str, found: &SafetyResult) {
     for trial in &found.trials {
         let name =

@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.1;
 
 /// Share of the particles whose nearest neighbour is closer than `limit` (m), and the least distance (m).
@@ -40,6 +41,7 @@ struct TensileCure {
     front: f64,
 }
 
+/// Cures of the tensile instability, with the results of the sheet.
 const TENSILE_CURES: [TensileCure; 4] = [
     TensileCure { name: "none", option: None, clumped_share: 0.123, front: 4.96 },
     TensileCure {
@@ -90,6 +92,7 @@ impl TensileCure {
     }
 }
 
+/// Checks the clumping of particles without a cure and with three.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut shares, mut fronts) = (Vec::new(), Vec::new());

@@ -28,6 +28,7 @@ fn time_of_steps(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize
     })
 }
 
+/// Checks that one and two threads give bit-identical results, and measures both speeds.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let batches = if quick { 2 } else { 6 };

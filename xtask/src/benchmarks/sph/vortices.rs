@@ -31,10 +31,12 @@ const ROTATED_LATTICE_COUNTS: [i64; 2] = [87, 50];
 /// Velocity of a mode at a position, of amplitude one.
 type FlowMode = fn(&[f64; 3]) -> [f64; 2];
 
+/// Velocity of a shear wave (m/s).
 fn wave(x: &[f64; 3]) -> [f64; 2] {
     [(TAU * x[1]).sin(), 0.0]
 }
 
+/// Velocity of an array of vortices (m/s).
 fn array(x: &[f64; 3]) -> [f64; 2] {
     let (a, b) = ((TAU * x[0]).sin_cos(), (TAU * x[1]).sin_cos());
     [a.0 * b.1, -a.1 * b.0]
@@ -52,6 +54,7 @@ fn amplitude(snapshot: &Snapshot, mode: FlowMode) -> (f64, f64) {
     (both / own, 1.0 - both * both / (own * all))
 }
 
+/// Checks the decay of a shear wave and of vortices against closed forms.
 fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Decay of vortices", "time (s)", "kinetic energy over that at the start");
@@ -136,6 +139,7 @@ fn closed_form() -> Vec<(f64, f64)> {
     (0..=50).map(|k| at(f64::from(k) / 50.0)).collect()
 }
 
+/// Spacing of the particles of a case (m).
 fn spacing(case: &Case) -> f64 {
     case.methods
         .get("sph")
@@ -144,6 +148,7 @@ fn spacing(case: &Case) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
+/// Kinetic energy over that at the start, over time (s).
 fn energies(report: &RunReport) -> Vec<(f64, f64)> {
     let rows = report.table.pairs("time", "kinetic_energy").unwrap_or_default();
     let start = rows.first().map_or(1.0, |row| row.1);

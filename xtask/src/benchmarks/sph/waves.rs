@@ -43,6 +43,7 @@ pub(super) fn advance(solver: &mut dyn Solver) -> Result<f64, String> {
     Ok(dt)
 }
 
+/// Checks waves in a bar and a strip, damping, and the limit of the time step.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_bar(&mut outcome)?;
