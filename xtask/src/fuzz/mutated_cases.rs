@@ -22,7 +22,7 @@ const FILE_TIME_LIMIT: Duration = Duration::from_secs(30);
 /// Largest memory of a problem that is built (bytes).
 const MEMORY: f64 = 5e8;
 /// Largest number of points of a problem that is run.
-const POINTS: usize = 4000;
+const MAX_POINTS_PER_CASE: usize = 4000;
 
 /// Largest number of grains of a plan: a plan generates specimens of grains, which takes long and says nothing of the file.
 const MAX_PLANNED_GRAINS: f64 = 30_000.0;
@@ -229,7 +229,7 @@ fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
     if !(step.is_finite() && step > 0.0) {
         return Err(format!("{}: a planned time step of {step} s", method.name()));
     }
-    if plan.points > POINTS {
+    if plan.points > MAX_POINTS_PER_CASE {
         return Ok(FuzzOutcome::Planned);
     }
     let mut solver = match method.build(case) {

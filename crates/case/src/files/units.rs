@@ -106,16 +106,17 @@ fn parse(text: &str) -> Option<Unit> {
         let sign = if number == 0 { 1 } else { -1 };
         // In `m3/s m` the last word is in the numerator.
         let first = words.next()?;
-        unit = factor_of(first, unit, sign)?;
+        unit = multiply_by_word(first, unit, sign)?;
         for word in words {
-            unit = factor_of(word, unit, 1)?;
+            unit = multiply_by_word(word, unit, 1)?;
         }
     }
     Some(unit)
 }
 
-/// Product of `unit` and a word with its power, as `m`, `s-1` or `m3`.
-fn factor_of(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
+/// Multiplies `unit` by the unit of a word with its exponent, such as `m`, `s-1` or `m3`, or divides by it where `sign` is -1. `None` for an
+/// unknown word.
+fn multiply_by_word(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
     if word == "1" || word == "-" {
         return Some(unit);
     }

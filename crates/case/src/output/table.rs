@@ -119,22 +119,22 @@ impl TableFile {
         Ok(table)
     }
 
-    /// Opens a table whose valid part has the checksum `seal`; nothing changes before [`TableFile::truncate`].
+    /// Opens a table whose valid part has a checksum; nothing changes before [`TableFile::truncate`].
     ///
     /// # Errors
     /// When the file cannot be opened, is shorter than that part or has been changed.
-    pub fn open(path: &Path, seal: FileChecksum) -> Result<Self, OutputError> {
+    pub fn open(path: &Path, checksum: FileChecksum) -> Result<Self, OutputError> {
         let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
         let file = OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
         let found = file.metadata().map_err(|error| fail(&error))?.len();
-        if found < seal.bytes {
-            let had = seal.bytes;
+        if found < checksum.bytes {
+            let had = checksum.bytes;
             return Err(fail(&format!("has {found} bytes, but had {had} when the checkpoint was written")));
         }
-        if FileChecksum::of_file(path, Some(seal.bytes))? != seal {
+        if FileChecksum::of_file(path, Some(checksum.bytes))? != checksum {
             return Err(fail(&"was changed since the checkpoint: run the case anew"));
         }
-        Ok(Self { path: path.to_owned(), file, checksum: seal })
+        Ok(Self { path: path.to_owned(), file, checksum })
     }
 
     /// Removes everything after the valid part.
@@ -204,24 +204,24 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..5).map(|i| vec![f64::from(i), 1.0 / f64::from(i + 1)]).collect();
         let mut file = TableFile::create(&path, "about", &columns).unwrap();
         file.append(&rows[..2]).unwrap();
-        let seal = file.sync().unwrap();
+        let checksum = file.sync().unwrap();
         file.append(&rows[3..]).unwrap();
         drop(file);
         OpenOptions::new().append(true).open(&path).unwrap().write_all(b"7e0,1.2").unwrap();
         assert_eq!(Table::read(&path).unwrap().rows.len(), 4, "a torn row does not count");
-        let mut file = TableFile::open(&path, seal).unwrap();
+        let mut file = TableFile::open(&path, checksum).unwrap();
         file.truncate().unwrap();
         file.append(&rows[2..3]).unwrap();
         file.append(&rows[3..]).unwrap();
         let table = Table { columns, rows };
         assert_eq!(std::fs::read_to_string(&path).unwrap(), table.to_csv("about"));
         assert!(
-            TableFile::open(&path, FileChecksum { bytes: 1_000_000, ..seal }).is_err(),
+            TableFile::open(&path, FileChecksum { bytes: 1_000_000, ..checksum }).is_err(),
             "rows are missing"
         );
         let edited = std::fs::read_to_string(&path).unwrap().replacen("about", "About", 1);
         std::fs::write(&path, edited).unwrap();
-        let error = TableFile::open(&path, seal).unwrap_err().to_string();
+        let error = TableFile::open(&path, checksum).unwrap_err().to_string();
         assert!(error.contains("was changed since the checkpoint"), "{error}");
     }
 }

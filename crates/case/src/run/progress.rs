@@ -28,7 +28,7 @@ pub(crate) struct RunProgress {
     /// ParaView collection of the frames written.
     pub(crate) collection: Collection,
     /// Checksums of the frame files, by name.
-    pub(crate) seals: BTreeMap<String, FileChecksum>,
+    pub(crate) frame_checksums: BTreeMap<String, FileChecksum>,
     /// Step numbers of the frames in the collection.
     pub(crate) frame_steps: Vec<u64>,
     /// Totals at the start.

@@ -19,7 +19,8 @@ pub(super) struct DecimatedRun<'a> {
     pub blocks: Option<DecimationBlocks>,
 }
 
-/// Kept parts of the runs within the bytes of a view, and a text on the parts left out.
+/// Leaves out frames and points of runs, so that the page does not exceed the bytes of the view. Returns the reduced runs, and a text that
+/// states the numbers of frames and points left out.
 pub(super) fn decimate<'a>(
     panels: &[Panel<'a>],
     view: &View,

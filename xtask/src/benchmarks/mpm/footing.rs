@@ -28,9 +28,9 @@ const SETTLEMENT: f64 = 0.12;
 const PRANDTL: f64 = 2.0 + std::f64::consts::PI;
 
 /// Id of the case of the sheet, whose points keep their positions.
-const FIXED_POINTS: &str = "mpm/footing";
+const FIXED_POINTS_ID: &str = "mpm/footing";
 /// Id of the case whose footing sinks into the clay: points move, and the clay beside it heaves.
-const SINKING: &str = "mpm/footing-sinking";
+const SINKING_FOOTING_ID: &str = "mpm/footing-sinking";
 
 /// Case with a number of cells under half the footing.
 fn footing(folder: &str, cells: usize) -> Result<Case, String> {
@@ -84,7 +84,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     };
     let of_eight = check_smoothed(&mut outcome, &mut chart, quick)?;
 
-    let mut plain = footing(FIXED_POINTS, 8)?;
+    let mut plain = footing(FIXED_POINTS_ID, 8)?;
     set_mpm_option(&mut plain, "volumetric_strain", "point");
     let plain = curve(&run_mpm(&plain)?);
     let (reason, name) = ("the sheet: it locks", "A-29 not smoothed over smoothed, 8 cells");
@@ -92,7 +92,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     outcome.assert_within(name, "above 1 (prototype 1.16)", ratio, (1.0, f64::INFINITY), reason);
     chart.series.push(Series::new("not smoothed, 8 cells", plain, Style::Line));
 
-    let mut smooth = footing(FIXED_POINTS, 8)?;
+    let mut smooth = footing(FIXED_POINTS_ID, 8)?;
     smooth.stages[0].motions[0].velocity[0] = None;
     let smooth = at_the_end(&curve(&run_mpm(&smooth)?));
     let claim = "5.142 (prototype 5.300)";
@@ -117,7 +117,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
 fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
     let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
     for &cells in levels(quick) {
-        let report = run_mpm(&footing(FIXED_POINTS, cells)?)?;
+        let report = run_mpm(&footing(FIXED_POINTS_ID, cells)?)?;
         let curve = curve(&report);
         let last = at_the_end(&curve);
         pressures.push(last);
@@ -177,7 +177,7 @@ fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: 
 
 /// Checks triangles, two to a square, with a point in each and strains averaged by nodes: the source's elements.
 fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
-    let mut case = footing(FIXED_POINTS, 8)?;
+    let mut case = footing(FIXED_POINTS_ID, 8)?;
     set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
     set_mpm_option(&mut case, "points_per_cell", 1);
     set_mpm_option(&mut case, "volumetric_strain", "nodal");
@@ -198,7 +198,7 @@ fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new("Circular footing on Tresca clay", "settlement (m)", "pressure over c_u");
     for (kind, exact) in [("smooth", 5.69), ("rough", 6.05)] {
         for cells in [8, 16] {
-            let mut case = footing(FIXED_POINTS, cells)?;
+            let mut case = footing(FIXED_POINTS_ID, cells)?;
             case.space = Space::Axisymmetric;
             if kind == "smooth" {
                 case.stages[0].motions[0].velocity[0] = None;
@@ -234,7 +234,7 @@ fn check_sinking_footing(
     quick: bool,
 ) -> Result<(), String> {
     for &cells in levels(quick) {
-        let curve = curve(&run_mpm(&footing(SINKING, cells)?)?);
+        let curve = curve(&run_mpm(&footing(SINKING_FOOTING_ID, cells)?)?);
         let name = format!("A-29 with points that move, {cells} cells: pressure at the end over c_u");
         let last = at_the_end(&curve);
         let reason = "the sheet's figures are those of the geometry at the start";

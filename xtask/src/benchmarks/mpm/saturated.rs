@@ -16,7 +16,7 @@ pub const PHASES: Benchmark = Benchmark {
     source: "sheet: mpm A-21, A-23, A-36, closed forms and eigenvalues",
     short_seconds: Some(2),
     full_seconds: 2,
-    run: phases,
+    run: check_drag_compression_and_critical_step,
 };
 
 /// Column under sudden gravity.
@@ -40,7 +40,7 @@ pub const ABSORBING: Benchmark = Benchmark {
 };
 
 /// Checks drag, undrained compression and the critical time step of saturated soil.
-fn phases(_quick: bool) -> Result<BenchmarkOutcome, String> {
+fn check_drag_compression_and_critical_step(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     drag(&mut outcome)?;
     check_undrained(&mut outcome)?;

@@ -49,7 +49,7 @@ impl CompressionBox {
     }
 }
 
-/// Checks the stages of compression of a microstructure: elastic loading, collapse, plateau and densification.
+/// Checks the stages of compression of a microstructure, and draws stress and structure.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let press = if quick { SHORT_BOX } else { FULL_BOX };
@@ -67,7 +67,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     case.output.measures = Some(ROW * size / speed);
     let report = run_snow_case(&case)?;
     let path = press.path(&report);
-    judge(&mut outcome, &report, &path, quick);
+    check_loading_stages(&mut outcome, &report, &path, quick);
     let chart = LineChart {
         series: vec![Series::new("snow-mpm", path, Style::Line)],
         ..LineChart::new("Confined compression", "compression of the box", "mean axial stress (Pa)")
@@ -85,8 +85,14 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the four phases in their order.
-fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)], quick: bool) {
+/// Checks the stages of confined compression: the linear rise of the stress, its drop after the first peak, the plateau, and the final rise
+/// when the grains jam.
+fn check_loading_stages(
+    outcome: &mut BenchmarkOutcome,
+    report: &RunReport,
+    path: &[(f64, f64)],
+    quick: bool,
+) {
     let peak = first_peak(path);
     let (at, largest) = path[peak];
     let rise: Vec<(f64, f64)> =

@@ -38,7 +38,7 @@ fn parse<T: serde::de::DeserializeOwned>(text: Value) -> Result<T, String> {
     serde_json::from_value(text).map_err(|error| error.to_string())
 }
 
-/// Case of the frame at another rate of shear (1/s) and under an isotropic pressure (Pa).
+/// Case of a block of particles inside a frame of particles with prescribed motion, at a shear rate (1/s) and an isotropic pressure (Pa).
 fn frame(rate: f64, pressure: f64) -> Result<Case, String> {
     let mut case = load("shear/case.json")?;
     for body in &mut case.bodies {
@@ -309,7 +309,8 @@ fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     Ok(apart.max_or_nan())
 }
 
-/// Case of the frame with 10 × 10 free particles of a material.
+/// Case of 10 × 10 free particles of a material inside a frame of particles that move with the shear rate (1/s), from an isotropic pressure
+/// (Pa).
 fn frame_case(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, String> {
     let mut case = frame(rate, pressure)?;
     case.materials.insert("m".into(), spec.clone());

@@ -124,9 +124,9 @@ pub(crate) fn write_xml<'a>(
     compression: Compression,
 ) -> Result<FileChecksum, OutputError> {
     let shell = complete_text(hollow, compression).map_err(|error| OutputError::new(path, error))?;
-    let mut seal = FileChecksum::default();
+    let mut checksum = FileChecksum::default();
     write_stream_atomically(path, |file| {
-        let mut out = ChecksumWriter { writer: file, checksum: seal };
+        let mut out = ChecksumWriter { writer: file, checksum };
         let mut rest = shell.as_str();
         for array in arrays {
             let (before, after) =
@@ -136,10 +136,10 @@ pub(crate) fn write_xml<'a>(
             rest = after;
         }
         out.write_all(rest.as_bytes())?;
-        seal = out.checksum;
+        checksum = out.checksum;
         Ok(())
     })?;
-    Ok(seal)
+    Ok(checksum)
 }
 
 /// Text of a file.
@@ -191,9 +191,9 @@ mod tests {
                 VtkArray::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
             ];
             let geometry = VtkGeometry { point_count: COUNT, cells: COUNT, arrays };
-            let seal = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
+            let checksum = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
             let text = std::fs::read_to_string(&path).unwrap();
-            assert_eq!(seal, FileChecksum::of_bytes(text.as_bytes()));
+            assert_eq!(checksum, FileChecksum::of_bytes(text.as_bytes()));
             let numbers_left_out = |text: &str| -> String {
                 text.split('>').map(|part| part.split_once('<').map_or("", |(_, element)| element)).collect()
             };

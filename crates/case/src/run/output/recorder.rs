@@ -291,18 +291,18 @@ impl<'a> RunRecorder<'a> {
         progress.frame_steps.push(others.step);
         if let Some(out) = &self.options.output_folder {
             if let (Some(name), Some(points)) = (of_points, &points) {
-                let seal = write_frame(
+                let checksum = write_frame(
                     &out.join(&name),
                     points,
                     self.case.origin(),
                     WriteOptions { field_names, compression },
                 )?;
-                progress.seals.insert(name, seal);
+                progress.frame_checksums.insert(name, checksum);
             }
             for dataset in &others.datasets {
                 let name = file(dataset);
-                let seal = write_dataset(&out.join(&name), dataset, self.case.origin(), compression)?;
-                progress.seals.insert(name, seal);
+                let checksum = write_dataset(&out.join(&name), dataset, self.case.origin(), compression)?;
+                progress.frame_checksums.insert(name, checksum);
             }
             self.write_collections(out, progress)?;
         }
@@ -317,7 +317,7 @@ impl<'a> RunRecorder<'a> {
     fn write_collections(&self, out: &Path, progress: &RunProgress) -> Result<(), OutputError> {
         progress.collection.write(&out.join(COLLECTION))?;
         let mut beside: BTreeMap<&str, Vec<(usize, &String)>> = BTreeMap::new();
-        for file in progress.seals.keys() {
+        for file in progress.frame_checksums.keys() {
             if let Some((name, number)) = run_folder::parse_frame_name(file) {
                 beside.entry(name).or_default().push((number, file));
             }
@@ -330,7 +330,8 @@ impl<'a> RunRecorder<'a> {
             }
             files.sort_unstable();
             let frames = files.into_iter().map(|(number, file)| (times[number].0, file.clone()));
-            Collection { frames: frames.collect() }.write(&out.join(run_folder::collection(name)))?;
+            Collection { frames: frames.collect() }
+                .write(&out.join(run_folder::collection_file_name(name)))?;
         }
         Ok(())
     }
@@ -411,7 +412,7 @@ impl<'a> RunRecorder<'a> {
         };
         solver.restore(&mut state).map_err(|error: SolverError| checkpoint_error(out, error.to_string()))?;
         let progress = checkpoint.progress;
-        self.check_frames(out, &progress.seals)?;
+        self.check_frames(out, &progress.frame_checksums)?;
         if self.options.keep_frames {
             self.kept_frames = read_frames(out, &progress)?;
         }
@@ -427,12 +428,12 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Rejects a resume with missing or changed frames, which the collection would list although the run did not write them.
-    fn check_frames(&self, out: &Path, seals: &BTreeMap<String, FileChecksum>) -> Result<(), RunError> {
-        for (name, seal) in seals {
+    fn check_frames(&self, out: &Path, checksums: &BTreeMap<String, FileChecksum>) -> Result<(), RunError> {
+        for (name, checksum) in checksums {
             let path = out.join(name);
             let wrong = match path.exists() {
                 false => "missing",
-                true if FileChecksum::of_file(&path, None)? != *seal => "changed",
+                true if FileChecksum::of_file(&path, None)? != *checksum => "changed",
                 true => continue,
             };
             return Err(checkpoint_error(out, format!("needs {name}, which is {wrong}: run the case anew")));

@@ -44,8 +44,8 @@ pub(crate) fn parse_frame_name(file: &str) -> Option<(&str, usize)> {
     Some((dataset, number.parse().ok()?))
 }
 
-/// Name of the collection of a dataset that is not the first one of the frames.
-pub(crate) fn collection(dataset: &str) -> String {
+/// File name of the ParaView collection of a further dataset: any but the first one of the frames.
+pub(crate) fn collection_file_name(dataset: &str) -> String {
     format!("{dataset}.pvd")
 }
 
@@ -146,13 +146,13 @@ pub(crate) fn write_state(
 ) -> Result<(), RunError> {
     let mut failed = None;
     let written = write_stream_atomically(path, |file| {
-        let mut sealed = ChecksumWriter { writer: file, checksum: FileChecksum::default() };
-        if let Err(error) = state(&mut sealed) {
+        let mut writer = ChecksumWriter { writer: file, checksum: FileChecksum::default() };
+        if let Err(error) = state(&mut writer) {
             failed = Some(error);
             return Err(std::io::Error::other("not written"));
         }
-        let seal = sealed.checksum.fnv1a.to_le_bytes();
-        sealed.writer.write_all(&seal)
+        let checksum = writer.checksum.fnv1a.to_le_bytes();
+        writer.writer.write_all(&checksum)
     });
     match failed {
         Some(error) => Err(error.into()),
@@ -170,11 +170,11 @@ pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
     let mut file = File::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
-    let mut sealed = ChecksumWriter { writer: std::io::sink(), checksum: FileChecksum::default() };
-    std::io::copy(&mut (&file).take(length), &mut sealed).map_err(fail)?;
-    let mut seal = [0; size_of::<u64>()];
-    file.read_exact(&mut seal).map_err(fail)?;
-    if u64::from_le_bytes(seal) != sealed.checksum.fnv1a {
+    let mut writer = ChecksumWriter { writer: std::io::sink(), checksum: FileChecksum::default() };
+    std::io::copy(&mut (&file).take(length), &mut writer).map_err(fail)?;
+    let mut checksum = [0; size_of::<u64>()];
+    file.read_exact(&mut checksum).map_err(fail)?;
+    if u64::from_le_bytes(checksum) != writer.checksum.fnv1a {
         return Err(damaged());
     }
     file.rewind().map_err(fail)?;
@@ -313,11 +313,11 @@ impl Tables {
     }
 
     /// Reopens the tables at the lengths of the given checksums: all of them, or none is changed.
-    pub(crate) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
+    pub(crate) fn resume(&mut self, checksums: &[(String, FileChecksum)]) -> Result<(), OutputError> {
         let Some(out) = &self.folder else { return Ok(()) };
         let mut files = BTreeMap::new();
-        for (name, seal) in seals {
-            files.insert(name.clone(), TableFile::open(&out.join(name), *seal)?);
+        for (name, checksum) in checksums {
+            files.insert(name.clone(), TableFile::open(&out.join(name), *checksum)?);
         }
         files.values_mut().try_for_each(TableFile::truncate)?;
         self.files = files;

@@ -60,8 +60,9 @@ impl RunRecorder<'_> {
             let tables = self.tables.sync()?;
             if let Some(out) = &self.options.output_folder {
                 self.keep_case(out)?;
-                let sealed = progress.seals.clone().into_iter().chain(tables).collect();
-                summary["files"] = verify::to_json(&verify::file_checksums(out, sealed, &self.rasters)?);
+                let run_checksums = progress.frame_checksums.clone().into_iter().chain(tables).collect();
+                summary["files"] =
+                    verify::to_json(&verify::file_checksums(out, run_checksums, &self.rasters)?);
             }
             summary["end"] = json!(solver.budget().map(budget_to_json));
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
