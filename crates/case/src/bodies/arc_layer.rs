@@ -68,7 +68,8 @@ impl GroundSegment {
     }
 }
 
-/// Pieces of the ground line of an obstacle, and the horizontal distance from its start to its end (m), negative from right to left.
+/// Segments of the ground line of an obstacle, and the horizontal distance from its start to its end (m), negative where the line runs from
+/// right to left.
 ///
 /// # Errors
 /// Key of the layer and a description of the error, for other shapes.

@@ -62,7 +62,7 @@ impl Case {
         Outline::new(read.polygons().iter().map(|rings| rings.iter().map(ring).collect()).collect())
     }
 
-    /// Features of the outline in a file, with the thickness (m) of each under an attribute.
+    /// Features of the outline in a file, each with the thickness (m) that the attribute gives it.
     fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<OutlineFeature>, String> {
         let read = colluvium_terrain::read_features(Path::new(file), attribute);
         let read = read.map_err(|error| error.to_string())?;
@@ -72,7 +72,7 @@ impl Case {
         read.iter().map(shifted).collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
     }
 
-    /// Warns of overlapping features with thicknesses of their own.
+    /// Warns of overlapping features of an outline with different thicknesses.
     pub(crate) fn warn_of_overlaps(&self, warnings: &mut Vec<String>) {
         for (number, body) in self.bodies.iter().enumerate() {
             for (path, layer) in body.shape.clone().layers_mut(format!("bodies[{number}].shape")) {

@@ -11,8 +11,8 @@ use crate::files::decimal_sum::decimal_sum;
 use crate::validate::MAX_DISTANCE_RATIO;
 use crate::{Case, CaseError, Snapshot};
 
-/// Largest distance of the map's origin from zero, over the size of the domain: map coordinates then have at least 22 binary digits for
-/// positions in the domain.
+/// Largest distance of the origin of the map from zero, over the size of the domain. Map coordinates within it have at least 22 binary
+/// digits for positions in the domain.
 const MAX_ORIGIN_RATIO: f64 = 1e9;
 
 /// Function that is called with the axis of each coordinate of a case and with the coordinate (m).
@@ -47,7 +47,8 @@ fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
     }
 }
 
-/// Coordinates in files are map coordinates too and are converted when the files are read.
+/// Calls `visit` for the coordinates of an obstacle. Coordinates in its files are map coordinates too and are converted when the files are
+/// read.
 fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
     match of {
         ObstacleShape::Plane { point, .. } => visit_position(point, visit),

@@ -16,13 +16,13 @@ pub struct RequestedFeature {
     pub path: String,
 }
 
-/// Keys that are no features: descriptions of the case, and options of methods, which the methods check themselves.
+/// Keys that no method needs to support: descriptions of the case, and options of methods, which the methods check themselves.
 const METHOD_INDEPENDENT_KEYS: [&str; 4] = ["$schema", "title", "notes", "methods"];
 
-/// Keys with the variant of an object.
+/// Keys whose values name the variant of an object.
 const TAGS: [&str; 2] = ["kind", "model"];
 
-/// Key of entries whose contents are no features: the material law is the feature, and checks its parameters itself.
+/// Key of the materials: the material law is the feature, and checks its parameters itself.
 const OPAQUE_KEY: &str = "materials";
 
 /// JSON Schema of a case file.
@@ -47,7 +47,7 @@ impl Case {
     }
 }
 
-/// Position of a walk through the case.
+/// Name and JSON path of a place in a case, while its features are collected.
 #[derive(Clone, Default)]
 struct FeaturePath {
     name: String,
@@ -66,7 +66,7 @@ impl FeaturePath {
         Self { name: self.name.clone(), path: format!("{}[{number}]", self.path) }
     }
 
-    /// Position of an entry of a table by name.
+    /// Path of an entry of a table with names as keys.
     fn entry(&self, name: &str) -> Self {
         Self { name: self.name.clone(), path: format!("{}.{name}", self.path) }
     }
@@ -133,7 +133,7 @@ fn walk_value(schema: &Value, value: &Value, place: &FeaturePath, found: &mut dy
     }
 }
 
-/// Walks through the alternative of `value`, with its contents.
+/// Calls `found` for the features in the alternative of `value`.
 fn walk_alternative(
     alternatives: &[Value],
     value: &Value,

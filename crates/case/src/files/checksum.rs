@@ -31,7 +31,7 @@ impl FileChecksum {
         checksum
     }
 
-    /// Computes the checksum of a file, or of its first `length` bytes; of the whole file if it is shorter.
+    /// Computes the checksum of a file, or of its first `length` bytes.
     ///
     /// # Errors
     /// When the file cannot be read.

@@ -23,7 +23,7 @@ const RENAMED_KEYS: [(&str, &str); 7] = [
 /// Choices of earlier versions and their present names.
 const RENAMED_CHOICES: [(&str, &str); 1] = [("other", "external")];
 
-/// Reads a `T` from JSON text.
+/// Reads a value of type `T` from JSON text.
 ///
 /// # Errors
 /// All deviations from the type's schema: syntax (with line and column), duplicate and unknown keys (with the likely intended one), missing
@@ -33,7 +33,7 @@ pub fn read<T: DeserializeOwned + JsonSchema>(text: &str) -> Result<T, CaseError
     from_value(&value, "")
 }
 
-/// Reads a `T` from a JSON file of a user.
+/// Reads a value of type `T` from a JSON file of a user.
 ///
 /// # Errors
 /// See [`read`], syntax with the file as well; when the file cannot be read.
@@ -41,7 +41,7 @@ pub fn read_file<T: DeserializeOwned + JsonSchema>(file: &Path) -> Result<T, Cas
     from_value(&value(file)?, "")
 }
 
-/// Reads a `T` from a JSON value with the path `path` in its file.
+/// Reads a value of type `T` from a JSON value with the path `path` in its file.
 ///
 /// # Errors
 /// See [`read`], except for syntax.

@@ -41,7 +41,7 @@ impl Quantity {
         }
     }
 
-    /// Factor to SI units of numbers in `unit`, if it is known to be one of the quantity. “in” may be an inch.
+    /// Factor to SI units of numbers in `unit`; `None` where it is no known unit of the quantity.
     pub(super) fn known_factor(self, unit: &str) -> Option<f64> {
         let powers = self.units().0;
         parse(unit)

@@ -4,7 +4,7 @@ use crate::description::{CrackTip, RemovalShape};
 use crate::measure::ScalarOutput;
 use crate::{Case, Snapshot};
 
-/// State of the points in a bin.
+/// State of an interval along the crack path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum CrackBin {
     /// No point in the bin: removed where a removal shape has passed, else empty from the start.

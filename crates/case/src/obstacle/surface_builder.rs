@@ -84,7 +84,7 @@ fn file_problem(problem: &dyn std::fmt::Display) -> ShapeProblem {
     ("file".to_owned(), problem.to_string())
 }
 
-/// Surface of `N` coordinates in a space of `D`, which must be equal.
+/// Surface of `N` coordinates in a space of `D` coordinates; an error where the numbers differ.
 fn in_space<const N: usize, const D: usize>(
     surface: SharedSurface<N>,
 ) -> Result<SharedSurface<D>, ShapeProblem> {
@@ -93,7 +93,7 @@ fn in_space<const N: usize, const D: usize>(
     own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
 }
 
-/// Vector of the space; its length has been checked.
+/// Vector of the space from a list of components, whose length has been checked.
 fn vector<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|c| values.get(c).copied().unwrap_or(f64::NAN))
 }

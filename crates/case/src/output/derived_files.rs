@@ -10,8 +10,8 @@ use crate::output::{FileChecksum, OutputError};
 /// Name of the list of derived files in their folder.
 pub const DERIVED: &str = "derived.txt";
 
-/// Derived files in a folder, with their checksums: a line `hash bytes name` each, of which the last one of a name counts. A file with the
-/// same name that is not in the list, or has changed, is not replaced.
+/// Files in a folder that commands derive from a run, with their checksums. A line `hash bytes name` of the list stands for a file; the
+/// last line of a name counts. A file with the same name that is not in the list, or has changed, is not replaced.
 #[derive(Debug)]
 pub struct DerivedFiles {
     folder: PathBuf,
@@ -34,7 +34,7 @@ impl DerivedFiles {
         Ok(Self { folder: folder.to_owned(), checksums: text.lines().filter_map(entry).collect(), overwrite })
     }
 
-    /// Whether a file in the folder is unchanged since a command wrote it.
+    /// Whether a file in the folder is one that a command wrote and that is unchanged since.
     ///
     /// # Errors
     /// When the file cannot be read.

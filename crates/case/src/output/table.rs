@@ -98,8 +98,8 @@ fn lines(rows: &[Vec<f64>]) -> String {
     rows.iter().map(line).collect()
 }
 
-/// Table on disk that grows by rows, in the format of [`Table::to_csv`]. A killed run may leave a partial last row: the checksum at a
-/// checkpoint gives the valid length, and shows whether that part has changed.
+/// Table on disk to which rows are appended, in the format of [`Table::to_csv`]. A killed run may leave a partial last row: the checksum at
+/// a checkpoint gives the valid length, and shows whether that part has changed.
 #[derive(Debug)]
 pub struct TableFile {
     path: PathBuf,
@@ -119,7 +119,7 @@ impl TableFile {
         Ok(table)
     }
 
-    /// Opens a table whose valid part has a checksum; nothing changes before [`TableFile::truncate`].
+    /// Opens a table whose beginning has a checksum. The file is unchanged before [`TableFile::truncate`].
     ///
     /// # Errors
     /// When the file cannot be opened, is shorter than that part or has been changed.
@@ -137,7 +137,7 @@ impl TableFile {
         Ok(Self { path: path.to_owned(), file, checksum })
     }
 
-    /// Removes everything after the valid part.
+    /// Removes everything after the part that the checksum covers.
     ///
     /// # Errors
     /// When the file cannot be changed.

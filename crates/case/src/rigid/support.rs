@@ -55,8 +55,8 @@ pub struct ObstacleContact<'a, const D: usize> {
 }
 
 impl SupportPoint {
-    /// Normal impulse of ground of this inertia (kg) on a body with the velocity `w` (m/s) here, tangential impulse per sliding velocity
-    /// (kg), and the sliding velocity (m/s); `None` without contact.
+    /// Normal impulse (N s) of the ground on a body with the velocity `w` (m/s), tangential impulse per sliding velocity (kg), and sliding
+    /// velocity (m/s). `None` without contact.
     fn support_force(&self, inertia: f64, w: &[f64; 3], stuck: bool) -> Option<(f64, f64, [f64; 3])> {
         let relative: [f64; 3] = std::array::from_fn(|c| w[c] - self.velocity[c]);
         let away = dot(&relative, &self.normal);
@@ -69,7 +69,7 @@ impl SupportPoint {
     }
 }
 
-/// Support point, inertia of the ground (kg), and whether all contacts stick.
+/// Support point with a finite inertia of the ground (kg); the last value is whether all contacts stick.
 struct StiffSupport<'a>(&'a SupportPoint, f64, bool);
 
 impl ContactLawAtPoint for StiffSupport<'_> {
@@ -112,7 +112,7 @@ pub struct SupportReaction {
     pub position: [f64; 3],
     /// Dissipation by friction (J), not negative.
     pub friction: f64,
-    /// Work of the obstacle's motion on the body (J).
+    /// Work of the motion of the obstacle on the body (J).
     pub work: f64,
 }
 
@@ -254,8 +254,8 @@ impl SupportPoints {
         })
     }
 
-    /// Finds the corners of a rigid body with points at `positions` (m), squares or cubes of half width `half_width` (m), that can reach walls or
-    /// obstacles in a step of `dt` (s).
+    /// Finds the corners of a rigid body that can reach walls or obstacles in a step of `dt` (s). Its points are squares or cubes of half
+    /// width `half_width` (m) at `positions` (m).
     pub fn list<'a, const D: usize>(
         &mut self,
         (step, dt): (&RigidStep, f64),
@@ -272,8 +272,7 @@ impl SupportPoints {
         }
     }
 
-    /// Solves the contact of the body: sets the motion with which it is off the ground or supported by it, and returns whether the
-    /// iteration has converged.
+    /// Solves the contact of the body with the ground, and sets its motion. Returns whether the iteration has converged.
     pub fn solve(&self, step: &mut RigidStep) -> bool {
         if self.is_empty() {
             return true;

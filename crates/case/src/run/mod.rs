@@ -35,7 +35,7 @@ pub use checkpoint::last_state;
 pub use error::RunError;
 pub use verify::{VerificationResult, changed_inputs, verify};
 
-/// Shortest wall-clock time between two summaries of a running run: frames may follow each other faster than a disk can write.
+/// Shortest wall-clock time between two summaries of a run in progress.
 const SUMMARY_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Wall-clock time between two lines of progress without a terminal.
@@ -59,11 +59,11 @@ pub struct RunOptions {
     pub keep_frames: bool,
     /// Whether to keep the [`Solver::specimen`] at the end, in [`RunReport::specimen`].
     pub keep_specimen: bool,
-    /// Flag that another thread sets to stop the run at the next step, with a checkpoint.
+    /// Flag that another thread sets to stop the run at the next step; the run then writes a checkpoint.
     pub stop_flag: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the summary.
     pub commit: Option<String>,
-    /// Receives warnings during the run; they are in [`RunReport::warnings_at_end`] too.
+    /// Function that receives warnings during the run. They are in [`RunReport::warnings_at_end`] too.
     pub on_warning: Option<fn(&str)>,
     /// Warnings about the case from before the run, for the summary.
     pub warnings: Vec<String>,
@@ -87,7 +87,7 @@ pub struct RunReport {
     pub snapshot: Snapshot,
     /// Measures over time.
     pub table: Table,
-    /// Frames, if they were to be kept.
+    /// Frames, if the options requested them.
     pub frames: Vec<Snapshot>,
     /// Totals at the start; [`Budget::UNKNOWN`] for methods without totals.
     pub start: Budget,
@@ -110,7 +110,7 @@ pub struct RunReport {
     /// Points at the end of the failing trial with the least factor of each search; `trial_displacement` is the displacement since the
     /// start of the trial.
     pub failed_trials: BTreeMap<String, Snapshot>,
-    /// Specimen from which another case can start, if it was to be kept.
+    /// Specimen from which another case can start, if the options requested it.
     pub specimen: Option<String>,
 }
 
@@ -297,7 +297,7 @@ impl RunLoop<'_> {
         self.search()
     }
 
-    /// Adds the last frame and its time to an error of the solver.
+    /// Adds the time of the last frame and its name to an error of the solver.
     fn with_last_output(&self, error: RunError) -> RunError {
         let error = match error {
             RunError::Solver(source) => RunError::Solver(source.on_map(self.case.origin())),
@@ -311,7 +311,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Transfers the state to a solver whose materials have the strength of the stage.
+    /// Transfers the state to a solver with the material strengths of the stage.
     fn weaken(&mut self, stage: usize) -> Result<(), RunError> {
         let by = self.case.stages.iter().take(stage + 1).rposition(|stage| stage.weakening.is_some());
         let (Some(method), true) = (self.method, by != self.weakened_stage) else { return Ok(()) };
@@ -405,7 +405,7 @@ impl RunLoop<'_> {
         self.write_interim_summary_if_due()
     }
 
-    /// Writes the row and the frame that are due.
+    /// Writes the row and the frame whose output times have been reached.
     fn output(&mut self) -> Result<(), RunError> {
         let (rows, frames) = (self.progress.rows, self.progress.frames);
         self.recorder.output(&*self.solver, &mut self.progress)?;
@@ -415,13 +415,13 @@ impl RunLoop<'_> {
         if self.progress.frames > frames { self.write_interim_summary_if_due() } else { Ok(()) }
     }
 
-    /// Writes the summary of a running run, which remains if the run is killed.
+    /// Writes the summary of an incomplete run, which remains if the run is killed.
     fn write_interim_summary(&mut self) -> Result<(), RunError> {
         self.last_report = Instant::now();
         self.summary("running", None, &self.warnings_so_far())
     }
 
-    /// Writes the summary of a running run if [`SUMMARY_INTERVAL`] has passed since the last one.
+    /// Writes the summary of an incomplete run if [`SUMMARY_INTERVAL`] has passed since the last one.
     fn write_interim_summary_if_due(&mut self) -> Result<(), RunError> {
         if self.last_report.elapsed() < SUMMARY_INTERVAL { Ok(()) } else { self.write_interim_summary() }
     }

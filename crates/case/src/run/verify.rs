@@ -122,7 +122,7 @@ pub fn changed_inputs(out: &Path, case: &Case) -> Result<Vec<String>, OutputErro
     Ok(changed_files(&read_json(&out.join(SUMMARY))?, &case.file_checksums()))
 }
 
-/// Paths of the input files of a summary whose checksums differ now or are missing.
+/// Paths of the input files of a summary whose checksums have changed, or which are missing.
 pub(super) fn changed_files(summary: &Value, now: &BTreeMap<String, String>) -> Vec<String> {
     let then = summary["inputs"].as_object().into_iter().flatten();
     let changed = then.filter(|(path, mark)| now.get(*path).map(String::as_str) != mark.as_str());

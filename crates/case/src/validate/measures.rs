@@ -162,7 +162,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires coordinates in the domain.
+    /// Checks that a position is in the domain.
     fn places_inside(&mut self, path: &str, place: &[f64]) {
         for (axis, x) in place.iter().enumerate().take(self.case.dimension()) {
             if x.is_finite() {

@@ -112,7 +112,7 @@ impl ErrorCollector<'_> {
         (min.is_finite() && max.is_finite() && min < max).then_some((min, max))
     }
 
-    /// Requires coordinate `value` along an axis in the domain.
+    /// Checks that a coordinate along an axis is in the domain.
     fn require_inside(&mut self, path: String, axis: usize, value: f64) {
         if let Some((min, max)) = self.extent(axis) {
             let problem = format!("{value} is outside the domain, {min} to {max} m");
@@ -166,7 +166,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires an origin near the domain for coordinates far from zero.
+    /// Checks that a domain far from zero has an origin near it.
     fn origin(&mut self) {
         let domain = &self.case.domain;
         if !domain.origin.is_empty() {
@@ -282,7 +282,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires a pore fluid for drainage.
+    /// Checks that a drained boundary or patch has a pore fluid to drain.
     fn check_drainage(&mut self, path: &str, drained: bool) {
         let saturated = self.case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let problem = "no body has a pore_fluid that could drain";

@@ -104,7 +104,7 @@ fn is_complete_without_map(case: &Case, out: &Path) -> bool {
     same && summary["status"] == "completed" && case.output.rasters.is_some() && is_map_missing(out)
 }
 
-/// Draws the most informative raster of the run, beside the rasters.
+/// Draws the raster of the run with the highest priority as a map.
 fn draw_map(out: &Path) -> Result<(), OutputError> {
     match raster_maps(out)?.first() {
         Some((_, map)) => map.write(&out.join(MAP_FILE)),

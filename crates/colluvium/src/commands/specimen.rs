@@ -54,7 +54,7 @@ pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Specimen of grains.
+/// Specimen of grains, as the text of a file.
 struct PreparedSpecimen {
     text: String,
     grains: usize,

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use crate::case::{Case, Method};
 
-/// Points over the smallest extent of the smallest body, where no method of the case sets a spacing.
+/// Number of points across the smallest extent of the smallest body, where no method of the case has a spacing.
 const DEFAULT_POINTS_ACROSS: f64 = 20.0;
 
 /// Case with the options of one method.

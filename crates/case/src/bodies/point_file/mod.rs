@@ -11,7 +11,7 @@ use crate::{Case, CaseError, ColumnFile, ColumnRow, Quantity};
 use colluvium_constitutive::SymTensor;
 use colluvium_points::{Sample, Shape};
 
-/// Points of a body from its file.
+/// Points of a body, read from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointList {
     /// Positions (m); unused components are zero.
@@ -51,7 +51,7 @@ impl GrainColumns {
     /// Other columns of grains.
     const GRAIN_COLUMNS: [&str; 4] = [RADIUS, KIND, HELD_COLUMN, ID];
 
-    /// Empty columns for those in the file.
+    /// Empty columns for the grain data that the file contains.
     fn empty_like(columns: &PointFileColumns) -> Self {
         Self {
             radii: columns.has_any(&[RADIUS]).then(Vec::new),

@@ -13,7 +13,7 @@ use vtkio::model::IOBuffer;
 
 use crate::description::Compression;
 
-/// Length of a block that is compressed separately (bytes), the one of ParaView.
+/// Length of a part of an array that is compressed separately (bytes), equal to that of ParaView.
 const BLOCK: usize = 1 << 15;
 
 /// Encodes an array as text.
@@ -41,8 +41,8 @@ pub(crate) fn encode(values: &IOBuffer, compression: Compression) -> io::Result<
     Ok(text)
 }
 
-/// Length of the blocks of an array of `bytes` bytes: the last one is always shorter, since readers do not agree on the length of a full
-/// last block.
+/// Length of the compressed parts of an array of `bytes` bytes. The last one is always shorter, since readers do not agree on the length of
+/// a full last one.
 fn block_length(bytes: usize) -> usize {
     (1..=BLOCK / 8)
         .rev()

@@ -15,7 +15,7 @@ use crate::output::vtk::encoding;
 use crate::output::{ChecksumWriter, FileChecksum, OutputError};
 use crate::{Field, FieldData};
 
-/// Array of a file, whose values are computed when it is written.
+/// Array of a VTK file, whose values are computed only when they are written.
 pub(crate) struct VtkArray<'a> {
     name: &'a str,
     components: u32,
@@ -54,7 +54,7 @@ impl<'a> VtkArray<'a> {
         DataArray { name: self.name.to_owned(), elem, data }
     }
 
-    /// Attribute of the array, without values.
+    /// Attribute of the array, without values, which are written separately.
     pub(crate) fn without_values(&self) -> Attribute {
         Attribute::DataArray(self.with_data(IOBuffer::U8(Vec::new())))
     }
@@ -116,7 +116,8 @@ pub(crate) fn write_unstructured(
     write_xml(path, DataSet::inline(piece), arrays, compression)
 }
 
-/// Writes a file of `hollow` data with the values of `arrays`, in the order of the file; returns the checksum of the file.
+/// Writes a VTK file and returns its checksum. `hollow` is its content without values, and `arrays` are the values in the order of the
+/// file.
 pub(crate) fn write_xml<'a>(
     path: &Path,
     hollow: DataSet,
@@ -142,7 +143,7 @@ pub(crate) fn write_xml<'a>(
     Ok(checksum)
 }
 
-/// Text of a file.
+/// Text of a VTK file without values.
 fn complete_text(data: DataSet, compression: Compression) -> Result<String, xml::Error> {
     let title = String::new();
     let version = Version::new_xml(1, 0);

@@ -37,7 +37,7 @@ pub struct SafetyResult {
     pub tolerance: f64,
     /// Height of the slope `H` (m), by which trials are judged.
     pub height: f64,
-    /// Duration of a block of a trial (s).
+    /// Duration of a block of a trial (s): the time window after which it is evaluated.
     pub block: f64,
     /// Trials in the order in which they were run.
     pub trials: Vec<StrengthTrial>,
@@ -228,11 +228,11 @@ pub(super) struct SearchContext<'a> {
     pub name: &'a str,
     /// Options of the search.
     pub search: &'a FactorOfSafety,
-    /// State of the solver at rest.
+    /// State of the solver at rest, as bytes of a checkpoint.
     pub rest_state: &'a [u8],
     /// Options of the run.
     pub options: &'a RunOptions,
-    /// Receives messages during the search.
+    /// Function that receives messages during the search.
     pub report: &'a dyn Fn(&str),
 }
 

@@ -13,7 +13,7 @@ const SETTLING_TIME_RATIO: f64 = 20.0;
 /// Mean number of blocks (time windows) of a trial: stable bodies rest after two to four, failing ones are recognised after two to seven.
 const LIKELY_BLOCKS: f64 = 4.0;
 
-/// Estimated cost of a search for a factor of safety, beside the stages of a run.
+/// Estimated cost of a search for a factor of safety, in addition to the stages of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchCost {
     /// Likely and largest number of trials. The likely one is that of a search whose trials are all decided; around undecided factors the
@@ -21,9 +21,9 @@ pub struct SearchCost {
     pub trials: [u32; 2],
     /// Largest number of blocks of a trial: time windows in which it is evaluated.
     pub blocks: usize,
-    /// Duration of a block (s), given by the case or estimated; not-a-number where no stiffness is known for the estimate.
+    /// Duration of a block (s), given by the case or estimated. Not-a-number where no stiffness is known for the estimate.
     pub block: f64,
-    /// Likely and largest time of the search (s on one thread); not-a-number where the duration of a block is.
+    /// Likely and largest time of the search (s on one thread). Not-a-number where the duration of a block is.
     pub seconds: [f64; 2],
 }
 

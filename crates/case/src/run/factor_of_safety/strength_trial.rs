@@ -18,7 +18,7 @@ const FITTED_BLOCKS: usize = 6;
 pub(super) const BLOCKS: usize = 2 * FITTED_BLOCKS;
 /// Displacement in a block over the total displacement, below which it counts as none.
 const NO_DISPLACEMENT_RATIO: f64 = 0.01;
-/// Share of the elastic settlement that replaces a smaller total displacement in that test.
+/// Share of the elastic settlement that replaces a smaller total displacement in the test for small displacements.
 const NO_DISPLACEMENT: f64 = 0.1;
 /// Largest displacement beyond the elastic settlement, over the height of the slope.
 const MAX_DISPLACEMENT_RATIO: f64 = 0.02;
@@ -91,7 +91,7 @@ pub(super) struct RunningTrial<'a> {
 }
 
 impl RunningTrial<'_> {
-    /// Advances by some steps, at most until `end` (s from the start of the trial); returns whether `end` is reached.
+    /// Advances by at most `steps` steps, and not beyond `end` (s from the start of the trial). Returns whether `end` is reached.
     pub fn advance(&mut self, steps: u64, end: f64) -> Result<bool, RunError> {
         let until = if end.is_finite() { end } else { self.elapsed_time() + self.stage.duration };
         for _ in 0..steps {
@@ -144,7 +144,7 @@ impl FailureCriterion {
         }
     }
 
-    /// Judges a trial by its blocks so far; `None` while it is undecided.
+    /// Verdict on a trial from its blocks (time windows); `None` while it is undecided.
     fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
         let last = blocks.len().checked_sub(1)?;
         let TrialBlock { unbalanced_ratio, displacement } = blocks[last];
@@ -208,8 +208,8 @@ impl DisplacementSeries {
     }
 }
 
-/// Runs a trial with blocks of `block` seconds; returns its result and the points at its end with their `trial_displacement`. `None` when
-/// the run is to stop.
+/// Runs a trial with blocks (time windows) of `block` seconds. Returns its result and the points at its end with their
+/// `trial_displacement`.
 pub(super) fn run_trial(
     context: &SearchContext<'_>,
     factor: f64,

@@ -39,7 +39,8 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Starts the energy monitor of a stage, whose changes count as no growth, and keeps the warning of the stage before.
+    /// Starts the energy monitor of a stage, so that changes at its start do not count as growth, and keeps the warning of the previous
+    /// stage.
     pub(crate) fn begin_energy(&mut self) {
         let grown = std::mem::take(&mut self.progress.energy).warning();
         self.progress.energy_warning = self.progress.energy_warning.take().or(grown);
@@ -48,7 +49,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Reports a stage without its optional equilibrium.
+    /// Reports a stage that ended without its optional equilibrium.
     pub(crate) fn note_missed_equilibrium(&mut self, why: &RunError) {
         let remark = why.to_string();
         self.progress.missed_equilibria.push((self.progress.stage, remark.clone()));

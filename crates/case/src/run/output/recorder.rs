@@ -28,12 +28,12 @@ use crate::{
 /// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
 
-/// Whether output number `count` is due at `time` (s).
+/// Whether the time of output number `count` has been reached at `time` (s).
 fn is_due(time: f64, count: u64, interval: f64) -> bool {
     time >= count as f64 * interval - 1e-9 * interval
 }
 
-/// Snapshot for the measures: `points`, or else the first of the `others` as points; empty without either.
+/// Snapshot on which measures are evaluated: `points`, or else the first dataset of the frame as points.
 fn measured_snapshot<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapshot> {
     match points {
         Some(points) => Cow::Borrowed(points),
@@ -134,12 +134,12 @@ impl<'a> RunRecorder<'a> {
         write_atomically(&out.join(CASE), self.case.to_json().as_bytes())
     }
 
-    /// Writes the case if it is missing, because a run was killed before it had written the case, or the file was removed.
+    /// Writes the case into the folder where it is missing, because a run was killed or the file was removed.
     pub(crate) fn keep_case(&self, out: &Path) -> Result<(), OutputError> {
         if out.join(CASE).exists() { Ok(()) } else { self.write_case(out) }
     }
 
-    /// Rejects, before any file is written, the resume of a complete run or of another case.
+    /// Rejects the resume of a complete run, or of another case, before any file is written.
     fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
         let path = out.join(SUMMARY);
@@ -168,13 +168,13 @@ impl<'a> RunRecorder<'a> {
         self.output(solver, progress)
     }
 
-    /// Times between the rows and between the frames at which steps end (s).
+    /// Times between rows and between frames at which steps are shortened to end (s).
     fn intervals(&self) -> [f64; 2] {
         let row = if self.ends_on_rows { self.row_interval } else { f64::INFINITY };
         [row, self.frame_interval.unwrap_or(f64::INFINITY)]
     }
 
-    /// Time of the next row or frame at which a step is to end (s).
+    /// Next time of a row or a frame at which a step is to end (s).
     pub(crate) fn next_output(&self, progress: &RunProgress) -> f64 {
         let [row, frame] = self.intervals();
         // Before the first row and frame: infinity times zero is not a number.
@@ -182,18 +182,18 @@ impl<'a> RunRecorder<'a> {
         next(progress.rows, row).min(next(progress.frames, frame))
     }
 
-    /// The shortest time between two outputs at which steps end (s).
+    /// Shortest time between two outputs at which steps end (s).
     pub(crate) fn shortest_interval(&self) -> f64 {
         let [row, frame] = self.intervals();
         row.min(frame)
     }
 
-    /// Whether a row is due at `time` (s) although no step had to end there.
+    /// Whether a row is to be written at `time` (s) although no step had to end there.
     pub(crate) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
         !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }
 
-    /// Writes the row and the frame that are due.
+    /// Writes the row and the frame whose output times have been reached.
     pub(crate) fn output(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
         let time = solver.time();
         let row = is_due(time, progress.rows, self.row_interval);
@@ -239,7 +239,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes a row of `points`, or else of the first of the `others`.
+    /// Writes a row of measures, from `points` or else from the first dataset of the frame.
     fn row(
         &mut self,
         solver: &dyn Solver,
@@ -260,7 +260,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes a frame of `points` and the `others`.
+    /// Writes a frame with its points and other datasets.
     fn frame(
         &mut self,
         points: Option<Snapshot>,
@@ -313,7 +313,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the times of the frames, and those of each dataset beside the first one.
+    /// Writes the lists of frames with their times, one for each dataset.
     fn write_collections(&self, out: &Path, progress: &RunProgress) -> Result<(), OutputError> {
         progress.collection.write(&out.join(COLLECTION))?;
         let mut beside: BTreeMap<&str, Vec<(usize, &String)>> = BTreeMap::new();
@@ -354,7 +354,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the checkpoint, after the rows before it are synchronised to the disk.
+    /// Writes a checkpoint after all rows are synchronised to the disk.
     pub(crate) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(()) };
         let checkpoint = Checkpoint {
@@ -370,7 +370,7 @@ impl<'a> RunRecorder<'a> {
         })
     }
 
-    /// Keeps the state of the solver at the end of a stage, in memory and in the folder.
+    /// Stores the state of the solver at the end of a stage, in memory and in the folder.
     pub(crate) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
         if let Some(path) = self.state_file(stage) {
             run_folder::write_state(&path, |file| Ok(file.write_all(&bytes)?))?;
@@ -379,7 +379,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// State of the solver at the end of a stage, also from before a restart.
+    /// State of the solver at the end of a stage, also of one before a restart.
     pub(crate) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
         match (self.states.get(stage), self.state_file(stage)) {
             (Some(bytes), _) => Ok(bytes.clone()),
@@ -399,8 +399,8 @@ impl<'a> RunRecorder<'a> {
         Some(self.options.output_folder.as_ref()?.join(run_folder::state(number)))
     }
 
-    /// Reads solver and progress from the checkpoint; `None`, with an empty folder, where the run ended before its first checkpoint. Tables
-    /// and collection are reset to the checkpoint.
+    /// Reads solver and progress from the checkpoint. `None` where the run ended before its first checkpoint; its files are then removed.
+    /// Tables and collection are reset to the checkpoint.
     pub(crate) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(None) };
         let of_run = (self.fingerprint, self.options.method.as_str());
@@ -441,7 +441,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the rasters of the case, each as an ESRI ASCII grid and as a GeoTIFF; rasters without a number are left out.
+    /// Writes the rasters of the case, each as an ESRI ASCII grid and as a GeoTIFF. Rasters without a value are left out.
     pub(crate) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
         let (Some(out), true) = (&self.options.output_folder, self.case.output.rasters.is_some()) else {
             return Ok(());
@@ -488,7 +488,7 @@ impl<'a> RunRecorder<'a> {
     }
 }
 
-/// Frames of a run so far, from their files.
+/// Frames of a run before a restart, from their files.
 fn read_frames(out: &Path, progress: &RunProgress) -> Result<Vec<Snapshot>, OutputError> {
     let frames = progress.collection.frames.iter().zip(&progress.frame_steps);
     let read = |((time, name), step): (&(f64, String), &u64)| {

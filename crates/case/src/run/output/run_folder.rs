@@ -49,7 +49,7 @@ pub(crate) fn collection_file_name(dataset: &str) -> String {
     format!("{dataset}.pvd")
 }
 
-/// Collections in a folder: lists of frame files.
+/// Names of the lists of frame files in a folder.
 pub(crate) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
     let mut names = names(out)?;
     names.retain(|name| {
@@ -107,7 +107,7 @@ fn is_profile(name: &str) -> bool {
     name.starts_with("profile-") && name.ends_with(".csv")
 }
 
-/// Names in a folder; none without a folder.
+/// Names of the entries of a folder; none where it does not exist.
 pub(crate) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     if !folder.is_dir() {
         return Ok(Vec::new());
@@ -160,7 +160,7 @@ pub(crate) fn write_state(
     }
 }
 
-/// Reader of the bytes of a state, after the verification of their checksum.
+/// Opens a file with the state of a solver after the verification of its checksum.
 ///
 /// # Errors
 /// When the file cannot be read or is damaged.
@@ -181,7 +181,8 @@ pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
     Ok(BufReader::new(file.take(length)))
 }
 
-/// Creates the folder where it is missing and locks it for this run, as long as the file is open; `None` where folders cannot be locked.
+/// Creates the folder where it is missing, and locks it for this run as long as the returned file is open. `None` where folders cannot be
+/// locked.
 ///
 /// # Errors
 /// When the folder cannot be created, or another run has locked it.
@@ -200,16 +201,14 @@ pub(crate) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
 /// Reserved space on the disk (bytes) for the summary of a run that fails because the disk is full.
 const RESERVED_BYTES: usize = 1 << 16;
 
-/// Reserves space for a summary and for `text` in the folder by a nameless file, until that is closed. `None` where this is not possible:
-/// such a run writes its [last summary](crate::run::output::summary) over the existing one.
+/// Reserves space on the disk for a summary and for `text`, by a nameless file, until the returned file is closed.
 pub(crate) fn reserve_space(out: &Path, text: &str) -> Option<File> {
     let mut file = tempfile::tempfile_in(out).ok()?;
     file.write_all(&vec![1; RESERVED_BYTES + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
     Some(file)
 }
 
-/// Whether a file in the folder of rasters has the name of a raster of a method: other files, such as styles of a GIS program, do not
-/// belong to the run.
+/// Whether a file in the folder of rasters has the name of a raster of a method.
 pub(crate) fn is_map(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     if name == MAP {
@@ -219,7 +218,7 @@ pub(crate) fn is_map(name: &str) -> bool {
     stem.starts_with("peak_") || stem.starts_with("final_") || ["arrival_time", "bed_change"].contains(&stem)
 }
 
-/// Whether a file in the folder of frames is a complete or partial frame.
+/// Whether a file in the folder of frames is a frame, complete or partial.
 pub(crate) fn is_frame(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
@@ -234,7 +233,7 @@ fn remove_empty(folder: &Path) -> Result<(), OutputError> {
     fs::remove_dir(folder).map_err(|error| OutputError::new(folder, error))
 }
 
-/// Removes a run with its folder, but no file of another origin.
+/// Removes a run with its folder. Files that are not of a run remain.
 ///
 /// # Errors
 /// When a file cannot be removed.
@@ -244,7 +243,7 @@ pub fn remove_run(out: &Path) -> Result<(), OutputError> {
     remove_empty(out)
 }
 
-/// Removes all files of a run except its case and its summary, and no others.
+/// Removes all files of a run except its case and its summary. Files that are not of a run remain.
 pub(crate) fn clear(out: &Path) -> Result<(), OutputError> {
     for name in collections(out)?.iter().map(String::as_str).chain([CHECKPOINT, MEASURES]) {
         remove(&out.join(name))?;
@@ -261,7 +260,7 @@ pub(crate) fn clear(out: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Removes all profiles except those with the names `kept`.
+/// Removes all tables of surface profiles except those with the names `kept`.
 pub(crate) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError> {
     let stale = |name: &&String| is_profile(name) && !kept.contains(&name.as_str());
     names(out)?.iter().filter(stale).try_for_each(|name| remove(&out.join(name)))
@@ -312,7 +311,7 @@ impl Tables {
         self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
     }
 
-    /// Reopens the tables at the lengths of the given checksums: all of them, or none is changed.
+    /// Reopens the tables at the lengths of their checksums. None is changed where one of them cannot be opened.
     pub(crate) fn resume(&mut self, checksums: &[(String, FileChecksum)]) -> Result<(), OutputError> {
         let Some(out) = &self.folder else { return Ok(()) };
         let mut files = BTreeMap::new();

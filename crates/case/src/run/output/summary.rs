@@ -77,7 +77,7 @@ impl RunRecorder<'_> {
         Ok(())
     }
 
-    /// Stages that have begun, with the end times of those that are over.
+    /// Stages that have begun, with the end times of those that have ended.
     fn stages(&self, progress: &RunProgress) -> Vec<serde_json::Value> {
         let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
         let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
