@@ -54,7 +54,7 @@ use serde_json::Value;
 
 use crate::templates::debris_flow;
 
-/// Commit that this was built from; `None` without git.
+/// Commit from which the program was built; `None` without git.
 pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
 /// Registers the materials of the methods for case files; [`methods`] and [`element_test`] do so as well.

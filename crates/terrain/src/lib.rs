@@ -33,7 +33,7 @@ pub struct FileError {
     pub problem: String,
 }
 
-/// Makes an error of a file of a description.
+/// Function that makes an error of a file from a description.
 fn error_in_file(file: &Path) -> impl Fn(String) -> FileError {
     move |problem| FileError { file: file.to_owned(), problem }
 }
@@ -166,8 +166,8 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
     }
 }
 
-/// Reads a closed triangle mesh: STL (`.stl`, text or binary) or Wavefront OBJ (`.obj`). `placed` maps an axis and a coordinate of the file
-/// to a coordinate of the mesh (m).
+/// Reads a closed triangle mesh from a file: STL (`.stl`, text or binary) or Wavefront OBJ (`.obj`). `placed` maps an axis and a coordinate
+/// of the file to a coordinate of the mesh (m).
 ///
 /// # Errors
 /// When the file cannot be read or is not such a mesh; when an STL file lies so far from its origin that its seven digits do not separate

@@ -105,7 +105,7 @@ impl CoordinateReferenceSystem {
             || self.name.is_some() && self.name == other.name
     }
 
-    /// Rejects a system in degrees or in units other than the metre.
+    /// Reports an error for a system in degrees or in units other than the metre.
     pub(crate) fn check(&self) -> Result<(), String> {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));

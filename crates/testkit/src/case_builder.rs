@@ -83,7 +83,7 @@ impl CaseBuilder {
         self
     }
 
-    /// Replaces keys at the top of the case.
+    /// Replaces top-level keys of the case.
     #[must_use]
     #[allow(clippy::needless_pass_by_value, reason = "`with(json!({ … }))` reads well")]
     pub fn with(self, keys: Value) -> Self {
@@ -97,12 +97,12 @@ impl CaseBuilder {
         self
     }
 
-    /// Text of the case.
+    /// JSON value of the case.
     pub fn json(&self) -> &Value {
         &self.0
     }
 
-    /// Case, or its errors.
+    /// Reads the case; the error lists its errors.
     ///
     /// # Errors
     /// Those of [`Case::from_json`].
@@ -110,13 +110,13 @@ impl CaseBuilder {
         Case::from_json(&self.0.to_string())
     }
 
-    /// Valid case.
+    /// Reads the case, which must be valid.
     #[track_caller]
     pub fn build(&self) -> Case {
         solver_runs::read_case(&self.0)
     }
 
-    /// Error with which the case or its plan for a method is refused.
+    /// Error about the case: it is invalid, or the method rejects it.
     #[track_caller]
     pub fn error(&self, method: &dyn Method) -> String {
         solver_runs::refusal(method, &self.0)

@@ -9,13 +9,13 @@ pub fn with_keys(mut object: Value, more: &Value) -> Value {
     object
 }
 
-/// Valid case of a text.
+/// Reads a case, which must be valid.
 #[track_caller]
 pub fn read_case(text: &Value) -> Case {
     Case::from_json(&text.to_string()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// Error with which the case of a text, or its plan for a method, is refused.
+/// Error about the case of a text: it is invalid, or the method rejects it.
 #[track_caller]
 pub fn refusal(method: &dyn Method, text: &Value) -> String {
     match Case::from_json(&text.to_string()) {
@@ -58,7 +58,7 @@ pub fn start_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     build_solver(method, case)
 }
 
-/// Solver in the first stage at a saved state.
+/// Solver in its first stage, restored from a saved state.
 pub fn resume_solver(method: &dyn Method, case: &Case, saved: &[u8]) -> Box<dyn Solver> {
     single_threaded();
     let mut solver = method.build(case).unwrap();

@@ -14,7 +14,7 @@ use crate::plots::{MapCells, TerrainMap};
 /// Name of the folder of rasters in that of a run.
 pub(crate) const RASTER_FOLDER: &str = "rasters";
 
-/// Rasters that have a map, the most informative first, and the labels of their colours.
+/// Rasters of which maps are drawn, in the order of priority, with the labels of their colours.
 const MAPPED_RASTERS: [(&str, &str); 8] = [
     ("peak_thickness_vertical", "peak thickness (m)"),
     ("peak_thickness_normal", "peak thickness (m)"),
@@ -26,8 +26,8 @@ const MAPPED_RASTERS: [(&str, &str); 8] = [
     ("bed_change", "change of the bed (m)"),
 ];
 
-/// Map of each raster in the folder of a run, by its name: shaded terrain, the coloured raster, outlines of layers and of the observed
-/// event. Outlines are missing where the files of the case have changed since the run. Empty without rasters.
+/// Maps of the rasters in the folder of a run, by the name of the raster. They show shaded terrain, the raster in colours, and outlines of
+/// layers and of the observed event. Outlines are missing where the files of the case have changed since the run. Empty without rasters.
 ///
 /// # Errors
 /// When a raster or the case of the run cannot be read.

@@ -96,7 +96,7 @@ fn run_summary(results: &RunResults) -> Markup {
     }
 }
 
-/// Warnings of the program, before the run, at its end and about its folder.
+/// Warnings of the program about the case, about the run, and about its folder.
 fn warnings(summary: &Value, missing: &[String]) -> Markup {
     let list = |key: &str| summary[key].as_array().cloned().unwrap_or_default();
     let parts = [

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// Parameter: its path, its value, and whether it is a default that the case leaves out.
+/// Parameter of a case: its JSON path, its value, and whether the value is a default.
 pub(super) struct CaseParameter {
     /// JSON path of the parameter.
     pub(super) path: String,

@@ -126,7 +126,7 @@ pub(super) fn balance_table(results: &RunResults) -> Markup {
     }
 }
 
-/// Table of first, least, largest and last value of the requested columns; empty where the case requests none.
+/// Table of first, smallest, largest and last values of the columns that the case requests; empty where it requests none.
 pub(super) fn requested_measures(results: &RunResults) -> Markup {
     let columns = matching_columns(results, |name| results.is_requested(name));
     html! {
@@ -137,7 +137,7 @@ pub(super) fn requested_measures(results: &RunResults) -> Markup {
     }
 }
 
-/// Table of first, least, largest and last value of each column.
+/// Table of first, smallest, largest and last values of all columns.
 pub(super) fn measure_table(results: &RunResults) -> Markup {
     html! {
         h2 { "All measures" }

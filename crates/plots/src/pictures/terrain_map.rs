@@ -76,7 +76,7 @@ impl MapCells {
     }
 }
 
-/// Map with x to the east and y to the north.
+/// Map of a quantity over terrain, with x to the east and y to the north.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TerrainMap {
     /// Title above it.
@@ -129,14 +129,14 @@ impl TerrainMap {
         [wide(x, 0), wide(y, 1)]
     }
 
-    /// Values of the first and the last colour: from the least, or zero, to the largest, or zero.
+    /// Values of the first and the last colour: the smallest and the largest value, or zero where that is beyond them.
     fn scale(&self) -> Range<f64> {
         let known = self.cells.values.iter().filter(|value| value.is_finite());
         let (low, high) = known.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
         low..if low < high { high } else { f64::MIN_POSITIVE }
     }
 
-    /// Grey of the terrain at a position; white where there is none.
+    /// Grey level of the terrain at a position by its shading; white where there is no terrain.
     fn shade(&self, x: [f64; 2]) -> [f64; 3] {
         let Some(heights) = &self.heights else { return [225.0; 3] };
         let Some([a, b]) = heights.gradient(x) else { return [255.0; 3] };
@@ -159,7 +159,7 @@ impl TerrainMap {
     }
 }
 
-/// Longest of 1, 2, 5, 10, … m that is not above `length` (m).
+/// Longest of the lengths 1, 2, 5, 10, … m that is not above `length` (m).
 fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|k| k * power).find(|x| *x <= length).unwrap_or(power)

@@ -82,7 +82,7 @@ impl Outline {
         Ok(Self { polygon_rings, merged_polygons: union_of_polygons(split), polygons })
     }
 
-    /// Polygons as given (m).
+    /// Polygons from which the outline was made (m).
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons
     }
@@ -133,7 +133,7 @@ impl Outline {
         self.polygon_rings.iter().any(|part| part.contains(place))
     }
 
-    /// Lower and upper corner of the bounding box (m).
+    /// Lower and upper corner of the bounding box in plan (m).
     pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let mut around = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for ring in self.polygon_rings.iter().flat_map(|part| &part.outer.0) {

@@ -357,7 +357,7 @@ impl Shape {
         }
     }
 
-    /// Smallest extent (m): along an axis, across a layer, or of one ball of a packing.
+    /// Smallest extent of the shape (m): along an axis, across a layer, or of one sphere of a packing.
     pub fn min_thickness(&self, dimension: usize) -> f64 {
         let (low, high) = self.bounds(dimension);
         let along = low.iter().zip(&high).map(|(low, high)| high - low).fold(f64::INFINITY, f64::min);
@@ -369,8 +369,8 @@ impl Shape {
         }
     }
 
-    /// Coordinates along an axis (m) at which the line through `point` parallel to that axis may enter or leave a valid shape, unsorted:
-    /// between two neighbouring ones the line is entirely inside or outside.
+    /// Coordinates along an axis (m) at which the line through `point` parallel to that axis may enter or leave a valid shape, unsorted.
+    /// Between two neighbouring ones the line is entirely inside or outside.
     pub fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
         match self {
             Self::Box { min, max } => vec![min[axis], max[axis]],
@@ -407,13 +407,13 @@ impl Shape {
     }
 }
 
-/// Coordinates at which a line at a squared distance `square` from the centre (m²) crosses a circle.
+/// Coordinates at which a line crosses a circle or sphere. `square` is the squared distance of the line from the centre (m²).
 fn circle_crossings(centre: f64, radius: f64, square: f64) -> Vec<f64> {
     let half = (radius * radius - square).max(0.0).sqrt();
     vec![centre - half, centre + half]
 }
 
-/// Position relative to the lower corner of a box (m).
+/// Position relative to the lower corner of a box (m), with three components.
 fn relative_to_corner(min: &[f64], point: &[f64]) -> [f64; 3] {
     let mut place = [0.0; 3];
     min.iter().zip(point).enumerate().for_each(|(c, (low, x))| place[c] = x - low);

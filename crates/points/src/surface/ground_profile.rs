@@ -88,7 +88,7 @@ impl ProfileSegment {
         self.point_and_normal(self.nearest(x).0).0
     }
 
-    /// Intersections of the line or circle of this segment with that of another, on or off the segments.
+    /// Intersections of the line or circle of this segment with that of another one. They may lie beyond the segments.
     fn carrier_intersections(&self, other: &Self) -> Vec<[f64; 2]> {
         match (self, other) {
             (Self::Line { from: a, to: b }, Self::Line { from: c, to: d }) => {
@@ -124,7 +124,7 @@ impl ProfileSegment {
         }
     }
 
-    /// Position at which two segments cross or touch, other than at or close to their common `joint` (m).
+    /// Position at which two segments cross or touch; `None` where they do so only near their common `joint` (m).
     fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
         let slack = ARC_RADIUS_TOLERANCE * self.length().max(other.length());
         let away = |a: &[f64; 2], b: &[f64; 2]| dot(&difference(a, b), &difference(a, b)) > slack * slack;
@@ -246,7 +246,7 @@ impl GroundProfile {
         best
     }
 
-    /// Identifier and normal of a part of a segment: at a joint the mean of both sides.
+    /// Identifier and normal of a part of a segment. At a joint the normal is the mean of both segments.
     fn feature(&self, number: usize, share: f64, part: SegmentPart) -> (u64, [f64; 2]) {
         let joint = match part {
             SegmentPart::Interior => {

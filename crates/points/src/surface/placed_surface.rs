@@ -74,7 +74,7 @@ impl<const D: usize> RigidTransform<D> {
     }
 }
 
-/// Any surface, rotated and translated.
+/// Surface that is rotated and translated.
 #[derive(Clone, Debug)]
 pub struct PlacedSurface<const D: usize> {
     /// Surface in body coordinates.

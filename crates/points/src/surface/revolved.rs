@@ -47,7 +47,7 @@ impl RevolvedSurface {
         Ok(Self { section: FacettedSurface::polygon(&section)?, axis })
     }
 
-    /// Distance from the axis and coordinate along it, and the radial direction.
+    /// Distance of a position from the axis, coordinate along the axis, and radial direction.
     fn to_section(&self, x: &[f64; 3]) -> ([f64; 2], [f64; 3]) {
         let mut across = *x;
         across[self.axis] = 0.0;

@@ -11,10 +11,10 @@ use crate::projection::prj_file;
 use crate::reference_system;
 use crate::{FileError, error_in_file, extension, read_text, unknown_format};
 
-/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: the union of the polygons, each
-/// without its own holes. Features without geometry are ignored, as are those whose row in the table of a shapefile is marked as deleted.
-/// Coordinates are metres in the frame of the case. Degrees, the standard of GeoJSON, are rejected, and so are units other than metres in a
-/// `.prj` beside a shapefile.
+/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline, the union of the polygons.
+/// Features without geometry are ignored, as are those whose row in the table of a shapefile is marked as deleted. Coordinates are metres
+/// in the frame of the case. Degrees, the standard of GeoJSON, are rejected, and so are units other than metres in a `.prj` beside a
+/// shapefile.
 ///
 /// # Errors
 /// When the file cannot be read, has no polygon, a feature of another kind, or a self-crossing ring; when it is in degrees.
@@ -23,9 +23,8 @@ pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     outline(file, polygons)
 }
 
-/// Reads the polygons of each feature of a file, as [`read_outlines`], with the number under `attribute` as its thickness (m): a property
-/// of GeoJSON, a field of the `.dbf` beside a shapefile. Without an exact match of the name, a single match without regard to case counts.
-/// Features without polygons are skipped.
+/// Reads the polygons of each feature of a file, as [`read_outlines`] does, with the number under `attribute` as its thickness (m). Without
+/// an exact match of the name, a single match without regard to case counts. Features without polygons are skipped.
 ///
 /// # Errors
 /// See [`read_outlines`]; when a feature has no such number.
@@ -87,7 +86,7 @@ fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     Ok(outline)
 }
 
-/// Value under a name, or under the only name that equals it without regard to case.
+/// Value under a name, or under the only name that equals it apart from upper and lower case.
 fn find_attribute<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) -> Option<T> {
     let exact = all.clone().find(|(own, _)| *own == name);
     let mut alike = all.filter(|(own, _)| own.to_lowercase() == name.to_lowercase());
@@ -239,9 +238,9 @@ fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
     })
 }
 
-/// Groups the rings of a record, in any order, into polygons: clockwise rings are outer ones, and each other ring is a hole of the smallest
-/// outer ring around it. A hole within no outer ring is a polygon drawn in the wrong sense. `None` where an outer ring lies within another
-/// one and in no hole of it.
+/// Groups the rings of a record into polygons. Clockwise rings are outer ones, and each other ring is a hole of the smallest outer ring
+/// around it. A hole within no outer ring is a polygon drawn in the wrong sense. `None` where an outer ring lies within another one and in
+/// no hole of it.
 fn group_rings<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Option<Vec<Polygon>> {
     let corners = |ring: &PolygonRing<P>| -> Ring { ring.points().iter().map(&place).collect() };
     let is_outer = |ring: &&PolygonRing<P>| matches!(ring, PolygonRing::Outer(_));

@@ -5,7 +5,7 @@ use colluvium_points::Georeference;
 use crate::projection::well_known_text;
 use crate::projection::well_known_text::{GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
 
-/// Kinds of projections, each with words of which one occurs in its names.
+/// Kinds of projections, each with words of which its names contain one.
 const PROJECTION_METHODS: [(&str, &[&str]); 11] = [
     ("oblique Mercator", &["oblique_mercator", "hotine", "swiss_oblique", "rectified_skew"]),
     ("transverse Mercator", &["transverse_mercator", "gauss_kruger"]),
@@ -158,8 +158,8 @@ const WORLD_MAP_WORDS: [&str; 13] = [
     "van_der_grinten",
 ];
 
-/// Reason why lengths in the coordinate reference system of a well-known text differ from those on the ground, by the method of its
-/// projection; `None` where they do not.
+/// Reason why lengths in a coordinate reference system differ from those on the ground, by the method of its projection; `None` where they
+/// do not.
 pub(crate) fn length_distortion(text: &str) -> Option<&'static str> {
     let (mut method, mut is_geocentric) = (String::new(), false);
     well_known_text::visit_brackets(text, |open, after| {

@@ -52,7 +52,7 @@ pub(crate) fn is_proj_string(text: &str) -> bool {
     text.contains("+proj=") || text.contains("+init=")
 }
 
-/// Well-known text of a PROJ string, with the parts that comparisons use: its projection, the parameters that it names, and its unit.
+/// Well-known text of a PROJ string. It has the parts that comparisons use: the projection, its parameters, and the unit.
 ///
 /// # Errors
 /// When the projection is unknown.
@@ -111,8 +111,8 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     })
 }
 
-/// Unit by its name and its size (m) under two keys, of which the size takes precedence; NaN for an unknown unit, and `None` where the text
-/// has neither key.
+/// Name and size (m) of a unit, under two keys of which the size takes precedence. NaN for an unknown unit; `None` where the text has
+/// neither key.
 fn length<'a>(keys: &HashMap<&str, &'a str>, [name, size]: [&str; 2]) -> Option<(&'a str, f64)> {
     let known =
         |unit: &str| UNITS.iter().find(|(own, _)| *own == unit).map_or(f64::NAN, |(_, metres)| *metres);

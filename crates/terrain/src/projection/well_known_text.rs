@@ -58,7 +58,7 @@ fn is_keyword_char(letter: char) -> bool {
     letter.is_ascii_uppercase() || letter == '_'
 }
 
-/// Calls `look` at each bracket of a well-known text, with the open keywords and the text after the bracket.
+/// Calls `look` at each bracket of a well-known text, with the keywords of the open brackets and the text after the bracket.
 pub(crate) fn visit_brackets(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
     let (mut open, mut rest) = (Vec::<String>::new(), text);
     while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {

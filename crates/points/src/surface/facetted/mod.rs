@@ -28,8 +28,8 @@ impl SurfaceError {
     }
 }
 
-/// Surface of facets with `D` corners each, the solid behind them: a closed polygon (2D) or triangle mesh (3D), or an open ground line in
-/// 2D with the solid below.
+/// Surface of facets with `D` corners each and the solid behind them. It is a closed polygon (2D) or triangle mesh (3D), or an open ground
+/// line in 2D with the solid below.
 ///
 /// The normal of the nearest face, edge or corner distinguishes inside from outside. Normals of edges and corners are means of the adjacent
 /// faces weighted with their angles (Bærentzen and Aanæs 2005, Signed distance computation using the angle weighted pseudonormal, Theorem
@@ -193,8 +193,8 @@ impl FacettedSurface<2> {
         surface.self_crossing().map_or(Ok(surface), Err)
     }
 
-    /// Ground below a line from its first point to its last (m). The line may overhang but not cross itself, and may be given from either
-    /// end. There is no ground beyond its ends.
+    /// Surface of the ground below a line from its first point to its last one (m). The line may overhang but not cross itself, and may be
+    /// given from either end. There is no ground beyond its ends.
     ///
     /// # Errors
     /// Fewer than two points, two equal consecutive points, segments that cross.
@@ -389,7 +389,7 @@ fn bounding_box<const D: usize>(corners: &[[f64; D]; D]) -> ([f64; D], [f64; D])
     (fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Angle of a triangle at a corner (rad); one for a segment, whose two ends have equal weights.
+/// Angle of a triangle at a corner (rad). One for a segment, whose two ends have equal weights.
 fn corner_angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
     if D != 3 {
         return 1.0;
@@ -398,7 +398,7 @@ fn corner_angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
     dot(&to(k + 1), &to(k + 2)).clamp(-1.0, 1.0).acos()
 }
 
-/// Number of the edge that follows each corner of each triangle, and the normal of each edge: the mean of its faces.
+/// Edge numbers of each triangle, one for the edge after each corner, and the normal of each edge: the mean of its faces.
 fn edge_normals<const D: usize>(facets: &[[u32; D]], normals: &[[f64; D]]) -> (Vec<[u32; 3]>, Vec<[f64; D]>) {
     if D != 3 {
         return (Vec::new(), Vec::new());

@@ -2,7 +2,7 @@
 
 /// Facets in a leaf.
 const LEAF_FACETS: usize = 4;
-/// Largest depth of the tree, above that of 2³² facets halved at each level.
+/// Largest depth of the tree: more than 2³² facets need when they are halved at each level.
 const MAX_DEPTH: usize = 64;
 
 /// Node of the tree: box around its facets.
@@ -33,7 +33,7 @@ impl<const D: usize> BoundingVolumeTree<D> {
         Self { nodes, order }
     }
 
-    /// Calls `visit` with each item whose box is within a distance of `x`, and with the square of that distance (m²), which `visit` may
+    /// Calls `visit` with each item whose box is within a distance of `x`. It receives the square of that distance (m²), which it may
     /// reduce.
     pub(crate) fn visit(&self, x: &[f64; D], mut square: f64, mut visit: impl FnMut(usize, &mut f64)) {
         let mut stack = [0u32; MAX_DEPTH];

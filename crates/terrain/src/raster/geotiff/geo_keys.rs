@@ -28,23 +28,23 @@ pub(super) mod key {
     pub(in crate::raster::geotiff) const PROJECTED_CITATION: u16 = 3073;
     /// GeoKey of the EPSG code of the unit of plane coordinates.
     pub(in crate::raster::geotiff) const LINEAR_UNITS: u16 = 3076;
-    /// Size of a user-defined linear unit (m).
+    /// GeoKey of the size of a user-defined linear unit (m).
     pub(in crate::raster::geotiff) const LINEAR_UNIT_SIZE: u16 = 3077;
-    /// Keys of a user-defined projection: its code, its method and its parameters.
+    /// GeoKeys of a user-defined projection: its code, its method and its parameters.
     pub(in crate::raster::geotiff) const PLAN_PARAMETERS: std::ops::Range<u16> = 3074..4096;
-    /// Angular unit, and semi-major axis of the ellipsoid (m).
+    /// GeoKey of the EPSG code of the angular unit.
     pub(in crate::raster::geotiff) const ANGLES: u16 = 2054;
     /// GeoKey of the semi-major axis of the ellipsoid.
     pub(in crate::raster::geotiff) const SEMI_MAJOR_AXIS: u16 = 2057;
     /// GeoKey of the EPSG code of the prime meridian.
     pub(in crate::raster::geotiff) const PRIME_MERIDIAN: u16 = 2051;
-    /// Method of the projection.
+    /// GeoKey of the method of the projection.
     pub(in crate::raster::geotiff) const METHOD: u16 = 3075;
     /// GeoKey of the EPSG code of the vertical system.
     pub(in crate::raster::geotiff) const VERTICAL: u16 = 4096;
     /// GeoKey of the EPSG code of the unit of heights.
     pub(in crate::raster::geotiff) const VERTICAL_UNITS: u16 = 4099;
-    /// All keys of a vertical coordinate system.
+    /// GeoKeys of a vertical coordinate system.
     pub(in crate::raster::geotiff) const VERTICAL_KEYS: std::ops::Range<u16> = 4096..5120;
 }
 
@@ -60,7 +60,7 @@ pub(super) const PIXEL_IS_AREA: u16 = 1;
 pub(super) const PIXEL_IS_POINT: u16 = 2;
 /// EPSG code of the metre.
 pub(super) const METRE: u16 = 9001;
-/// Code of a user-defined value.
+/// Code of a user-defined value of a GeoKey.
 pub(super) const USER_DEFINED: u16 = 32767;
 
 /// Prefix of a well-known text in the citation of a GeoTIFF, as Esri's programs and GDAL write it.
@@ -90,7 +90,7 @@ const METHODS: [(u16, &str); 20] = [
     (28, "Cylindrical_Equal_Area"),
 ];
 
-/// Keys of projection parameters.
+/// GeoKeys of projection parameters.
 const PARAMETERS: [(u16, &str); 18] = [
     (3078, "standard_parallel_1"),
     (3079, "standard_parallel_2"),
@@ -112,7 +112,7 @@ const PARAMETERS: [(u16, &str); 18] = [
     (3095, "central_meridian"),
 ];
 
-/// Supported angular unit and prime meridian.
+/// EPSG code of the degree.
 const DEGREE: u16 = 9102;
 /// EPSG code of the Greenwich meridian.
 const GREENWICH: u16 = 8901;
@@ -142,7 +142,7 @@ const DEPTHS: [u16; 52] = [
 #[derive(Default)]
 pub(super) struct GeoKeys(Vec<(u16, GeoKey)>);
 
-/// Tags with the values of keys.
+/// TIFF tag of the numbers of GeoKeys.
 const NUMBERS: u16 = 34736;
 /// TIFF tag of the texts of GeoKeys.
 const TEXTS: u16 = 34737;
@@ -170,7 +170,7 @@ impl GeoKeys {
         Self(directory.get(4..).unwrap_or_default().chunks_exact(4).filter_map(value).collect())
     }
 
-    /// GeoKeys of a raster with this reference, in metres and without a vertical system: the values need not be heights.
+    /// GeoKeys of a raster with this georeference, in metres and without a vertical system, since the values need not be heights.
     pub(super) fn from_georeference(reference: &Georeference, raster_type: u16) -> Self {
         let mut all = vec![(key::RASTER_TYPE, GeoKey::Code(raster_type))];
         let in_plan = reference
@@ -310,7 +310,7 @@ impl GeoKeys {
         self.0.iter().filter(|(number, _)| !VERTICAL_KEYS.contains(number)).cloned().collect()
     }
 
-    /// Rejects horizontal coordinates that are not in metres.
+    /// Reports an error where horizontal coordinates are not in metres.
     pub(super) fn check_metres(&self) -> Result<(), String> {
         let is_projected = self.get(key::PROJECTED).is_some();
         if self.get(key::MODEL_TYPE) == Some(GEOGRAPHIC_MODEL)

@@ -33,7 +33,7 @@ fn tiff_error(error: tiff::TiffError) -> String {
     format!("is not a readable TIFF: {error}{cure}")
 }
 
-/// Position of the first pixel (m), its corner or its centre by the raster type, and the steps per column and row (m).
+/// Position of the first pixel (m), which is its corner or its centre by the raster type, and the steps per column and row (m).
 fn placement(
     decoder: &mut TiffDecoder<'_>,
     world: Option<WorldFile>,

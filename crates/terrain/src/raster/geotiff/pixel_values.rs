@@ -8,7 +8,7 @@ use tiff::tags::Tag;
 
 use crate::raster::geotiff::{TiffDecoder, tiff_error, validity_mask};
 
-/// Pixel values of the image, from north to south, including class numbers with a colour palette. Tiles and strips that were not written
+/// Pixel values of the image, from north to south. Values of a colour palette are class numbers. Tiles and strips that were not written
 /// have the value `missing`, as in GDAL.
 pub(super) fn pixel_values(
     bytes: &[u8],
