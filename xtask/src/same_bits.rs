@@ -33,16 +33,16 @@ pub struct SameBitsArguments {
 /// Folder of the families below the root of a tree.
 const FAMILY_FOLDER: &str = "validation/same-bits";
 
-/// Longest time of a run; most take less than a second.
+/// Longest duration of a run; most runs take less than a second.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// Tree of the repository and its program.
+/// Source tree of a revision, and the program built from it.
 struct BuiltRevision {
     tree: PathBuf,
     program: PathBuf,
 }
 
-/// Compares two revisions; returns whether all results agree.
+/// Compares the results of two revisions, and returns whether all agree.
 ///
 /// # Errors
 /// When a revision cannot be built or a file cannot be read.
@@ -145,14 +145,14 @@ fn run_command(command: &mut Command, name: &str) -> Result<(), String> {
     if status.success() { Ok(()) } else { Err(format!("{name} failed")) }
 }
 
-/// New names by the old ones: columns of measures and fields of frames.
+/// New names of columns of measures and fields of frames, by their old names.
 fn renamed_columns(file: &Path) -> Result<BTreeMap<String, String>, String> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
     let pairs = text.lines().skip(1).filter_map(|line| line.split_once(','));
     Ok(pairs.map(|(old, new)| (old.to_owned(), new.to_owned())).collect())
 }
 
-/// Output of a run, as text and bits.
+/// Output of a run: columns of measures as text, and fields of frames as bits.
 #[derive(Default)]
 struct RunFiles {
     /// Exit code.
@@ -163,7 +163,7 @@ struct RunFiles {
     fields: BTreeMap<String, Vec<u64>>,
 }
 
-/// Runs a case in a folder of its own and reads its output.
+/// Runs a case in its own folder and reads its output.
 fn outcome(revision: &BuiltRevision, case: &Value) -> Result<RunFiles, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let (file, out) = (folder.path().join("case.json"), folder.path().join("out"));

@@ -157,8 +157,8 @@ pub fn assert_same_after_restart(method: &dyn Method, case: &Case, advance: impl
     assert_eq!(restored.snapshot().hash(), whole.snapshot().hash(), "hashes without and with a restart");
 }
 
-/// Asserts that thirty steps of `case` allocate no memory, after `first` steps in which lists and the queues of the threads may grow. The
-/// test's allocator is [`CountingAllocator`](crate::CountingAllocator), and no other test runs in parallel.
+/// Asserts that thirty steps of `case` allocate no memory, after `first` steps in which lists and the queues of the threads may still grow.
+/// The test's allocator is [`CountingAllocator`](crate::CountingAllocator), and no other test runs in parallel.
 ///
 /// # Panics
 /// When a step allocates; `name` is the case in the message.

@@ -30,13 +30,13 @@ use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Mot
 /// Environment variable with the path of the file of materials.
 pub const MATERIALS: &str = "COLLUVIUM_MATERIALS";
 
-/// Bytes of the state in each state variable: whole numbers below 2⁴⁸ are exact in a double.
+/// Number of bytes of the state in each state variable. Whole numbers below 2⁴⁸ are exact in a double.
 const BYTES: usize = 6;
 
-/// Index of each component xx yy zz xy yz zx among 11 22 33 12 13 23, and the inverse.
+/// Position of each component xx yy zz xy yz zx in the order 11 22 33 12 13 23 of Abaqus. The inverse permutation is equal.
 const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
 
-/// Material ready for use, with its density.
+/// Law of a material, built from its parameters, with its density.
 struct BuiltMaterial {
     law: Arc<dyn Material>,
     density: f64,
@@ -115,7 +115,7 @@ fn tensor(values: &[f64], shear: f64) -> SymTensor {
     SymTensor(std::array::from_fn(|k| full[ORDER[k]]))
 }
 
-/// Motion of the step: from the deformation gradients where they differ, else from strain and rotation.
+/// Motion of the step. It follows from the deformation gradients where they differ, else from strain and rotation.
 fn motion(call: &Call, density: f64) -> Option<Motion> {
     let volume = |f: &Mat3| f.determinant();
     let [before, after] = call.deformation;
@@ -183,7 +183,7 @@ fn run(call: &mut Call) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs a call; a panic must not cross into the caller's language.
+/// Runs a call and converts a panic to an error, since a panic must not cross into the language of the caller.
 fn run_guarded(call: &mut Call) -> Result<(), String> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(call)))
         .unwrap_or_else(|_| Err("internal error".to_owned()))

@@ -12,11 +12,11 @@ use rayon::ThreadPool;
 
 use super::BenchmarkAnimation;
 
-/// Largest number of runs of a benchmark shown as animations: the first ones.
+/// Largest number of runs of a benchmark that are shown as animations. The first ones are shown.
 const MAX_ANIMATIONS: usize = 4;
 /// Size of an animation (bytes).
 const ANIMATION_BYTES: usize = 300_000;
-/// Least numbers of frames and points of an animation.
+/// Least number of frames, and of points, of an animation.
 const MIN_FRAMES_AND_POINTS: [usize; 2] = [5, 30];
 
 /// Recorder of the inputs and runs of the threads of a pool.
@@ -37,7 +37,7 @@ thread_local! {
 }
 
 impl InputRecorder {
-    /// Attaches a recorder to the threads of `pool`.
+    /// Attaches a recorder to all threads of `pool`.
     pub fn attach(pool: &ThreadPool) -> Self {
         let recorder = Self::default();
         pool.broadcast(|_| OF_THREAD.replace(Some(recorder.clone())));

@@ -43,9 +43,9 @@ impl ChecklistState {
 /// Row of a checklist.
 #[derive(Clone, Debug)]
 pub struct ChecklistRow {
-    /// Number or label.
+    /// Number or label of the row.
     pub id: String,
-    /// Requirement.
+    /// Requirement that the row states.
     pub text: String,
     /// State.
     pub state: ChecklistState,
@@ -116,7 +116,7 @@ fn checklist(text: &str) -> Vec<ChecklistRow> {
 }
 
 impl ChecklistSheet {
-    /// Reads lines `row;state;files;tests;benchmarks;note`, names separated by spaces.
+    /// Reads the recorded states: lines `row;state;files;tests;benchmarks;note`, with names separated by spaces.
     fn read_records(&mut self, data: &str) {
         for (number, line) in data.lines().enumerate() {
             if line.starts_with('#') || line.trim().is_empty() || number == 0 {
@@ -147,7 +147,7 @@ impl ChecklistSheet {
         self.rows.iter().filter(|row| row.state == state).count()
     }
 
-    /// Errors of the records: unknown names, and states without the entries they need.
+    /// Errors of the records: unknown names, and states that lack the entries that they need.
     pub fn record_errors(&self) -> Vec<String> {
         let of = |row: &ChecklistRow| {
             let message = |what: String| format!("{}, row {}: {what}", self.file(), row.id);

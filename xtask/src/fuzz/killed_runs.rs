@@ -25,7 +25,7 @@ const ROWS: f64 = 40.0;
 /// Largest number of times that one run is killed.
 const MAX_KILLS: u64 = 4;
 
-/// Kills runs `times` in all; prints the failures.
+/// Kills and resumes runs, `times` in all, and prints the failures.
 ///
 /// # Errors
 /// When scratch files cannot be written.
@@ -114,7 +114,7 @@ impl ReferenceRun {
         Ok(Self { name, case, folder: folder.to_owned(), wall, files: folder_files(&whole)? })
     }
 
-    /// Kills a run some times and lets it end; returns the number of kills and the problem, if any.
+    /// Kills and resumes a run several times and lets it end. Returns the number of kills and the problem, if there is one.
     fn kill_and_resume(&self, random: &mut ChaCha8Rng) -> Fallible<(u64, Option<String>)> {
         let out = self.folder.join("killed");
         if out.exists() {
@@ -159,8 +159,7 @@ fn spawn_run(case: &Path, out: &Path) -> std::io::Result<std::process::Child> {
     command.args(["fuzz", "--one"]).arg(case).arg(out).stdout(Stdio::null()).stderr(Stdio::null()).spawn()
 }
 
-/// Problem in the folder of a run that may have been killed: a complete run has all its files, and every file that its collection names
-/// exists.
+/// Problem in the folder of a run that may have been killed. A complete run has all its files, and every file in its list of frames exists.
 fn folder_problem(out: &Path) -> Option<String> {
     let summary = out.join("summary.json");
     if !summary.exists() {

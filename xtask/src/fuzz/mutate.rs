@@ -41,7 +41,7 @@ const TEXTS: [&str; 9] = [
     "none-of-the-names-in-the-case-file",
 ];
 
-/// Makes one to three changes. `others` are values that parts are taken from.
+/// Makes one to three random changes of a JSON value. `others` are values from which parts are taken.
 pub fn mutate(value: &mut Value, others: &[Value], random: &mut ChaCha8Rng) {
     for _ in 0..random.random_range(1..=3) {
         let count = value_count(value);
@@ -64,7 +64,7 @@ fn value_count(value: &Value) -> usize {
     }
 }
 
-/// Value of a number, depth first; the whole where there are fewer.
+/// Value with a number in depth-first order; the whole value where there are fewer.
 fn nth_value(value: &Value, number: usize) -> &Value {
     /// Node of a JSON value by its number in depth-first order.
     fn find<'a>(value: &'a Value, left: &mut usize) -> Option<&'a Value> {
@@ -148,7 +148,7 @@ fn change_value(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) 
     }
 }
 
-/// Whole numbers stay whole where they are small, as people write them.
+/// JSON number that is an integer where it is whole and small.
 fn number_of(x: f64) -> Value {
     if x.fract() == 0.0 && x.abs() < 1e15 && !(x == 0.0 && x.is_sign_negative()) {
         json!(x as i64)

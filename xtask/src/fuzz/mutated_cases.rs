@@ -24,23 +24,23 @@ const MEMORY: f64 = 5e8;
 /// Largest number of points of a problem that is run.
 const MAX_POINTS_PER_CASE: usize = 4000;
 
-/// Largest number of grains of a plan: a plan generates specimens of grains, which takes long and says nothing of the file.
+/// Largest number of grains of a case that is planned. Planning generates the specimen, which takes long.
 const MAX_PLANNED_GRAINS: f64 = 30_000.0;
 
-/// Longest line of a readable message.
+/// Largest length of a readable message (characters).
 const LINE: usize = 1500;
 
-/// Number of steps of a valid case.
+/// Number of steps that a valid case is run.
 const STEPS: usize = 3;
 
-/// File that mutations begin from, and the folder with the files that it names, in which it is tried.
+/// File from which mutations begin, and the folder with the files that it names, in which it is tried.
 struct SeedFile {
     name: String,
     value: Value,
     folder: PathBuf,
 }
 
-/// Outcome of a file; a file that is too large to be tried counts as refused.
+/// Outcome of a mutated file. A file that is too large to be tried counts as refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FuzzOutcome {
     Refused,
@@ -48,7 +48,8 @@ pub enum FuzzOutcome {
     Run,
 }
 
-/// Tries the files of these numbers, from all cases or those of a method; prints failures and keeps their files under `target/fuzz`.
+/// Tries the mutated files of these numbers, from all cases or those of a method. Failures are printed, and their files are written to
+/// `target/fuzz`.
 ///
 /// # Errors
 /// When scratch files cannot be written, or no case is of that method.
@@ -104,7 +105,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
     Ok(failures.kinds.is_empty())
 }
 
-/// Kinds of failure found, and the folder in which files that fail are kept.
+/// Kinds of failure so far, and the folder for files that fail.
 struct KindsOfFailure {
     folder: PathBuf,
     seed: u64,
@@ -112,7 +113,7 @@ struct KindsOfFailure {
 }
 
 impl KindsOfFailure {
-    /// Keeps a file that fails, and prints the first problem of each kind.
+    /// Writes a file that fails to the folder, and prints the first problem of each kind.
     fn keep_file(&mut self, number: u64, path: &Path, origin: &SeedFile, problem: &str) -> Fallible<()> {
         let kept = self.folder.join(format!("failed-{}-{number}.json", self.seed));
         fs::copy(path, &kept)?;
@@ -125,7 +126,7 @@ impl KindsOfFailure {
     }
 }
 
-/// Keeps the cases of a method, where one is given.
+/// Removes the cases of other methods, where a method is given.
 fn retain_method(origins: &mut Vec<SeedFile>, method: Option<&str>) -> Fallible<()> {
     let Some(method) = method else { return Ok(()) };
     origins.retain(|origin| origin.value["methods"].get(method).is_some());
@@ -188,7 +189,7 @@ fn json_files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Result of `check` on a file and of the first steps of a valid case.
+/// Loads a file, and tries its case with each method for which it has options.
 fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
     if element {
         return match colluvium::load_element_test(path) {

@@ -76,7 +76,7 @@ fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> 
     }
 }
 
-/// Search and filters; hidden without scripts.
+/// Section with the search and the filters; hidden without scripts.
 fn filter_section(entries: &[BenchmarkEntry]) -> Markup {
     let methods: BTreeSet<&str> = entries.iter().map(BenchmarkEntry::method).collect();
     let all: BTreeSet<String> = entries.iter().flat_map(|entry| sources(entry.benchmark.source)).collect();
@@ -129,7 +129,7 @@ fn row(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
-/// Works that a benchmark names as its source, without figures and rows, for the filter.
+/// Works that a benchmark names as its source, without numbers of figures and rows.
 pub fn sources(text: &str) -> Vec<String> {
     let work = |part: &str| -> Option<String> {
         let part = part.trim();

@@ -8,7 +8,7 @@ pub struct Provenance {
     pub machine: String,
     /// Version of the compiler.
     pub rustc: String,
-    /// Commit, with a mark where the tree has changes.
+    /// Commit, with a mark where the working tree has changes.
     pub commit: String,
     /// Date and time.
     pub date: String,

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::speed::mpm::updates_per_second;
 
-/// Setting of a measurement.
+/// Problem and number of threads of a measurement.
 struct SphBenchSetting {
     dimension: usize,
     model: &'static str,
@@ -32,7 +32,7 @@ impl SphBenchSetting {
         format!("sph,{dimension}d,{motion},{model},{points},{threads}")
     }
 
-    /// Case of a block on a rough floor: cubic spline, smoothing 1.2.
+    /// Case of a block of particles on a rough floor, with a cubic spline and a smoothing length of 1.2 spacings.
     fn case(&self) -> Result<Case, String> {
         let edge = (self.points as f64).powf(1.0 / self.dimension as f64).round();
         let spacing = 1.0 / edge;

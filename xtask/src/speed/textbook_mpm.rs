@@ -89,11 +89,11 @@ pub struct TextbookSolver<const D: usize> {
     cell: f64,
 }
 
-/// Layers of cells around the block; the floor is the node of this number along the second axis.
+/// Number of layers of cells around the block. The floor is the node of this number along the second axis.
 const MARGIN: usize = 4;
 
 impl<const D: usize> TextbookSolver<D> {
-    /// Builds the solver, with points at rest and without stress.
+    /// Solver of a problem, with points at rest and without stress.
     pub fn new(problem: TextbookProblem) -> Self {
         let cell = 1.0 / problem.cells as f64;
         let per_axis = 2 * problem.cells;
@@ -207,7 +207,8 @@ impl<const D: usize> TextbookSolver<D> {
         }
     }
 
-    /// Momentum balance and floor: from here on `momentum` is the velocity and `force` the acceleration.
+    /// Divides momenta and forces of the nodes by their masses, and applies the floor. Afterwards `momentum` is the velocity and `force`
+    /// the acceleration.
     fn update_momentum(&mut self, dt: f64) {
         for number in 0..self.nodes.len() {
             let height = if D == 3 { number / self.width % self.width } else { number % self.width };

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::tidy::RuleViolation;
 
-/// Known violations by rule and part of the tree.
+/// Known numbers of violations by rule and part of the tree.
 pub struct Baseline {
     known_counts: ViolationCounts,
 }
@@ -14,7 +14,7 @@ pub struct Baseline {
 /// Number of violations by rule and part of the tree.
 type ViolationCounts = BTreeMap<String, BTreeMap<String, usize>>;
 
-/// Comparison of the violations with the baseline.
+/// Result of a comparison of violations with the baseline.
 pub struct BaselineComparison {
     /// Rule, part, known count and count found, where more are found than are known.
     increased: Vec<(String, String, usize, usize)>,

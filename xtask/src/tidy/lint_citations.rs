@@ -7,7 +7,8 @@ use crate::tidy::source_tree::{SourceFile, SourceTree};
 /// Name of the rule.
 const RULE_NAME: &str = "citation of a sheet";
 
-/// Citations of missing sheets, sections and rows, labels that belong to no sheet, and files that mention “the sheet” and cite none.
+/// Violations of the rules of citations: missing sheets, sections and rows, labels that belong to no sheet, and files that mention “the
+/// sheet” and cite none.
 pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for file in &tree.files {
@@ -58,7 +59,7 @@ fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolatio
     }
 }
 
-/// Sheets on the subject of a folder.
+/// Sheets on the subject of the files in a folder.
 fn folder_sheets(path: &str) -> &'static [&'static str] {
     let folders: Vec<_> = path.split('/').collect();
     let name = match folders[..] {
@@ -190,7 +191,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
-    /// Reads a letter, a row or a set behind the number of a section.
+    /// Reads a letter, a row or a set after the number of a section.
     fn section_detail(&mut self, sheet: &CitableSheet, name: &str, number: &str) {
         for word in ["row ", "set "] {
             if let Some(rest) = self.remaining_text.strip_prefix(' ').and_then(|rest| rest.strip_prefix(word))
@@ -221,7 +222,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
-    /// Moves to the item that follows `,`, `;`, `and`, `to` or a dash; false where there is none.
+    /// Moves to the item that follows `,`, `;`, `and`, `to` or a dash. Returns false where there is none.
     fn next_item(&mut self) -> bool {
         let trimmed = self.remaining_text.trim_start();
         for joint in [",", ";", "and ", "to ", "–", "…", "..."] {
@@ -253,7 +254,7 @@ impl<'a> CitationParser<'a, '_> {
         &self.remaining_text[..end]
     }
 
-    /// Whether an item follows `length` bytes on.
+    /// Whether an item follows after `length` bytes.
     fn at_item(&self, length: usize) -> bool {
         let rest = &self.remaining_text[length..];
         let trimmed = rest.trim_start();

@@ -12,7 +12,7 @@ use crate::tidy::RuleViolation;
 /// Name of the rule.
 const RULE_NAME: &str = "crate graph";
 
-/// Package of this workspace from `cargo metadata`.
+/// Dependencies of a package of the workspace, from `cargo metadata`.
 struct PackageDependencies {
     folder: String,
     normal: BTreeSet<String>,
@@ -22,7 +22,7 @@ struct PackageDependencies {
 /// Packages of the workspace by name.
 type Packages = BTreeMap<String, PackageDependencies>;
 
-/// Dependencies that point up or sideways, or that a crate must not have; names and lints other than those of the workspace.
+/// Violations of the rules of dependencies: upward, sideways or excluded ones, and names and lints other than those of the workspace.
 ///
 /// # Errors
 ///
@@ -48,7 +48,7 @@ pub fn crate_graph(root: &Path) -> Result<Vec<RuleViolation>, String> {
     Ok(findings)
 }
 
-/// Dependencies that users of the methods as libraries build without need, by manifest.
+/// Violations by dependencies that users of the methods as libraries would build without need.
 ///
 /// # Errors
 ///
@@ -139,8 +139,8 @@ fn allowed_dependencies(folder: &str) -> Option<&'static [&'static str]> {
     }
 }
 
-/// External dependencies of at most one crate below the facade: output belongs to `case`, pictures to `plots`, and the command line to the
-/// facade.
+/// External dependencies that at most one crate below the facade may have. Output belongs to `case`, pictures to `plots`, and the command
+/// line to the facade.
 const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 5] = [
     ("clap", None),
     ("plotters", Some("plots")),

@@ -3,7 +3,7 @@
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-/// Links to missing files, and to headings that their page does not have.
+/// Violations by links to missing files, and to headings that their page does not have.
 pub fn broken_links(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for page in tree.pages() {

@@ -7,10 +7,10 @@ use syn::visit::Visit;
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-/// Modules at the root that each module at the root refers to.
+/// Modules at the root of a crate to which each module at the root refers.
 type ModuleGraph = BTreeMap<String, BTreeSet<String>>;
 
-/// Modules that are part of a cycle.
+/// Violations by modules that are part of a cycle.
 ///
 /// # Errors
 ///
@@ -48,7 +48,7 @@ fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
     if files.iter().any(|file| file.path == folder) { folder } else { format!("{krate}/src/{module}.rs") }
 }
 
-/// Modules that `module` depends on and that depend on it, itself among them.
+/// Modules that `module` depends on and that depend on it, including itself.
 fn cycle(graph: &ModuleGraph, module: &str) -> Vec<String> {
     let needed = reachable_modules(graph, module);
     needed.iter().filter(|other| reachable_modules(graph, other).contains(module)).cloned().collect()
@@ -109,7 +109,7 @@ fn parse(file: &SourceFile) -> Result<syn::File, String> {
     syn::parse_file(&file.text).map_err(|error| format!("{}: {error}", file.path))
 }
 
-/// Module behind each name that the root re-exports.
+/// Modules at the root that define the names that the root re-exports.
 fn root_exports(root: &syn::File, modules: &BTreeSet<String>) -> BTreeMap<String, String> {
     let mut exports = BTreeMap::new();
     for item in &root.items {
@@ -131,7 +131,7 @@ fn root_exports(root: &syn::File, modules: &BTreeSet<String>) -> BTreeMap<String
     exports
 }
 
-/// Collects the paths of a use tree; a renamed one ends with its new name.
+/// Collects the paths of a use declaration. A renamed one ends with its new name.
 fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
     let with = |name: String| above.iter().cloned().chain([name]).collect();
     match tree {
@@ -147,7 +147,7 @@ fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<Str
     }
 }
 
-/// Modules at the root that a file refers to by `crate::…` or `super::…`. Tests may refer to all.
+/// Modules at the root to which a file refers by `crate::…` or `super::…`. Tests may refer to all.
 struct ModuleReferences<'a> {
     path: Vec<String>,
     modules: &'a BTreeSet<String>,

@@ -69,7 +69,7 @@ impl SourceTree {
         self.files.iter().filter(|file| file.extension() == "md")
     }
 
-    /// File at `path`, if there is one.
+    /// File at `path`; `None` where it does not exist.
     pub fn get(&self, path: &str) -> Option<&SourceFile> {
         self.files.iter().find(|file| file.path == path)
     }

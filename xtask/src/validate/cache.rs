@@ -72,7 +72,7 @@ impl OutcomeCache {
         })
     }
 
-    /// Stores the entry of a benchmark; a failed one is not stored, so that it runs again.
+    /// Stores the entry of a benchmark. A failed one is not stored, so that it runs again.
     pub fn store(&self, entry: BenchmarkEntry) -> Result<BenchmarkEntry, String> {
         let file = self.file(entry.benchmark, entry.is_short);
         let marks: Option<Vec<(String, u64)>> =

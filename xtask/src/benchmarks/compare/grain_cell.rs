@@ -18,10 +18,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Seeds of the packings.
+/// Seeds of the packings of grains.
 const SEEDS: [u32; 4] = [4, 5, 6, 7];
 
-/// Biaxial test: shortening along y, stresses along x and y and gain of volume after each step.
+/// Biaxial test: rows of shortening along y, stresses along x and y (Pa), and volumetric strain.
 struct BiaxialCurve(Vec<[f64; 4]>);
 
 impl BiaxialCurve {
@@ -56,7 +56,7 @@ impl BiaxialCurve {
         self.0.iter().map(|[_, across, along, _]| across - along).fold(0.0, max_or_nan)
     }
 
-    /// Gain of volume from one shortening to another.
+    /// Increase of the volumetric strain from one shortening to another.
     fn dilation(&self, from: f64, to: f64) -> f64 {
         let at = |shortening: f64| {
             let row =
@@ -66,7 +66,7 @@ impl BiaxialCurve {
         at(to) - at(from)
     }
 
-    /// Difference of the stresses over the shortening up to half of the peak (Pa).
+    /// Difference of the stresses over the shortening, up to half of the peak (Pa).
     fn stiffness(&self) -> f64 {
         let half = 0.5 * self.peak();
         let reached = self.0.windows(2).find(|pair| pair[1][1] - pair[1][2] >= half);
@@ -87,7 +87,7 @@ fn at_pressure(test: &ElementTest, pressure: f64) -> ElementTest {
     ElementTest { initial_stress: [-pressure, -pressure, -pressure, 0.0, 0.0, 0.0], ..test.clone() }
 }
 
-/// Test of the packing generated with a seed.
+/// Biaxial test of the packing with a seed.
 fn packing(file: &std::path::Path, seed: u32) -> Result<ElementTest, String> {
     let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
     let mut value: serde_json::Value = serde_json::from_str(&text).map_err(|error| error.to_string())?;
@@ -95,7 +95,7 @@ fn packing(file: &std::path::Path, seed: u32) -> Result<ElementTest, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Means of all packings at both pressures; shows the ratio of the peaks at 200 kPa and 100 kPa of each.
+/// Means of the tests of all packings at both pressures.
 fn grains(file: &std::path::Path, outcome: &mut BenchmarkOutcome) -> Result<[BiaxialCurve; 2], String> {
     let (mut low, mut high, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for seed in SEEDS {

@@ -79,7 +79,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Block as depth-integrated flow.
+/// Checks the block computed as depth-integrated flow.
 fn flow(outcome: &mut BenchmarkOutcome, together: &mut MethodComparison) -> Result<(), String> {
     let friction = 0.3 * ANGLE.to_radians().tan();
     let mut case = block(friction, None)?;
@@ -96,7 +96,7 @@ fn flow(outcome: &mut BenchmarkOutcome, together: &mut MethodComparison) -> Resu
     Ok(())
 }
 
-/// Checks the plane as a ground line and as a polygon.
+/// Checks that the plane has the same effect as a ground line and as a polygon.
 fn forms(outcome: &mut BenchmarkOutcome, method: &str, plane: &RunReport) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];

@@ -26,10 +26,10 @@ pub const THREE_SOILS: Benchmark = Benchmark {
     run: run_three_soils,
 };
 
-/// Factor of the strengths of the cases: with its own strength the first slope is not stable.
+/// Factor by which the strengths of the cases exceed those of the survey, since the first slope would not be stable.
 const STRENGTH_FACTOR: f64 = 1.5;
 
-/// Surface of both slopes: 10 m high, 2:1, 5 m over the base (m).
+/// Surface of both slopes (m): 10 m high with a gradient of 2:1, on soil of 5 m above the base.
 fn surface() -> Vec<[f64; 2]> {
     vec![[0.0, 5.0], [10.0, 5.0], [30.0, 15.0], [50.0, 15.0]]
 }
@@ -39,8 +39,8 @@ fn soil(top: Vec<[f64; 2]>, unit_weight: f64, cohesion: f64, friction_angle: f64
     SoilLayer { top, unit_weight, cohesion, friction_angle }
 }
 
-/// Least factor of Bishop's circles, and its largest reduction by the strength of soil without dilatancy (Davis 1968), for a friction angle
-/// (degrees).
+/// Least factor of Bishop's circles, and the factor with the reduced strength of soil without dilatancy (Davis 1968). The friction angle is
+/// in degrees.
 fn bounds(slope: &LayeredSlope, friction_angle: f64) -> [f64; 2] {
     let bishop = slope.min_safety_factor((1.0, 20.0), (30.5, 45.0));
     [bishop, bishop * (friction_angle.to_radians().tan() / bishop).atan().cos()]

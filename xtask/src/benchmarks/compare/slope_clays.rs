@@ -30,16 +30,17 @@ pub const WEAK_LAYER: Benchmark = Benchmark {
 /// Undrained strength of the slope (Pa).
 const STRENGTH: f64 = 50e3;
 
-/// Range of the search below and above the least upper bound: wider than the tolerance. Trials far from the bound would only take time.
+/// Distances of the ends of the searched range below and above the least upper bound. They exceed the tolerance. Trials far from the bound
+/// would only take time.
 const SEARCH_RANGE: [f64; 2] = [0.13, 0.07];
 
-/// Slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
+/// Slope of 2:1 with clays below its toe, which are given by their tops (m) and strengths (Pa).
 fn clays(below: &[(f64, f64)], base: f64) -> LayeredClaySlope {
     let clays = [&[(f64::INFINITY, STRENGTH)], below].concat();
     LayeredClaySlope { height: 10.0, cotangent: 2.0, unit_weight: 2038.736 * 9.81, layers: clays, base }
 }
 
-/// Compares the factors of both methods with the least upper bound.
+/// Checks the factors of safety of both methods against the least upper bound.
 fn judge(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, bound: f64) -> Result<(), String> {
     for method in ["mpm", "sph"] {
         let report = run_in_memory(method, case)?;

@@ -15,10 +15,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Factor of safety from the charts of Bishop & Morgenstern (1960).
+/// Factor of safety by the charts of Bishop & Morgenstern (1960).
 const CHARTS: f64 = 1.38;
 
-/// Factor of safety with the strength that soil without dilatancy mobilises on a slip line (Davis 1968).
+/// Factor of safety with the strength of soil without dilatancy on a slip line (Davis 1968).
 fn without_dilatancy() -> f64 {
     CHARTS * (20f64.to_radians().tan() / CHARTS).atan().cos()
 }

@@ -26,13 +26,13 @@ const SIZE: [f64; 2] = [0.2, 0.6];
 const MASS: f64 = 240.0;
 /// Gravity (m/s²).
 const GRAVITY: [f64; 2] = [5.0, -8.66];
-/// End of the time in which the corner does not slip (s).
+/// Time until which the corner does not slip (s).
 const NO_SLIP_END: f64 = 0.4;
 
-/// Scalar over time (s).
+/// Time (s) and value of a scalar quantity.
 type TimeSeries = [(f64, f64)];
 
-/// Angle (rad) over time (s) of a block that turns about its lower corner under its weight.
+/// Angle (rad) over time (s) of a block that rotates about its lower corner under its weight.
 fn pendulum() -> Vec<(f64, f64)> {
     let [width, height] = SIZE;
     let inertia = (width * width + height * height) / 3.0;
@@ -85,7 +85,7 @@ fn benchmark(_: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Compares a run, with the angle (rad) over time (s), with the closed form.
+/// Checks the angle (rad) over time (s) of a run against the closed form.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     method: &str,

@@ -34,7 +34,7 @@ const SEEDS: [u32; 4] = [0, 1, 2, 3];
 /// Strain rate of the stage of shear.
 const RATE: f64 = 3e-4;
 
-/// The sheet's dense specimen: strain, ratio of stresses, volumetric strain.
+/// Results of the dense specimen of the sheet: strain, ratio of stresses, volumetric strain.
 const DENSE: [(f64, f64, f64); 12] = [
     (0.0, 1.0, 0.0),
     (0.002, 1.80, -0.0014),
@@ -50,7 +50,7 @@ const DENSE: [(f64, f64, f64); 12] = [
     (0.18, 1.80, 0.0338),
 ];
 
-/// The sheet's loose specimen: strain, ratio of stresses, volumetric strain.
+/// Results of the loose specimen of the sheet: strain, ratio of stresses, volumetric strain.
 const LOOSE_SPECIMEN: [(f64, f64, f64); 10] = [
     (0.002, 1.24, -0.0011),
     (0.004, 1.37, -0.0013),
@@ -120,7 +120,7 @@ impl BiaxialTest {
         (angle(ratio), strain)
     }
 
-    /// Mean over strains beyond 15 %.
+    /// Mean of a curve over strains beyond 15 %, where the state is critical.
     fn critical(curve: &[(f64, f64)]) -> f64 {
         let last: Vec<f64> =
             curve.iter().filter(|(strain, _)| *strain >= 0.15).map(|(_, value)| *value).collect();
@@ -128,12 +128,12 @@ impl BiaxialTest {
     }
 }
 
-/// Mobilised friction angle (degrees).
+/// Mobilised friction angle for a ratio of stresses (degrees).
 fn angle(ratio: f64) -> f64 {
     ((ratio - 1.0) / (ratio + 1.0)).asin().to_degrees()
 }
 
-/// Means over a window of strain of 5e-4 (sheet: dem §3.11).
+/// Curve averaged over windows of strain of 5e-4 (sheet: dem §3.11).
 fn smooth(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mean = |&(at, _): &(f64, f64)| {
         let near: Vec<f64> =
@@ -182,7 +182,7 @@ fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     );
 }
 
-/// Test with its name, beside the rows of the sheet.
+/// Biaxial test with its label and with the results of the sheet.
 type LabelledTest<'a> = (&'a str, &'a BiaxialTest, &'a [(f64, f64, f64)]);
 
 /// Draws stress ratio and volumetric strain over axial strain.

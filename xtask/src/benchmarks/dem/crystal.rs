@@ -37,7 +37,7 @@ const STIFFNESS: f64 = 1e4;
 /// Pressure of the compressed crystal (Pa).
 const PRESSURE: f64 = 1.0;
 
-/// Places the grains of a crystal in a cell of these widths.
+/// Places the grains of a crystal in a periodic cell of these widths.
 fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> Result<(), String> {
     let still = vec![0.0; widths.len()];
     let grains: Vec<GrainData> = places.iter().map(|place| (place.clone(), 0.5, still.clone())).collect();
@@ -48,7 +48,7 @@ fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> R
     Ok(())
 }
 
-/// Positions of hexagonal rows along x.
+/// Positions of the grains of a hexagonal crystal with rows along x, and the widths of its cell.
 fn hexagonal(columns: usize, rows: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let height = 0.75f64.sqrt() * pitch;
     let place = |k: usize| {
@@ -58,7 +58,7 @@ fn hexagonal(columns: usize, rows: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64
     ((0..columns * rows).map(place).collect(), vec![pitch * columns as f64, height * rows as f64])
 }
 
-/// Positions of face-centred cubes along the axes.
+/// Positions of the grains of a face-centred cubic crystal with cubes along the axes, and the widths of its cell.
 fn face_centred(cubes: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let edge = 2f64.sqrt() * pitch;
     let within = [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.75, 0.25, 0.75], [0.25, 0.75, 0.75]];
@@ -90,7 +90,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// C₁₁, C₁₂ and C₄₄ from strains along x and y and a shear.
+/// Checks the moduli C₁₁, C₁₂ and C₄₄, measured by strains along x and y and by a shear.
 fn moduli(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -144,7 +144,7 @@ fn moduli(
     Ok(())
 }
 
-/// Checks the strength of horizontal rows compressed from above: `tan 60° tan(60° + φ)`.
+/// Checks the strength of a crystal of horizontal rows that is compressed from above: `tan 60° tan(60° + φ)`.
 fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture =

@@ -30,7 +30,7 @@ pub const FINE_DRUM: Benchmark = Benchmark {
 
 /// Diameter of the drum (m).
 const DRUM: f64 = 0.2;
-/// Seeds of packings, in two groups whose means are compared. Single packings scatter by 1.4 degrees at 30 grains across.
+/// Seeds of the packings, in two groups whose means are compared. Single packings scatter by 1.4 degrees at 30 grains across.
 const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
 /// Time from which the surface is evaluated (s): the drum has turned by 43 degrees.
 const STEADY: f64 = 3.0;
@@ -41,7 +41,7 @@ const HALF_WIDTH: f64 = 0.05;
 /// Number of bins of the fitted width.
 const BINS: usize = 8;
 
-/// Surface of a frame.
+/// Surface of the grains in a frame: its angle and roughness.
 struct DrumSurface {
     /// Angle (degrees).
     angle: f64,
@@ -49,7 +49,7 @@ struct DrumSurface {
     rough: f64,
 }
 
-/// Line through the highest grains.
+/// Surface of the grains in a frame, by a line through the highest ones.
 fn surface(snapshot: &Snapshot) -> DrumSurface {
     let radii = scalars(snapshot, "radius");
     let mut top = [(f64::NAN, f64::NEG_INFINITY); BINS];

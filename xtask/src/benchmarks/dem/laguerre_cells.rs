@@ -20,10 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| cells(),
 };
 
-/// Number of rows of a lattice, and of disks in each.
+/// Number of rows of a lattice, and of disks in each row.
 const ROWS: i32 = 12;
 
-/// Largest difference of the solid fraction of a cell of a lattice of touching disks from `exact`.
+/// Largest difference between the solid fractions of the Laguerre cells of a lattice of touching disks and `exact`.
 fn lattice(rise: f64, shift: f64, exact: f64) -> f64 {
     let number = f64::from(ROWS);
     let places: Vec<[f64; 2]> = (0..ROWS * ROWS)

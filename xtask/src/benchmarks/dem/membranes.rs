@@ -27,7 +27,7 @@ const RATE: f64 = 2e-5;
 const STRAIN: f64 = 3e-4;
 /// Number of rows of measures until the strain is [`STRAIN`].
 const ROWS: f64 = 30.0;
-/// Width of the border with prescribed motion (mean diameters of the disks): a whole layer of them.
+/// Width of the border with prescribed motion (mean diameters of the disks): one whole layer of disks.
 const BORDER: f64 = 1.2;
 /// Radius of the grains of a membrane (mean diameters of the disks).
 const MEMBRANE_GRAIN_SIZE: f64 = 0.1;
@@ -40,7 +40,7 @@ const STEPS: [f64; 2] = [0.0, 0.08];
 /// Duration of each stage of constant pressures.
 const REST_DURATION: f64 = 40.0;
 
-/// Runs a case up to the end of its stage `settle` and returns its specimen.
+/// Runs a case up to the end of its stage `settle`, and returns the report and the specimen.
 fn settled_specimen(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
     value["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
     method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
@@ -51,7 +51,7 @@ fn settled_specimen(mut value: Value, seed: u64) -> Result<(RunReport, String), 
     Ok((report, text))
 }
 
-/// Specimen between rigid walls at rest under a pressure of one: its file, width and height, and the mean stress of its grains.
+/// Specimen at rest between rigid walls under a pressure of one.
 struct ConsolidatedSpecimen {
     file: String,
     size: [f64; 2],
@@ -71,7 +71,7 @@ fn prepared_specimen(seed: u64) -> Result<ConsolidatedSpecimen, String> {
     })
 }
 
-/// Writes a file that a case begins with.
+/// Writes a file with which a case begins, and returns its path.
 fn write_input_file(name: &str, text: &str) -> Result<String, String> {
     let folder = crate::root().join("target/validation/specimens");
     let file = folder.join(name);
@@ -80,7 +80,8 @@ fn write_input_file(name: &str, text: &str) -> Result<String, String> {
     Ok(file.display().to_string())
 }
 
-/// Vertical over horizontal stress and the mean of both, compression positive, in the grains selected by `counts` (Pa m²).
+/// Difference of the vertical and the horizontal stress, and mean of both, times the volume of the grains selected by `counts` (Pa m²).
+/// Compression is positive.
 fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2], String> {
     let stress = frame.tensors("stress").ok_or("no stress")?;
     let volumes = scalars(frame, "volume");
@@ -93,7 +94,7 @@ fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2]
     Ok(sums)
 }
 
-/// Strain differences and changes of the deviator over the pressure, of a specimen in a periodic cell.
+/// Curve of a specimen in a periodic cell: difference of the strains, and change of the deviator over the pressure.
 fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
     let mut value = shear_case(&write_input_file(&format!("cell-{seed}.json"), text)?, seed)?;
     method_options(&mut value)["stages"] =
@@ -108,7 +109,7 @@ fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
     Ok(deviator[1..].iter().map(row).collect())
 }
 
-/// Case of the stage `shear` alone that begins with a specimen of a periodic cell.
+/// Case of the stage `shear` alone, which begins with a specimen of a periodic cell.
 fn shear_case(file: &str, seed: u64) -> Result<Value, String> {
     let mut value = periodic_case(COUNT, seed)?;
     let duration = 0.5 * STRAIN / RATE;
@@ -119,8 +120,7 @@ fn shear_case(file: &str, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Change of the deviator over the pressure at [`STRAIN`] of the grains within the border of the same cell; the border moves by a linear
-/// displacement.
+/// Change of the deviator over the pressure at [`STRAIN`], of grains within a border that moves by a linear displacement.
 fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     let mut stored: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
@@ -158,7 +158,8 @@ fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     Ok((inner(&report.snapshot)?[0] - start) / pressure)
 }
 
-/// Rows of grains along the four sides, a body each, with equal distances around corners too: the first three columns of their files.
+/// Rows of membrane grains along the four sides, one body each, with equal distances also around corners. They are the first three columns
+/// of point files.
 fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
     let row = |length: f64, place: &dyn Fn(f64) -> [f64; 2]| {
         // From corner to corner; the part cut off at a corner has the length of the other distances.
@@ -180,7 +181,7 @@ fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
     ]
 }
 
-/// Boxes that contain such rows.
+/// Boxes that contain the rows of membrane grains of a side.
 fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
     let (low, up) = match side {
         "west" => ([-4.0 * MEMBRANE_GRAIN_SIZE, 0.0], [0.0, high]),
@@ -191,7 +192,7 @@ fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
     json!({ "kind": "box", "min": low, "max": up })
 }
 
-/// Case of the specimen within membranes.
+/// Case of a specimen within membranes on all sides.
 fn membrane_case(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> {
     let mut value = walled_case(COUNT)?;
     let [wide, high] = specimen.size;
@@ -232,7 +233,7 @@ fn membrane_case(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, St
     Ok(value)
 }
 
-/// Difference of the strains along the axes, vertical shortening over horizontal, of the displacements between two frames by the best fit
+/// Difference of the strains along the axes between two frames, positive for vertical shortening and horizontal extension, by the best fit
 /// to the specimen: Green's strain, since the specimen may rotate.
 fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
     let own: Vec<usize> = (0..from.ids.len()).filter(|&i| from.bodies[i] == 0).collect();
@@ -248,7 +249,7 @@ fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
     green(0) - green(1)
 }
 
-/// Strain difference and change of the deviator over the pressure, of a specimen under membranes on all sides.
+/// Difference of the strains and change of the deviator over the pressure, of a specimen under membranes on all sides.
 fn uniform_traction(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<(f64, f64), String> {
     let report = run_in_memory("dem", &parse_case(&membrane_case(specimen, seed)?)?)?;
     let inside = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);

@@ -20,10 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Number of steps to π/ω₀: the sheet requires at least 400.
+/// Number of steps in the time π/ω₀; the sheet requires at least 400.
 const STEPS: f64 = 1000.0;
 
-/// Impact at unit normal speed.
+/// Impact of a grain with a normal speed of one.
 #[derive(Clone, Copy)]
 struct Impact {
     sphere: bool,
@@ -35,7 +35,7 @@ struct Impact {
     angle: f64,
 }
 
-/// Rows of the sheet: the impact, and velocity along the wall and spin times radius after it.
+/// Table of the sheet: the impact, and the velocity along the wall and spin times radius after it.
 const TABLE: [(Impact, f64, f64); 10] = [
     (row(false, 0.3, 1.0 / 3.0, 1.0, 0.5), 0.1667, -0.6667),
     (row(false, 0.3, 1.0 / 3.0, 1.0, 1.5), 0.9, -1.2),
@@ -93,7 +93,8 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks stiffnesses at which the contact lasts half a period of both springs: the contact sticks and rebounds elastically, or slips.
+/// Checks stiffnesses with which the contact lasts half a period of both springs. The contact then sticks and rebounds elastically, or
+/// slips.
 fn check_half_period(
     outcome: &mut BenchmarkOutcome,
     sphere: bool,

@@ -39,7 +39,7 @@ pub const WALLS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Numbers of spheres of the specimen of the file, of the source's windows, and of the cells.
+/// Number of spheres of the specimen in the case file.
 const SPECIMEN_GRAINS: u32 = 979;
 /// Numbers of spheres of the windows of the source.
 const WINDOW_GRAINS: [u32; 4] = [619, 413, 311, 75];
@@ -56,7 +56,7 @@ const EQUILIBRATION_TIME: f64 = 60.0;
 /// Strain over which stresses are averaged.
 const WINDOW: f64 = 2e-3;
 
-/// Result of a test.
+/// Result of a triaxial test of spheres.
 struct SpheresResult {
     /// Deviator at the peak over the lateral stress.
     peak: f64,
@@ -65,8 +65,7 @@ struct SpheresResult {
     porosity: f64,
 }
 
-/// Largest deviator over the lateral stress, averaged over a window of strain, from the columns of stresses: the lateral ones, and the one
-/// along the shortening.
+/// Largest deviator over the lateral stress, averaged over a window of strain. The columns are the two lateral stresses and the axial one.
 fn peak([one, other, down]: &[Vec<f64>; 3]) -> f64 {
     let ratios: Vec<f64> = down
         .iter()
@@ -106,7 +105,7 @@ fn cell(count: u32, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Side of the box in which `count` spheres are generated: all of the file in its own.
+/// Side of the cube in which `count` spheres are generated.
 fn box_side(value: &Value, count: u32) -> Result<f64, String> {
     let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
     Ok(whole * (f64::from(count) / f64::from(SPECIMEN_GRAINS)).cbrt())
@@ -267,7 +266,8 @@ fn walls() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Compares specimens of 979 spheres at rest with parts of them, brought to rest again and sheared: means over the specimens.
+/// Compares specimens of 979 spheres at rest with smaller windows cut from them, which come to rest again and are sheared. Results are
+/// means over the specimens.
 fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut all: Vec<Vec<SpheresResult>> = counts.iter().map(|_| Vec::new()).collect();
@@ -308,7 +308,7 @@ fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
     Ok((report.snapshot.positions.clone(), [side("x")?, side("y")?, side("z")?]))
 }
 
-/// Result of a part of a specimen with about `count` spheres, brought to the pressure again and sheared.
+/// Result of a window of about `count` spheres cut from a specimen, which is brought to the pressure again and sheared.
 fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result<SpheresResult, String> {
     let share = (f64::from(count) / f64::from(SPECIMEN_GRAINS)).cbrt();
     let widths = sides.map(|side| share * side);

@@ -224,7 +224,7 @@ fn rolling(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Path of a grain of radius 0.5 m that rolls on a rough wall of slope `slope`.
+/// Path of a grain of radius 0.5 m that rolls on a rough plane with the gradient `slope`.
 fn roll(resistance: f64, slope: f64, speed: f64, sphere: bool, time: f64) -> Result<Vec<(f64, f64)>, String> {
     let mut value = load(if sphere { "wall-sphere" } else { "wall" })?;
     let cosine = 1.0 / (1.0 + slope * slope).sqrt();

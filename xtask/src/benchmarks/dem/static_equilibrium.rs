@@ -37,7 +37,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks B5: overlaps from the weight above.
+/// Checks the overlaps of a stack of disks, which follow from the weight above (B5).
 fn stack(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -87,7 +87,7 @@ fn stack(
     Ok(())
 }
 
-/// Checks B9: the pile is stable above both thresholds and collapses below either.
+/// Checks that the pile is stable above both thresholds and collapses below one of them (B9).
 fn pile(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (grain, wall) = (2.0 - 3f64.sqrt(), (2.0 - 3f64.sqrt()) / 3.0);
     let reason = "B9: stands at 1.03 of both thresholds and falls at 0.97 of either; 1.366 m at the start";

@@ -30,19 +30,19 @@ const SHEAR_STRAINS: [f64; 2] = [0.12, 0.2];
 const WINDOW: f64 = 0.01;
 /// Time between rows (s), a divisor of the stages before the shear.
 const ROW: f64 = 0.0025;
-/// Friction of grains during the compression of the loose specimen; the dense one is compressed without friction.
+/// Friction coefficient of grains during the compression of the loose specimen. The dense one is compressed without friction.
 const LOOSE_FRICTION: f64 = 1.0;
 /// Seeds of packings, whose results are averaged.
 const SEEDS: [u64; 3] = [1, 2, 3];
 /// Solid fraction of the generated loose specimen.
 const LOOSE_SOLID_FRACTION: f64 = 0.52;
 
-/// Number of grains of a ring.
+/// Number of grains of a ring of the sleeve.
 fn columns(quick: bool) -> usize {
     if quick { 74 } else { 98 }
 }
 
-/// Case of the file with a seed, compressed with this friction and sheared at a rate.
+/// Case of a specimen with a seed, which is compressed with a friction coefficient and sheared.
 fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     let text = colluvium::template("triaxial-sleeve").ok_or("no template")?;
     let mut value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
@@ -82,7 +82,7 @@ fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Time series of a test.
+/// Curves of a triaxial test over axial strain.
 struct TriaxialRecord {
     /// Axial strain from the start of the shear, logarithmic, shortening positive.
     strain: Vec<f64>,
@@ -127,7 +127,7 @@ fn rows(report: &RunReport) -> Result<TriaxialRecord, String> {
     })
 }
 
-/// Mean of a column over the last [`WINDOW`] of strain.
+/// Mean of a column over the last [`WINDOW`] of the strain.
 fn last(strain: &[f64], column: &[f64]) -> f64 {
     let end = strain.last().copied().unwrap_or(0.0);
     let own: Vec<f64> =
@@ -135,7 +135,7 @@ fn last(strain: &[f64], column: &[f64]) -> f64 {
     own.iter().sum::<f64>() / own.len() as f64
 }
 
-/// Balance of internal forces and applied pressures at a time, relative to the closed form.
+/// Balance of internal forces and applied pressures at a time, each over its value in equilibrium.
 struct ForceBalance {
     /// Radial and axial sums over the contacts of specimen and sleeve, over those of the applied pressures.
     total: [f64; 2],
@@ -145,8 +145,8 @@ struct ForceBalance {
     platen: f64,
 }
 
-/// Radial (mean of both directions) and axial sum of force times position (J) of the pressure on a sheet of closed rows, inwards positive:
-/// per piece between four of its grains the pressure times half the cross product of the diagonals, a quarter on each grain.
+/// Radial and axial sum of force times position (J) of a pressure on a sheet of closed rows of grains, inwards positive. A piece between
+/// four grains has the pressure times half the cross product of its diagonals, a quarter on each grain.
 fn pressure_virial(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (low, high) in sheet.chunks(columns).zip(sheet.chunks(columns).skip(1)) {
@@ -167,8 +167,8 @@ fn pressure_virial(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
     sums
 }
 
-/// Force balance: in equilibrium the sum of force times branch over all contacts and bonds equals force times position of the external
-/// actions: the pressure on the sleeve, and the force on the platen times the height.
+/// Balance of forces at a time. In equilibrium the sum of force times branch vector over all contacts and bonds equals force times position
+/// of the external actions.
 fn force_balance(report: &RunReport, columns: usize, time: f64) -> Result<ForceBalance, String> {
     let frame = report.frames.iter().find(|frame| (frame.time - time).abs() < 1e-6).ok_or("no frame")?;
     let value = |name: &str| value_at(&measure_series(report, name), time);
@@ -279,7 +279,7 @@ fn angle(ratio: f64) -> f64 {
     ((ratio - 1.0) / (ratio + 1.0)).asin().to_degrees()
 }
 
-/// Mean and standard deviation of a number over the packings of a specimen.
+/// Mean and standard deviation of a number over packings.
 fn packing_statistics(all: &[TriaxialRecord], of: impl Fn(&TriaxialRecord) -> f64) -> (f64, f64) {
     mean_and_deviation(&all.iter().map(of).collect::<Vec<_>>())
 }

@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Time (s).
 const TIME: f64 = 2.0;
 
-/// Flow on the incline: slope and friction angle (degrees), depth (m).
+/// Dam break on an incline: slope and friction angle (degrees), depth (m).
 struct InclineFlow {
     slope: f64,
     friction: f64,
@@ -31,7 +31,7 @@ struct InclineFlow {
 }
 
 impl InclineFlow {
-    /// Gravity normal to the bed, and net acceleration along it when friction acts on `share` of the weight (m/s²).
+    /// Gravity normal to the bed, and net acceleration along the bed (m/s²). Friction acts on `share` of the weight.
     fn forces(&self, share: f64) -> (f64, f64) {
         let normal = 9.81 * self.slope.to_radians().cos();
         let net = self.slope.to_radians().tan() - share * self.friction.to_radians().tan();
@@ -72,7 +72,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     check_saturated(&mut outcome, &slab).map(|()| outcome)
 }
 
-/// Checks grains in water on this bed: buoyant and drained, and liquefied without drainage.
+/// Checks grains in water on the incline: with buoyancy and drainage, and liquefied without drainage.
 fn check_saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result<(), String> {
     let mut case = slab.case()?;
     set_material(&mut case, "sand", &[("density", json!(2050.0))])?;

@@ -43,7 +43,7 @@ fn integral(end: f64, f: impl Fn(f64) -> f64) -> f64 {
     (0..count).map(cell).sum()
 }
 
-/// Sum of a kernel and size of the sum of its gradients over a square lattice, with η = 1.3.
+/// Sum of a kernel over a square lattice with η = 1.3, and the size of the sum of its gradients.
 fn lattice_sums(kernel: Kernel) -> (f64, f64) {
     let (mut sum, mut gradient) = (0.0, [0.0f64; 2]);
     for i in -4..=4 {
@@ -59,7 +59,7 @@ fn lattice_sums(kernel: Kernel) -> (f64, f64) {
     (sum, gradient[0].hypot(gradient[1]))
 }
 
-/// Checks V31.
+/// Checks the normalisation and the lattice sums of the kernels (V31).
 fn kernels(outcome: &mut BenchmarkOutcome) {
     let all = [
         ("cubic spline", Kernel::CubicSpline),
@@ -88,7 +88,7 @@ fn kernels(outcome: &mut BenchmarkOutcome) {
     }
 }
 
-/// Checks V33: smoothing lengths follow a uniform stretch.
+/// Checks that smoothing lengths follow a uniform stretch (V33).
 fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let line = |factor: f64| -> Result<f64, String> {
         let nodes = (0..20).map(|k| line_node(factor * (f64::from(k) + 0.5), 0.0, 1.0, 1.0)).collect();
@@ -139,7 +139,7 @@ fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Frame of reference: rotated and with a uniform velocity.
+/// Frame of reference in plan, rotated by an angle and moving with a uniform velocity.
 #[derive(Clone, Copy)]
 struct PlanFrame {
     angle: f64,         // of the rotation (rad)
@@ -153,7 +153,7 @@ impl PlanFrame {
         [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
     }
 
-    /// Heap of nodes with disordered positions and velocities, equal in every frame.
+    /// Heap of nodes with disordered positions and velocities, which are equal in every frame of reference.
     fn heap(self) -> Result<Flow<2>, String> {
         let PlanFrame { angle, velocity: along } = self;
         let noise = |k: i32, c: f64| ((f64::from(k) * 12.9898 + c * 78.233).sin() * 43_758.545_3).fract();
@@ -169,7 +169,8 @@ impl PlanFrame {
             .map_err(|failure| failure.to_string())
     }
 
-    /// Velocities of the nodes after a step (m/s), in the initial frame and in the order of ids, and the change of momentum over the mass.
+    /// Velocities of the nodes after a step (m/s), in the initial frame of reference and in the order of ids, and the change of momentum
+    /// over the mass.
     fn step(self) -> Result<(Vec<[f64; 2]>, f64), String> {
         let PlanFrame { angle, velocity: along } = self;
         let mut flow = self.heap()?;
@@ -188,7 +189,7 @@ impl PlanFrame {
     }
 }
 
-/// Checks V34: a heap in plan, in its initial frame, rotated, and with a uniform velocity.
+/// Checks that the motion of a heap in plan is equal in frames of reference that are rotated or in uniform motion (V34).
 fn frames(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (plain, change) = PlanFrame { angle: 0.0, velocity: [0.0; 2] }.step()?;
     let name = "V34: change of momentum of a step over the mass (m/s)";

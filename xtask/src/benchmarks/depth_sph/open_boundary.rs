@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const GRAVITY: f64 = 9.81;
 /// Length of the channel (m).
 const LENGTH: f64 = 40.0;
-/// Times (s) at which the incoming and the reflected wave are evaluated: the hump is at 31 m, and would be at 30.6 m.
+/// Times (s) at which the incoming and the reflected wave are evaluated. The hump is then at 31 m, and would be at 30.6 m after reflection.
 const TIMES: [f64; 2] = [2.0, 7.8];
 
 /// Checks the share of a wave that an open end of a channel reflects, in water at rest and in a rapid stream.

@@ -33,8 +33,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Errors of a run of the case: mean error of height over the depth, of velocity over the celerity, discharge at the dam, lag of the last
-/// node.
+/// Errors of a dam break against Ritter's solution, and the lag of the front.
 struct RitterErrors {
     height: f64,
     velocity: f64,
@@ -71,7 +70,7 @@ fn measure(case: &Case, phase: usize, share: f64) -> Result<RitterErrors, String
     })
 }
 
-/// Checks V5.
+/// Checks the dam break of one phase against Ritter's solution (V5).
 fn run_single_phase(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let counts: &[u32] = if quick { &[200, 400] } else { &[100, 200, 400, 800] };
     let mut before = f64::INFINITY;
@@ -130,7 +129,7 @@ fn run_single_phase(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), S
     outcome.svg("V5: velocity after 1 s.", &speeds)
 }
 
-/// Checks V17: two phases of equal porosity everywhere equal one phase, with any drag.
+/// Checks that two phases of equal porosity everywhere move as one phase, with any drag (V17).
 fn run_two_phases(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let drags: &[(&str, Value)] = &[
         ("V_T = 1 mm/s", json!({ "law": "anderson", "settling_velocity": 1e-3 })),

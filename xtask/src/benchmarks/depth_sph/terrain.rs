@@ -75,7 +75,7 @@ fn raster(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Bed from heights at nodes `spacing` (m) apart.
+/// Bed of a raster with the levels `level(x, y)` at nodes `spacing` (m) apart.
 fn of_raster(
     low: [f64; 2],
     high: [f64; 2],
@@ -88,7 +88,7 @@ fn of_raster(
     Ok(Bed::Surface(Arc::new(terrain)))
 }
 
-/// Level of the sheet's channel (m): `x` along it, `y` across.
+/// Level of the bed of the sheet's channel (m), with `x` along it and `y` across.
 pub fn channel_bed(x: f64, y: f64) -> f64 {
     let drop = 155.92 / (1.0 - 0.15f64.powf(2.5));
     let smooth = |from: f64, to: f64| {
@@ -99,7 +99,7 @@ pub fn channel_bed(x: f64, y: f64) -> f64 {
     drop * (1.0 - x.clamp(-60.0, 600.0) / 600.0).powf(2.5) + 8.0 * deep * (1.0 - (-y * y / 128.0).exp())
 }
 
-/// Checks the sheet's values of the channel.
+/// Checks the levels and slopes of the channel against values of the sheet.
 fn formula(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.0, 157.2907, 158.0776),
@@ -122,7 +122,7 @@ fn formula(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V12b as amended: water behind a dam across the channel.
+/// Checks water at rest behind a dam across the channel, and its dam break (V12b as amended).
 fn check_dam_break(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dam = 255.0;
     let level = channel_bed(dam, 0.0) + 2.0;
@@ -170,7 +170,7 @@ fn check_dam_break(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Debris flow of the sheet: a locked mixture with pore-pressure columns over a raster of 2 m.
+/// Flow of the sheet's debris flow: a mixture of locked phases with pore-pressure columns, over a raster of 2 m.
 fn release() -> Result<Flow<2>, String> {
     let spacing: f64 = (std::f64::consts::PI * 35.0 * 17.0 / 1472.0).sqrt();
     let mut nodes = Vec::new();
@@ -232,7 +232,7 @@ fn front(flow: &Flow<2>) -> (f64, f64) {
     (place, leading.iter().map(speed).sum::<f64>() / leading.len() as f64)
 }
 
-/// Runs B3.
+/// Checks the debris flow down a channel against the values of the source (B3).
 fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = [

@@ -95,7 +95,7 @@ impl PhaseProfiles {
     }
 }
 
-/// Checks B1: the drag of settling at 1 mm/s locks the phases.
+/// Checks a dam break in which the drag of a settling velocity of 1 mm/s locks the phases (B1).
 fn check_strong_drag(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> Result<(), String> {
     let exact = LockedDam::new(GRAVITY, [1360.0 / 1.04, 2220.0 / 1.38], [1.04, 1.38]);
     let mut solver = solver(&[("courant", json!(courant))])?;
@@ -120,7 +120,7 @@ fn check_strong_drag(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> 
     Ok(())
 }
 
-/// Checks depth, velocity and slip against the closed form.
+/// Checks depth, velocity and slip of the phases against the closed form.
 fn mean_errors(
     outcome: &mut BenchmarkOutcome,
     both: &PhaseProfiles,
@@ -215,7 +215,7 @@ fn check_reflection(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> 
     Ok(())
 }
 
-/// Checks B1b: phases without mutual drag.
+/// Checks a dam break of phases without mutual drag (B1b).
 fn check_no_drag(outcome: &mut BenchmarkOutcome, momentum: &str, bound: f64) -> Result<(), String> {
     let none = json!({ "law": "none" });
     let mut solver = solver(&[("mixture/drag", none), ("momentum", json!(momentum))])?;

@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Spacing of the nodes in the short form and for comparisons between runs (m).
 const COARSE: f64 = 1.6;
 
-/// Front at a time.
+/// Position and speed of the front at a time.
 #[derive(Clone, Copy)]
 struct FrontPosition {
     time: f64,
@@ -50,7 +50,7 @@ impl FrontPosition {
     }
 }
 
-/// Results of a run: the front every half second, rasters after 40 s and at the end, and volumes.
+/// Results of a run: fronts every half second, rasters after 40 s and at the end, and volumes.
 struct YuTungRun {
     fronts: Vec<FrontPosition>,
     eroded: Vec<PlanRaster>,
@@ -94,7 +94,7 @@ impl YuTungRun {
     }
 }
 
-/// Case with a node spacing (m) and other options.
+/// Case with a node spacing (m) and other options of the method.
 fn case(spacing: f64, more: &[(&str, Value)]) -> Result<Case, String> {
     let mut case = load("debris-flow")?;
     set_method_option(&mut case, "depth-sph", "spacing", spacing);

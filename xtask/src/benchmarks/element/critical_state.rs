@@ -44,7 +44,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Clay of the sheet with `p_c` in Pa.
+/// Clay of the sheet with a preconsolidation pressure (Pa).
 fn clay(model: &str, preconsolidation_pressure: f64) -> Result<MaterialSpec, String> {
     let value = json!({
         "model": model, "density": 1800.0, "critical_state_slope": 1.0, "compression_slope": 0.2,
@@ -54,7 +54,7 @@ fn clay(model: &str, preconsolidation_pressure: f64) -> Result<MaterialSpec, Str
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Sand of Bui & Nguyen's Table 1.
+/// Sand of Table 1 of Bui & Nguyen, at a void ratio.
 fn sand(void_ratio: f64) -> MaterialSpec {
     MaterialSpec::Simsand(SimsandSpec::bui_nguyen(void_ratio))
 }
@@ -202,7 +202,7 @@ fn compressed_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// State of the sand and its results in the sheet, in kPa.
+/// Initial state of a sand and its results in the sheet (kPa).
 struct SandReferenceState {
     name: &'static str,
     void_ratio: f64,
@@ -265,7 +265,7 @@ const SANDS: [SandReferenceState; 3] = [
     },
 ];
 
-/// Simple shear at constant volume without spin, 4000 steps.
+/// Simple shear at constant volume, without spin, in 4000 steps.
 fn shear_test(void_ratio: f64, shear: f64) -> Result<ElementPath, String> {
     let path = LoadingPath::Strain { increment: [0.0, 0.0, 0.0, 0.5 * shear, 0.0, 0.0] };
     test(sand(void_ratio), &[(path, 4000)])

@@ -47,7 +47,7 @@ fn spec(value: Value) -> Result<MaterialSpec, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Material point on a path; its stress is Kirchhoff's.
+/// Material point on a strain path, with its Kirchhoff stress.
 struct FiniteStrainPoint {
     law: Arc<dyn Material>,
     stress: Vec<SymTensor>,
@@ -83,7 +83,7 @@ impl FiniteStrainPoint {
     }
 }
 
-/// Elastic laws of the table, in the order of its columns.
+/// Elastic laws of the sheet's table, in the order of its columns.
 fn elastic_laws() -> Result<[(&'static str, MaterialSpec); 4], String> {
     Ok([
         ("Hencky", material("linear-elastic", json!({ "strain_measure": "hencky" }))?),
@@ -138,7 +138,7 @@ fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Four elastic laws with the same moduli at small strain.", &chart)
 }
 
-/// Work of `spec` around a closed path of large strain and rotation, in units of G, at every step.
+/// Work of a law around a closed path of large strain and rotation, over G, at every step.
 fn work(spec: &MaterialSpec) -> Result<Vec<(f64, f64)>, String> {
     let a = Mat3([[0.1, 0.4, 0.0], [-0.1, -0.1, 0.2], [0.1, 0.0, 0.15]]);
     let b = Mat3([[0.05, -0.1, 0.2], [0.3, 0.1, 0.0], [0.0, 0.15, -0.1]]);
@@ -199,7 +199,7 @@ fn closed_path(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A closed path gives all work back, except in rate form.", &chart)
 }
 
-/// Cohesive Cam Clay of §2.15 with other entries replaced.
+/// Cohesive Cam Clay of §2.15 with some keys replaced.
 fn cam_clay(more: Value) -> Result<MaterialSpec, String> {
     let base = json!({
         "model": "cohesive-cam-clay", "density": 250.0, "youngs_modulus": 5e6, "poissons_ratio": 0.3,
@@ -277,7 +277,7 @@ fn driven(material: MaterialSpec, path: LoadingPath, steps: usize) -> Result<Ele
     test.run().map_err(|error| error.to_string())
 }
 
-/// Kirchhoff values of a column against compression of the volume.
+/// Kirchhoff values of a column over the compression of the volume.
 fn kirchhoff(run: &ElementPath, name: &str) -> Vec<(f64, f64)> {
     let strain = run.column("volumetric_strain").unwrap_or_default();
     let values = run.column(name).unwrap_or_default();
@@ -296,7 +296,7 @@ fn weak_layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     uniaxial(outcome, weak()?, layer(json!({ "kind": "slab" }))?)
 }
 
-/// Checks the pressure of a weak layer over hydrostatic compression: peak, collapse and packing.
+/// Checks the pressure of a weak layer in hydrostatic compression: peak, collapse and compaction.
 fn hydrostatic_weak_layer(outcome: &mut BenchmarkOutcome, weak: MaterialSpec) -> Result<(), String> {
     let third = -0.02 / 3.0;
     let path = LoadingPath::Strain { increment: [third, third, third, 0.0, 0.0, 0.0] };
@@ -430,7 +430,7 @@ fn snow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Torn snow softens, packed snow stiffens, with the excess over the bounds.", &chart)
 }
 
-/// Checks the step of §2.14 from rest, its stress scaled by the earlier plastic volume.
+/// Checks the stress of a single step of §2.14 from rest, whose stiffness depends on the earlier plastic volume.
 fn reference_step(outcome: &mut BenchmarkOutcome, laws: &[(&str, MaterialSpec); 2]) -> Result<(), String> {
     let trial = Mat3([[1.01, 0.02, 0.0], [-0.015, 0.96, 0.01], [0.0, 0.005, 1.002]]);
     let exact = [-4_182.833_577, -4_333.691_282];

@@ -49,7 +49,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Flow law with its density, from which points are made.
+/// Flow law with its density, which updates the stress of points.
 pub(super) struct FlowLaw {
     law: Arc<dyn Material>,
     density: f64,
@@ -75,7 +75,7 @@ impl FlowLaw {
         Ok(FlowPoint { stress: [stresses[0]], states })
     }
 
-    /// Makes a step at constant density.
+    /// Updates a point by a step at constant density.
     pub(super) fn step(&self, walker: &mut FlowPoint, l: &Mat3, dt: f64) -> Result<(), String> {
         let motion =
             Motion::from_velocity_gradient(l, dt, self.density, 1.0).ok_or("the step is too large")?;
@@ -103,8 +103,7 @@ impl FlowLaw {
         names.iter().position(|n| *n == name).map_or(f64::NAN, |i| out[i])
     }
 
-    /// Shear stress of steady simple shear at `rate` and `pressure`: after a strain of many times that to
-    /// yield, in small steps.
+    /// Shear stress of steady simple shear at a rate and a pressure, after a strain of many times that at yield.
     fn steady(&self, rate: f64, pressure: f64) -> Result<f64, String> {
         let mut walker = self.start(SymTensor::isotropic(-pressure))?;
         let l = Mat3([[0.0, rate, 0.0], [0.0; 3], [0.0; 3]]);
@@ -124,7 +123,7 @@ impl FlowLaw {
         Ok(last)
     }
 
-    /// Shear rate of steady flow under the shear stress `shear`: zero below yield.
+    /// Shear rate of steady flow under a shear stress; zero below yield.
     fn rate(&self, shear: f64, pressure: f64) -> Result<f64, String> {
         let (mut low, mut high) = (1e-6f64, 1e5f64);
         if self.steady(low, pressure)? >= shear {
@@ -138,7 +137,7 @@ impl FlowLaw {
     }
 }
 
-/// Law of the parameter set of §2.9.
+/// Law of the sand of §2.9 in one of its forms.
 pub(super) fn sand(form: &Value) -> Result<FlowLaw, String> {
     // A viscous form has no shear modulus.
     let shear_modulus = (form["kind"] == "elasto-viscoplastic").then_some(2e6);
@@ -231,18 +230,18 @@ fn sand_relaxes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Speeds over depth of a film on a slope, from the shear rates of the law under the stress of the film: pairs (height, speed), and the
-/// mean speed. `weight` and `driving_force` are the normal and the tangential component of the unit weight.
+/// Steady profile of a film on a slope, from the shear rates of a law: pairs of height (m) and velocity (m/s), and the mean velocity.
 struct FilmProfile {
     profile: Vec<(f64, f64)>,
     rates: Vec<f64>,
     mean: f64,
 }
 
-/// Intervals of the film, an even number.
+/// Number of intervals over the depth of a film, an even number.
 const FILM_INTERVALS: usize = 40;
 
-/// Profile of a film by Simpson's rule in the square root of the depth below the surface, in which profiles are smooth.
+/// Profile of a film. Shear rates are integrated by Simpson's rule in the square root of the depth below the surface, in which profiles are
+/// smooth.
 fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfile, String> {
     let root = |i: usize| height.sqrt() * (1.0 - i as f64 / FILM_INTERVALS as f64);
     let mut rates = Vec::with_capacity(FILM_INTERVALS + 1);
@@ -304,7 +303,7 @@ fn sand_film(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("The law, integrated over the depth, gives the profile in closed form.", &chart)
 }
 
-/// Film of fluid on a slope of 10°, with its unit weight along the slope and normal to it.
+/// Film of a fluid on a slope of 10°, with the components of its unit weight along the slope and normal to it.
 struct LiquidFilm {
     height: f64,        // h (m)
     density: f64,       // ρ (kg/m³)
@@ -322,12 +321,12 @@ impl LiquidFilm {
         Self { height, density, viscosity, driving_force, weight }
     }
 
-    /// Profile of the film by a law.
+    /// Profile of the film with a law.
     fn of_law(&self, law: Value) -> Result<FilmProfile, String> {
         film(&FlowLaw::new(law)?, self.height, self.weight, self.driving_force)
     }
 
-    /// Closed form of the speed (m/s) over height (m), drawn at 51 heights.
+    /// Curve of a velocity (m/s) over height (m) in closed form, at 51 heights.
     fn curve(&self, speed: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         let heights = (0..=50).map(|i| self.height * f64::from(i) / 50.0);
         flipped(&heights.map(|z| (z, speed(z))).collect::<Vec<_>>())

@@ -78,7 +78,7 @@ fn strength_reduction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Single point of a law.
+/// Material point of a law, with its stress and state.
 #[derive(Clone)]
 struct ContractPoint {
     law: Arc<dyn Material>,
@@ -127,7 +127,7 @@ impl ContractPoint {
         out[0]
     }
 
-    /// Magnitude of the stress in a step: of its start and its elastic trial.
+    /// Magnitude of the stresses in a step, of the initial one and of the elastic trial.
     fn stress_magnitude(&self, motion: &Motion) -> f64 {
         self.stress.norm() + self.modulus() * motion.velocity_gradient_dt.sym().norm()
     }
@@ -152,7 +152,7 @@ fn every_law() -> Vec<MaterialSpec> {
     MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()).collect()
 }
 
-/// Largest value of each model, in the order of the list.
+/// Largest value of each model over its examples, in the order of the list.
 fn worst_of_models(
     mut measure: impl FnMut(&MaterialSpec, &mut RandomSequence) -> Result<f64, String>,
 ) -> Result<Vec<(&'static str, usize, f64)>, String> {
@@ -202,10 +202,10 @@ fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Components xx yy zz xy yz zx.
+/// Indices of the components xx yy zz xy yz zx.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
 
-/// Largest difference between the tangent of a step and central differences of the update, over the stiffer of wave modulus and tangent.
+/// Largest difference between the tangent of a step and central differences of the update, over the larger of wave modulus and tangent.
 /// Entries at which two differences disagree lie on a change of region and are left out.
 fn tangent_error(walker: &ContractPoint, a: &Mat3, size: f64) -> Result<(f64, usize), String> {
     let at = motion(a, walker.density)?;
@@ -268,7 +268,7 @@ fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Counts the parameter sets of the property tests, which run by `cargo test`, not here.
+/// Shows the number of parameter sets of the property tests, which run by `cargo test`, not here.
 fn obligations(outcome: &mut BenchmarkOutcome) {
     let laws = every_law().len() as f64;
     for (obligation, test) in [

@@ -43,7 +43,7 @@ fn material(value: Value) -> Result<MaterialSpec, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Soil of V-16, with or without the critical state, with other entries added.
+/// Hypoplastic soil of V-16 with or without the critical state, and with a viscous mode.
 fn soil(void_ratio: f64, critical: bool, viscous: Option<&str>) -> Result<MaterialSpec, String> {
     let mut value = json!({
         "model": "hypoplastic", "density": 1700.0, "void_ratio": void_ratio,
@@ -195,7 +195,7 @@ fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Dense soil opens, loose soil hardly changes.", &voids)
 }
 
-/// The constants of Table 1 of the source.
+/// Constants of viscosity of Table 1 of the source.
 const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
     a: -8e-4,
     m1: 0.5,
@@ -250,7 +250,7 @@ fn viscous(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("The viscous stress raises friction and carries part of the normal stress.", &chart)
 }
 
-/// Slow shear to the critical state, then at a given rate: `(τ/P, e)`.
+/// Ratio of shear stress to normal stress and void ratio in shear at a rate, after slow shear to the critical state.
 fn shear_at_rate(rate: f64, mode: &str) -> Result<(f64, f64), String> {
     let stage = |rate: f64| (LoadingPath::SimpleShearConstantNormalStress { shear: 1.0 }, 500, 1.0 / rate);
     let run = test(soil(0.7, true, Some(mode))?, 100e3, &[stage(0.1), stage(rate)])?;
@@ -318,7 +318,7 @@ fn band(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Tension test of the bar of V-23: elongation, stress and crack opening.
+/// Results of a tension test of the bar of V-23: elongation (m), stress (Pa) and crack opening (m).
 fn tension_test(size: f64) -> Result<Vec<[f64; 3]>, String> {
     let spec = material(json!({
         "model": "double-scale", "density": 2400.0, "youngs_modulus": 30e9, "poissons_ratio": 0.2, "size": size,

@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the digits the sheet gives";
-/// Number of trials of each random test.
+/// Number of trial stresses of each random test.
 const TRIALS: usize = 10_000;
 /// Reference pressure of the sheet's tolerances (kPa).
 const REFERENCE: f64 = 100.0;
@@ -39,12 +39,12 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Elasticity of set R1 in kPa.
+/// Elasticity of the parameter set R1 (kPa).
 fn r1() -> Result<Elasticity, String> {
     Elasticity::new(20_000.0, 0.3).map_err(|error| error.to_string())
 }
 
-/// Random numbers in 0..1, the same in every run.
+/// Sequence of random numbers in 0..1, equal in every run.
 pub(super) struct RandomSequence(pub u64);
 
 impl RandomSequence {
@@ -65,7 +65,7 @@ fn cone_law(dilatancy: f64) -> Result<DruckerPrager, String> {
     spec.law().map_err(|error| error.to_string())
 }
 
-/// Stress and plastic strain `κ` of the return of a trial stress: a step without strain.
+/// Stress and plastic strain `κ` after the return of a trial stress.
 fn returned_stress(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, f64), String> {
     let still = Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).ok_or("singular motion")?;
     let old = Point { stress: trial, state: Default::default() };
@@ -96,8 +96,7 @@ fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Violation of the Karush–Kuhn–Tucker conditions by an associated return, relative to the plastic strain: the plastic strain lies in the
-/// normal cone of the surface at the stress.
+/// Violation of the Karush–Kuhn–Tucker conditions by an associated return, relative to the plastic strain.
 fn optimality(cone: &Cone, elasticity: &Elasticity, trial: &SymTensor, stress: &SymTensor) -> f64 {
     let plastic = elasticity.strain(&(*trial - *stress));
     let deviator = plastic.deviator();
@@ -157,7 +156,7 @@ fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Trial stress, the region of its return, and the returned stress for ψ = 0, 10°, 30° with the tolerance of the digits.
+/// Trial stress, the region to which it returns, and the returned stresses for ψ = 0, 10°, 30° with tolerances.
 type ReturnRow = ([f64; 3], YieldRegion, [([f64; 3], f64); 3]);
 
 /// Returns to plane, edges and apex of the pyramid: trial stress, region, returned stresses (kPa).
@@ -215,7 +214,7 @@ fn pyramid_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     full_tensor_return(outcome)
 }
 
-/// Checks the return of a stress that is not along the axes.
+/// Checks the return of a stress whose principal directions are not along the axes.
 fn full_tensor_return(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let spec: MohrCoulombSpec = serde_json::from_value(json!({
         "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "friction_angle": 30.0, "cohesion": 10.0,
@@ -271,7 +270,7 @@ fn prism_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// All six planes of a pyramid: at the apex those of the reversed order are active too.
+/// All six planes of a pyramid, since those of the reversed order of stresses are active too at the apex.
 fn check_six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
     let pairs = [[0, 2], [0, 1], [1, 2], [1, 0], [2, 1], [2, 0]];
     pairs.map(|[i, j]| {

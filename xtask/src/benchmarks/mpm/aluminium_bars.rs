@@ -36,7 +36,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks V16: the bulk of the deposit against an independent explicit code on the same squares.
+/// Checks the bulk of the deposit against an independent explicit code on equal squares (V16).
 fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut surfaces =
         LineChart::new("Aluminium-bar column 0.2 m × 0.1 m after 0.6 s", "x (m)", "height (m)");
@@ -75,7 +75,7 @@ fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Surface of the deposit; markers are the sheet's prototype on triangles.", &surfaces)
 }
 
-/// Checks §5.2: in an implicit code the top edge does not move for x ≤ 0.07 m. It does here; see docs/validation.md.
+/// Checks that the top edge does not move for x ≤ 0.07 m, as in an implicit code (§5.2). It does here; see docs/validation.md.
 fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
     let moved = vectors(snapshot, "displacement");
     let falls: Vec<f64> = snapshot
@@ -100,7 +100,7 @@ fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
     outcome.info(format!("{method}: mean fall of the top edge at x ≤ 0.07 m (mm)"), claim, mean, reason);
 }
 
-/// Compares heights of the surface with those on triangles.
+/// Compares heights of the deposit with those of a computation on triangles.
 fn heights(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot, triangles: &[(f64, f64)]) {
     let height = |x: f64| {
         let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| (p[0] - x).abs() < 0.005);
@@ -113,7 +113,7 @@ fn heights(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot, tr
     }
 }
 
-/// Shows set S1 of the SPH sheet: results of another method for this column.
+/// Shows the results for the column of set S1 of the SPH sheet, for which the sheet has results of another method.
 fn set_s1(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut advance = LineChart::new("Set S1: end of the deposit", "time (s)", "x (m)");
     let table = reference_table("mpm/aluminium-bars-s1/reference.csv")?;

@@ -35,7 +35,7 @@ fn column(aspect: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Run-out and height at rest over radius (Lube et al. 2004, who give no height between 1 and 1.7).
+/// Run-out and final height over the radius by the laws of Lube et al. (2004), who have no height for aspect ratios between 1 and 1.7.
 fn laws(aspect: f64) -> [f64; 2] {
     let run_out = if aspect < 1.7 { 1.24 * aspect } else { 1.6 * aspect.sqrt() };
     [run_out, if aspect < 1.7 { aspect } else { 0.88 * aspect.powf(1.0 / 6.0) }]

@@ -46,7 +46,7 @@ impl CantileverLoad {
         }
     }
 
-    /// Load (EI/L²) beyond a position along the beam (L).
+    /// Load (EI/L²) on the part of the beam beyond a position (L).
     fn load_beyond(self, place: f64) -> f64 {
         match self {
             Self::Tip(load) => load,
@@ -128,7 +128,7 @@ fn loaded_case(bending: CantileverLoad, cell: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Axis of the deflected beam (m), and shortening and deflection of its tip over the length.
+/// Axis of the deflected beam (m), with the shortening and deflection of its tip over the length.
 fn deflected_axis(bending: CantileverLoad, cell: f64) -> Result<(DeflectionLine, [f64; 2]), String> {
     let report = run_mpm(&loaded_case(bending, cell)?)?;
     let axis = axis(&report.snapshot);
@@ -156,8 +156,8 @@ fn axis(snapshot: &Snapshot) -> Vec<(f64, [f64; 2])> {
     columns.into_values().map(|(x, sum, count)| (x, sum.map(|c| c / count))).collect()
 }
 
-/// Axis (m) of `EI θ'' = -P cos θ`, or `-q (L - s) cos θ`, with `θ(0) = 0`, `θ'(L) = 0`, downwards: shooting for the
-/// curvature at the wall, fourth-order Runge–Kutta.
+/// Axis of the elastica (m): `EI θ'' = -P cos θ`, or `-q (L - s) cos θ`, with `θ(0) = 0`, `θ'(L) = 0`, downwards. It is solved by shooting
+/// for the curvature at the wall, with the fourth-order Runge–Kutta method.
 fn elastica(bending: CantileverLoad) -> Vec<(f64, f64)> {
     let steps = 2000;
     let shoot = |curvature: f64| {

@@ -80,7 +80,7 @@ fn sand(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     outcome.svg("The flow starts after about one and ends after about four times sqrt(H/g).", &advance)
 }
 
-/// Checks the height of a flat deposit at the wall, and figure and mass of that of the column with a = 1.
+/// Checks the height of a flat deposit at the wall. For the column with a = 1 it also draws the deposit and checks its mass.
 fn deposit(outcome: &mut BenchmarkOutcome, report: &RunReport, aspect: f64) -> Result<(), String> {
     let height = crest(&report.snapshot, 0.005);
     if aspect <= 1.0 {
@@ -114,7 +114,7 @@ fn judge(outcome: &mut BenchmarkOutcome, name: String, aspect: f64, run_out: f64
     outcome.assert_within(name, &claim, run_out, band, reason);
 }
 
-/// Checks the slope of the run-out against the sheet's bands, for columns up to a = 2 and from a = 4.
+/// Checks the exponent of the run-out over the aspect ratio against the ranges of the sheet, for columns up to a = 2 and from a = 4.
 fn slopes(outcome: &mut BenchmarkOutcome, name: &str, run_outs: &[(f64, f64)]) {
     let slope = |points: &[(f64, f64)]| {
         let (first, last) = (points[0], points[points.len() - 1]);

@@ -24,7 +24,7 @@ const HALF_WIDTH: f64 = 1.0;
 /// Settlement at the end (m).
 const SETTLEMENT: f64 = 0.12;
 
-/// Prandtl's pressure over the strength.
+/// Prandtl's bearing capacity over the undrained strength.
 const PRANDTL: f64 = 2.0 + std::f64::consts::PI;
 
 /// Id of the case of the sheet, whose points keep their positions.
@@ -32,19 +32,19 @@ const FIXED_POINTS_ID: &str = "mpm/footing";
 /// Id of the case whose footing sinks into the clay: points move, and the clay beside it heaves.
 const SINKING_FOOTING_ID: &str = "mpm/footing-sinking";
 
-/// Case with a number of cells under half the footing.
+/// Case of a footing with a number of cells under half of it.
 fn footing(folder: &str, cells: usize) -> Result<Case, String> {
     let mut case = load_case(folder)?;
     set_mpm_option(&mut case, "cell_size", HALF_WIDTH / cells as f64);
     Ok(case)
 }
 
-/// Numbers of cells in the runs.
+/// Numbers of cells under half of the footing in the runs.
 fn levels(quick: bool) -> &'static [usize] {
     if quick { &[8] } else { &[4, 8, 16] }
 }
 
-/// Pressure under the footing over the strength against settlement (m).
+/// Pressure under the footing over the strength, over the settlement (m).
 fn curve(report: &RunReport) -> Vec<(f64, f64)> {
     // Mean force between two rows, from the impulse.
     let impulse = measure_series(report, "footing.impulse.y");
@@ -65,12 +65,12 @@ fn mean_pressure_between(curve: &[(f64, f64)], low: f64, high: f64) -> f64 {
     inside.iter().sum::<f64>() / inside.len() as f64
 }
 
-/// Mean pressure over the last 10 mm.
+/// Mean pressure over the last 10 mm of settlement.
 fn at_the_end(curve: &[(f64, f64)]) -> f64 {
     mean_pressure_between(curve, SETTLEMENT - 0.01, SETTLEMENT)
 }
 
-/// Rise of the pressure over the last 20 mm.
+/// Relative rise of the pressure over the last 20 mm of settlement.
 fn final_pressure_rise(curve: &[(f64, f64)]) -> f64 {
     at_the_end(curve) / mean_pressure_between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
 }
@@ -113,7 +113,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks of the sheet; returns the pressure at the end with 8 cells.
+/// Checks the pressures with averaged volumetric strains, and returns the pressure at the end with 8 cells.
 fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
     let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
     for &cells in levels(quick) {
@@ -175,7 +175,7 @@ fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: 
     Ok(of_eight)
 }
 
-/// Checks triangles, two to a square, with a point in each and strains averaged by nodes: the source's elements.
+/// Checks triangles with one point each and nodal averages of strains, the elements of the source.
 fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let mut case = footing(FIXED_POINTS_ID, 8)?;
     set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
@@ -193,7 +193,7 @@ fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<()
     Ok(())
 }
 
-/// Checks a circular footing of equal radius.
+/// Checks the bearing capacity of a circular footing of equal radius.
 fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new("Circular footing on Tresca clay", "settlement (m)", "pressure over c_u");
     for (kind, exact) in [("smooth", 5.69), ("rough", 6.05)] {
@@ -227,7 +227,7 @@ fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Pressure under a circular footing.", &chart)
 }
 
-/// Checks a footing that sinks, with points that move and clay that heaves beside it.
+/// Checks a footing that sinks into clay, which heaves beside it.
 fn check_sinking_footing(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,

@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub const ANGLE: f64 = 30.0;
 /// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
-/// Time at which gravity is complete (s).
+/// Time at which the gravity ramp ends (s).
 pub const GRAVITY_END: f64 = 0.2;
 
 /// Checks the acceleration of a block on an inclined obstacle with several shape functions and forms of the plane.
@@ -56,7 +56,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the plane as half-space, ground line and polygon.
+/// Checks that the plane has the same effect as a half-space, a ground line and a polygon.
 fn forms(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];
@@ -79,7 +79,7 @@ fn forms(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Gravity along the plane (m/s²).
+/// Component of gravity along the plane (m/s²).
 pub fn gravity_along_plane() -> f64 {
     GRAVITY * ANGLE.to_radians().sin()
 }

@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Shape functions that all checks use.
 const SHAPES: [&str; 5] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
-/// Linear functions on a mesh.
+/// Name of linear shape functions on a mesh of triangles.
 const TRIANGLES: &str = "triangles";
 
 /// Half width (m) of the evaluated core. The surface, where the lumped mass of a node does not lie at the node, does not affect it: with
@@ -62,8 +62,8 @@ fn farthest(stresses: &[SymTensor], exact: SymTensor) -> f64 {
     stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).max_or_nan()
 }
 
-/// Checks one step of a linear velocity field: the stress of every point of the core is that of the law for exactly this gradient. The law
-/// is one-to-one, so that the stress represents the gradient, its spin included.
+/// Checks that after one step of a linear velocity field the stress of every point of the core is that of the law. The law is one-to-one,
+/// so that the stress represents the gradient, its spin included.
 fn patch(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     let mut worst = 0f64;
     for scheme in ["usf", "usl", "musl"] {

@@ -94,7 +94,7 @@ fn hydrostatic(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Velocity along the plates at an initial height (m) of the points, from the two nearest rows.
+/// Velocity along the plates at an initial height of the points (m), from the two nearest rows of points.
 fn at_height(snapshot: &Snapshot, height: f64) -> f64 {
     let velocity = vectors(snapshot, "velocity");
     let mut rows: Vec<(f64, f64, f64)> = Vec::new();
@@ -116,17 +116,18 @@ fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
     snapshot.positions.iter().zip(&velocity).map(|(x, v)| (x[1], v[0])).collect()
 }
 
-/// Height of the row of points under the plate, over the gap: a quarter of one of 40 cells below it.
+/// Height of the uppermost row of points over the gap: a quarter of one of 40 cells below the plate.
 const TOP_ROW_HEIGHT: f64 = 1.0 - 0.25 / 40.0;
 
-/// Mean velocity of the row of points under the plate (m/s).
+/// Mean velocity of the uppermost row of points (m/s).
 fn top_row_velocity(snapshot: &Snapshot) -> f64 {
     let of_row = |(y, _): &(f64, f64)| (y - TOP_ROW_HEIGHT).abs() < 1e-3;
     let row: Vec<f64> = profile(snapshot).into_iter().filter(of_row).map(|(_, v)| v).collect();
     row.iter().sum::<f64>() / row.len() as f64
 }
 
-/// Couette start-up: velocity over that of the plate at `y` over the gap, at `time` in units of the gap squared over the viscosity.
+/// Velocity of the start-up of Couette flow, over that of the plate. `y` is the height over the gap, and `time` the time over the gap
+/// squared times the viscosity.
 fn couette(y: f64, time: f64) -> f64 {
     let term = |m: i32| {
         let (m, sign) = (f64::from(m), if m % 2 == 0 { 1.0 } else { -1.0 });

@@ -30,7 +30,7 @@ pub const VORTEX: Benchmark = Benchmark {
     run: vortex,
 };
 
-/// Density (kg/m³) of both problems.
+/// Density of the material of both problems (kg/m³).
 const DENSITY: f64 = 1000.0;
 /// Poisson's ratio of both problems.
 const POISSON: f64 = 0.3;
@@ -40,7 +40,7 @@ fn lame(young: f64) -> (f64, f64) {
     (young * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON)), young / (2.0 * (1.0 + POISSON)))
 }
 
-/// Largest root mean square distance from the exact positions over the steps (m).
+/// Largest root mean square distance of the points from their exact positions over the steps (m).
 fn largest_error(
     case: &Case,
     solution: Manufactured,
@@ -70,7 +70,7 @@ impl WaveSolution {
         (Self::YOUNG / DENSITY).sqrt()
     }
 
-    /// Displacement, its rate and the stretch along axis `a`.
+    /// Displacement, velocity and stretch along axis `a`.
     fn axis_motion(self, a: usize, x: [f64; 3], t: f64) -> [f64; 3] {
         let (space, phase) = (2.0 * PI * x[a], Self::speed() * PI * t + Self::PHASES[a]);
         let u = self.amplitude * space.sin() * phase.sin();
@@ -128,7 +128,7 @@ impl WaveSolution {
     }
 }
 
-/// Bound of the errors of a kind of shape functions.
+/// Kind of shape functions, with the bounds of its errors.
 struct ShapeRow {
     shape: &'static str,
     name: &'static str,
@@ -138,7 +138,7 @@ struct ShapeRow {
     has_order: bool,
 }
 
-/// Shape functions of the axis-aligned solution.
+/// Kinds of shape functions of the axis-aligned problem.
 const SHAPES: [ShapeRow; 5] = [
     ShapeRow { shape: "cpgimp", name: "cpGIMP", is_judged: true, has_order: true },
     ShapeRow { shape: "cpdi", name: "CPDI", is_judged: false, has_order: true },
@@ -326,9 +326,9 @@ fn vortex(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Option of the updated-Lagrangian formulation.
+/// Name of the updated-Lagrangian formulation.
 const UPDATED_LAGRANGIAN: &str = "updated-lagrangian";
-/// Option of the total-Lagrangian formulation.
+/// Name of the total-Lagrangian formulation.
 const TOTAL: &str = "total-lagrangian";
 
 /// Checks the solution against the sheet's samples.
@@ -348,7 +348,7 @@ fn vortex_samples(outcome: &mut BenchmarkOutcome, full: &VortexSolution) {
     }
 }
 
-/// Check of the error at full strength (m): the sheet bounds that of the total-Lagrangian form on 120 cells.
+/// Checks the error at full strength (m). The sheet has a bound for the total-Lagrangian form on 120 cells.
 fn full_vortex_error(
     outcome: &mut BenchmarkOutcome,
     title: String,

@@ -132,7 +132,7 @@ fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the energy balance.
+/// Checks the energy balance of the slide.
 fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let ObstacleEnergyShares { max_rise, friction, penetration_limit: stopped } =
         obstacle_energy_shares(report);

@@ -54,8 +54,8 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Sets friction and shape. The block settles under gravity with damping before the undamped observation: with gravity applied in 0.2 s its
-/// rear edge lifts at 40°, and it hops down a plane on which it could rest.
+/// Sets the friction coefficient and, where given, another shape of the obstacle. The block settles under gravity with damping before the
+/// undamped observation: with gravity applied in 0.2 s its rear edge lifts at 40°, and it hops down a plane on which it could rest.
 fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
     let settling = &mut case.stages[0];
     (settling.duration, settling.damping) = (SETTLING_TIME, 0.7);
@@ -127,7 +127,7 @@ fn judge(
     Ok(())
 }
 
-/// Checks a disk that comes to rest in a bowl.
+/// Checks that a disk comes to rest in a bowl.
 fn bowl(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load_case("mpm/bowl")?;
     let report = run_mpm(&case)?;

@@ -43,7 +43,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Part of a column from `start` (s) on, with times relative to it.
+/// Part of a column of measures from `start` (s) on, with times relative to `start`.
 fn column_since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
     let rows = measure_series(report, column).into_iter().filter(|row| row.0 >= start);
     rows.map(|row| (row.0 - start, row.1)).collect()
@@ -97,7 +97,7 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A rigid block, 750 kg, on an elastic base: 6 kN push it, friction 0.4 holds it.", &chart)
 }
 
-/// Settlement (m) and load over strength and width, of each frame.
+/// Settlement (m) and load over strength and width, for each frame.
 fn settling(report: &RunReport) -> Vec<(f64, f64)> {
     let impulse = measure_series(report, "reaction.impulse.y");
     let load = |time: f64| {

@@ -75,7 +75,7 @@ fn translation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String
     Ok(())
 }
 
-/// Checks one turn on cells of edge `cell` (m); returns the lost share of angular momentum.
+/// Checks one turn of a disk on cells of edge `cell` (m), and returns the lost share of the angular momentum.
 fn rotation(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,

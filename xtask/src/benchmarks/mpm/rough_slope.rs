@@ -45,7 +45,7 @@ fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Gain of kinetic and elastic energy over loss of potential energy, over time (s), from one second on.
+/// Gain of kinetic and elastic energy over loss of potential energy, over time (s), from the time of one second.
 fn energy_ratio(report: &RunReport) -> Vec<(f64, f64)> {
     let column = |name: &str| report.table.pairs("time", name).unwrap_or_default();
     let (kinetic, elastic, potential) =

@@ -25,7 +25,7 @@ const WEIGHT: f64 = 800.0;
 /// Stiffness (Pa).
 const STIFFNESS: f64 = 1e4;
 
-/// Comparison of a run with the closed form.
+/// Errors of a column under its weight against the closed form.
 struct ColumnErrors {
     /// Mean error of stress, over the stress at the base.
     stress: f64,
@@ -56,7 +56,7 @@ impl ColumnErrors {
         Ok(Self { stress: error, max_position_error: off, profile })
     }
 
-    /// Adds the checks of the sheet, `bound` that of the error of stress.
+    /// Adds the checks of the sheet. `bound` is that of the error of stress.
     fn check(&self, outcome: &mut BenchmarkOutcome, shape: &str, cells: usize, bound: f64) {
         if shape == "cpgimp" {
             let name = format!("cpGIMP, {cells} cells: mean stress error");

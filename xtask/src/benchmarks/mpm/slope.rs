@@ -29,8 +29,8 @@ const COARSE: f64 = 0.0125;
 /// Cell size of the fine runs of the source (m).
 const FINE_CELL: f64 = 0.01;
 
-/// Set-ups: the prototype's GIMP with few and many points, and smoother functions with other cells and points. With eight points along a
-/// cell GIMP is nearly linear.
+/// Compared settings: the prototype's GIMP with few and many points, and smoother functions with other cells and points. With eight points
+/// along a cell GIMP is nearly linear.
 const RUNS: &[SlopeSetting] = &[
     ("ugimp", COARSE, 2),
     ("ugimp", COARSE, 4),
@@ -45,10 +45,10 @@ const RUNS: &[SlopeSetting] = &[
     ("cubic", FINE_CELL, 5),
 ];
 
-/// Shape functions, cell size (m) and points per axis and cell.
+/// Setting of a run: shape functions, cell size (m), and points per axis and cell.
 type SlopeSetting = (&'static str, f64, usize);
 
-/// Case with its velocity scaled to the energy.
+/// Case of a setting, with its velocity scaled to the kinetic energy.
 fn slope((shape, cell, per_axis): SlopeSetting) -> Result<Case, String> {
     let mut case = load_case("mpm/slope-in-motion")?;
     set_mpm_option(&mut case, "shape", shape);
@@ -63,7 +63,7 @@ fn slope((shape, cell, per_axis): SlopeSetting) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Energy of the motion along x over that at the start, against time.
+/// Kinetic energy of the motion along x over that at the start, over time.
 fn downslope_energy(report: &RunReport) -> Vec<(f64, f64)> {
     let energy = |frame: &colluvium::case::Snapshot| {
         let mass = scalars(frame, "mass");
@@ -121,7 +121,7 @@ fn energy_decay(outcome: &mut BenchmarkOutcome, report: &RunReport, label: &str)
     outcome.assert_below(title, "0: monotone", rises, 0.0, "the sheet: monotone");
 }
 
-/// Run-out (m), with its checks.
+/// Checks the run-out (m) and returns it.
 fn run_out(outcome: &mut BenchmarkOutcome, report: &RunReport, label: &str, points: usize) -> f64 {
     let name = |what: &str| format!("S-01 {label}: {what}");
     let run_out = final_measure(report, "run_out");

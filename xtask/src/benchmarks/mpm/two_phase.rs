@@ -82,7 +82,7 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the settlement of the uppermost point, `surface` in mm over the time factor, and draws it.
+/// Checks the settlement of the uppermost point over the time factor, and draws it. `surface` is in mm.
 fn surface_settlement(
     outcome: &mut BenchmarkOutcome,
     whole: &RunReport,
@@ -108,7 +108,7 @@ fn surface_settlement(
     }
 }
 
-/// Degree of consolidation with local damping.
+/// Checks the degree of consolidation with local damping.
 fn damped_consolidation(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     let mut damped = load_case("mpm/consolidation")?;
     damped.stages[0].damping = 0.7;
@@ -123,12 +123,12 @@ fn damped_consolidation(outcome: &mut BenchmarkOutcome, start: f64) -> Result<()
     Ok(())
 }
 
-/// Undrained settlement, the reference of the displacements of the run (mm).
+/// Undrained settlement (mm), from which the displacements of the run are measured.
 fn undrained_settlement() -> f64 {
     1e3 * LOAD / (SKELETON + WATER)
 }
 
-/// Runs the column to a time factor, with a frame every hundredth.
+/// Runs the column up to a time factor, with a frame at each hundredth of it.
 pub(super) fn run_consolidation(case: &Case, factor: f64) -> Result<RunReport, String> {
     let mut case = case.clone();
     case.stages[0].duration = factor / CONSOLIDATION_RATE;
@@ -152,7 +152,7 @@ fn profile(frame: &Snapshot, start: f64) -> Vec<(f64, f64)> {
     initial_positions(frame).iter().map(|x| 1.0 - x).zip(pressures).collect()
 }
 
-/// Checks pressures over that at the start, and the degree of consolidation from them, against a closed form.
+/// Checks pore pressures over that at the start, and the degree of consolidation from them, against a closed form.
 pub(super) fn judge_pressures(
     outcome: &mut BenchmarkOutcome,
     label: &str,
@@ -178,7 +178,7 @@ pub(super) fn judge_pressures(
     );
 }
 
-/// Checks total stress and pressure by cells (§2.16).
+/// Checks total stress and pore pressure as averages over cells (§2.16).
 fn check_cell_averages(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     /// Time factor at which integration by cells is compared.
     const NOMINAL: f64 = 0.1;
@@ -213,7 +213,7 @@ const FAST_WAVE_SPEED: f64 = 2297.728;
 /// Speed of the slow compression wave without drag (m/s).
 const SLOW_WAVE_SPEED: f64 = 1144.720;
 
-/// Hydraulic conductivities (m/s), with their labels, and the sheet's skeleton stress over load at 7e-4 s.
+/// Hydraulic conductivities (m/s) with their labels, and the skeleton stress over the load at 7e-4 s in the sheet.
 const CONDUCTIVITIES: [(&str, f64, f64); 5] = [
     ("1e3", 1e3, 1.0),
     ("0.1", 0.1, 0.99448),
@@ -222,7 +222,7 @@ const CONDUCTIVITIES: [(&str, f64, f64); 5] = [
     ("1e-5", 1e-5, 0.47619),
 ];
 
-/// Mean over load of the values (Pa) of the points about 0.5 m below the loaded end.
+/// Mean of values (Pa) over the load, of the points about 0.5 m below the loaded end.
 fn mean_over_load(frame: &Snapshot, values: &[f64]) -> f64 {
     let near: Vec<f64> = initial_positions(frame)
         .iter()
@@ -278,7 +278,7 @@ fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the mean pressures over load behind both waves against `value`, the reference over time (s).
+/// Checks the mean pressures over the load behind both waves against `value`, the reference over time (s).
 fn pressures_behind_waves(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -301,7 +301,7 @@ fn pressures_behind_waves(
     }
 }
 
-/// Checks the times at which the pressure passes half of its plateau, less half the ramp.
+/// Checks the times at which the pressure passes half of its plateau, less half of the load ramp.
 fn check_arrival_times(outcome: &mut BenchmarkOutcome, pressure: &[(f64, f64)], plateau: f64) {
     let crossing = |rising: bool| {
         let passed = |w: &[(f64, f64)]| {

@@ -115,7 +115,8 @@ fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Settlement over height, and the largest error of the stress, over that at the base, beyond two and three cells from the wall.
+/// Settlement over the height, and the largest errors of the stress beyond two and beyond three cells from the wall, over the stress at the
+/// base.
 fn settlement_and_errors(cell: f64, shape: &str) -> Result<[f64; 3], String> {
     let case = case_with_options("bar-weight", &json!({ "shape": shape, "cell_size": cell }))?;
     let snapshot = run_snow_case(&case)?.snapshot;

@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Drop of the tip and its position along the beam at rest, over the length (sheet: snow-mpm V16, α = 4).
 const TIP: [f64; 2] = [0.425_159, 0.890_111];
 
-/// Beam at rest: drop and position of the tip over the length (1 m), and the axis.
+/// Beam at rest: drop and position of its tip over the length (1 m), and its axis.
 struct BentBeam {
     tip: [f64; 2],
     axis: Vec<(f64, f64)>,

@@ -100,7 +100,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks which strengths carry the weight under slowly increased gravity (V18).
+/// Checks which strengths carry the weight of a column under slowly increased gravity (V18).
 fn check_strength(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (strength, claim, range) in [
         (5500.0, "collapses", (0.0, 0.9)),

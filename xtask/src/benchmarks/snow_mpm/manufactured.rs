@@ -27,11 +27,11 @@ const MODULUS: f64 = 1e4;
 const DENSITY: f64 = 1.0;
 /// Wave speed (m/s).
 const SPEED: f64 = 100.0;
-/// Step times wave speed over cell size.
+/// Courant number: time step times wave speed over cell size.
 const COURANT: f64 = 0.1;
 /// Amplitude (m) of the sheet's table.
 const AMPLITUDE: f64 = 0.05;
-/// The first refinements of the table, cells a metre.
+/// Cell numbers per metre of the refinements of the table.
 const CELLS: [usize; 5] = [16, 32, 64, 128, 256];
 
 /// Standing wave `u = A sin 2πX sin 2πct`.
@@ -51,7 +51,7 @@ impl StandingWave {
         self.amplitude * (TAU * x).sin() * TAU * SPEED * (TAU * SPEED * t).cos()
     }
 
-    /// Stretch, and its slope along the line (1/m).
+    /// Stretch, and its derivative along the line (1/m).
     fn stretch(self, x: f64, t: f64) -> [f64; 2] {
         let strain = self.amplitude * TAU * (TAU * SPEED * t).sin();
         [1.0 + strain * (TAU * x).cos(), -TAU * strain * (TAU * x).sin()]
@@ -91,7 +91,8 @@ impl StandingWave {
         (squares.sum::<f64>() / densities.len() as f64).sqrt()
     }
 
-    /// Largest errors over a period: of displacement over the amplitude, and of Kirchhoff stress over `2πAM`.
+    /// Largest errors over a period, with a number of cells per metre: of the displacement over the amplitude, and of the Kirchhoff stress
+    /// over `2πAM`.
     fn errors(self, functions: &TransferSetting, cells: usize) -> Result<[f64; 2], String> {
         let cell = 1.0 / cells as f64;
         let mut options = json!({
@@ -112,7 +113,7 @@ impl StandingWave {
     }
 }
 
-/// Shape functions, points per cell and transfer, with the errors of the sheet's prototype, if any.
+/// Shape functions, points per cell and transfer, with the errors of the sheet's prototype, if there are any.
 struct TransferSetting {
     name: &'static str,
     shape: &'static str,
@@ -122,7 +123,7 @@ struct TransferSetting {
     stress: Option<[f64; 5]>,
 }
 
-/// Table of the sheet.
+/// Settings of the sheet's table.
 const TABLE: [TransferSetting; 6] = [
     TransferSetting {
         name: "linear, 4 points per cell",

@@ -18,8 +18,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Box and its plate. At the largest speed of the sheet, half a per cent of the wave speed of ice (6 m/s), the plate hits the ice with 6.7
-/// MPa and crushes it at once.
+/// Box of snow, and the plate that compresses it. At the largest speed of the sheet, half a per cent of the wave speed of ice (6 m/s), the
+/// plate hits the ice with 6.7 MPa and crushes it at once.
 struct CompressionBox {
     /// Width and height of the box (m).
     size: f64,
@@ -31,15 +31,14 @@ struct CompressionBox {
 
 /// Box of the short form, half as wide as that of the full form.
 const SHORT_BOX: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
-/// Structure of the sheet, on cells of 0.05 mm in place of 0.03 mm.
+/// Box of the sheet, on cells of 0.05 mm in place of 0.03 mm.
 const FULL_BOX: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
 
-/// Compression of the box between two rows of the measures.
+/// Compression of the box between two rows of measures.
 const ROW: f64 = 4e-4;
 
 impl CompressionBox {
-    /// Compressions of the box and mean stresses at the plate (Pa), from the plate's work between two rows; the other walls are fixed and
-    /// smooth.
+    /// Compression of the box and mean stress at the plate (Pa), from the work of the plate between two rows.
     fn path(&self, report: &RunReport) -> Vec<(f64, f64)> {
         let work = measure_series(report, "work_of_walls");
         let stress = |pair: &[(f64, f64)]| {
@@ -148,7 +147,7 @@ fn check_loading_stages(
     );
 }
 
-/// Index of the first peak: the stress then falls by a fifth before it exceeds the peak again.
+/// Index of the first peak of the stress, after which the stress falls by a fifth before it exceeds the peak again.
 fn first_peak(path: &[(f64, f64)]) -> usize {
     let mut peak = 0;
     for (number, (_, stress)) in path.iter().enumerate() {

@@ -17,11 +17,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Logarithmic strain and axial Kirchhoff stress (Pa) of V6, d = 3.
+/// Logarithmic strain and axial Kirchhoff stress (Pa) of the single point of V6 with d = 3.
 const PATH: [(f64, f64); 5] =
     [(0.01, 27_522.876), (0.02, 42_381.579), (0.05, 87_570.641), (0.1, 163_077.986), (0.2, 314_351.353)];
 
-/// Mean logarithmic strain of the points of a frame, and their mean axial Kirchhoff stress (Pa), compression positive.
+/// Mean logarithmic strain of the points of a frame, and their mean axial Kirchhoff stress (Pa), compression positive. `initial` is the
+/// initial volume.
 fn state(frame: &Snapshot, initial: f64) -> (f64, f64) {
     let volumes = scalars(frame, "volume");
     let force: f64 = stresses(frame).iter().zip(&volumes).map(|(s, v)| -s[1] * v).sum();

@@ -160,7 +160,7 @@ fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     outcome.info("A3: pieces of the slab", "not given", pieces, "the sheet judges the crack");
 }
 
-/// Length along the ground from the beginning of the crest's fall, and height above it along its normal (m), down to the foot.
+/// Length along the ground from the beginning of the arc at the crest, and height above the ground along its normal (m), down to the foot.
 fn on_the_track([x, y]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = 40f64.to_radians().sin_cos();
     let right = [x - CREST[0], y - CREST[1]];

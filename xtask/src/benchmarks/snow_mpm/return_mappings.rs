@@ -102,7 +102,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks W2.
+/// Checks the return of a stress with shear components (W2).
 fn full_tensor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let f = Mat3([[1.002, 0.006, 0.0], [-0.001, 0.995, 0.0], [0.0, 0.0, 1.0]]);
     for (integration, exact, p0) in [

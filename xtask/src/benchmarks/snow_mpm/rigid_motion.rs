@@ -41,7 +41,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks flight with gravity (V4).
+/// Checks flight under gravity (V4).
 fn check_free_fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) -> Result<(), String> {
     let mut case = case_with_options("motion", options)?;
     let (dt, end) = (2e-4, 0.1);
@@ -68,7 +68,7 @@ fn check_free_fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) 
     Ok(())
 }
 
-/// Checks a spinning disc in flight (V11).
+/// Checks the momenta and the energy of a spinning disc in flight (V11).
 fn spin(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,

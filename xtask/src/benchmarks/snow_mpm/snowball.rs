@@ -16,10 +16,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Number of times in the chart.
+/// Number of times in the chart of scatter.
 const TIMES: usize = 20;
 
-/// Result of an impact.
+/// Scatter and compaction of an impact.
 struct ImpactResult {
     /// 90 % quantile of the distance from the axis (m).
     scatter: f64,
@@ -109,7 +109,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the relations between the balls.
+/// Checks how the results of the balls relate to each other.
 fn check_relations(outcome: &mut BenchmarkOutcome, found: &[ImpactResult]) -> Result<(), String> {
     let [default, softer, weaker, brittle, tearing] = found else {
         return Err("five balls were to fall".to_owned());

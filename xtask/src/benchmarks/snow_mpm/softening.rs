@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Logarithmic compression of a step.
 const STEP: f64 = 1e-6;
 
-/// State along a path: compression, `p`, `q` and axial stress (Pa, Kirchhoff, compression positive), and `p0` (Pa).
+/// Row of a compression path: compression, `p`, `q` and axial stress (Pa, Kirchhoff, compression positive), and `p0` (Pa).
 struct SofteningRow {
     strain: f64,
     pressure: f64,
@@ -28,7 +28,7 @@ struct SofteningRow {
     strength: f64,
 }
 
-/// Weak layer of the sheet with other keys.
+/// Weak layer of the sheet with some keys changed.
 fn layer(keys: &Value) -> Value {
     let mut spec = json!({
         "model": "cohesive-cam-clay", "density": 100, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "critical_state_slope": 1.2,
@@ -101,7 +101,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the path of the anticrack: elastic, failure, softening, collapse, jamming.
+/// Checks the sequence of the anticrack: elastic loading, failure, softening, collapse and jamming.
 fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     let yields = path.iter().position(|row| row.strength < 3000.0 - 1e-6).unwrap_or(0);
     let collapses = path.iter().position(|row| row.strength == 0.0).unwrap_or(path.len() - 1);
@@ -151,7 +151,7 @@ fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     }
 }
 
-/// Checks the classical law: the pressure grows on after yield, the deviator falls first and then grows.
+/// Checks the classical law: after yield the pressure grows, and the deviator first falls and then grows.
 fn classic(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) -> Result<(), String> {
     let reason = "values of the sheet's own integration; first order in the step";
     for (strain, exact) in [(0.003, 3191.8), (0.005, 3375.8), (0.02, 3664.5), (0.1, 5130.0)] {

@@ -30,7 +30,7 @@ pub const UPDATED_LAGRANGIAN: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// The sheet's spacing for bending across the smaller side (m), and twice that: eight particles across either side.
+/// Spacing of the sheet for bending across the smaller side of the section (m), and twice that: eight particles across each side.
 const SPACINGS: [f64; 2] = [0.0125, 0.025];
 /// Sides of the section along y and z (m).
 const SIDES: [f64; 2] = [0.1, 0.2];
@@ -102,8 +102,7 @@ fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     smallest / spacing
 }
 
-/// Largest difference of the axial stress between particles that are mirror images in the middle plane in which the beam bends, over the
-/// largest axial stress; in the frame of a quarter of a period.
+/// Largest asymmetry of the axial stress about the plane of bending, over the largest axial stress, at a quarter of the period.
 fn skew(report: &RunReport, across: usize, spacing: f64) -> f64 {
     let (start, frame) = (&report.frames[0], &report.frames[report.frames.len() * 2 / 5]);
     let other = 3 - across;

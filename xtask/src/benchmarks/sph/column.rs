@@ -74,7 +74,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the front without viscosity, which depends on the integration of the law.
+/// Checks the front without artificial viscosity, which depends on the integration of the law.
 fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("sph/aluminium-bars")?;
     set_method_option(&mut case, "sph", "viscosity_linear", 0.0);
@@ -104,7 +104,7 @@ fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks B-03, the fourth setting: viscous damping and regularisation in place of artificial viscosity.
+/// Checks viscous damping and regularisation in place of artificial viscosity (the fourth setting of B-03).
 fn check_viscous_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for damping in [1e-3, 1e-4] {
         let mut case = load_case("sph/aluminium-bars")?;
@@ -121,7 +121,7 @@ fn check_viscous_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks walls and regularisation.
+/// Checks the front with other walls and with regularisation.
 fn variants(outcome: &mut BenchmarkOutcome, usual: f64) -> Result<(), String> {
     for (option, value, sheet) in [
         ("regularisation", json!("mls"), "0.383 (wall b)"),

@@ -70,12 +70,12 @@ fn lube_run_out(a: f64) -> f64 {
     }
 }
 
-/// Run-out over initial width after Lajeunesse et al. 2005; the two branches join at 3.
+/// Run-out over the initial width after Lajeunesse et al. 2005. Its two branches meet at an aspect ratio of 3.
 fn lajeunesse(a: f64) -> f64 {
     if a < 3.0 { a } else { 3.0 * (a / 3.0).powf(2.0 / 3.0) }
 }
 
-/// Column of set S with another aspect ratio: at least twenty particles wide and high.
+/// Column of set S with another aspect ratio, at least twenty particles wide and high, and its width (m).
 fn column(a: f64) -> Result<(Case, f64), String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let (width, height) = if a < 1.0 { (0.1 / a, 0.1) } else { (0.1, 0.1 * a) };
@@ -172,8 +172,8 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f6
     }
 }
 
-/// Checks B-03: noise of the vertical stress in the flowing zone without regularisation, with it after every step and, as the sheet
-/// proposes, after every ten; the source has "each or several" and gives no number.
+/// Checks the noise of the vertical stress in the flowing zone without regularisation, with it after every step, and after every ten steps
+/// (B-03).
 fn check_regularisation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let column = |steps: Option<u64>, duration: f64| -> Result<Snapshot, String> {
         let mut case = load_case("sph/aluminium-bars")?;
@@ -216,10 +216,10 @@ fn check_regularisation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Neighbours of a particle with a full support: 20 on the lattice of this kernel and smoothing length.
+/// Number of neighbours of a particle with a full support. On the lattice they are 20.
 const FULL_NEIGHBOUR_COUNT: usize = 18;
 
-/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `minimum`
+/// RMS difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `minimum`
 /// neighbours.
 fn fluctuation(snapshot: &Snapshot, minimum: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));

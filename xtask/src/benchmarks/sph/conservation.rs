@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Number between -1 and 1 of an additive recurrence, which varies irregularly with `id`.
+/// Number between -1 and 1 that varies irregularly with `id`.
 fn scattered_number(id: u32, channel: u32) -> f64 {
     /// Multipliers of additive recurrences, whose fractional parts are low-discrepancy sequences.
     const STEPS: [f64; 3] = [0.618_033_988_749_894_9, 0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
@@ -26,7 +26,7 @@ fn scattered_number(id: u32, channel: u32) -> f64 {
     2.0 * (f64::from(id + 1) * step * f64::from(1 + channel / 3)).fract() - 1.0
 }
 
-/// Disordered state of a particle; `deviator` is one for stress of any kind and zero for pressure alone.
+/// Disordered state of a particle. `deviator` is one for stress of any kind and zero for pressure alone.
 fn random(id: u32, deviator: f64) -> PrescribedParticle<2> {
     let s = |channel| scattered_number(id, channel);
     let pressure = 2e4 * s(3);
@@ -68,13 +68,13 @@ fn total(particles: &[ParticleRates<2>], value: impl Fn(&ParticleRates<2>) -> f6
     particles.iter().map(value).sum()
 }
 
-/// Largest component of `Σ m a` over `Σ m |a|`.
+/// Largest component of the total force `Σ m a`, over `Σ m |a|`.
 fn momentum(particles: &[ParticleRates<2>], value: impl Fn(&ParticleRates<2>) -> [f64; 2]) -> f64 {
     let sum = |c: usize| total(particles, |p| p.mass * value(p)[c]).abs();
     sum(0).max(sum(1)) / total(particles, |p| p.mass * value(p)[0].hypot(value(p)[1]))
 }
 
-/// `Σ m x × a` over `Σ m |x| |a|`, about the middle of the blob.
+/// Total torque `Σ m x × a` over `Σ m |x| |a|`, about the middle of the body.
 fn torque(particles: &[ParticleRates<2>]) -> f64 {
     let arm = |p: &ParticleRates<2>| [p.position[0] - 0.5, p.position[1] - 0.5];
     let sum = total(particles, |p| p.mass * (arm(p)[0] * p.acceleration[1] - arm(p)[1] * p.acceleration[0]));
@@ -84,7 +84,7 @@ fn torque(particles: &[ParticleRates<2>]) -> f64 {
     sum.abs() / scale
 }
 
-/// `Σ m v·a + Σ V σ:L` over the sum of the sizes of its terms.
+/// Power balance `Σ m v·a + Σ V σ:L`, over the sum of the sizes of its terms.
 fn power(particles: &[ParticleRates<2>]) -> f64 {
     let terms = |p: &ParticleRates<2>| {
         let kinetic = p.mass * (p.velocity[0] * p.acceleration[0] + p.velocity[1] * p.acceleration[1]);
@@ -105,7 +105,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the sums of momentum, angular momentum and of the velocities of XSPH.
+/// Checks that momentum, angular momentum and the momentum of XSPH velocities are conserved.
 fn momenta(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let viscous = [("viscosity_linear", json!(1.0)), ("viscosity_quadratic", json!(1.0))];
     for (name, options) in conservative_forms(&viscous) {

@@ -30,8 +30,7 @@ const WEAKEST: ConeMatching = ("sand", Some("extension"), ", cone through extens
 /// Mohr–Coulomb pyramid, with one friction angle in every direction.
 const PYRAMID: ConeMatching = ("pyramid", None, ", Mohr–Coulomb");
 
-/// Distance from the axis within which 99.9 % of the particles lie, plus half a spacing (m): the run-out of `sheet: mpm §3.9, A-28`, by
-/// which this law is judged there.
+/// Distance from the axis within which 99.9 % of the particles lie, plus half a spacing (m): the run-out of sheet: mpm §3.9, A-28.
 fn outer_radius(snapshot: &Snapshot, spacing: f64) -> f64 {
     mass_quantile_position(snapshot, 0.999, radius) + 0.5 * spacing
 }

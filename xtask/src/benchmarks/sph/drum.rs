@@ -28,7 +28,7 @@ pub const FINE_DRUM: Benchmark = Benchmark {
 
 /// Friction angle of the material (degrees).
 const FRICTION: f64 = 30.0;
-/// Time from which the surface is evaluated (s): 60 degrees of the drum.
+/// Time from which the surface is evaluated (s), after a rotation of the drum by 60 degrees.
 const STEADY: f64 = 1.0;
 /// Half of the width over which the surface is fitted (m): half of the radius.
 const HALF_WIDTH: f64 = 0.05;

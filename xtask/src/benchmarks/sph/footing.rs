@@ -53,7 +53,7 @@ pub const SOILS_FINE: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Soil under the footing.
+/// Soil under the footing, with the size and duration of its test.
 #[derive(Clone, Copy)]
 struct FootingSoil {
     name: &'static str,
@@ -128,7 +128,7 @@ const SOIL: f64 = 4.0;
 /// Velocity of the footing (m/s).
 const SPEED: f64 = 8.2e-3;
 
-/// Mean vertical force over the depths, over half of the `width` (m) that carries it, in units of cohesion.
+/// Mean vertical force over the depths per half of the `width` (m) that carries it, over the cohesion.
 fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
     let stress = stresses(snapshot);
     let force: f64 = snapshot
@@ -143,9 +143,9 @@ fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
     force / depth / (0.5 * width) / COHESION
 }
 
-/// Angle of the side of the wedge (degrees) that moves down with the footing. In Prandtl's mechanism the soil within has the velocity of
-/// the footing and beside it moves down half as fast, with associated friction too. The side is the regression line through the positions
-/// in the columns under the footing where the mean velocity between two frames passes three quarters of the footing's.
+/// Angle of the side of the soil wedge that moves down with the footing (degrees). In Prandtl's mechanism the soil within has the velocity
+/// of the footing and beside it moves down half as fast, with associated friction too. The side is the regression line through the
+/// positions in the columns under the footing where the mean velocity between two frames passes three quarters of the footing's.
 fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     let settlement = SPEED * (last.time - first.time);
     let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / settlement;
@@ -179,7 +179,7 @@ fn run_footing(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutco
     Ok(outcome)
 }
 
-/// Pushes the footing into a soil; returns the pressure over the cohesion against the settlement over the width.
+/// Pushes the footing into a soil, and returns the pressure over the cohesion over the settlement over the width.
 fn load_curve(
     outcome: &mut BenchmarkOutcome,
     soil: &FootingSoil,
@@ -220,7 +220,7 @@ fn load_curve(
     Ok(curve)
 }
 
-/// Checks the wedge against Prandtl's.
+/// Checks the angle of the wedge against Prandtl's.
 fn judge_wedge(
     outcome: &mut BenchmarkOutcome,
     name: String,

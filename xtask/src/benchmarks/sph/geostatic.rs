@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const HEIGHT: f64 = 0.1;
 /// Unit weight (N/m³).
 const WEIGHT: f64 = 2040.0 * 9.81;
-/// `ν / (1 - ν)`.
+/// Lateral stress ratio of a confined column, `ν / (1 - ν)`.
 const K0: f64 = 0.3 / 0.7;
 /// Modulus of uniaxial strain (Pa).
 const MODULUS: f64 = 5.84e6 * 0.7 / (1.3 * 0.4);

@@ -40,7 +40,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks V-33.
+/// Checks the stress of a disc under membrane pressure (V-33).
 fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     /// Pressure on the disc (Pa).
     const PRESSURE: f64 = 1e4;
@@ -80,7 +80,7 @@ fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Mean deviatoric stress, mean pressure and lateral stress of the middle third (Pa).
+/// Mean deviatoric stress, mean pressure and lateral stress of the middle third of the specimen (Pa).
 fn middle_stresses(snapshot: &Snapshot) -> [f64; 3] {
     let inside =
         snapshot.positions.iter().zip(stresses(snapshot)).filter(|(x, _)| (x[2] - 0.05).abs() < 1.0 / 60.0);
@@ -96,7 +96,7 @@ fn middle_stresses(snapshot: &Snapshot) -> [f64; 3] {
     sums.map(|sum| sum / count)
 }
 
-/// Runs B-05; returns the path up to the peak, in kPa.
+/// Checks triaxial compression in a membrane (B-05), and returns the stress path up to the peak (kPa).
 fn triaxial(outcome: &mut BenchmarkOutcome, pressure: f64) -> Result<Vec<(f64, f64)>, String> {
     let mut case = load_case("sph/triaxial")?;
     for body in &mut case.bodies {

@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Amplitude of the disorder in spacings.
+/// Amplitude of the disorder of the positions (spacings).
 const DISORDER: f64 = 0.2;
 /// Numbers of particles along an edge.
 const COUNTS: [usize; 3] = [20, 40, 80];
@@ -45,7 +45,7 @@ fn wave_laplacian(x: &[f64; 2]) -> f64 {
     -2.0 * PI * PI * wave(x)
 }
 
-/// Largest error over the unit square of `found(cloud, field, i)`.
+/// Largest of the errors `found(cloud, field, i)` over the unit square.
 fn max_error(
     n: usize,
     disorder: f64,
@@ -110,7 +110,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the sheet's value to the three digits that it requires: half a unit of the third";
 
-/// Checks a value of the sheet, to three digits.
+/// Checks a value against that of the sheet, to three digits.
 fn digits(outcome: &mut BenchmarkOutcome, name: String, sheet: f64, measured: f64) {
     let half = 0.51 * 10f64.powi(sheet.log10().floor() as i32 - 2);
     outcome.assert_within(name, &format!("{sheet}"), measured, (sheet - half, sheet + half), DIGITS);
@@ -146,7 +146,8 @@ fn gradients(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V-01: the corrected gradient of a linear field is exact; the plain one is not.", &picture)
 }
 
-/// Checks all Laplacians of one field; `columns` are the sheet's values, empty where the result is round-off or not given.
+/// Checks all Laplacians of one function. `columns` name the values of the sheet; they are empty where the result is round-off or not
+/// given.
 fn laplacians(
     outcome: &mut BenchmarkOutcome,
     title: &str,

@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Spacing of the particles (m).
 const SPACING: f64 = 0.5;
 
-/// Time series of a run.
+/// Kinetic energy over time, with the largest speed and the smallest particle distance of a run.
 struct PairingRecord {
     /// Kinetic energy (J) at whole seconds.
     kinetic: Vec<(f64, f64)>,
@@ -39,7 +39,7 @@ impl PairingRecord {
         self.kinetic.get(second).map_or(f64::NAN, |(_, k)| *k)
     }
 
-    /// Rate of growth of the speed between two seconds (1/s).
+    /// Rate of growth of the speed between two times (1/s).
     fn growth(&self, from: usize, to: usize) -> f64 {
         0.5 * (self.nearest_at(to) / self.nearest_at(from)).ln() / (to - from) as f64
     }
@@ -80,7 +80,7 @@ fn record_pairing(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord
     Ok(course)
 }
 
-/// Kinetic energy (J) at whole seconds, until the run ends.
+/// Kinetic energy at whole seconds (J), until the run ends.
 fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     while found.len() <= seconds {
@@ -117,7 +117,7 @@ enum PairingRequirement {
     Unjudged,
 }
 
-/// Kernels, smoothing lengths over the spacing, and the requirement for each.
+/// Kernels, smoothing lengths over the spacing, and the requirement for each pair.
 const PAIRING_ROWS: [(&str, f64, PairingRequirement); 9] = [
     (
         "cubic-spline",
@@ -143,7 +143,7 @@ const PAIRING_ROWS: [(&str, f64, PairingRequirement); 9] = [
 ];
 
 impl PairingRequirement {
-    /// Adds the checks of a run; `name` makes their titles.
+    /// Adds the checks of a run. `name` makes their titles.
     fn check(self, outcome: &mut BenchmarkOutcome, course: &PairingRecord, name: &dyn Fn(&str) -> String) {
         let ratio = course.nearest_at(20) / course.nearest_at(12);
         let ratio_title = name("kinetic energy at 20 s over that at 12 s");
@@ -206,9 +206,9 @@ fn disordered_particle(id: u32, _: &[f64; 2]) -> PrescribedParticle<2> {
     }
 }
 
-/// Checks V-35: disorder of 5 % and stresses that differ by 10 %. In form (57) the uniform part of the stress has no effect, while it moves
-/// the disordered particles with (54) at once; the errors of (57) amplify themselves, until particles are ejected through the frame and the
-/// run stops.
+/// Checks a block with 5 % of disorder and stresses that differ by 10 %, in conservative and non-conservative momentum forms (V-35). In
+/// form (57) the uniform part of the stress has no effect, while it moves the disordered particles with (54) at once; the errors of (57)
+/// amplify themselves, until particles are ejected through the frame and the run stops.
 fn check_disorder(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String> {
     let mut chart = LineChart {
         log: true,

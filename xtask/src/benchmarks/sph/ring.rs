@@ -23,7 +23,7 @@ const SPACING: f64 = 0.1;
 /// Compared samplings.
 const SAMPLINGS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
 
-/// Particle: position (m), distance from the centre (m), hoop stress (Pa).
+/// Position of a particle (m), its distance from the centre (m), and its hoop stress (Pa).
 type HoopStressPoint = ([f64; 2], f64, f64);
 
 /// Checks stresses at the curved edges of a ring and of a plate with a hole.
@@ -36,12 +36,12 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Hoop stress of the ring (Pa).
+/// Hoop stress of the ring after Lamé (Pa).
 fn lame(r: f64) -> f64 {
     PRESSURE / 3.0 * (1.0 + 4.0 / (r * r))
 }
 
-/// Stress along the tension beside a hole of radius one in an infinite plate, over the far stress.
+/// Stress along the tension beside a hole of radius one in an infinite plate, over the remote stress, after Kirsch.
 fn kirsch(r: f64) -> f64 {
     0.5 * (2.0 + r.powi(-2) + 3.0 * r.powi(-4))
 }
@@ -60,7 +60,7 @@ fn hoop_stresses(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
     snapshot.positions.iter().zip(&stresses(snapshot)).map(hoop).collect()
 }
 
-/// Least, mean and largest of values.
+/// Least, mean and largest value.
 fn min_mean_max(values: &[f64]) -> [f64; 3] {
     let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -34,7 +34,7 @@ const TOE_AND_GRAVITY_TIME: f64 = 25.0;
 const RELEASE: f64 = 1.0;
 /// Spacing of the sheet's reference runs (m).
 const COARSE: f64 = 0.24;
-/// The sheet's reference run, compression cone: time after release (s) and advance of the front (m).
+/// Reference run of the sheet, with the compression cone: time after release (s) and advance of the front (m).
 const SHEET: [(f64, f64); 7] =
     [(2.0, 3.2), (4.0, 12.0), (6.0, 17.9), (9.0, 20.9), (13.0, 24.5), (18.0, 26.9), (20.0, 27.3)];
 
@@ -63,7 +63,7 @@ fn scarp(snapshot: &Snapshot) -> f64 {
     standing.map(|(x, u)| x[0] - u[0]).max_or_nan()
 }
 
-/// Number of times at which the scarp moved back by more than `step` (m) within a frame.
+/// Number of retrogressive failures: times at which the scarp moved back by more than `step` (m) within a frame.
 fn slides(report: &RunReport, step: f64) -> usize {
     let places: Vec<f64> = report.frames.iter().map(scarp).collect();
     let (mut count, mut moving) = (0, false);

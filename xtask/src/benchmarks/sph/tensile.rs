@@ -65,7 +65,7 @@ const TENSILE_CURES: [TensileCure; 4] = [
 ];
 
 impl TensileCure {
-    /// Runs the case; returns the share of particles closer than 0.7 spacings, and the front (m).
+    /// Runs the case with the cure, and returns the share of particles closer than 0.7 spacings and the front (m).
     fn run(&self, outcome: &mut BenchmarkOutcome) -> Result<(f64, f64), String> {
         let name = self.name;
         let mut case = load_case("sph/tensile")?;

@@ -16,7 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Makes steps on a pool of its own threads; returns the time (s).
+/// Makes steps on a thread pool, and returns their time (s).
 fn time_of_steps(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Result<f64, String> {
     let start = Instant::now();
     pool.install(|| {

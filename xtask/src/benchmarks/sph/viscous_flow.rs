@@ -33,7 +33,7 @@ fn chart(title: &str, x_label: &str) -> LineChart {
     LineChart::new(title, x_label, "height (m)")
 }
 
-/// Points of a curve from the bottom to the top.
+/// Points of a curve over height, from the bottom to the top.
 fn curve(height: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     (0..=60).map(|k| height * f64::from(k) / 60.0).map(|y| (value(y), y)).collect()
 }

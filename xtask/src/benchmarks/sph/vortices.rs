@@ -24,11 +24,11 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Kinematic viscosity of the waves and vortices (m²/s).
 const VISCOSITY: f64 = 0.01;
-/// Particles along the two sides of the cell of a lattice that is rotated by 29.9° and fits a periodic box: the number of particles in the
-/// box is the sum of their squares.
+/// Numbers of particles along the two sides of the cell of a lattice that is rotated by 29.9° and fits a periodic box. The number of
+/// particles in the box is the sum of their squares.
 const ROTATED_LATTICE_COUNTS: [i64; 2] = [87, 50];
 
-/// Velocity of a mode at a position, of amplitude one.
+/// Velocity of a flow mode of amplitude one at a position.
 type FlowMode = fn(&[f64; 3]) -> [f64; 2];
 
 /// Velocity of a shear wave (m/s).
@@ -42,7 +42,7 @@ fn array(x: &[f64; 3]) -> [f64; 2] {
     [a.0 * b.1, -a.1 * b.0]
 }
 
-/// Amplitude of a mode in the velocities, and the share of the kinetic energy outside it.
+/// Amplitude of a flow mode in the velocities, and the share of the kinetic energy in other modes.
 fn amplitude(snapshot: &Snapshot, mode: FlowMode) -> (f64, f64) {
     let (mut own, mut all, mut both) = (0.0, 0.0, 0.0);
     for (x, v) in snapshot.positions.iter().zip(vectors(snapshot, "velocity")) {
@@ -115,7 +115,7 @@ fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the vortices with the defaults of liquids, by both methods that support them.
+/// Checks the vortices with default options of liquids, by both methods that support them.
 fn without_options(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let exact = (-4.0 * VISCOSITY * TAU * TAU).exp();
     for (method, options) in
