@@ -7,7 +7,7 @@ use colluvium::case::measure::front;
 use super::MethodComparison;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, scalars, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aluminium bars, computed by five methods.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/aluminium-bars",
     title: "Column of aluminium bars: MPM, GIMP, SPH, DEM, depth-integrated flow and snow MPM",

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     set_method_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a dam break on a dry bed, computed by MPM, SPH and depth-integrated flow.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/dam-break",
     title: "Dam break on a dry bed: MPM, SPH and depth-integrated flow",

@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use super::MethodComparison;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// Benchmark of this module.
+/// Benchmark of an elastic bar that vibrates in its first mode, computed by MPM, SPH and snow MPM.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/elastic-bar",
     title: "Elastic bar in its first mode, MPM, SPH and snow MPM",

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of periodic cells of grains as a material, and of Mohr–Coulomb fitted to them.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/grain-cell",
     title: "Cells of grains in biaxial compression, and Mohr–Coulomb fitted to them",

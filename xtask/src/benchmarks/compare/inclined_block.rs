@@ -12,7 +12,7 @@ use crate::benchmarks::mpm::inclined_block::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a block on an inclined obstacle, computed by all methods.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/inclined-block",
     title: "Block on an inclined plane as an obstacle: MPM, SPH, DEM, snow MPM and depth-integrated flow",

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     run_in_memory,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a slide of sand on a terrain raster, computed by four methods.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/slide",
     title: "Slide on a terrain raster: MPM, SPH, DEM and depth-integrated flow",

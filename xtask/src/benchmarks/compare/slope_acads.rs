@@ -6,7 +6,7 @@ use super::draw_failure;
 use crate::analysis::bishop_layered::{LayeredSlope, SoilLayer};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// One soil.
+/// Benchmark of the factor of safety of a slope of one soil, ACADS problem 1(a).
 pub const ONE_SOIL: Benchmark = Benchmark {
     id: "compare/acads-1a",
     title: "Factor of safety of a slope of one soil, ACADS problem 1(a), MPM and SPH",
@@ -16,7 +16,7 @@ pub const ONE_SOIL: Benchmark = Benchmark {
     run: run_one_soil,
 };
 
-/// Three soils.
+/// Benchmark of the factor of safety of a slope of three soils, ACADS problem 1(c).
 pub const THREE_SOILS: Benchmark = Benchmark {
     id: "compare/acads-1c",
     title: "Factor of safety of a slope of three soils, ACADS problem 1(c), MPM and SPH",

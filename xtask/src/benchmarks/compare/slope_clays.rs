@@ -7,7 +7,7 @@ use super::draw_failure;
 use crate::analysis::undrained_slope::LayeredClaySlope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, patched_case, run_in_memory};
 
-/// Slope on another clay.
+/// Benchmark of the factor of safety of a slope of undrained clay on equal and on stronger clay.
 pub const LAYERS: Benchmark = Benchmark {
     id: "compare/slope-layers",
     title: "Factor of safety of an undrained slope on equal and stronger clay, MPM and SPH",
@@ -17,7 +17,7 @@ pub const LAYERS: Benchmark = Benchmark {
     run: layers,
 };
 
-/// Slope over a weak layer.
+/// Benchmark of the factor of safety of a slope of undrained clay over a weak layer.
 pub const WEAK_LAYER: Benchmark = Benchmark {
     id: "compare/slope-weak-layer",
     title: "Factor of safety of an undrained slope over a weak layer, MPM and SPH",

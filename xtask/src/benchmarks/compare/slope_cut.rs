@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use super::draw_failure;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// Benchmark of this module.
+/// Benchmark of the factor of safety of a homogeneous cut slope.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/slope-cut",
     title: "Factor of safety of a cut slope of 2:1, MPM and SPH",

@@ -10,7 +10,7 @@ use super::MethodComparison;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// Benchmark of this module.
+/// Benchmark of a tall rigid block that tips over, computed by MPM and SPH.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/tipping-block",
     title: "A tall rigid block tips on a slope, falls flat and rests: MPM and SPH",

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a block on a slope, a bonded cliff and dilatant shear.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/applications",
     title: "A block on a slope, a bonded cliff, dilatant shear, DEM",

@@ -8,7 +8,7 @@ use crate::analysis::mean_and_deviation;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
-/// Dense, to the peak.
+/// Benchmark of a biaxial test of dense disks up to the peak strength.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/biaxial",
     title: "Biaxial test of dense disks to the peak, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| peak(),
 };
 
-/// Dense and loose, to critical state.
+/// Benchmark of biaxial tests of dense and loose disks up to the critical state.
 pub const CRITICAL: Benchmark = Benchmark {
     id: "dem/biaxial-critical",
     title: "Biaxial tests of dense and loose disks to critical state, DEM",

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of a bouncing disk.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/bounce",
     title: "A bouncing disk, DEM",

@@ -12,7 +12,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of free flight and of head-on collisions.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/collisions",
     title: "Free flight, restitution of head-on collisions, elastic spheres, DEM",

@@ -11,7 +11,7 @@ use crate::analysis::mean_and_deviation;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
-/// One column.
+/// Benchmark of the collapse of a column of disks with an aspect ratio of one.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/column",
     title: "Collapse of a column of 1500 disks, a = 1, DEM",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| columns(&SHEET[1..2]),
 };
 
-/// Five columns.
+/// Benchmark of the collapse of columns of disks with five aspect ratios.
 pub const ASPECT_SWEEP: Benchmark = Benchmark {
     id: "dem/column-sweep",
     title: "Collapse of columns of 1500 disks, a = 0.5 to 8, DEM",

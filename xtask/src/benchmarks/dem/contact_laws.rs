@@ -12,7 +12,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Curves of contacts.
+/// Benchmark of the force–displacement curves of contact laws.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/contact-laws",
     title: "Curves of force of contacts and bonds, DEM",
@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Bonds.
+/// Benchmark of a bonded cantilever and of the strength of a bond.
 pub const BONDS: Benchmark = Benchmark {
     id: "dem/bonds",
     title: "A bonded cantilever and the strength of a bond, DEM",

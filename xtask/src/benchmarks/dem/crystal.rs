@@ -8,7 +8,7 @@ use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
-/// Elasticity.
+/// Benchmark of the elastic moduli of crystals of equal grains.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/crystal",
     title: "Elastic moduli of crystals of disks and spheres, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Strength.
+/// Benchmark of the strength of a hexagonal crystal of disks.
 pub const STRENGTH: Benchmark = Benchmark {
     id: "dem/crystal-strength",
     title: "Strength of a hexagonal crystal of disks, DEM",

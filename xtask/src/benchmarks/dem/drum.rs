@@ -8,7 +8,7 @@ use crate::analysis::{mean_and_deviation, regression_slope};
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of a half-full rotating drum, 30 grains wide.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/drum",
     title: "Half-full drum that turns, 30 grains across, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |quick| run_drum(30.0, if quick { 4.5 } else { END_TIME }),
 };
 
-/// Drum with as many grains across as in the sheet.
+/// Benchmark of a half-full rotating drum, 60 grains wide as in the sheet.
 pub const FINE_DRUM: Benchmark = Benchmark {
     id: "dem/drum-fine",
     title: "Half-full drum that turns, 60 grains across, DEM",

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{load, output_value, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Dense, to the peak.
+/// Benchmark of the contact directions and force chains of dense disks at the peak of a biaxial test.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/fabric",
     title: "Contacts of dense disks at the peak of a biaxial test, DEM",

@@ -13,7 +13,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the energy and the reversibility of an elastic gas of disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/gas",
     title: "An elastic gas of 200 disks: energy and reversal, DEM",

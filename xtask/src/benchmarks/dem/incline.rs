@@ -9,7 +9,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of a layer of disks that flows down a rough incline.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/incline",
     title: "A layer of 500 disks flows down a rough incline of 20°, DEM",

@@ -14,7 +14,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of kinematics, conserved quantities, neighbour lists, grading curves and stress.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/bookkeeping",
     title: "Kinematics, invariants, lists, sizes and stress of DEM",

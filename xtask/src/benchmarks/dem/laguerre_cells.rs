@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::analysis::max_or_nan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the Laguerre cells of disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/cells",
     title: "Cells of disks: lattices, a periodic packing, a contact, DEM",

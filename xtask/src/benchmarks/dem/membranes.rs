@@ -9,7 +9,7 @@ use crate::benchmarks::dem::case_builders::{method_options, parse_case};
 use crate::benchmarks::dem::representative_disks::{SEEDS, periodic_case, walled_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of the stiffness of disks under linear displacement, in periodic cells, and under uniform traction.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/membranes",
     title: "Stiffness of 300 disks: linear displacement, periodic cells and uniform traction, DEM",

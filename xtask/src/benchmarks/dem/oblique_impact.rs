@@ -10,7 +10,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, sphere_solver, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of oblique impacts of disks and spheres on a wall.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/oblique",
     title: "Oblique impacts on a wall, disks and spheres",

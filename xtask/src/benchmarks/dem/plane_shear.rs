@@ -8,7 +8,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
-/// Two rates.
+/// Benchmark of plane shear of disks at two shear rates.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/plane-shear",
     title: "Plane shear of 900 disks, μ(I) and φ(I), two rates, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| rates(&SHEET[2..4], 8.0),
 };
 
-/// The whole table.
+/// Benchmark of plane shear of disks at all shear rates of the sheet.
 pub const TABLE: Benchmark = Benchmark {
     id: "dem/plane-shear-table",
     title: "Plane shear of 900 disks, μ(I) and φ(I), all rates, DEM",

@@ -8,7 +8,7 @@ use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Rigid walls in place of a periodic cell.
+/// Benchmark of biaxial tests of disks between rigid walls and in periodic cells.
 pub const WALLS: Benchmark = Benchmark {
     id: "dem/rigid-walls",
     title: "Biaxial tests of disks between rigid walls and in periodic cells, DEM",
@@ -18,7 +18,7 @@ pub const WALLS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Benchmark of windows cut from a larger specimen of disks.
+/// Benchmark of biaxial tests of windows cut from larger specimens of disks.
 pub const WINDOW_TESTS: Benchmark = Benchmark {
     id: "dem/windows",
     title: "Biaxial tests of windows cut from specimens of 1000 disks, DEM",
@@ -28,7 +28,7 @@ pub const WINDOW_TESTS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Benchmark of this module.
+/// Benchmark of biaxial tests of periodic cells with different numbers of disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/representative-cell",
     title: "Biaxial tests of periodic cells of 75, 300 and 1000 disks, DEM",

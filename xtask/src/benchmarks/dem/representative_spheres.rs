@@ -9,7 +9,7 @@ use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_
 use crate::benchmarks::dem::representative_disks::check_isotropy;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Cells with different numbers of spheres.
+/// Benchmark of triaxial tests of periodic cells with different numbers of spheres.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/representative-spheres",
     title: "Triaxial tests of periodic cells of 75, 311 and 979 spheres, DEM",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| cells(),
 };
 
-/// Benchmark of windows cut from a specimen of spheres.
+/// Benchmark of triaxial tests of windows cut from larger specimens of spheres.
 pub const WINDOW_TESTS: Benchmark = Benchmark {
     id: "dem/windows-spheres",
     title: "Triaxial tests of windows cut from specimens of 979 spheres, DEM",
@@ -29,7 +29,7 @@ pub const WINDOW_TESTS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Rigid walls in place of a periodic cell.
+/// Benchmark of triaxial tests of spheres between rigid walls and in periodic cells.
 pub const WALLS: Benchmark = Benchmark {
     id: "dem/rigid-walls-spheres",
     title: "Triaxial tests of spheres between rigid walls and in periodic cells, DEM",

@@ -11,7 +11,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a disk and a sphere that slide and roll on a slope.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/slope",
     title: "A disk and a sphere slide and roll on a slope, DEM",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Rolling resistance.
+/// Benchmark of rolling resistance, which stops and holds grains.
 pub const ROLLING: Benchmark = Benchmark {
     id: "dem/rolling",
     title: "Resistance against rolling stops and holds grains, DEM",

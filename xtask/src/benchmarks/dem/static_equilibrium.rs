@@ -7,7 +7,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of grains at rest: a stack of disks and a pile of three.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/rest",
     title: "A stack of disks, linear and after Hertz; a pile of three, DEM",

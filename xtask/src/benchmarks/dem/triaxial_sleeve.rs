@@ -10,7 +10,7 @@ use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::dem::case_builders::{method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of triaxial compression of spheres in a flexible sleeve.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/triaxial-sleeve",
     title: "Triaxial compression in a sleeve, dense and loose spheres, DEM",

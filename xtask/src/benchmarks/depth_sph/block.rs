@@ -15,7 +15,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of single sliding columns: consolidation, racks, erosion, curvature and travel angle.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/block",
     title: "Sliding blocks: consolidation, racks, erosion, curvature, travel angle",

@@ -13,7 +13,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::depth_sph::common_cases::{load as load_case, start, step_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of the consolidation of a pore-pressure column.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/column",
     title: "Consolidation of the pore-pressure column",

@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
-/// Benchmark of mud.
+/// Benchmark of the dam break of a Bingham fluid and of its deposit.
 pub const MUD: Benchmark = Benchmark {
     id: "depth-sph/yield-stress",
     title: "Dam break of a Bingham fluid and its deposit, depth-integrated",
@@ -20,7 +20,7 @@ pub const MUD: Benchmark = Benchmark {
     run: mud,
 };
 
-/// Benchmark of grains in water.
+/// Benchmark of the dam break of grains, dry and saturated.
 pub const SATURATED_DEPOSIT: Benchmark = Benchmark {
     id: "depth-sph/saturated-dam",
     title: "Dam break of a frictional saturated material, depth-integrated",

@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a frictional dam break on an incline.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/incline",
     title: "Frictional dam break on an incline, depth-integrated",

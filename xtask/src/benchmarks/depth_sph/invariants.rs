@@ -12,7 +12,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::depth_sph::common_cases::line_node;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of kernels, smoothing lengths, momentum and independence of the frame of reference.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/invariants",
     title: "Kernels, smoothing lengths, momentum and frames, depth-integrated",

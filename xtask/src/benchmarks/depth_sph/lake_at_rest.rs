@@ -11,7 +11,7 @@ use colluvium::plots::{Series, Style};
 use crate::benchmarks::depth_sph::common_cases::{chart, closed_form_series, line_node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of lakes at rest over level and uneven beds.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/lake",
     title: "Lakes at rest over level and uneven beds, depth-integrated",

@@ -9,7 +9,7 @@ use colluvium::plots::{Series, Style};
 use crate::benchmarks::depth_sph::common_cases::{chart, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of waves that leave a channel through an open end.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/open-end",
     title: "Waves that leave through an open end, depth-integrated",

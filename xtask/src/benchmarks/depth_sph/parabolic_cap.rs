@@ -14,7 +14,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of parabolic caps of sand that slide and spread.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/cap",
     title: "Parabolic caps that slide and spread, depth-integrated",

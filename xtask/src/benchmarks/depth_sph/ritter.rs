@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a dam break on a dry bed.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/dry-bed",
     title: "Dam break on a dry bed, depth-integrated",

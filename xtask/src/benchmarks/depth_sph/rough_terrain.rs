@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, step_flow_until, step_with_limit};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the energy of flows over rough terrain.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/rough-terrain",
     title: "Energy of flows over rough terrain",

@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of convection, diffusion and Burgers' equation on moving nodes.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/scalar",
     title: "Convection, diffusion and Burgers' equation on moving nodes",

@@ -13,7 +13,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a dam break on a wet bed and of the reflected bore.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/wet-bed",
     title: "Dam break on a wet bed and reflected bore, depth-integrated",

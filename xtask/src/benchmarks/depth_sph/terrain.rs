@@ -18,7 +18,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, step_flow_until, step_with_limit};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of rasters as beds.
+/// Benchmark of beds from rasters: energy of a flow down a parabola, and a dammed channel.
 pub const RASTER: Benchmark = Benchmark {
     id: "depth-sph/raster",
     title: "Beds from rasters: energy down a parabola and a dammed channel",
@@ -28,7 +28,7 @@ pub const RASTER: Benchmark = Benchmark {
     run: raster,
 };
 
-/// Benchmark of a debris flow.
+/// Benchmark of a debris flow down a channel, without a case file.
 pub const DEBRIS: Benchmark = Benchmark {
     id: "depth-sph/debris-flow",
     title: "Debris flow down a channel, after Yu Tung Road",

@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, line_node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of water that oscillates in a parabolic canal and in a parabolic bowl.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/basin",
     title: "Water that swings in a parabolic canal and bowl, depth-integrated",

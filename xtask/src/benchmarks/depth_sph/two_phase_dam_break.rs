@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, patched_case, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of a dam break of grains and fluid, with strong drag and without drag.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/two-phase-dam",
     title: "Dam break of grains and fluid with strong drag and without, depth-integrated",

@@ -13,7 +13,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of uniform flows down planes, and of the drag between two phases.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/uniform",
     title: "Uniform flows down planes and drag of two phases",

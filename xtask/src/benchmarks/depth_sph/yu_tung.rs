@@ -8,7 +8,7 @@ use super::terrain::channel_bed;
 use crate::benchmarks::depth_sph::common_cases::{load, start, step_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of the debris flow of Yu Tung Road from its case file.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/yu-tung",
     title: "Debris flow after Yu Tung Road from a case file: speeds, reach, erosion and what they depend on",

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of Cam-clays and critical-state sand in element tests.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/critical-state",
     title: "Cam-clays and critical-state sand in element tests",

@@ -14,7 +14,7 @@ use super::element_tests::material;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, merged};
 
-/// Benchmark of this module.
+/// Benchmark of finite-strain elasticity, Cohesive Cam Clay, weak layers and snow.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/finite-strain",
     title: "Finite-strain elasticity, Cohesive Cam Clay, weak layers and snow",

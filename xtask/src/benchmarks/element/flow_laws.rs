@@ -11,7 +11,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::element::basal_laws::{self, basal};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of flow laws at a point, in films, and as basal laws of depth-averaged flow.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/flow",
     title: "Flow laws: a point, films, the base of depth-averaged flow",

@@ -11,7 +11,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::element::return_mappings::RandomSequence;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of objectivity and tangents of every law, Biot's constants and strength reduction.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/contract",
     title: "Objectivity and tangents of every law, Biot's constants, strength reduction",

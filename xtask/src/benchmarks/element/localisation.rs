@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of hypoplasticity, and of a cohesive band in an elastic point.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/localisation",
     title: "Hypoplasticity, and a cohesive band in an elastic point",

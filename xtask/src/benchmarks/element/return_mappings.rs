@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of return mappings to cone, pyramid and prism.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/returns",
     title: "Return mappings to cone, pyramid and prism",

@@ -11,7 +11,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aluminium bars by MPM and GIMP.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/aluminium-bars",
     title: "Aluminium-bar column, MPM and GIMP",

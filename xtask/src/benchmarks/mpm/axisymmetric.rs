@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::crest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm};
 
-/// Benchmark of this module.
+/// Benchmark of the axisymmetric collapse of granular columns.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-axisymmetric",
     title: "Axisymmetric granular column collapse",

@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of an oscillating elastic bar: frequency, energy and order of convergence.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/bar",
     title: "Oscillating elastic bar: frequency, energy, order",

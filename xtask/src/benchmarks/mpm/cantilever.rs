@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a cantilever at large deflection against the elastica.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/cantilever",
     title: "Cantilever at large deflection: convected domains against the elastica",

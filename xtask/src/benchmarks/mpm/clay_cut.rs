@@ -13,7 +13,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, scalars, set_mpm_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of cuts and slopes in Tresca clay: stability and run-out.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-failure",
     title: "Vertical cut and slopes in Tresca clay: stability and run-out",

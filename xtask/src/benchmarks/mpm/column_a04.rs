@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aspect ratio 0.4 by standard MPM and by GIMP.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-a04",
     title: "Column collapse, a = 0.4: standard MPM against GIMP",

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     run_mpm, set_mpm_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the plane collapse of granular columns by MPM and GIMP.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-collapse",
     title: "Planar granular column collapse, MPM and GIMP",

@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of contact: bodies that collide, slide, stick, roll and separate.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/contact",
     title: "Bodies that meet, slide, stick, roll and part",

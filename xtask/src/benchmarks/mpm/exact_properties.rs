@@ -11,7 +11,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of exact properties of shape functions, conservation, filters, supports and equilibrium.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/units",
     title: "Shape functions, conservation, filters, supports, equilibrium",

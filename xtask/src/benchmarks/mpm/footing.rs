@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of the bearing capacity of a strip footing on Tresca clay.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/footing",
     title: "Strip footing on Tresca clay",

@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::{MaxOrNan, regression_slope};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of a block on an inclined obstacle.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/inclined-block",
     title: "Block on an inclined plane as an obstacle",

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a constant velocity gradient, rotation and shear of a stressed block.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/kinematics",
     title: "Constant velocity gradient, rotation and shear of a stressed block",

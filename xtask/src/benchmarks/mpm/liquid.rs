@@ -11,7 +11,7 @@ use crate::benchmarks::{
     reference_table, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// Water at rest.
+/// Benchmark of water at rest in a tank.
 pub const HYDROSTATIC: Benchmark = Benchmark {
     id: "mpm/hydrostatic",
     title: "Still water in a tank",
@@ -21,7 +21,7 @@ pub const HYDROSTATIC: Benchmark = Benchmark {
     run: hydrostatic,
 };
 
-/// Flow between plates.
+/// Benchmark of Couette and Poiseuille flow between plates.
 pub const VISCOUS: Benchmark = Benchmark {
     id: "mpm/viscous-flow",
     title: "Couette and Poiseuille flow, periodic",
@@ -31,7 +31,7 @@ pub const VISCOUS: Benchmark = Benchmark {
     run: viscous,
 };
 
-/// Collapse of a water column.
+/// Benchmark of a dam break in a tank.
 pub const DAM_BREAK: Benchmark = Benchmark {
     id: "mpm/dam-break",
     title: "Dam break in a tank",

@@ -10,7 +10,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_mpm_option};
 
-/// Axis-aligned displacement.
+/// Benchmark of the order of convergence for an axis-aligned manufactured solution.
 pub const AXIS_ALIGNED: Benchmark = Benchmark {
     id: "mpm/axis-aligned",
     title: "Axis-aligned manufactured solution: order of GIMP",
@@ -20,7 +20,7 @@ pub const AXIS_ALIGNED: Benchmark = Benchmark {
     run: axis_aligned,
 };
 
-/// Generalised vortex.
+/// Benchmark of the manufactured solution of a generalised vortex.
 pub const VORTEX: Benchmark = Benchmark {
     id: "mpm/vortex",
     title: "Generalised vortex: shear without bound on any axis-aligned domain",

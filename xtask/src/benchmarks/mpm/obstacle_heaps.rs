@@ -10,7 +10,7 @@ use crate::benchmarks::{
     obstacle_energy_shares, run_mpm,
 };
 
-/// Benchmark of the heap.
+/// Benchmark of a heap of sand on a plane in four forms.
 pub const HEAPS: Benchmark = Benchmark {
     id: "mpm/heap-on-planes",
     title: "Heap of sand on a plane given as half-space, polygon, raster and closed wedge",
@@ -20,7 +20,7 @@ pub const HEAPS: Benchmark = Benchmark {
     run: heaps,
 };
 
-/// Benchmark of the slide.
+/// Benchmark of a slide of 10⁵ points on a raster of heights.
 pub const TERRAIN: Benchmark = Benchmark {
     id: "mpm/terrain-flow",
     title: "Slide of 10⁵ points on a raster of 200 by 200 heights",

@@ -8,7 +8,7 @@ use super::inclined_block::ANGLE;
 use crate::analysis::{max_or_nan, regression_slope};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of obstacles that act on points: a block on planes, and a disk in a bowl.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/obstacle-points",
     title: "Obstacles that act on points: block on planes, disk in a bowl",

@@ -7,7 +7,7 @@ use super::contact::mean;
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of rigid bodies that forces move.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-block",
     title: "Rigid bodies that forces move",

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of rigid translation and rotation without stress.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-motion",
     title: "Rigid translation and rotation make no stress",

@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, Series, Style};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_mpm_option};
 
-/// Frictionless block on a rough slope.
+/// Benchmark of a frictionless block on a rough raster, computed by MPM and SPH.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rough-slope",
     title: "A frictionless block on a rough raster, MPM and SPH",

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of a single element.
+/// Benchmark of drag, undrained compression and critical time step of skeleton and water.
 pub const PHASES: Benchmark = Benchmark {
     id: "mpm/phases",
     title: "Drag, undrained compression and critical step of skeleton and water",
@@ -19,7 +19,7 @@ pub const PHASES: Benchmark = Benchmark {
     run: check_drag_compression_and_critical_step,
 };
 
-/// Column under sudden gravity.
+/// Benchmark of a saturated column under sudden gravity.
 pub const GRAVITY: Benchmark = Benchmark {
     id: "mpm/saturated-column",
     title: "Saturated column under gravity",
@@ -29,7 +29,7 @@ pub const GRAVITY: Benchmark = Benchmark {
     run: column,
 };
 
-/// Absorbing end of a bar.
+/// Benchmark of the reflection of waves by absorbing, free and fixed ends of a bar.
 pub const ABSORBING: Benchmark = Benchmark {
     id: "mpm/absorbing",
     title: "What ends of a bar send back",

@@ -8,7 +8,7 @@ use crate::benchmarks::{
     stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of oedometric compression under self-weight at large strain.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/self-weight",
     title: "Oedometric compression under self-weight at large strain",

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a column of triangles and of tetrahedra: self-weight and first mode.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices",
     title: "Column in triangles and tetrahedra: own weight and first mode",

@@ -14,7 +14,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of triangles and tetrahedra in soil: locking, pore water and contact.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices-soil",
     title: "Triangles and tetrahedra: locking, pore water, contact",

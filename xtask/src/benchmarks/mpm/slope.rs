@@ -9,7 +9,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a slope that is set in motion by a velocity gradient.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-in-motion",
     title: "Slope set in motion by a gradient of velocity",

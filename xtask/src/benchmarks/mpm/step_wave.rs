@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a step wave in a bar and of its reflection.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/step-wave",
     title: "Step wave in a bar and its reflection",

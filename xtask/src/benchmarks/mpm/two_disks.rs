@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of the collision of two elastic disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/two-disks",
     title: "Collision of two elastic disks",

@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option, stresses, vectors,
 };
 
-/// One-dimensional consolidation.
+/// Benchmark of the one-dimensional consolidation of a saturated column.
 pub const CONSOLIDATION: Benchmark = Benchmark {
     id: "mpm/consolidation",
     title: "One-dimensional consolidation of a saturated column",
@@ -21,7 +21,7 @@ pub const CONSOLIDATION: Benchmark = Benchmark {
     run: consolidation,
 };
 
-/// Propagation of the fast and the slow wave.
+/// Benchmark of the fast and the slow P-wave in a saturated column.
 pub const WAVES: Benchmark = Benchmark {
     id: "mpm/two-waves",
     title: "Fast and slow P-wave in a saturated column",

@@ -9,7 +9,7 @@ use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, se
 use colluvium::case::measure::fragments;
 use colluvium::case::{Field, FieldData, RunReport, Snapshot};
 
-/// Benchmark of this module.
+/// Benchmark of avalanches of four kinds of snow on a slope with a run-out.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/avalanche",
     title: "Four flow regimes of snow on a slope with a run-out",

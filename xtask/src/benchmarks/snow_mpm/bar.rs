@@ -7,7 +7,7 @@ use super::{case_with_options, run_snow_case};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, measure_series, stresses, vectors};
 
-/// Vibration.
+/// Benchmark of the confined longitudinal vibration of a bar.
 pub const VIBRATION: Benchmark = Benchmark {
     id: "snow-mpm/vibration",
     title: "Confined longitudinal vibration of a bar",
@@ -17,7 +17,7 @@ pub const VIBRATION: Benchmark = Benchmark {
     run: vibration,
 };
 
-/// Self-weight.
+/// Benchmark of a column under its weight at finite strain.
 pub const SELF_WEIGHT: Benchmark = Benchmark {
     id: "snow-mpm/self-weight",
     title: "Column under its weight at finite strain",

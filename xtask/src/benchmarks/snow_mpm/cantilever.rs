@@ -7,7 +7,7 @@ use super::{case_with_options, run_snow_case};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions};
 
-/// Benchmark of this module.
+/// Benchmark of a cantilever at large rotation under its weight.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/cantilever",
     title: "Cantilever at large rotation under its weight",

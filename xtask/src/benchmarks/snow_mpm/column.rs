@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material};
 
-/// Benchmark of this module.
+/// Benchmark of columns of snow: run-out with and without cohesion, and the strength at which a column stands.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/column",
     title: "Column of snow: run-out with and without cohesion, and the strength with which it stands",

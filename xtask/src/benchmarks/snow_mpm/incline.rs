@@ -6,7 +6,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a block on an incline with Coulomb friction at the nodes.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/incline",
     title: "Block on an incline: Coulomb friction at the nodes",

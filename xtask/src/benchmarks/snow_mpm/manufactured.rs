@@ -11,7 +11,7 @@ use super::case_with_options;
 use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of the manufactured solution of a periodic line: cell crossing and convergence.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/manufactured",
     title: "Manufactured solution of a periodic line: cell crossing and convergence",

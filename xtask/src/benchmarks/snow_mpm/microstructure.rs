@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of the confined compression of a microstructure of snow.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/microstructure",
     title: "Confined compression of a microstructure of snow",

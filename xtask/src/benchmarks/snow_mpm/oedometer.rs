@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, final_measure, scalars, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of the compaction of a block of snow in an oedometer.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/oedometer",
     title: "Oedometer: a plate compacts a block of snow",

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::benchmarks::snow_mpm::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, scalars, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of the remote triggering of a slab avalanche.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/remote",
     title: "Remote triggering of a slab avalanche",

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of worked examples of the return map of Cohesive Cam Clay.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/returns",
     title: "Cohesive Cam clay: worked examples of the return map",

@@ -8,7 +8,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::snow_mpm::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of rigid motions, and of the quantities that transfers conserve.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/motion",
     title: "Rigid motions: what the transfers keep",

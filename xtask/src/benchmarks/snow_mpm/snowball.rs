@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material};
 
-/// Benchmark of this module.
+/// Benchmark of snowballs of different strength, stiffness and brittleness that hit a floor.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/snowball",
     title: "Snowballs on a floor: strength, stiffness and brittleness of the snow",

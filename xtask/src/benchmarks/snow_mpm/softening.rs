@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the compression of a weak layer by the classical law and by the anticrack law.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/softening",
     title: "Compression of a weak layer: classical softening and that of the anticrack",

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of an elastic cantilever by updated- and total-Lagrangian SPH.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cantilever",
     title: "Elastic cantilever, updated and total Lagrangian SPH",

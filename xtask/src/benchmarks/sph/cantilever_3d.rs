@@ -9,7 +9,7 @@ use super::cantilever::{deflection, period};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of an elastic cantilever in three dimensions.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/beam-3d",
     title: "Elastic cantilever in three dimensions, SPH",
@@ -19,8 +19,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| run_oscillations(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
 };
 
-/// Updated-Lagrangian form with artificial stress, at the sheet's spacing. Artificial stress feeds velocities that alternate from particle
-/// to particle, which only `hourglass_viscosity` resists.
+/// Benchmark of an elastic cantilever in three dimensions by the updated-Lagrangian form with artificial stress, at the sheet's spacing.
+/// Artificial stress feeds velocities that alternate from particle to particle, which only `hourglass_viscosity` resists.
 pub const UPDATED_LAGRANGIAN: Benchmark = Benchmark {
     id: "sph/beam-3d-updated",
     title: "Elastic cantilever in three dimensions, sums over the present configuration, SPH",

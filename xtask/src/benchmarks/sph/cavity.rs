@@ -9,7 +9,7 @@ use crate::benchmarks::{
     set_method_option, vectors,
 };
 
-/// The lid-driven cavity.
+/// Benchmark of a liquid in a cavity with a moving lid.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cavity",
     title: "Lid-driven cavity, SPH",

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     set_method_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aluminium bars.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/aluminium-bars",
     title: "Aluminium-bar column, SPH",

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of columns of several aspect ratios.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/columns",
     title: "Columns of several aspect ratios, SPH",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Remaining aspect ratios.
+/// Benchmark of the collapse of columns of all aspect ratios of the sheet.
 pub const ASPECT_SWEEP: Benchmark = Benchmark {
     id: "sph/columns-sweep",
     title: "Columns of all aspect ratios of the sheet, SPH",

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of momentum, energy and dissipation of particles in a random state.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/balance",
     title: "Momentum, energy and dissipation of a random state",

@@ -17,7 +17,7 @@ use crate::benchmarks::{
 /// Half the spacing of the sheet's set S (m), required for the bands of the dense sand.
 const FINE_SPACING: f64 = 0.0025;
 
-/// Simple shear.
+/// Benchmark of simple shear of critical-state sand at three densities.
 pub const SHEAR: Benchmark = Benchmark {
     id: "sph/critical-shear",
     title: "Simple shear of critical-state sand at three densities, SPH",
@@ -27,7 +27,7 @@ pub const SHEAR: Benchmark = Benchmark {
     run: shear,
 };
 
-/// Columns, coarse.
+/// Benchmark of columns of loose and dense critical-state sand, at a coarse spacing.
 pub const COLUMNS: Benchmark = Benchmark {
     id: "sph/critical-columns",
     title: "Columns of loose and dense critical-state sand, SPH",
@@ -37,7 +37,7 @@ pub const COLUMNS: Benchmark = Benchmark {
     run: |_| columns(&[0.01]),
 };
 
-/// Columns at the spacing of the sheet's set S and at half of it.
+/// Benchmark of columns of loose and dense critical-state sand, at the spacing of the sheet's set S and at half of it.
 pub const COLUMNS_FINE: Benchmark = Benchmark {
     id: "sph/critical-columns-fine",
     title: "Columns of loose and dense critical-state sand at 5 and 2.5 mm, SPH",

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of cylinders in three dimensions.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cylinders",
     title: "Collapse of cylinders, SPH in three dimensions",

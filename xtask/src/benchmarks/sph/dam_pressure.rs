@@ -10,7 +10,7 @@ use crate::benchmarks::{
     run_in_memory,
 };
 
-/// Benchmark of the dam break.
+/// Benchmark of the pressure of a dam break on the far wall.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/dam-pressure",
     title: "Pressure of a dam break on the far wall, SPH",

@@ -7,7 +7,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::{advance, start};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a collapsing column that is divided into ranks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ranks",
     title: "A collapsing column in 1, 2, 3 and 8 ranks, SPH",

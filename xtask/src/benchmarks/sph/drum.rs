@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a half-full rotating drum.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/drum",
     title: "Half-full drum that turns, SPH",
@@ -16,7 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| run_drum(0.004),
 };
 
-/// Drum at the sheet's spacing.
+/// Benchmark of a half-full rotating drum at the sheet's spacing.
 pub const FINE_DRUM: Benchmark = Benchmark {
     id: "sph/drum-fine",
     title: "Half-full drum that turns, 2 mm, SPH",

@@ -13,7 +13,7 @@ use crate::benchmarks::{
     set_method_option, stresses,
 };
 
-/// Clay, by the cone of plane strain.
+/// Benchmark of the bearing capacity of clay under a strip footing, with the Drucker–Prager cone of plane strain.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/footing",
     title: "Strip footing: Prandtl's bearing capacity, SPH",
@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |quick| run_footing(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
 };
 
-/// Clay under a smooth footing.
+/// Benchmark of the bearing capacity of clay under a smooth strip footing.
 pub const SMOOTH: Benchmark = Benchmark {
     id: "sph/footing-smooth",
     title: "Smooth strip footing: Prandtl's bearing capacity, SPH",
@@ -33,7 +33,7 @@ pub const SMOOTH: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Clay by the cone through triaxial compression, and soil with friction.
+/// Benchmark of a strip footing on clay with the cone through triaxial compression, and on soil with friction.
 pub const SOILS: Benchmark = Benchmark {
     id: "sph/footing-soils",
     title: "Strip footing on other soils, SPH",
@@ -43,7 +43,7 @@ pub const SOILS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Clay by the cone through triaxial compression, and soil with friction, at half the spacing.
+/// Benchmark of a strip footing on clay with the cone through triaxial compression, and on soil with friction, at half the spacing.
 pub const SOILS_FINE: Benchmark = Benchmark {
     id: "sph/footing-soils-fine",
     title: "Strip footing on other soils, a twentieth of its width, SPH",

@@ -7,7 +7,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a column that settles under its weight.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/geostatic",
     title: "Geostatic column, SPH",

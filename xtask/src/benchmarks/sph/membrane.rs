@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of confining pressure by a flexible membrane.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/membrane",
     title: "Flexible confining pressure, SPH",

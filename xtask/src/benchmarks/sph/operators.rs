@@ -10,7 +10,7 @@ use colluvium::sph::pairs::operators::{Gradient, Laplacian, ParticleCloud, test_
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, reference_curve, reference_table};
 
-/// Benchmark of this module.
+/// Benchmark of SPH gradients and Laplacians on regular and disordered particles.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/operators",
     title: "SPH operators on regular and disordered particles",

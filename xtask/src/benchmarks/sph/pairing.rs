@@ -10,7 +10,7 @@ use super::waves::{advance, load, start};
 use crate::benchmarks::sph::simple_shear::closest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of the pairing instability, and of the non-conservative momentum form.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/pairing",
     title: "Pairing instability and non-conservative momentum, SPH",

@@ -6,7 +6,7 @@ use colluvium::points::Sampling;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of rows of particles fitted to round edges: a thick ring under pressure, and a plate with a hole.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ring",
     title: "Rows fitted to round edges: thick ring under pressure, plate with a hole, total-Lagrangian SPH",

@@ -8,7 +8,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the retrogressive failure of a slope of sensitive clay.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/sensitive-clay",
     title: "Retrogressive slope of sensitive clay, SPH",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Resolutions of the source, to the end.
+/// Benchmark of the retrogressive failure of a slope of sensitive clay at the resolutions of the source.
 pub const FINE_RUNS: Benchmark = Benchmark {
     id: "sph/sensitive-clay-fine",
     title: "Retrogressive slope of sensitive clay at the source's resolutions, SPH",

@@ -9,7 +9,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::{advance, load, start};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of simple shear inside a frame of particles, and of rigid rotation.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/shear",
     title: "Simple shear in a frame and rigid rotation, SPH",

@@ -13,7 +13,7 @@ use crate::benchmarks::{
     set_method_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the factor of safety of a slope by strength reduction.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/slope-safety",
     title: "Slope: factor of safety by strength reduction, SPH",

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::analysis::{MaxOrNan, connected_front};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of the tensile instability, and of artificial stress and pressure against it.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/tensile",
     title: "Tensile instability: artificial stress and pressure, SPH",

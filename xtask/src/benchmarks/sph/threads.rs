@@ -6,7 +6,7 @@ use colluvium::case::Solver;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of equal results on one and two threads, and of the gain in time.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/threads",
     title: "One and two threads: the same bits in less time, SPH",

@@ -7,7 +7,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::load;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, set_method_option, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of Poiseuille flow, of a liquid at rest, and of Bagnold's profile.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/flow",
     title: "Poiseuille flow, liquid at rest and Bagnold's profile, SPH",

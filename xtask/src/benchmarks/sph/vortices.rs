@@ -12,7 +12,7 @@ use super::waves::load;
 use crate::benchmarks::sph::simple_shear::closest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, set_method_option, vectors};
 
-/// Decay of a wave and of vortices.
+/// Benchmark of the decay of a shear wave and of vortices.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/vortices",
     title: "Decay of a shear wave and of vortices, SPH",

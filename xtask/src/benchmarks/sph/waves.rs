@@ -11,7 +11,7 @@ use colluvium::sph::setup::rates_only::unchecked_energy_history;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of waves in bars and strips, and of the stability limit of the time step.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/waves",
     title: "Waves in bars and strips, stability limit, SPH",
