@@ -23,7 +23,7 @@ pub struct CompareTaskArguments {
     reference: Option<PathBuf>,
 }
 
-/// Runs the case with every method that supports it and writes the page; returns whether all that began have finished.
+/// Runs the case with every method that supports it, and writes the page. Returns whether all runs that began have finished.
 pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     let case = Case::load(&arguments.case).map_err(|errors| errors.to_string())?;
     let methods = compare::methods_by_name(&arguments.methods).map_err(|error| error.to_string())?;
@@ -50,6 +50,7 @@ pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     Ok(!results.iter().any(|result| matches!(result.outcome, MethodOutcome::Failed(_))))
 }
 
+/// Prints the result of a method.
 fn print_result(MethodResult { method, chosen_options: took, outcome, .. }: &MethodResult) {
     match outcome {
         MethodOutcome::Refused(why) => println!("{method}: does not support this case: {why}"),

@@ -41,6 +41,7 @@ enum Task {
     Tidy(tidy::TidyArguments),
 }
 
+/// Runs the task of the arguments.
 fn main() -> ExitCode {
     colluvium::register_materials();
     let result = match CommandLine::parse().command {

@@ -33,16 +33,16 @@ pub struct SameBitsArguments {
 /// Folder of the families below the root of a tree.
 const FAMILY_FOLDER: &str = "validation/same-bits";
 
-/// Longest time of a run; most take less than a second.
+/// Longest duration of a run; most runs take less than a second.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// Tree of the repository and its program.
+/// Source tree of a revision, and the program built from it.
 struct BuiltRevision {
     tree: PathBuf,
     program: PathBuf,
 }
 
-/// Compares two revisions; returns whether all results agree.
+/// Compares the results of two revisions, and returns whether all agree.
 ///
 /// # Errors
 /// When a revision cannot be built or a file cannot be read.
@@ -123,6 +123,7 @@ fn checkout_and_build(
     build(&tree, &folder.join("target"), arguments.release)
 }
 
+/// Builds the program of a revision.
 fn build(tree: &Path, target: &Path, release: bool) -> Result<BuiltRevision, String> {
     let mut build = Command::new(env!("CARGO"));
     build
@@ -138,19 +139,20 @@ fn build(tree: &Path, target: &Path, release: bool) -> Result<BuiltRevision, Str
     Ok(BuiltRevision { tree: tree.to_owned(), program: target.join(profile).join("colluvium") })
 }
 
+/// Runs a command; an error where it fails.
 fn run_command(command: &mut Command, name: &str) -> Result<(), String> {
     let status = command.status().map_err(|error| format!("{name}: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{name} failed")) }
 }
 
-/// New names by the old ones: columns of measures and fields of frames.
+/// New names of columns of measures and fields of frames, by their old names.
 fn renamed_columns(file: &Path) -> Result<BTreeMap<String, String>, String> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
     let pairs = text.lines().skip(1).filter_map(|line| line.split_once(','));
     Ok(pairs.map(|(old, new)| (old.to_owned(), new.to_owned())).collect())
 }
 
-/// Output of a run, as text and bits.
+/// Output of a run: columns of measures as text, and fields of frames as bits.
 #[derive(Default)]
 struct RunFiles {
     /// Exit code.
@@ -161,7 +163,7 @@ struct RunFiles {
     fields: BTreeMap<String, Vec<u64>>,
 }
 
-/// Runs a case in a folder of its own and reads its output.
+/// Runs a case in its own folder and reads its output.
 fn outcome(revision: &BuiltRevision, case: &Value) -> Result<RunFiles, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let (file, out) = (folder.path().join("case.json"), folder.path().join("out"));
@@ -190,6 +192,7 @@ fn exit_code(revision: &BuiltRevision, file: &Path, out: &Path) -> Result<Option
     }
 }
 
+/// Reads the table of measures of a run.
 fn read_measures(out: &Path, outcome: &mut RunFiles) {
     let Ok(text) = std::fs::read_to_string(out.join("measures.csv")) else { return };
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -201,6 +204,7 @@ fn read_measures(out: &Path, outcome: &mut RunFiles) {
     }
 }
 
+/// Reads the frames of a run.
 fn read_frames(out: &Path, outcome: &mut RunFiles) -> Result<(), String> {
     let index = out.join("frames.pvd");
     if !index.is_file() {
@@ -214,6 +218,7 @@ fn read_frames(out: &Path, outcome: &mut RunFiles) -> Result<(), String> {
     Ok(())
 }
 
+/// Adds positions and fields of a frame, as bits.
 fn add_fields(frame: &Snapshot, outcome: &mut RunFiles) {
     let mut add = |name: &str, values: &mut dyn Iterator<Item = f64>| {
         outcome.fields.entry(name.to_owned()).or_default().extend(values.map(f64::to_bits));
@@ -238,6 +243,7 @@ fn difference(before: &RunFiles, after: &RunFiles, renamed: &BTreeMap<String, St
         .or_else(|| assert_equal_bits(&before.fields, &after.fields, renamed, "field"))
 }
 
+/// Message about the first difference between two sets of named values, in all bits. `renamed` maps old names to new ones.
 fn assert_equal_bits<T: PartialEq>(
     before: &BTreeMap<String, Vec<T>>,
     after: &BTreeMap<String, Vec<T>>,

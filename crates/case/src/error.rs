@@ -38,8 +38,8 @@ impl OutputError {
     }
 }
 
-/// Message as one line for a terminal: control characters and those that change the direction of writing, which names and texts of a file
-/// may contain, become escapes, and numbers of more than 24 digits get an exponent.
+/// Message as one line for a terminal. Control characters and those that change the direction of writing become escapes; numbers of more
+/// than 24 digits get an exponent.
 pub fn printable(message: &str) -> String {
     let mut line = String::with_capacity(message.len());
     let mut rest = message;
@@ -64,7 +64,7 @@ const MAX_WORD: usize = 240;
 /// Longest message that is not shortened (characters).
 const MAX_MESSAGE: usize = 2000;
 
-/// Message in which long words, as of names in a file, and a long text as a whole lose their middle.
+/// Message without the middle of words and texts that are too long.
 pub fn shortened(message: &str) -> String {
     if message.len() <= MAX_WORD {
         return message.to_owned();
@@ -73,7 +73,7 @@ pub fn shortened(message: &str) -> String {
     shorten_middle(&words, MAX_MESSAGE)
 }
 
-/// Text of at most `limit` characters: unchanged, or two thirds of them from its beginning and a third from its end.
+/// Text of at most `limit` characters. A longer text keeps two thirds of them from its beginning and a third from its end.
 fn shorten_middle(text: &str, limit: usize) -> String {
     let count = text.chars().count();
     if count <= limit {
@@ -95,6 +95,7 @@ fn breaks_line(c: char) -> bool {
 #[error("{}", error_lines(.0))]
 pub struct CaseErrors(pub Vec<CaseError>);
 
+/// Text of several errors, one a line.
 fn error_lines(errors: &[CaseError]) -> String {
     let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
     lines.join("\n")

@@ -54,7 +54,7 @@ use serde_json::Value;
 
 use crate::templates::debris_flow;
 
-/// Commit that this was built from; `None` without git.
+/// Commit from which the program was built; `None` without git.
 pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
 /// Registers the materials of the methods for case files; [`methods`] and [`element_test`] do so as well.
@@ -109,6 +109,7 @@ pub fn load_element_test(file: &std::path::Path) -> Result<ElementTest, CaseErro
     check_element_test(case::files::json::read_file(file)?)
 }
 
+/// Checks an element test, with errors in the form of those of a case.
 fn check_element_test(test: ElementTest) -> Result<ElementTest, CaseErrors> {
     register_materials();
     match test.validate() {
@@ -168,6 +169,7 @@ pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), 
     write_atomically(&folder.join(debris_flow::RELEASE_FILE.0), debris_flow::RELEASE_FILE.1.as_bytes())
 }
 
+/// Page `README.md`, whose examples are tests of the documentation.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;

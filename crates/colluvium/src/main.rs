@@ -53,6 +53,7 @@ enum Command {
     Verify(verify::VerifyArguments),
 }
 
+/// Runs the command of the arguments.
 fn main() -> ExitCode {
     colluvium::register_materials();
     let arguments = CommandLine::parse();
@@ -83,6 +84,7 @@ fn main() -> ExitCode {
 }
 
 impl CommandError {
+    /// Prints the error to the standard error stream, line by line.
     fn report(&self) {
         for line in self.to_string().lines() {
             commands::write_stderr(format_args!("error: {line}"));

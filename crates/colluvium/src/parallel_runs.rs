@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Calls `work` for all numbers below `count`, `jobs` at a time, each on a pool of `threads` threads of its own. A failure ends the work of
-/// its thread; the others continue.
+/// Calls `work` for all numbers below `count`, `jobs` of them simultaneously, each on a thread pool of `threads` threads. A failure ends
+/// the work of its thread; the others continue.
 ///
 /// # Errors
 /// The first failure in the order of the threads; `lost` makes the error of threads that the system does not start or that panic.

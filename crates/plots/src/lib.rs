@@ -36,6 +36,7 @@ const PALETTE: [RGBColor; 7] = [
     RGBColor(70, 70, 70),
 ];
 
+/// Registers the built-in font once.
 fn load_font() {
     static FONT_LOADED: Once = Once::new();
     FONT_LOADED.call_once(|| {
@@ -118,7 +119,7 @@ pub trait Picture {
     }
 }
 
-/// Range of finite values with a margin; a unit range around constants, 0 to 1 without values.
+/// Range of finite values with a margin. Around constants it has the width one; without values it is 0 to 1.
 fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64> {
     let (low, high) = values
         .filter(|v| v.is_finite())
@@ -134,7 +135,7 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     low - margin * width..high + margin * width
 }
 
-/// Short label for an axis: plain where that is short, with an exponent otherwise.
+/// Short label for an axis, with an exponent where it would be long without.
 fn label(value: &f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-3..1e5).contains(&size) {

@@ -15,7 +15,7 @@ pub struct Georeference {
     pub no_data: Option<f64>,
     /// Number of values of the file that are not finite and differ from the no-data value; they are NaN in memory too.
     pub undeclared_no_data: usize,
-    /// Number of these that are too large for any quantity, as programs mark no data.
+    /// Number of these values that are too large for any quantity: programs mark no data in this way.
     pub huge_values: usize,
     /// GeoKeys of a GeoTIFF that define its horizontal system by a projection and its parameters, with their identifiers; empty where the
     /// system has a code or a text.
@@ -33,7 +33,8 @@ pub enum GeoKey {
     Text(String),
 }
 
-/// Numbers at the nodes of a grid in plan, for a terrain heights (m). A cell-registered file has its nodes at the centres of its cells.
+/// Numbers at the nodes of a regular grid in plan, such as the heights of a terrain (m). A cell-registered file has its nodes at the
+/// centres of its cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
     /// Number of nodes along x.
@@ -92,13 +93,13 @@ pub enum RasterError {
     },
 }
 
-/// Magnitude from which a thickness or a depth (m) probably stands for no data.
+/// Magnitude above which a thickness or a depth (m) probably stands for no data.
 const LIKELY_NO_DATA: f64 = 9000.0;
 
 impl Raster {
-    /// Warning about thicknesses, depths or classes in whose file numbers seem to stand for no data without a declared no-data value;
-    /// `None` otherwise.
+    /// Warning about numbers in a file that seem to stand for no data although the file declares no such value; `None` without them.
     pub fn undeclared_no_data_warning(&self) -> Option<String> {
+        /// Instruction for messages: how a file declares its no-data value.
         const NAME_IT: &str = "declare it in the file, as NODATA_value or in the GDAL tag";
         let boundless = self.reference.huge_values;
         if boundless > 0 {
@@ -131,7 +132,7 @@ impl Raster {
         Self { columns, rows, origin, spacing, values, reference: Georeference::default() }
     }
 
-    /// Checks sizes and spacing, and that there is any number.
+    /// Checks sizes and spacing, and that at least one node has a number.
     ///
     /// # Errors
     /// The first error found.
@@ -165,8 +166,8 @@ impl Raster {
         self.node_position(self.columns - 1, self.rows - 1)
     }
 
-    /// Cell between four nodes that contains a position in plan, by its node with the smallest x and y, and the position's shares of the
-    /// spacing from that node; `None` beyond the outermost nodes.
+    /// Cell between four nodes that contains a position in plan. It is given by its node with the smallest x and y, with the position
+    /// relative to that node in spacings. `None` beyond the outermost nodes.
     #[inline]
     pub fn locate_cell(&self, x: f64, y: f64) -> Option<([usize; 2], [f64; 2])> {
         let (mut cell, mut share) = ([0; 2], [0.0; 2]);
@@ -222,8 +223,8 @@ impl Raster {
         Ok(Self { columns, rows, origin, spacing: self.spacing, values, reference: self.reference.clone() })
     }
 
-    /// Raster on nodes of another `spacing` (m) over the same window: by bilinear interpolation for a smaller spacing, and by means over
-    /// the new cells for a larger one, so that no ridge is missed. There is no data where none is near.
+    /// Raster on nodes of another `spacing` (m) over the same window. A smaller spacing is obtained by bilinear interpolation, and a larger
+    /// one by means over the new cells, so that no ridge is missed. There is no data where none is near.
     ///
     /// # Errors
     /// When the spacing is not a length or leaves fewer than two nodes along an axis.

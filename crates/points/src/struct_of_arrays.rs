@@ -45,7 +45,7 @@ pub trait FixedBytes: Copy + Send + 'static {
     /// Appends the bytes of the value.
     fn append_bytes(self, out: &mut Vec<u8>);
 
-    /// Value of [`FixedBytes::BYTE_COUNT`] bytes.
+    /// Reads a value from [`FixedBytes::BYTE_COUNT`] bytes.
     fn from_bytes(bytes: &[u8]) -> Self;
 }
 
@@ -92,13 +92,14 @@ impl<T: FixedBytes, const N: usize> FixedBytes for [T; N] {
     }
 }
 
-/// Scratch buffers of a permutation, one for each type of column, reused so that repeated sorting allocates no memory.
+/// Buffers that permutations of columns reuse, one for each type of column, so that repeated sorting allocates no memory.
 #[derive(Default)]
 pub struct ScratchBuffers {
     buffers: Vec<Box<dyn Any + Send + Sync>>,
 }
 
 impl ScratchBuffers {
+    /// Buffer of a type, made at its first use.
     fn buffer<T: Send + Sync + 'static>(&mut self) -> &mut Vec<T> {
         let number = self.buffers.iter().position(|buffer| buffer.is::<Vec<T>>()).unwrap_or_else(|| {
             self.buffers.push(Box::new(Vec::<T>::new()));
@@ -138,7 +139,7 @@ pub fn retain_entries<T>(column: &mut Vec<T>, kept: &[bool]) {
     column.retain(|_| kept.next() == Some(&true));
 }
 
-/// Copies the entries `indices` of another column; empty where that is empty.
+/// Replaces a column by copies of the entries `indices` of another one. It becomes empty where that is empty.
 pub fn copy_entries<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
     column.clear();
     if !from.is_empty() {
@@ -146,12 +147,12 @@ pub fn copy_entries<T: Copy>(column: &mut Vec<T>, from: &[T], indices: &[u32]) {
     }
 }
 
-/// Overwrites entry `indices[k]` of a column by entry `k` of another one; no effect where that is empty.
+/// Overwrites entry `indices[k]` of a column by entry `k` of another one. It is unchanged where that is empty.
 pub fn overwrite_entries<T: Copy>(column: &mut [T], from: &[T], indices: &[u32]) {
     indices.iter().zip(from).for_each(|(&i, value)| column[i as usize] = *value);
 }
 
-/// Copies the entries `(part, number)` of several columns; empty where these are empty.
+/// Replaces a column by copies of the entries `(part, number)` of several columns. It becomes empty where these are empty.
 pub fn gather_entries<'a, T: Copy + 'a>(
     column: &mut Vec<T>,
     part: impl Fn(usize) -> &'a [T],
@@ -185,8 +186,8 @@ pub fn write_column<T: Copy, R: FixedBytes>(
     out.write_all(&bytes)
 }
 
-/// Reads a column written by [`write_column`] in place of the contents of `column`. A number of entries beyond the bytes that follow
-/// allocates no memory for them.
+/// Replaces a column by one that [`write_column`] has written. A number of entries beyond the bytes that follow allocates no memory for
+/// them.
 ///
 /// # Errors
 /// When `input` ends early or reading fails.

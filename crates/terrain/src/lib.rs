@@ -33,7 +33,7 @@ pub struct FileError {
     pub problem: String,
 }
 
-/// Makes an error of a file of a description.
+/// Function that makes an error of a file from a description.
 fn error_in_file(file: &Path) -> impl Fn(String) -> FileError {
     move |problem| FileError { file: file.to_owned(), problem }
 }
@@ -51,6 +51,7 @@ pub fn read_text(file: &Path) -> Result<String, FileError> {
     decode_text(bytes).map_err(error_in_file(file))
 }
 
+/// Decodes the text of a file in UTF-8 or UTF-16.
 fn decode_text(bytes: Vec<u8>) -> Result<String, String> {
     let pairs = |order: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| order([pair[0], pair[1]])).collect();
@@ -75,6 +76,7 @@ fn extension(file: &Path) -> String {
     file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
+/// Error of a file whose extension is not supported; `known` lists the supported ones.
 fn unknown_format(file: &Path, known: &str) -> FileError {
     error_in_file(file)(format!(
         "the ending {:?} of the name is not supported: it must be {known}",
@@ -164,8 +166,8 @@ pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
     }
 }
 
-/// Reads a closed triangle mesh: STL (`.stl`, text or binary) or Wavefront OBJ (`.obj`). `placed` maps an axis and a coordinate of the file
-/// to a coordinate of the mesh (m).
+/// Reads a closed triangle mesh from a file: STL (`.stl`, text or binary) or Wavefront OBJ (`.obj`). `placed` maps an axis and a coordinate
+/// of the file to a coordinate of the mesh (m).
 ///
 /// # Errors
 /// When the file cannot be read or is not such a mesh; when an STL file lies so far from its origin that its seven digits do not separate

@@ -7,12 +7,14 @@ use colluvium_points::Raster;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-/// International foot, United States survey foot and British foot of 1936 (m).
+/// International foot (m).
 pub(crate) const FOOT: f64 = 0.3048;
+/// US survey foot (m).
 pub(crate) const SURVEY_FOOT: f64 = 1200.0 / 3937.0;
+/// British foot of 1895 (m).
 pub(crate) const BRITISH_FOOT: f64 = 0.304_800_749_1;
 
-/// Magnitude beyond which a number is no elevation, thickness or class: programs mark no data with the largest single-precision number, to
+/// Magnitude above which a number is no elevation, thickness or class. Programs mark no data with the largest single-precision number, to
 /// six digits or more.
 const NO_DATA_MAGNITUDE: f64 = 1e30;
 
@@ -52,6 +54,7 @@ impl BandMetadata {
         }
     }
 
+    /// Sets an item of the metadata of a band from its text.
     fn set_value(&mut self, key: &str, text: &str) -> Result<(), String> {
         let number = || {
             parse_number(text)
@@ -159,7 +162,7 @@ pub(crate) fn metres_per_unit(unit: &str) -> Option<f64> {
     })
 }
 
-/// Names of other units of length and of angles, in the singular, in short and in full.
+/// Names of other units of length and of angles, in the singular, as symbols and in full.
 const OTHER_UNITS: [&str; 19] = [
     "fathom",
     "fath",
@@ -212,6 +215,7 @@ fn tag_meaning(tag: &BytesStart<'_>) -> String {
     name.to_owned()
 }
 
+/// Text of an attribute of an XML element.
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
     let found = tag.attributes().flatten().find(|attribute| attribute.key.as_ref() == name.as_bytes())?;
     Some(found.unescape_value().ok()?.into_owned())

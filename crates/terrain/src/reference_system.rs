@@ -25,6 +25,7 @@ pub struct CoordinateReferenceSystem {
 }
 
 impl CoordinateReferenceSystem {
+    /// Reference system from an EPSG code, a name and a well-known text, as far as a file has them.
     fn new(epsg: Option<u32>, name: Option<String>, text: Option<&str>) -> Self {
         // The code may be that of a compound system, with heights.
         let in_plan = epsg
@@ -45,6 +46,7 @@ impl CoordinateReferenceSystem {
         }
     }
 
+    /// Reference system of a well-known text.
     fn from_well_known_text(text: &str) -> Self {
         Self::new(
             crate::projection::prj_file::epsg(text),
@@ -103,7 +105,7 @@ impl CoordinateReferenceSystem {
             || self.name.is_some() && self.name == other.name
     }
 
-    /// Rejects a system in degrees or in units other than the metre.
+    /// Reports an error for a system in degrees or in units other than the metre.
     pub(crate) fn check(&self) -> Result<(), String> {
         let in_degrees =
             self.name.as_deref().is_some_and(|name| name.ends_with("CRS84") || name.ends_with("CRS83"));
@@ -196,13 +198,16 @@ pub(crate) fn geojson_system(parsed: &GeoJson) -> Result<Option<CoordinateRefere
     Ok(found)
 }
 
+/// Function that is called with the foreign members of each GeoJSON object.
 type CrsVisitor<'a> = dyn FnMut(Option<&JsonObject>) -> Result<(), String> + 'a;
 
+/// Calls `take` for a GeoJSON feature and its geometry.
 fn each_feature(feature: &geojson::Feature, take: &mut CrsVisitor<'_>) -> Result<(), String> {
     take(feature.foreign_members.as_ref())?;
     feature.geometry.iter().try_for_each(|geometry| each_geometry(geometry, take))
 }
 
+/// Calls `take` for a GeoJSON geometry and the geometries in it.
 fn each_geometry(geometry: &geojson::Geometry, take: &mut CrsVisitor<'_>) -> Result<(), String> {
     take(geometry.foreign_members.as_ref())?;
     match &geometry.value {

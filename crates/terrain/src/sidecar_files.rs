@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use crate::raster::world_file::EXTENSIONS;
 
-/// Extensions that replace the file's own, besides those of world files: reference system, attributes and index of shapes.
+/// Extensions of sidecar files that replace the extension of a file: reference system, attributes and index of shapes.
 const REPLACING_EXTENSIONS: [&str; 6] = ["prj", "PRJ", "dbf", "DBF", "shx", "SHX"];
 
-/// Extensions that are appended to the file name: band metadata and mask of a raster, as GDAL writes them.
+/// Extensions of sidecar files that are appended to a file name: band metadata and mask of a raster, as GDAL writes them.
 const APPENDED_EXTENSIONS: [&str; 2] = ["aux.xml", "msk"];
 
 /// Existing sidecar files that are read with a raster or an outline.

@@ -6,6 +6,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Number of allocations since the start of the program.
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 
 /// Allocator of the system that counts its allocations. A test sets it as its global allocator:

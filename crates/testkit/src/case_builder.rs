@@ -83,7 +83,7 @@ impl CaseBuilder {
         self
     }
 
-    /// Replaces keys at the top of the case.
+    /// Replaces top-level keys of the case.
     #[must_use]
     #[allow(clippy::needless_pass_by_value, reason = "`with(json!({ … }))` reads well")]
     pub fn with(self, keys: Value) -> Self {
@@ -97,12 +97,12 @@ impl CaseBuilder {
         self
     }
 
-    /// Text of the case.
+    /// JSON value of the case.
     pub fn json(&self) -> &Value {
         &self.0
     }
 
-    /// Case, or its errors.
+    /// Reads the case; the error lists its errors.
     ///
     /// # Errors
     /// Those of [`Case::from_json`].
@@ -110,13 +110,13 @@ impl CaseBuilder {
         Case::from_json(&self.0.to_string())
     }
 
-    /// Valid case.
+    /// Reads the case, which must be valid.
     #[track_caller]
     pub fn build(&self) -> Case {
         solver_runs::read_case(&self.0)
     }
 
-    /// Error with which the case or its plan for a method is refused.
+    /// Error about the case: it is invalid, or the method rejects it.
     #[track_caller]
     pub fn error(&self, method: &dyn Method) -> String {
         solver_runs::refusal(method, &self.0)
@@ -134,16 +134,19 @@ impl CaseBuilder {
         solver_runs::start_solver(method, &self.build())
     }
 
+    /// Object of the case under a key; made where it is missing.
     fn object(&mut self, key: &str) -> &mut Map<String, Value> {
         let entry = self.0.as_object_mut().expect("a case is an object").entry(key);
         entry.or_insert_with(|| json!({})).as_object_mut().expect("an object")
     }
 
+    /// Adds a named value to the object under a key.
     fn insert(mut self, key: &str, name: &str, value: Value) -> Self {
         self.object(key).insert(name.to_owned(), value);
         self
     }
 
+    /// Adds a value to the list under a key.
     fn push(mut self, key: &str, value: Value) -> Self {
         let entry = self.0.as_object_mut().expect("a case is an object").entry(key);
         entry.or_insert_with(|| json!([])).as_array_mut().expect("a list").push(value);

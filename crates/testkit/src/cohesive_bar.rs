@@ -19,7 +19,7 @@ pub const DENSITY: f64 = 1000.0;
 pub const LENGTH: f64 = 1.0;
 /// Speed of the pulled end (m/s), a tenth of `f_t/√(E ρ)`.
 pub const PULL_SPEED: f64 = 0.0003;
-/// Tensile strength of the weak middle over that of the rest.
+/// Tensile strength of the weak middle over that of the other parts.
 pub const WEAK_STRENGTH_RATIO: f64 = 0.95;
 
 /// Material with a share of the tensile strength and with a fracture energy (J/m²).

@@ -23,7 +23,7 @@ struct Factor {
     levels: Vec<(String, Map<String, Value>)>,
 }
 
-/// Number of the level of each factor.
+/// Row of a family of cases: the index of the level of each factor.
 pub type LevelRow = Vec<usize>;
 
 impl CaseFamily {
@@ -118,8 +118,8 @@ impl CaseFamily {
         rows
     }
 
-    /// Rows that cover each pair of levels for which `accepts` accepts a case, built one after the other: each begins with an uncovered
-    /// pair and takes, for each further factor, the level that covers most uncovered pairs.
+    /// Rows that together contain each pair of levels for which `accepts` accepts a case. Each row begins with a missing pair and takes,
+    /// for each further factor, the level that adds most missing pairs.
     pub fn pairwise_rows(&self, accepts: &dyn Fn(&Value) -> bool) -> Vec<LevelRow> {
         let mut open = self.all_pairs();
         let mut rows = Vec::new();
@@ -140,6 +140,7 @@ impl CaseFamily {
         rows
     }
 
+    /// All pairs of levels of two factors.
     fn all_pairs(&self) -> BTreeSet<LevelPair> {
         let mut pairs = BTreeSet::new();
         for (a, first) in self.factors.iter().enumerate() {
@@ -152,7 +153,7 @@ impl CaseFamily {
         pairs
     }
 
-    /// Sets the factor at `place` to the accepted level that covers most uncovered pairs.
+    /// Sets the factor at `place` to the accepted level that adds most missing pairs.
     fn choose_level(
         &self,
         place: usize,
@@ -182,10 +183,12 @@ impl CaseFamily {
 /// Two factors by number, each with a level; the smaller factor number is first.
 type LevelPair = ((usize, usize), (usize, usize));
 
+/// Pair of levels, the one of the earlier factor first.
 fn pair(a: (usize, usize), b: (usize, usize)) -> LevelPair {
     if a.0 < b.0 { (a, b) } else { (b, a) }
 }
 
+/// Factor with its levels, from JSON.
 fn factor(json: &Value) -> Option<Factor> {
     let levels = json["levels"].as_array()?.iter().map(|level| {
         let (name, values) = level.as_object().filter(|level| level.len() == 1)?.iter().next()?;
@@ -194,7 +197,7 @@ fn factor(json: &Value) -> Option<Factor> {
     Some(Factor { name: json["factor"].as_str()?.to_owned(), levels: levels.collect::<Option<Vec<_>>>()? })
 }
 
-/// Sets a value by its JSON pointer; missing parent objects are made, and a list grows by one entry. `null` removes the key.
+/// Sets a value by its JSON pointer. Missing parent objects are made, and a list may grow by one entry; `null` removes the key.
 pub fn set_value(json: &mut Value, pointer: &str, value: &Value) {
     let (parent, key) = pointer.rsplit_once('/').unwrap_or(("", pointer));
     if json.pointer(parent).is_none() {

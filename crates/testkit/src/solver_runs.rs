@@ -9,13 +9,13 @@ pub fn with_keys(mut object: Value, more: &Value) -> Value {
     object
 }
 
-/// Valid case of a text.
+/// Reads a case, which must be valid.
 #[track_caller]
 pub fn read_case(text: &Value) -> Case {
     Case::from_json(&text.to_string()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// Error with which the case of a text, or its plan for a method, is refused.
+/// Error about the case of a text: it is invalid, or the method rejects it.
 #[track_caller]
 pub fn refusal(method: &dyn Method, text: &Value) -> String {
     match Case::from_json(&text.to_string()) {
@@ -58,7 +58,7 @@ pub fn start_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     build_solver(method, case)
 }
 
-/// Solver in the first stage at a saved state.
+/// Solver in its first stage, restored from a saved state.
 pub fn resume_solver(method: &dyn Method, case: &Case, saved: &[u8]) -> Box<dyn Solver> {
     single_threaded();
     let mut solver = method.build(case).unwrap();
@@ -67,6 +67,7 @@ pub fn resume_solver(method: &dyn Method, case: &Case, saved: &[u8]) -> Box<dyn 
     solver
 }
 
+/// Solver of a case at the start of its first stage.
 fn build_solver(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
     let mut solver = method.build(case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
@@ -156,8 +157,8 @@ pub fn assert_same_after_restart(method: &dyn Method, case: &Case, advance: impl
     assert_eq!(restored.snapshot().hash(), whole.snapshot().hash(), "hashes without and with a restart");
 }
 
-/// Asserts that thirty steps of `case` allocate no memory, after `first` steps in which lists and the queues of the threads may grow. The
-/// test's allocator is [`CountingAllocator`](crate::CountingAllocator), and no other test runs in parallel.
+/// Asserts that thirty steps of `case` allocate no memory, after `first` steps in which lists and the queues of the threads may still grow.
+/// The test's allocator is [`CountingAllocator`](crate::CountingAllocator), and no other test runs in parallel.
 ///
 /// # Panics
 /// When a step allocates; `name` is the case in the message.

@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 
 use crate::solver_runs::{case_with, scalars, vectors};
 
-/// Density (kg/m³) and dynamic viscosity (Pa s) of the liquid.
+/// Density of the liquid (kg/m³).
 const DENSITY: f64 = 1000.0;
+/// Dynamic viscosity (Pa s).
 const VISCOSITY: f64 = 10.0;
 
 /// Case of Taylor–Green vortices with a wavelength of 1 m and a velocity of 1 m/s that decay over `duration` (s).
@@ -26,7 +27,8 @@ pub fn taylor_green_case(duration: f64, methods: &Value) -> Case {
     case_with(text, &json!({}))
 }
 
-/// Kinetic energy of the vortices over the exact one, `exp(-4 ν k² t)` times that of a mean square velocity of 1/2 at the start.
+/// Kinetic energy of the vortices over the exact one. That is `exp(-4 ν k² t)` times the energy of a mean square velocity of 1/2 at the
+/// start.
 pub fn energy_ratio(snapshot: &Snapshot, duration: f64) -> f64 {
     let (masses, velocities) = (scalars(snapshot, "mass"), vectors(snapshot, "velocity"));
     let energy: f64 =

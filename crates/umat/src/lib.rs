@@ -30,13 +30,13 @@ use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Mot
 /// Environment variable with the path of the file of materials.
 pub const MATERIALS: &str = "COLLUVIUM_MATERIALS";
 
-/// Bytes of the state in each state variable: whole numbers below 2⁴⁸ are exact in a double.
+/// Number of bytes of the state in each state variable. Whole numbers below 2⁴⁸ are exact in a double.
 const BYTES: usize = 6;
 
-/// Index of each component xx yy zz xy yz zx among 11 22 33 12 13 23, and the inverse.
+/// Position of each component xx yy zz xy yz zx in the order 11 22 33 12 13 23 of Abaqus. The inverse permutation is equal.
 const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
 
-/// Material ready for use, with its density.
+/// Law of a material, built from its parameters, with its density.
 struct BuiltMaterial {
     law: Arc<dyn Material>,
     density: f64,
@@ -44,10 +44,12 @@ struct BuiltMaterial {
 
 /// Materials of the file, by lower-case name.
 fn materials() -> Result<&'static HashMap<String, BuiltMaterial>, String> {
+    /// Materials of the process, built at the first call.
     static BUILT_MATERIALS: OnceLock<Result<HashMap<String, BuiltMaterial>, String>> = OnceLock::new();
     BUILT_MATERIALS.get_or_init(read_materials).as_ref().map_err(Clone::clone)
 }
 
+/// Builds the materials of the file that the environment variable names.
 fn read_materials() -> Result<HashMap<String, BuiltMaterial>, String> {
     let file = std::env::var_os(MATERIALS).ok_or(format!("{MATERIALS} is not set to a file of materials"))?;
     let file = std::path::PathBuf::from(file);
@@ -101,6 +103,7 @@ fn material_name(name: &[u8]) -> String {
     String::from_utf8_lossy(&name[..end]).trim().to_owned()
 }
 
+/// Matrix from its entries by columns, the order of Fortran.
 fn from_columns(m: &[f64]) -> Mat3 {
     Mat3(std::array::from_fn(|i| std::array::from_fn(|j| m[3 * j + i])))
 }
@@ -112,7 +115,7 @@ fn tensor(values: &[f64], shear: f64) -> SymTensor {
     SymTensor(std::array::from_fn(|k| full[ORDER[k]]))
 }
 
-/// Motion of the step: from the deformation gradients where they differ, else from strain and rotation.
+/// Motion of the step. It follows from the deformation gradients where they differ, else from strain and rotation.
 fn motion(call: &Call, density: f64) -> Option<Motion> {
     let volume = |f: &Mat3| f.determinant();
     let [before, after] = call.deformation;
@@ -129,6 +132,7 @@ fn motion(call: &Call, density: f64) -> Option<Motion> {
     Motion::from_velocity_gradient(&(gradient * (1.0 / call.dt)), call.dt, density / growth, call.size)
 }
 
+/// Updates the stress and state of the point of a call.
 fn run(call: &mut Call) -> Result<(), String> {
     let known = materials()?;
     let BuiltMaterial { law, density } = known
@@ -179,7 +183,7 @@ fn run(call: &mut Call) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs a call; a panic must not cross into the caller's language.
+/// Runs a call and converts a panic to an error, since a panic must not cross into the language of the caller.
 fn run_guarded(call: &mut Call) -> Result<(), String> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(call)))
         .unwrap_or_else(|_| Err("internal error".to_owned()))

@@ -3,7 +3,7 @@
 
 use crate::analysis::statistics::grid_search_minimum;
 
-/// Homogeneous slope whose toe is the origin; it rises towards positive x to its height and is level behind.
+/// Homogeneous slope whose toe is the origin. It rises towards positive x up to its height and is level behind the crest.
 #[derive(Clone, Copy, Debug)]
 pub struct HomogeneousSlope {
     /// Height (m).
@@ -25,9 +25,9 @@ pub struct SlipCircle {
     pub centre: [f64; 2],
     /// Radius (m).
     pub radius: f64,
-    /// Position of the exit at the face (m).
+    /// Position at which the slip surface leaves the slope at its face (m).
     pub toe_exit: f64,
-    /// Position of the entry at the crest (m).
+    /// Position at which the slip surface enters the slope at its crest (m).
     pub crest_entry: f64,
     /// Factor of safety.
     pub safety_factor: f64,
@@ -39,14 +39,15 @@ impl SlipCircle {
         self.centre[1] - (self.radius * self.radius - (x - self.centre[0]).powi(2)).max(0.0).sqrt()
     }
 
-    /// Distance of a point from the circle (m), negative within.
+    /// Distance of a point from the circle (m), negative inside.
     pub fn distance(&self, [x, y]: [f64; 2]) -> f64 {
         (x - self.centre[0]).hypot(y - self.centre[1]) - self.radius
     }
 }
 
+/// Number of slices of the sliding mass.
 const SLICES: usize = 200;
-/// Positions per direction of a round of the search, and the ratio of its width to that of the round before.
+/// Number of positions per direction in each pass of the search, and the ratio of the search width to that of the previous pass.
 const SEARCH_GRID: (usize, f64) = (11, 0.5);
 
 impl HomogeneousSlope {
@@ -59,6 +60,7 @@ impl HomogeneousSlope {
         }
     }
 
+    /// Height of the ground surface at `x` (m).
     fn surface(&self, x: f64) -> f64 {
         (x / self.cotangent).clamp(0.0, self.height)
     }
@@ -121,7 +123,7 @@ pub fn circle_through(low: [f64; 2], high: [f64; 2], sag: f64) -> ([f64; 2], f64
     (centre, radius)
 }
 
-/// Factor of safety at which the resistance `resisting(factor)` balances the driving moment of a circle; infinite without a driving moment,
+/// Factor of safety at which the resistance `resisting(factor)` balances the driving moment of a circle. Infinite without a driving moment,
 /// or where `resisting` is infinite.
 pub fn solve_safety_factor(driving: f64, resisting: impl Fn(f64) -> f64) -> f64 {
     let mut factor = 1.0;

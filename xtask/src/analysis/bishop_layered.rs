@@ -4,7 +4,7 @@
 use crate::analysis::bishop_circle::{circle_through, solve_safety_factor};
 use crate::analysis::statistics::grid_search_minimum;
 
-/// Soil layer, from its top down to the next one.
+/// Soil layer, which reaches from its top down to the next layer.
 #[derive(Clone, Debug)]
 pub struct SoilLayer {
     /// Corners of its top, from left to right (m); level beyond them.
@@ -20,14 +20,15 @@ pub struct SoilLayer {
 /// Layered slope that rises towards positive x. The top of the first soil is the surface.
 #[derive(Clone, Debug)]
 pub struct LayeredSlope {
-    /// The soils, from above.
+    /// Soils, from the uppermost to the lowest.
     pub soils: Vec<SoilLayer>,
     /// Level of the firm base (m).
     pub base: f64,
 }
 
+/// Number of slices of the sliding mass.
 const SLICES: usize = 100;
-/// Positions per direction of a round of the search, and the ratio of its width to that of the round before.
+/// Number of positions per direction in each pass of the search, and the ratio of the search width to that of the previous pass.
 const SEARCH_GRID: (usize, f64) = (11, 0.6);
 /// Least `cos α + sin α tan φ / F` of a slice: below it the normal force on its base is not meaningful (Whitman & Bailey 1967).
 const MIN_SLICE_DENOMINATOR: f64 = 0.2;
@@ -40,11 +41,12 @@ fn height(line: &[[f64; 2]], x: f64) -> f64 {
 }
 
 impl LayeredSlope {
+    /// Height of the ground surface at `x` (m).
     fn surface(&self, x: f64) -> f64 {
         height(&self.soils[0].top, x)
     }
 
-    /// Weight (N/m) above `y` at `x` per width, and the soil at that point.
+    /// Weight of the soil above `y` at `x`, per width (N/m²), and the soil at that point.
     fn column_weight(&self, x: f64, y: f64) -> (f64, &SoilLayer) {
         let (mut weight, mut above, mut here) = (0.0, self.surface(x), &self.soils[0]);
         for (number, soil) in self.soils.iter().enumerate() {
@@ -60,7 +62,7 @@ impl LayeredSlope {
         (weight, here)
     }
 
-    /// Factor of safety of the circle through two points of the surface with a sag (m) below their chord; infinite for an invalid circle.
+    /// Factor of safety of the circle through two points of the surface with a sag (m) below their chord. Infinite for an invalid circle.
     fn safety_factor(&self, [exit, entry, sag]: [f64; 3]) -> f64 {
         let (low, high) = ([exit, self.surface(exit)], [entry, self.surface(entry)]);
         let (centre, radius) = circle_through(low, high, sag);
@@ -100,7 +102,7 @@ impl LayeredSlope {
         })
     }
 
-    /// Least factor of safety of circles with exit and entry at the surface in these ranges (m).
+    /// Least factor of safety of circles whose exit and entry at the surface are in these ranges (m).
     pub fn min_safety_factor(&self, exit: (f64, f64), entry: (f64, f64)) -> f64 {
         let deepest = self.surface(entry.1) - self.base;
         let limits = [exit, entry, (0.02 * deepest, deepest)];

@@ -5,22 +5,22 @@
 use crate::analysis::bishop_circle::HomogeneousSlope;
 use crate::analysis::statistics::grid_search_minimum;
 
-/// Logarithmic spiral and the upper bound of its factor of safety.
+/// Logarithmic spiral as a slip surface, with its upper bound of the factor of safety.
 #[derive(Clone, Copy, Debug)]
 pub struct LogSpiral {
     /// Factor of safety.
     pub safety_factor: f64,
-    /// Position of the entry at the crest, from the toe (m).
+    /// Position at which the spiral enters the slope at its crest, from the toe (m).
     pub crest_entry: f64,
 }
 
-/// Positions per angle of a round of the search, and the ratio of its width to that of the round before.
+/// Number of positions per angle in each pass of the search, and the ratio of the search width to that of the previous pass.
 const SEARCH_GRID: (usize, f64) = (25, 0.5);
 /// Number of bisections of the factor.
 const BISECTIONS: usize = 40;
 
-/// Critical height times unit weight over cohesion, and length of the moving crest over the height, of a spiral with radii to the crest and
-/// to the toe at the angles `from` and `to`; `None` where they make no mechanism.
+/// Stability number (critical height times unit weight over cohesion) of a spiral, and length of the moving crest over the height. Its
+/// radii to the crest and to the toe are at the angles `from` and `to`; `None` where it is no mechanism.
 fn mechanism(slope: f64, friction: f64, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
     let t = friction.tan();
     let grown = ((to - from) * t).exp();

@@ -6,7 +6,7 @@ use colluvium::case::Snapshot;
 
 use crate::analysis::statistics::MaxOrNan;
 
-/// Quantile of the position `along` for a share of the particles, all of one mass (m).
+/// Quantile of the position `along` for a share of the particles, which have equal masses (m).
 pub fn mass_quantile_position(snapshot: &Snapshot, share: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
     let mut places: Vec<f64> = snapshot.positions.iter().map(along).collect();
     places.sort_by(f64::total_cmp);
@@ -31,13 +31,13 @@ pub fn farthest_connected(snapshot: &Snapshot, spacing: f64, along: impl Fn(&[f6
     order.iter().find(held).map_or(f64::NAN, |a| along(a))
 }
 
-/// Height of the highest point before `x` (m).
+/// Height of the highest point whose coordinate is below `x` (m).
 pub fn crest(snapshot: &Snapshot, x: f64) -> f64 {
     let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| p[0] < x);
     near.map(|(p, e)| p[1] + 0.5 * e[1]).max_or_nan()
 }
 
-/// Base of the moving mass: in each column of particles, given by their initial positions (m) and a value, the first position from the top
+/// Base of the moving mass. In each column of particles, given by initial position (m) and value, it is the first position from the top
 /// down where the value falls below a level.
 pub fn base_of_moving_mass(
     particles: impl IntoIterator<Item = ([f64; 2], f64)>,

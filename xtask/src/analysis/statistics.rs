@@ -12,9 +12,9 @@ pub fn mean_and_deviation(drawn: &[f64]) -> (f64, f64) {
     (mean, square.sqrt())
 }
 
-/// Largest value of an iterator.
+/// Extension of iterators by a largest value that is NaN where one number is NaN.
 pub trait MaxOrNan {
-    /// Returns the largest value; NaN, which fails every check, where there are no numbers or one of them is NaN.
+    /// Returns the largest value. It is NaN, which fails every check, where there are no numbers or one of them is NaN.
     fn max_or_nan(self) -> f64;
 }
 
@@ -24,11 +24,11 @@ impl<I: Iterator<Item = f64>> MaxOrNan for I {
     }
 }
 
-/// Number of rounds of a search, each in a finer box around the best position.
+/// Number of passes of a search, each in a finer box around the best position.
 const SEARCH_ROUNDS: usize = 12;
 
-/// Least value over a box and its position, by `places` along each axis in each round; each box is `narrower` times as wide as the one
-/// before. `None` where no value is finite.
+/// Least value of a function over a box, and its position, by repeated search on a grid. Each pass has `places` positions along each axis
+/// in a box `narrower` times as wide as the previous one. `None` where no value is finite.
 pub fn grid_search_minimum<const N: usize>(
     limits: [(f64, f64); N],
     (places, narrower): (usize, f64),

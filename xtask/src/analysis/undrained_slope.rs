@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::analysis::statistics::grid_search_minimum;
 
-/// Slope in layered clay whose toe is the origin; it rises towards positive x to its height and is level behind, on level clays.
+/// Slope in layered clay whose toe is the origin. It rises towards positive x up to its height and is level behind the crest; the clays are
+/// level.
 #[derive(Clone, Debug)]
 pub struct LayeredClaySlope {
     /// Height (m).
@@ -14,26 +15,29 @@ pub struct LayeredClaySlope {
     pub cotangent: f64,
     /// Unit weight (N/m³).
     pub unit_weight: f64,
-    /// Tops of the clays (m; infinite for the uppermost) and their undrained strengths (Pa), from above.
+    /// Levels of the tops of the clays (m; infinite for the uppermost) and their undrained strengths (Pa), from the uppermost down.
     pub layers: Vec<(f64, f64)>,
     /// Level of the firm base (m).
     pub base: f64,
 }
 
+/// Number of segments into which a slip circle is divided.
 const ARC_SEGMENTS: usize = 400;
-/// Positions per direction of a round of a search, and the ratio of its width to that of the round before.
+/// Number of positions per direction in each pass of a search, and the ratio of the search width to that of the previous pass.
 const SEARCH_GRID: (usize, f64) = (11, 0.6);
 
 impl LayeredClaySlope {
+    /// Height of the ground surface at `x` (m).
     fn surface(&self, x: f64) -> f64 {
         (x / self.cotangent).clamp(0.0, self.height)
     }
 
+    /// Undrained strength at a height (Pa).
     fn strength(&self, y: f64) -> f64 {
         self.layers.iter().rev().find(|(top, _)| y <= *top).map_or(f64::NAN, |(_, strength)| *strength)
     }
 
-    /// Factor of safety of a circle: moment of the strengths along it over that of the weight above it.
+    /// Factor of safety of a circle: the moment of the strengths along it over that of the weight above it.
     fn circle_safety_factor(&self, centre: [f64; 2], radius: f64) -> f64 {
         if centre[1] < self.height || radius <= 0.0 {
             return f64::INFINITY;
@@ -74,9 +78,9 @@ impl LayeredClaySlope {
             * (to[0] - from[0]).hypot(to[1] - from[1])
     }
 
-    /// Factor of safety of a block that slides along `level` (m, at the toe or below it) from `rear` (m) to below the toe: dissipation over
-    /// the work of the weight. A wedge on a plane at `angle` (rad) pushes it along an interface that leans by `lean` (rad) into the slope;
-    /// in front of the toe the block pushes up a wedge of 45°.
+    /// Factor of safety of a block that slides along `level` (m) from `rear` (m) to below the toe. It is the dissipated work over the work
+    /// of the weight. A wedge on a plane at `angle` (rad) pushes it along an interface that leans by `lean` (rad) into the slope; in front
+    /// of the toe the block pushes up a wedge of 45°.
     fn block_safety_factor(&self, level: f64, [rear, angle, lean]: [f64; 3]) -> f64 {
         let foot = [rear, level];
         let direction = |angle: f64| [angle.cos(), angle.sin()];

@@ -19,21 +19,21 @@ pub use recorder::InputRecorder;
 
 /// Benchmark: a source, its requirements, and the function that checks them.
 pub struct Benchmark {
-    /// Path-like name.
+    /// Identifier of the benchmark, like a path.
     pub id: &'static str,
     /// Title, in a line.
     pub title: &'static str,
-    /// Source.
+    /// Source of the requirements.
     pub source: &'static str,
-    /// Expected time of the short form, on one core (s); `None` where `--quick` leaves it out.
+    /// Expected time of the short form on one core (s); `None` where `--quick` leaves the benchmark out.
     pub short_seconds: Option<u32>,
     /// Expected time of the full form, on one core (s).
     pub full_seconds: u32,
-    /// Runs the benchmark, in the short form where `quick` is true.
+    /// Function that runs the benchmark, in the short form where `quick` is true.
     pub run: fn(quick: bool) -> Result<BenchmarkOutcome, String>,
 }
 
-/// Benchmarks of each method, a line each.
+/// Benchmarks of all methods, one list for each method.
 #[rustfmt::skip]
 const METHODS: &[&[Benchmark]] = &[
     element::ALL,
@@ -82,7 +82,7 @@ fn set_method_option(case: &mut Case, method: &str, option: &str, value: impl In
     }
 }
 
-/// Changes a case by JSON pointers: sets the value at each, or adds it to the object above.
+/// Case with changed values, each at a JSON pointer. A missing value is added to the object that would contain it.
 fn patched_case(case: &Case, changes: &[(&str, serde_json::Value)]) -> Result<Case, String> {
     let mut text: serde_json::Value = serde_json::from_str(&case.to_json()).map_err(|e| e.to_string())?;
     for (pointer, value) in changes {
@@ -129,7 +129,7 @@ fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
     }
 }
 
-/// JSON object with entries of another added or replaced.
+/// JSON object with the entries of another one added or replaced.
 fn merged(mut object: serde_json::Value, more: serde_json::Value) -> serde_json::Value {
     if let (Some(object), serde_json::Value::Object(more)) = (object.as_object_mut(), more) {
         object.extend(more);
@@ -181,7 +181,7 @@ fn final_measure(report: &RunReport, name: &str) -> f64 {
     measure_series(report, name).last().map_or(f64::NAN, |row| row.1)
 }
 
-/// Energies of the contact with obstacles, over the work of gravity.
+/// Energies of the contact with obstacles over the work of gravity.
 struct ObstacleEnergyShares {
     /// Largest rise of the sum of all energies, including the work on obstacles.
     max_rise: f64,
@@ -191,8 +191,8 @@ struct ObstacleEnergyShares {
     penetration_limit: f64,
 }
 
-/// Energy balance of a run with obstacles: the sum of kinetic, elastic and potential energy, spring energy, and the work of friction and of
-/// the penetration limit falls by the dissipation in the material.
+/// Energy balance of a run with obstacles, over the work of gravity. The sum of kinetic, elastic, potential and spring energy, and of the
+/// work of friction and of the penetration limit, falls by the dissipation in the material.
 fn obstacle_energy_shares(report: &RunReport) -> ObstacleEnergyShares {
     let parts =
         ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.friction", "obstacles.stopped"];

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Outcome of a benchmark.
 #[derive(Default, Serialize, Deserialize)]
 pub struct BenchmarkOutcome {
-    /// Checks with their measured values and bounds.
+    /// Checks, each with measured value and bounds.
     pub checks: Vec<Check>,
     /// Pictures.
     pub figures: Vec<BenchmarkFigure>,
@@ -21,13 +21,13 @@ pub struct BenchmarkOutcome {
 /// Animation of a run.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct BenchmarkAnimation {
-    /// Caption.
+    /// Caption under the animation.
     pub caption: String,
     /// HTML element that the animation script takes.
     pub element: String,
 }
 
-/// Check of one value against bounds, or a value without a judgement.
+/// Measured value with its bounds, or a value that is shown without bounds.
 #[derive(Serialize, Deserialize)]
 pub struct Check {
     /// Name of the checked quantity.
@@ -45,12 +45,12 @@ pub struct Check {
     pub defect: Option<OpenDefect>,
 }
 
-/// Open defect.
+/// Known failure of a check, with an observation.
 #[derive(Clone, Debug, Serialize)]
 pub struct OpenDefect {
     /// Relation of the failure to the requirement of the source.
     pub criterion: Criterion,
-    /// Observation.
+    /// Observation that explains the failure.
     #[serde(rename = "found")]
     pub observation: String,
 }
@@ -68,7 +68,7 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// All criteria, in order of weight.
+    /// All criteria, in the order of their weight.
     pub const ALL: [Self; 3] = [Self::Missed, Self::Disputed, Self::Met];
 
     /// Text of the criterion, after a number of checks or before an observation.
@@ -153,7 +153,7 @@ impl BenchmarkOutcome {
         self.checks.push(Check { name, claim, measured, range: Some(range), reason, defect: None });
     }
 
-    /// Adds a value that is shown and not judged, with the reason.
+    /// Adds a value that is shown without bounds, with the reason.
     pub fn info(&mut self, name: impl Into<String>, claim: &str, measured: f64, reason: &str) {
         let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
         self.checks.push(Check { name, claim, measured, range: None, reason, defect: None });
@@ -172,7 +172,8 @@ impl BenchmarkOutcome {
         self.assert_within(name, &ten_digits(exact), measured, (exact - width, exact + width), reason);
     }
 
-    /// Adds checks within one relative distance of values of one source; rows of name, value of the source and measured value.
+    /// Adds checks within one relative distance of values of one source. A row has the name, the value of the source and the measured
+    /// value.
     pub fn assert_all_close<N: Into<String>>(
         &mut self,
         rows: impl IntoIterator<Item = (N, f64, f64)>,

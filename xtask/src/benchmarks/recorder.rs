@@ -12,17 +12,18 @@ use rayon::ThreadPool;
 
 use super::BenchmarkAnimation;
 
-/// Largest number of runs of a benchmark shown as animations: the first ones.
+/// Largest number of runs of a benchmark that are shown as animations. The first ones are shown.
 const MAX_ANIMATIONS: usize = 4;
 /// Size of an animation (bytes).
 const ANIMATION_BYTES: usize = 300_000;
-/// Least numbers of frames and points of an animation.
+/// Least number of frames, and of points, of an animation.
 const MIN_FRAMES_AND_POINTS: [usize; 2] = [5, 30];
 
 /// Recorder of the inputs and runs of the threads of a pool.
 #[derive(Clone, Default)]
 pub struct InputRecorder(Arc<Mutex<RecordedInputs>>);
 
+/// Inputs and animations that a benchmark has recorded.
 #[derive(Default)]
 struct RecordedInputs {
     files: BTreeSet<String>,
@@ -31,11 +32,12 @@ struct RecordedInputs {
 }
 
 thread_local! {
+    /// Recorder of the benchmark that runs on this thread.
     static OF_THREAD: RefCell<Option<InputRecorder>> = const { RefCell::new(None) };
 }
 
 impl InputRecorder {
-    /// Attaches a recorder to the threads of `pool`.
+    /// Attaches a recorder to all threads of `pool`.
     pub fn attach(pool: &ThreadPool) -> Self {
         let recorder = Self::default();
         pool.broadcast(|_| OF_THREAD.replace(Some(recorder.clone())));
@@ -57,6 +59,7 @@ impl InputRecorder {
         record.animations.iter().map(copy).collect()
     }
 
+    /// Record, locked against other threads.
     fn record(&self) -> MutexGuard<'_, RecordedInputs> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

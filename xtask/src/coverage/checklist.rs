@@ -43,9 +43,9 @@ impl ChecklistState {
 /// Row of a checklist.
 #[derive(Clone, Debug)]
 pub struct ChecklistRow {
-    /// Number or label.
+    /// Number or label of the row.
     pub id: String,
-    /// Requirement.
+    /// Requirement that the row states.
     pub text: String,
     /// State.
     pub state: ChecklistState,
@@ -75,6 +75,7 @@ pub fn load_sheets() -> Result<Vec<ChecklistSheet>, String> {
     SHEETS.iter().map(|name| sheet(name)).collect()
 }
 
+/// Reads the checklist of a sheet with its recorded states.
 fn sheet(name: &'static str) -> Result<ChecklistSheet, String> {
     let read = |file: &Path| {
         std::fs::read_to_string(file).map_err(|error| OutputError::new(file, error).to_string())
@@ -115,7 +116,7 @@ fn checklist(text: &str) -> Vec<ChecklistRow> {
 }
 
 impl ChecklistSheet {
-    /// Reads lines `row;state;files;tests;benchmarks;note`, names separated by spaces.
+    /// Reads the recorded states: lines `row;state;files;tests;benchmarks;note`, with names separated by spaces.
     fn read_records(&mut self, data: &str) {
         for (number, line) in data.lines().enumerate() {
             if line.starts_with('#') || line.trim().is_empty() || number == 0 {
@@ -146,7 +147,7 @@ impl ChecklistSheet {
         self.rows.iter().filter(|row| row.state == state).count()
     }
 
-    /// Errors of the records: unknown names, and states without the entries they need.
+    /// Errors of the records: unknown names, and states that lack the entries that they need.
     pub fn record_errors(&self) -> Vec<String> {
         let of = |row: &ChecklistRow| {
             let message = |what: String| format!("{}, row {}: {what}", self.file(), row.id);
@@ -161,6 +162,7 @@ impl ChecklistSheet {
 }
 
 impl ChecklistRow {
+    /// Errors of the record of a row: files and tests that do not exist.
     fn record_errors(&self) -> Vec<String> {
         let mut wrong = Vec::new();
         let there = |file: &str| crate::root().join(file).is_file();

@@ -14,7 +14,7 @@ pub use page::{html, summary_text};
 #[derive(Args)]
 pub struct CoverageArguments {}
 
-/// Path of the page of the documentation made from the rows.
+/// Path of the page of the documentation that is generated from the rows.
 pub const PAGE_FILE: &str = "docs/coverage.md";
 
 /// Writes the page; returns whether every name in the rows exists.

@@ -68,7 +68,7 @@ pub fn markdown(sheets: &[ChecklistSheet]) -> String {
     text
 }
 
-/// Page of the report as HTML; `up` is the link to the root of the repository.
+/// Page of the report as HTML. `up` is the relative link to the root of the repository.
 pub fn html(sheets: &[ChecklistSheet], style: &str, up: &str) -> Markup {
     let link = |file: &str, text: &str| html! { a href={ (up) (file) } { (text) } };
     html! {

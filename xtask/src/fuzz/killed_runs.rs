@@ -17,14 +17,15 @@ use crate::fuzz::Fallible;
 /// Approximate wall-clock time of a whole run (s), on one thread of a release build.
 const WALL_TIME: f64 = 0.5;
 
-/// Number of frames, and of rows, of a whole run.
+/// Number of frames of a whole run.
 const FRAMES: f64 = 8.0;
+/// Number of rows of measures of a whole run.
 const ROWS: f64 = 40.0;
 
 /// Largest number of times that one run is killed.
 const MAX_KILLS: u64 = 4;
 
-/// Kills runs `times` in all; prints the failures.
+/// Kills and resumes runs, `times` in all, and prints the failures.
 ///
 /// # Errors
 /// When scratch files cannot be written.
@@ -83,6 +84,7 @@ struct ReferenceRun {
 }
 
 impl ReferenceRun {
+    /// Runs a template without interruption, shortened to a wall time of [`WALL_TIME`].
     fn complete(name: &'static str, folder: &Path) -> Fallible<Self> {
         colluvium::write_template_files(name, folder)?;
         let case = folder.join("case.json");
@@ -112,7 +114,7 @@ impl ReferenceRun {
         Ok(Self { name, case, folder: folder.to_owned(), wall, files: folder_files(&whole)? })
     }
 
-    /// Kills a run some times and lets it end; returns the number of kills and the problem, if any.
+    /// Kills and resumes a run several times and lets it end. Returns the number of kills and the problem, if there is one.
     fn kill_and_resume(&self, random: &mut ChaCha8Rng) -> Fallible<(u64, Option<String>)> {
         let out = self.folder.join("killed");
         if out.exists() {
@@ -151,13 +153,13 @@ impl ReferenceRun {
     }
 }
 
+/// Starts a run in a process of its own.
 fn spawn_run(case: &Path, out: &Path) -> std::io::Result<std::process::Child> {
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["fuzz", "--one"]).arg(case).arg(out).stdout(Stdio::null()).stderr(Stdio::null()).spawn()
 }
 
-/// Problem in the folder of a run that may have been killed: a complete run has all its files, and every file that its collection names
-/// exists.
+/// Problem in the folder of a run that may have been killed. A complete run has all its files, and every file in its list of frames exists.
 fn folder_problem(out: &Path) -> Option<String> {
     let summary = out.join("summary.json");
     if !summary.exists() {

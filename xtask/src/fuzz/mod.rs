@@ -41,6 +41,7 @@ pub fn run(arguments: &FuzzArguments) -> Result<bool, String> {
     dispatch(arguments).map_err(|error| error.to_string())
 }
 
+/// Runs the fuzz test that the arguments select.
 fn dispatch(arguments: &FuzzArguments) -> Fallible<bool> {
     if let Some([case, out]) = arguments.one.as_deref() {
         return killed_runs::run_one(&Case::load(case)?, out);

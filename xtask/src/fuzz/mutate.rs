@@ -41,7 +41,7 @@ const TEXTS: [&str; 9] = [
     "none-of-the-names-in-the-case-file",
 ];
 
-/// Makes one to three changes. `others` are values that parts are taken from.
+/// Makes one to three random changes of a JSON value. `others` are values from which parts are taken.
 pub fn mutate(value: &mut Value, others: &[Value], random: &mut ChaCha8Rng) {
     for _ in 0..random.random_range(1..=3) {
         let count = value_count(value);
@@ -64,8 +64,9 @@ fn value_count(value: &Value) -> usize {
     }
 }
 
-/// Value of a number, depth first; the whole where there are fewer.
+/// Value with a number in depth-first order; the whole value where there are fewer.
 fn nth_value(value: &Value, number: usize) -> &Value {
+    /// Node of a JSON value by its number in depth-first order.
     fn find<'a>(value: &'a Value, left: &mut usize) -> Option<&'a Value> {
         if *left == 0 {
             return Some(value);
@@ -80,6 +81,7 @@ fn nth_value(value: &Value, number: usize) -> &Value {
     find(value, &mut { number }).unwrap_or(value)
 }
 
+/// Mutable node of a JSON value by its number in depth-first order.
 fn nth_mut<'a>(value: &'a mut Value, left: &mut usize) -> Option<&'a mut Value> {
     if *left == 0 {
         return Some(value);
@@ -92,6 +94,7 @@ fn nth_mut<'a>(value: &'a mut Value, left: &mut usize) -> Option<&'a mut Value> 
     }
 }
 
+/// Changes a JSON value at random.
 fn change_value(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) {
     match random.random_range(0..10) {
         0 => *node = value_of_other_type(random),
@@ -145,7 +148,7 @@ fn change_value(node: &mut Value, part: Option<Value>, random: &mut ChaCha8Rng) 
     }
 }
 
-/// Whole numbers stay whole where they are small, as people write them.
+/// JSON number that is an integer where it is whole and small.
 fn number_of(x: f64) -> Value {
     if x.fract() == 0.0 && x.abs() < 1e15 && !(x == 0.0 && x.is_sign_negative()) {
         json!(x as i64)
@@ -154,6 +157,7 @@ fn number_of(x: f64) -> Value {
     }
 }
 
+/// Random value of any type.
 fn value_of_other_type(random: &mut ChaCha8Rng) -> Value {
     let kinds = [
         Value::Null,
@@ -170,6 +174,7 @@ fn value_of_other_type(random: &mut ChaCha8Rng) -> Value {
     kinds.choose(random).cloned().unwrap_or_default()
 }
 
+/// Text with a random misspelling.
 fn misspelt(text: &str, random: &mut ChaCha8Rng) -> String {
     let mut letters: Vec<char> = text.chars().collect();
     if letters.is_empty() {

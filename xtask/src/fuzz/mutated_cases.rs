@@ -19,27 +19,28 @@ use crate::fuzz::mutate::mutate;
 /// Longest time for one file.
 const FILE_TIME_LIMIT: Duration = Duration::from_secs(30);
 
-/// Largest memory (bytes) of a problem that is built, and largest number of points of one that is run.
+/// Largest memory of a problem that is built (bytes).
 const MEMORY: f64 = 5e8;
-const POINTS: usize = 4000;
+/// Largest number of points of a problem that is run.
+const MAX_POINTS_PER_CASE: usize = 4000;
 
-/// Largest number of grains of a plan: a plan generates specimens of grains, which takes long and says nothing of the file.
+/// Largest number of grains of a case that is planned. Planning generates the specimen, which takes long.
 const MAX_PLANNED_GRAINS: f64 = 30_000.0;
 
-/// Longest line of a readable message.
+/// Largest length of a readable message (characters).
 const LINE: usize = 1500;
 
-/// Number of steps of a valid case.
+/// Number of steps that a valid case is run.
 const STEPS: usize = 3;
 
-/// File that mutations begin from, and the folder with the files that it names, in which it is tried.
+/// File from which mutations begin, and the folder with the files that it names, in which it is tried.
 struct SeedFile {
     name: String,
     value: Value,
     folder: PathBuf,
 }
 
-/// Outcome of a file; a file that is too large to be tried counts as refused.
+/// Outcome of a mutated file. A file that is too large to be tried counts as refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FuzzOutcome {
     Refused,
@@ -47,7 +48,8 @@ pub enum FuzzOutcome {
     Run,
 }
 
-/// Tries the files of these numbers, from all cases or those of a method; prints failures and keeps their files under `target/fuzz`.
+/// Tries the mutated files of these numbers, from all cases or those of a method. Failures are printed, and their files are written to
+/// `target/fuzz`.
 ///
 /// # Errors
 /// When scratch files cannot be written, or no case is of that method.
@@ -103,7 +105,7 @@ pub fn run(numbers: Range<u64>, seed: u64, method: Option<&str>) -> Fallible<boo
     Ok(failures.kinds.is_empty())
 }
 
-/// Kinds of failure found, and the folder in which files that fail are kept.
+/// Kinds of failure so far, and the folder for files that fail.
 struct KindsOfFailure {
     folder: PathBuf,
     seed: u64,
@@ -111,7 +113,7 @@ struct KindsOfFailure {
 }
 
 impl KindsOfFailure {
-    /// Keeps a file that fails, and prints the first problem of each kind.
+    /// Writes a file that fails to the folder, and prints the first problem of each kind.
     fn keep_file(&mut self, number: u64, path: &Path, origin: &SeedFile, problem: &str) -> Fallible<()> {
         let kept = self.folder.join(format!("failed-{}-{number}.json", self.seed));
         fs::copy(path, &kept)?;
@@ -124,7 +126,7 @@ impl KindsOfFailure {
     }
 }
 
-/// Keeps the cases of a method, where one is given.
+/// Removes the cases of other methods, where a method is given.
 fn retain_method(origins: &mut Vec<SeedFile>, method: Option<&str>) -> Fallible<()> {
     let Some(method) = method else { return Ok(()) };
     origins.retain(|origin| origin.value["methods"].get(method).is_some());
@@ -187,7 +189,7 @@ fn json_files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Result of `check` on a file and of the first steps of a valid case.
+/// Loads a file, and tries its case with each method for which it has options.
 fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
     if element {
         return match colluvium::load_element_test(path) {
@@ -207,6 +209,7 @@ fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
     Ok(outcome)
 }
 
+/// Plans, builds and runs a case with a method, as far as its size allows.
 fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
     let sized = method.problem_size(case).and_then(|size| size.check_memory(MEMORY).map(|()| size.points));
     let planned = match sized {
@@ -227,7 +230,7 @@ fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
     if !(step.is_finite() && step > 0.0) {
         return Err(format!("{}: a planned time step of {step} s", method.name()));
     }
-    if plan.points > POINTS {
+    if plan.points > MAX_POINTS_PER_CASE {
         return Ok(FuzzOutcome::Planned);
     }
     let mut solver = match method.build(case) {
@@ -262,6 +265,7 @@ fn check_messages(errors: &CaseErrors) -> Result<FuzzOutcome, String> {
     }
 }
 
+/// Checks that a message is not too long, not empty and without NaN.
 fn check_readable(line: &str) -> Result<(), String> {
     let printed = colluvium::case::printable(line);
     if printed.chars().count() > LINE {

@@ -9,13 +9,13 @@ use crate::report::value_text::{
 };
 use crate::report::{BenchmarkEntry, Provenance, form_text};
 
-/// Name of the file of a picture, beside the page.
+/// File name of a picture, which is in the folder of the page.
 pub fn picture(entry: &BenchmarkEntry, number: usize) -> String {
     let name = entry.benchmark.id.rsplit('/').next().unwrap_or_default();
     format!("{name}-{}.{}", number + 1, entry.outcome.figures[number].extension)
 }
 
-/// Page of a benchmark; `up` is the link from it to the root of the repository.
+/// Page of a benchmark. `up` is the relative link to the root of the repository.
 pub fn page(entry: &BenchmarkEntry, about: &Provenance, up: &str) -> Markup {
     let benchmark = entry.benchmark;
     // A page lies as deep below the folder of the report as its name has parts.
@@ -86,6 +86,7 @@ fn animation_section(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
+/// Pictures of a benchmark with their captions.
 fn figures(entry: &BenchmarkEntry) -> Markup {
     html! {
         @if !entry.outcome.figures.is_empty() { h2 { "Pictures" } }
@@ -98,6 +99,7 @@ fn figures(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
+/// Table of the checks of a benchmark.
 fn checks(entry: &BenchmarkEntry) -> Markup {
     let row = |check: &Check| {
         let state = match check.verdict() {
@@ -158,7 +160,7 @@ fn reproduction_section(entry: &BenchmarkEntry, up: &str) -> Markup {
     }
 }
 
-/// Folder of the benchmark's module.
+/// Path of the folder with the module of a benchmark.
 fn source(id: &str) -> String {
     format!("xtask/src/benchmarks/{}", id.split('/').next().unwrap_or_default().replace('-', "_"))
 }

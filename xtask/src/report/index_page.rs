@@ -38,12 +38,15 @@ pub fn page(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope)
     }
 }
 
+/// Headings of the table of benchmarks.
 const HEADS: [&str; 6] = ["State", "Benchmark", "Source", "Checks", "Form", "Run time"];
 
+/// Number of benchmarks with a status.
 fn count(entries: &[BenchmarkEntry], status: BenchmarkStatus) -> usize {
     entries.iter().filter(|entry| entry.status() == status).count()
 }
 
+/// Head of the page: scope, counts, provenance.
 fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> Markup {
     let checks: usize = entries.iter().map(BenchmarkEntry::judged_checks).sum();
     let shown: usize = entries.iter().map(|entry| entry.count(CheckVerdict::Unbounded)).sum();
@@ -73,7 +76,7 @@ fn head(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> 
     }
 }
 
-/// Search and filters; hidden without scripts.
+/// Section with the search and the filters; hidden without scripts.
 fn filter_section(entries: &[BenchmarkEntry]) -> Markup {
     let methods: BTreeSet<&str> = entries.iter().map(BenchmarkEntry::method).collect();
     let all: BTreeSet<String> = entries.iter().flat_map(|entry| sources(entry.benchmark.source)).collect();
@@ -103,6 +106,7 @@ fn filter_section(entries: &[BenchmarkEntry]) -> Markup {
     }
 }
 
+/// Row of a benchmark.
 fn row(entry: &BenchmarkEntry) -> Markup {
     let benchmark = entry.benchmark;
     let status = entry.status();
@@ -125,7 +129,7 @@ fn row(entry: &BenchmarkEntry) -> Markup {
     }
 }
 
-/// Works that a benchmark names as its source, without figures and rows, for the filter.
+/// Works that a benchmark names as its source, without numbers of figures and rows.
 pub fn sources(text: &str) -> Vec<String> {
     let work = |part: &str| -> Option<String> {
         let part = part.trim();

@@ -8,12 +8,13 @@ pub struct Provenance {
     pub machine: String,
     /// Version of the compiler.
     pub rustc: String,
-    /// Commit, with a mark where the tree has changes.
+    /// Commit, with a mark where the working tree has changes.
     pub commit: String,
     /// Date and time.
     pub date: String,
 }
 
+/// Output of a command; empty where it fails.
 fn output(program: &str, arguments: &[&str]) -> String {
     let result = Command::new(program).args(arguments).current_dir(crate::root()).output();
     result.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned()).unwrap_or_default()

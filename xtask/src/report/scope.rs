@@ -12,12 +12,12 @@ pub struct ReportScope {
     pub short_count: usize,
     /// Number of benchmarks in their full form.
     pub full_count: usize,
-    /// Names of benchmarks that do not run: they have no short form, or their full form takes minutes.
+    /// Names of benchmarks that are left out: they have no short form, or their full form takes minutes.
     pub skipped_benchmarks: Vec<&'static str>,
 }
 
 impl ReportScope {
-    /// Folder of the report: a partial report never replaces a whole one.
+    /// Folder of the report. A partial report never replaces a complete one.
     pub fn folder(&self) -> PathBuf {
         let folder = crate::root().join("target/validation");
         let Some(filter) = &self.filter else { return folder };
@@ -26,7 +26,7 @@ impl ReportScope {
         folder.join("filtered").join(if self.quick { format!("{name}.quick") } else { name })
     }
 
-    /// Text on the benchmarks that run, and their forms.
+    /// Text on the benchmarks of the report and their forms.
     pub fn text(&self) -> String {
         let (run, left) = (self.short_count + self.full_count, self.skipped_benchmarks.len());
         let mut words = match left {

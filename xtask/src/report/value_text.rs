@@ -28,7 +28,7 @@ pub fn open_defect_text(entries: &[BenchmarkEntry]) -> String {
     }
 }
 
-/// Badge of a status: colour, sign and word differ.
+/// Badge of a status, with a colour, sign and word.
 pub fn status_badge(status: BenchmarkStatus) -> Markup {
     let sign = match status {
         BenchmarkStatus::Pass => "✓",

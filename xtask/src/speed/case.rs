@@ -7,19 +7,21 @@ use colluvium::case::Case;
 
 /// Settings of the measurement of a case.
 pub struct CaseBenchSettings<'a> {
+    /// Case file.
     pub file: &'a Path,
-    /// Only this method of the case.
+    /// Name of the measured method; `None` for all methods of the case.
     pub method: Option<&'a str>,
-    /// Numbers of threads, one after the other.
+    /// Numbers of threads, each measured after the other.
     pub threads: &'a [usize],
-    /// Steps before the measurement.
+    /// Number of steps before the measurement.
     pub warm_up_steps: usize,
-    /// Measured steps; when absent, as many as the first number of threads makes in `seconds`.
+    /// Number of measured steps; when absent, as many as the first number of threads makes in `seconds`.
     pub steps: Option<usize>,
+    /// Duration of a measurement (s).
     pub seconds: f64,
 }
 
-/// Measurement: points at the end, counted steps, point-updates and their time (s).
+/// Measured speed: points at the end, counted steps, point-updates and their time (s).
 struct CaseMeasurement {
     points: usize,
     steps: usize,
@@ -34,7 +36,7 @@ impl CaseMeasurement {
     }
 }
 
-/// Starts the case anew and makes steps of its first stage: `steps` of them, or as many as fit in `seconds`.
+/// Runs a case from its start and measures steps of its first stage: `steps` of them, or as many as fit in `seconds`.
 fn measure(
     case: &Case,
     method: &str,

@@ -9,19 +9,19 @@ use colluvium::constitutive::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Points of the measurement: their motions, stresses and states fit the second-level cache.
+/// Number of measured points. Their motions, stresses and states fit in the second-level cache.
 const POINTS: usize = 16 * BLOCK_SIZE;
 
-/// Strain of one step.
+/// Strain of each step.
 const STRAIN_STEP: f64 = 1e-4;
 
-/// Steps of the warm-up: every point yields after them.
+/// Number of steps before the measurement, after which every point yields.
 const WARM_UP: usize = 100;
 
-/// Number of steps of a lap.
+/// Number of steps that are timed together.
 const STEPS_PER_LAP: usize = 20;
 
-/// Measurement of a law.
+/// Measured speed of a law.
 struct LawMeasurement {
     /// Million updates per second.
     rate: f64,
@@ -31,7 +31,7 @@ struct LawMeasurement {
     decomposition_share: [f64; 2],
 }
 
-/// State of the measured points.
+/// Motions, stresses and states of the measured points.
 #[derive(Clone)]
 struct BenchPoints {
     motions: Vec<Motion>,
@@ -39,7 +39,7 @@ struct BenchPoints {
     states: States,
 }
 
-/// Prints the table, only of models whose description contains `filter`.
+/// Measures the laws whose description contains `filter`, and prints the table.
 pub fn run(filter: Option<&str>, seconds: f64) -> Result<(), String> {
     println!("model,form,million updates per second,share yielding,share of spectral decomposition");
     for spec in MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()) {
@@ -67,6 +67,7 @@ enum DecompositionUse {
     Batch,
 }
 
+/// Use of a spectral decomposition in an update of a law.
 fn decomposition(spec: &MaterialSpec) -> DecompositionUse {
     if let (Some(inner), false) = (spec.inner(), spec.name() == "saturation-softened") {
         return decomposition(inner);
@@ -84,7 +85,7 @@ fn decomposition(spec: &MaterialSpec) -> DecompositionUse {
     }
 }
 
-/// Text that distinguishes examples of one model: its options, not its numbers.
+/// Text that distinguishes the examples of one model by their options.
 fn option_text(spec: &MaterialSpec) -> String {
     let value = serde_json::to_value(spec).unwrap_or_default();
     let mut words = Vec::new();
@@ -105,13 +106,14 @@ fn option_text(spec: &MaterialSpec) -> String {
     words.join(" ")
 }
 
-/// Initial states that the law admits: sheared where possible, else isotropic compression.
+/// Initial states that a law admits: sheared where possible, else isotropically compressed.
 fn initial_states(law: &dyn Material, density: f64) -> Result<(Vec<SymTensor>, States), String> {
     let sheared = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
     let at = |stress| law.initial(&vec![InitialCondition { stress, density }; POINTS]);
     at(sheared).or_else(|_| at(SymTensor::isotropic(-50e3))).map_err(|error| error.to_string())
 }
 
+/// Measures the stress updates per second of a law.
 fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurement, String> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let (stresses, states) = initial_states(law, density)?;
@@ -161,6 +163,7 @@ fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<LawMeasurem
 }
 
 impl BenchPoints {
+    /// Updates the stresses of all points by a step.
     fn step(&mut self, law: &dyn Material) -> Result<(), String> {
         let parts = self.stresses.chunks_mut(BLOCK_SIZE).zip(self.motions.chunks(BLOCK_SIZE));
         for (block, (stresses, motions)) in self.states.blocks_mut().iter_mut().zip(parts) {
@@ -169,6 +172,7 @@ impl BenchPoints {
         Ok(())
     }
 
+    /// Share of the points on the yield surface.
     fn yielding(&self, law: &dyn Material) -> f64 {
         let mut count = 0;
         for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK_SIZE)) {

@@ -59,16 +59,19 @@ fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Density of the soil of the block (kg/m³), and gravity: small, so that the block stays in place during the measurement.
+/// Density of the soil of the block (kg/m³).
 const DENSITY: f64 = 2000.0;
+/// Young's modulus of the soil (Pa).
 const YOUNGS_MODULUS: f64 = 1e6;
+/// Poisson's ratio of the soil.
 const POISSONS_RATIO: f64 = 0.3;
+/// Gravitational acceleration (m/s²); small, so that the block stays in place during the measurement.
 const GRAVITY: f64 = -0.1;
 
-/// The elastic soil with water in its pores, solved as two phases.
+/// Name of the elastic soil with water in its pores, solved as two phases.
 const SATURATED_SOIL: &str = "two-phase";
 
-/// Setting of a measurement.
+/// Problem, method options and number of threads of a measurement.
 struct BenchSetting {
     dimension: usize,
     shape: &'static str,
@@ -79,6 +82,7 @@ struct BenchSetting {
 }
 
 impl BenchSetting {
+    /// Name of the setting: its values separated by commas.
     fn name(&self) -> String {
         let Self { dimension, shape, scheme, model, points, threads } = self;
         format!("{dimension}d,{shape},{scheme},{model},{points},{threads}")
@@ -89,7 +93,7 @@ impl BenchSetting {
         ((self.points as f64).powf(1.0 / self.dimension as f64) / 2.0).round().max(2.0) as usize
     }
 
-    /// Case of a block at rest on the floor of its box that settles under a small gravity: two points per cell and direction.
+    /// Case of a block at rest on the floor that settles under a small gravity, with two points per cell and direction.
     fn case(&self) -> Result<Case, String> {
         let cell = 1.0 / self.cells() as f64;
         let all = |value: f64| vec![value; self.dimension];
@@ -126,7 +130,7 @@ impl BenchSetting {
         Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
     }
 
-    /// Returns the number of points and million point-updates per second.
+    /// Measures the solver. Returns the number of points and million point-updates per second.
     fn measure(&self, seconds: f64) -> Result<(usize, f64), String> {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| e.to_string())?;
@@ -141,7 +145,7 @@ impl BenchSetting {
         })
     }
 
-    /// Solver at the start.
+    /// Solver at the start of the first stage.
     fn solver(&self) -> Result<Box<dyn Solver>, String> {
         let method = colluvium::method("mpm").ok_or("no method mpm")?;
         let mut solver = method.build(&self.case()?).map_err(|error| error.to_string())?;
@@ -149,7 +153,7 @@ impl BenchSetting {
         Ok(solver)
     }
 
-    /// Textbook solver of this problem; elastic only.
+    /// Textbook solver of the problem, which has an elastic material.
     fn textbook<const D: usize>(&self) -> TextbookSolver<D> {
         TextbookSolver::new(TextbookProblem {
             cells: self.cells(),
@@ -161,7 +165,7 @@ impl BenchSetting {
         })
     }
 
-    /// Returns million point-updates per second of the textbook kernel, with the step of our solver.
+    /// Measures the textbook solver with the step of this project's solver. Returns million point-updates per second.
     fn measure_textbook<const D: usize>(&self, seconds: f64) -> Result<f64, String> {
         let dt = self.solver()?.limit().dt;
         let mut textbook = self.textbook::<D>();
@@ -171,7 +175,7 @@ impl BenchSetting {
         })
     }
 
-    /// Measures our solver and the textbook kernel in turn, three times; returns the best of each.
+    /// Measures this project's solver and the textbook solver in turn, three times. Returns the best result of each.
     fn measure_against_textbook(&self, seconds: f64) -> Result<(usize, f64, f64), String> {
         let (mut points, mut ours, mut textbook) = (0, 0f64, 0f64);
         for _ in 0..3 {
@@ -211,6 +215,7 @@ pub fn updates_per_second(
 /// Memory bandwidth (GB/s) of `a = b + s c` over arrays far larger than the caches.
 fn bandwidth(threads: usize) -> Result<f64, String> {
     use rayon::prelude::*;
+    /// Number of entries of each array.
     const LENGTH: usize = 1 << 25;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())?;
     let (b, c) = (vec![1.0f64; LENGTH], vec![2.0f64; LENGTH]);
@@ -292,7 +297,7 @@ pub fn run(arguments: &BenchArguments) -> Result<bool, String> {
     Ok(failed == 0)
 }
 
-/// Prints a row, or the failure of its setting: the table continues. Returns the number of failures.
+/// Prints a row of the table, or the failure of its setting. Returns the number of failures. Returns the number of failures.
 fn print_row(setting: &BenchSetting, row: Result<String, String>) -> usize {
     match row {
         Ok(row) => {
@@ -306,7 +311,7 @@ fn print_row(setting: &BenchSetting, row: Result<String, String>) -> usize {
     }
 }
 
-/// Prints the rates of all settings; returns the number of failures.
+/// Prints the speeds of all settings, and returns the number of failures.
 fn print_table(
     sizes: &[usize],
     seconds: f64,
@@ -343,7 +348,7 @@ fn print_table(
     failed
 }
 
-/// Prints our solver against the textbook kernel, compiled into the same program; returns the number of failures.
+/// Prints the speeds of this project's solver and of the textbook solver in the same program, and returns the number of failures.
 fn print_textbook_table(sizes: &[usize], seconds: f64, wanted: impl Fn(&BenchSetting) -> bool) -> usize {
     let mut failed = 0;
     println!("# comparison with a textbook kernel: array of structs, plain loops, one thread");

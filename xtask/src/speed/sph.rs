@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::speed::mpm::updates_per_second;
 
-/// Setting of a measurement.
+/// Problem and number of threads of a measurement.
 struct SphBenchSetting {
     dimension: usize,
     model: &'static str,
@@ -25,13 +25,14 @@ enum BenchMotion {
 }
 
 impl SphBenchSetting {
+    /// Name of the setting: its values separated by commas.
     fn name(&self) -> String {
         let Self { dimension, model, points, threads, .. } = self;
         let motion = if self.motion == BenchMotion::Settling { "settling" } else { "shearing" };
         format!("sph,{dimension}d,{motion},{model},{points},{threads}")
     }
 
-    /// Case of a block on a rough floor: cubic spline, smoothing 1.2.
+    /// Case of a block of particles on a rough floor, with a cubic spline and a smoothing length of 1.2 spacings.
     fn case(&self) -> Result<Case, String> {
         let edge = (self.points as f64).powf(1.0 / self.dimension as f64).round();
         let spacing = 1.0 / edge;
@@ -72,6 +73,7 @@ impl SphBenchSetting {
         Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
     }
 
+    /// Number of particles, and particle-updates per second over a duration (s).
     fn measure(&self, seconds: f64) -> Result<(usize, f64), String> {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| e.to_string())?;

@@ -63,6 +63,7 @@ impl<const D: usize> TextbookPoint<D> {
     }
 }
 
+/// Node of the grid.
 #[derive(Clone, Copy, Debug)]
 struct TextbookNode<const D: usize> {
     mass: f64,
@@ -88,11 +89,11 @@ pub struct TextbookSolver<const D: usize> {
     cell: f64,
 }
 
-/// Layers of cells around the block; the floor is the node of this number along the second axis.
+/// Number of layers of cells around the block. The floor is the node of this number along the second axis.
 const MARGIN: usize = 4;
 
 impl<const D: usize> TextbookSolver<D> {
-    /// Builds the solver, with points at rest and without stress.
+    /// Solver of a problem, with points at rest and without stress.
     pub fn new(problem: TextbookProblem) -> Self {
         let cell = 1.0 / problem.cells as f64;
         let per_axis = 2 * problem.cells;
@@ -125,6 +126,7 @@ impl<const D: usize> TextbookSolver<D> {
         }
     }
 
+    /// Weights and gradients of the nodes around a position.
     fn weights(&self, position: &[f64; D]) -> TextbookWeights<D> {
         let mut first = [0; D];
         let mut value = [[0.0; 3]; D];
@@ -186,6 +188,7 @@ impl<const D: usize> TextbookSolver<D> {
         self.grid_to_particle(dt);
     }
 
+    /// Sums mass, momentum and force of the points at the nodes.
     fn particle_to_grid(&mut self) {
         for p in 0..self.points.len() {
             let point = self.points[p];
@@ -204,7 +207,8 @@ impl<const D: usize> TextbookSolver<D> {
         }
     }
 
-    /// Momentum balance and floor: from here on `momentum` is the velocity and `force` the acceleration.
+    /// Divides momenta and forces of the nodes by their masses, and applies the floor. Afterwards `momentum` is the velocity and `force`
+    /// the acceleration.
     fn update_momentum(&mut self, dt: f64) {
         for number in 0..self.nodes.len() {
             let height = if D == 3 { number / self.width % self.width } else { number % self.width };
@@ -222,6 +226,7 @@ impl<const D: usize> TextbookSolver<D> {
         }
     }
 
+    /// Updates velocities, positions and stresses of the points from the nodes.
     fn grid_to_particle(&mut self, dt: f64) {
         let (e, nu) = (self.problem.youngs_modulus, self.problem.poissons_ratio);
         let lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));

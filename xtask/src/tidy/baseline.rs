@@ -6,14 +6,15 @@ use std::path::Path;
 
 use crate::tidy::RuleViolation;
 
-/// Known violations by rule and part of the tree.
+/// Known numbers of violations by rule and part of the tree.
 pub struct Baseline {
     known_counts: ViolationCounts,
 }
 
+/// Number of violations by rule and part of the tree.
 type ViolationCounts = BTreeMap<String, BTreeMap<String, usize>>;
 
-/// Comparison of the violations with the baseline.
+/// Result of a comparison of violations with the baseline.
 pub struct BaselineComparison {
     /// Rule, part, known count and count found, where more are found than are known.
     increased: Vec<(String, String, usize, usize)>,
@@ -22,6 +23,7 @@ pub struct BaselineComparison {
     known_total: usize,
 }
 
+/// Counts violations by rule and part of the tree.
 fn count(findings: &[RuleViolation]) -> ViolationCounts {
     let mut counts = ViolationCounts::new();
     for finding in findings {
@@ -30,6 +32,7 @@ fn count(findings: &[RuleViolation]) -> ViolationCounts {
     counts
 }
 
+/// Number of violations of a rule in a part of the tree.
 fn number(counts: &ViolationCounts, rule: &str, part: &str) -> usize {
     counts.get(rule).and_then(|parts| parts.get(part)).copied().unwrap_or(0)
 }

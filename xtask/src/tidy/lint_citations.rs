@@ -4,9 +4,11 @@ use crate::tidy::RuleViolation;
 use crate::tidy::sheet_index::{CitableSheet, SheetIndex, label};
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
+/// Name of the rule.
 const RULE_NAME: &str = "citation of a sheet";
 
-/// Citations of missing sheets, sections and rows, labels that belong to no sheet, and files that mention “the sheet” and cite none.
+/// Violations of the rules of citations: missing sheets, sections and rows, labels that belong to no sheet, and files that mention “the
+/// sheet” and cite none.
 pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for file in &tree.files {
@@ -20,6 +22,7 @@ pub fn citations(tree: &SourceTree, sheets: &SheetIndex) -> Vec<RuleViolation> {
     findings
 }
 
+/// Reports citations of a file that no sheet has.
 fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolation>) {
     let text = without_margins(&file.text);
     let mut cited: Vec<&str> = folder_sheets(&file.path).to_vec();
@@ -56,7 +59,7 @@ fn check(file: &SourceFile, sheets: &SheetIndex, findings: &mut Vec<RuleViolatio
     }
 }
 
-/// Sheets on the subject of a folder.
+/// Sheets on the subject of the files in a folder.
 fn folder_sheets(path: &str) -> &'static [&'static str] {
     let folders: Vec<_> = path.split('/').collect();
     let name = match folders[..] {
@@ -159,6 +162,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
+    /// Reads the items of a citation.
     fn items(&mut self, sheet: &CitableSheet, name: &str) {
         let mut section = String::new();
         loop {
@@ -169,6 +173,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
+    /// Reads one item of a citation: a section or a label.
     fn item(&mut self, sheet: &CitableSheet, name: &str, section: &mut String) {
         if let Some(rest) = self.remaining_text.strip_prefix('§') {
             let number = number(rest);
@@ -186,7 +191,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
-    /// Reads a letter, a row or a set behind the number of a section.
+    /// Reads a letter, a row or a set after the number of a section.
     fn section_detail(&mut self, sheet: &CitableSheet, name: &str, number: &str) {
         for word in ["row ", "set "] {
             if let Some(rest) = self.remaining_text.strip_prefix(' ').and_then(|rest| rest.strip_prefix(word))
@@ -217,7 +222,7 @@ impl<'a> CitationParser<'a, '_> {
         }
     }
 
-    /// Moves to the item that follows `,`, `;`, `and`, `to` or a dash; false where there is none.
+    /// Moves to the item that follows `,`, `;`, `and`, `to` or a dash. Returns false where there is none.
     fn next_item(&mut self) -> bool {
         let trimmed = self.remaining_text.trim_start();
         for joint in [",", ";", "and ", "to ", "–", "…", "..."] {
@@ -240,6 +245,7 @@ impl<'a> CitationParser<'a, '_> {
         false
     }
 
+    /// Word at the start of the remaining text.
     fn next_word(&self) -> &'a str {
         let end = self
             .remaining_text
@@ -248,22 +254,25 @@ impl<'a> CitationParser<'a, '_> {
         &self.remaining_text[..end]
     }
 
-    /// Whether an item follows `length` bytes on.
+    /// Whether an item follows after `length` bytes.
     fn at_item(&self, length: usize) -> bool {
         let rest = &self.remaining_text[length..];
         let trimmed = rest.trim_start();
         trimmed.len() < rest.len() && (trimmed.starts_with('§') || label(trimmed).is_some())
     }
 
+    /// Skips bytes of the remaining text, and blanks after them.
     fn advance(&mut self, bytes: usize) {
         self.remaining_text = self.remaining_text[bytes..].trim_start_matches([' ', '\n']);
     }
 
+    /// Adds a violation at the line of the citation.
     fn report_violation(&mut self, message: String) {
         self.findings.push(RuleViolation::new(RULE_NAME, self.file, self.line, message));
     }
 }
 
+/// Whether a text begins with a word and a blank.
 fn starts_with_word(text: &str, name: &str) -> bool {
     text.strip_prefix(name).is_some_and(|rest| rest.starts_with(' '))
 }

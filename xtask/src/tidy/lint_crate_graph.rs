@@ -9,18 +9,20 @@ use serde_json::Value;
 
 use crate::tidy::RuleViolation;
 
+/// Name of the rule.
 const RULE_NAME: &str = "crate graph";
 
-/// Package of this workspace from `cargo metadata`.
+/// Dependencies of a package of the workspace, from `cargo metadata`.
 struct PackageDependencies {
     folder: String,
     normal: BTreeSet<String>,
     dev: BTreeSet<String>,
 }
 
+/// Packages of the workspace by name.
 type Packages = BTreeMap<String, PackageDependencies>;
 
-/// Dependencies that point up or sideways, or that a crate must not have; names and lints other than those of the workspace.
+/// Violations of the rules of dependencies: upward, sideways or excluded ones, and names and lints other than those of the workspace.
 ///
 /// # Errors
 ///
@@ -46,7 +48,7 @@ pub fn crate_graph(root: &Path) -> Result<Vec<RuleViolation>, String> {
     Ok(findings)
 }
 
-/// Dependencies that users of the methods as libraries build without need, by manifest.
+/// Violations by dependencies that users of the methods as libraries would build without need.
 ///
 /// # Errors
 ///
@@ -94,10 +96,12 @@ fn cargo(root: &Path, arguments: &[&str]) -> Result<String, String> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
+/// Text of a JSON string; empty for another value.
 fn text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
+/// Packages of the workspace with their dependencies.
 fn packages(root: &Path) -> Result<Packages, String> {
     let described = cargo(root, &["metadata", "--no-deps", "--offline", "--format-version", "1"])?;
     let metadata: Value = serde_json::from_str(&described).map_err(|error| error.to_string())?;
@@ -105,6 +109,7 @@ fn packages(root: &Path) -> Result<Packages, String> {
     Ok(entries.iter().map(package).collect())
 }
 
+/// Name and dependencies of a package.
 fn package(entry: &Value) -> (String, PackageDependencies) {
     let dependencies = entry["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
     let of = |wanted: fn(&Value) -> bool| {
@@ -134,8 +139,8 @@ fn allowed_dependencies(folder: &str) -> Option<&'static [&'static str]> {
     }
 }
 
-/// External dependencies of at most one crate below the facade: output belongs to `case`, pictures to `plots`, and the command line to the
-/// facade.
+/// External dependencies that at most one crate below the facade may have. Output belongs to `case`, pictures to `plots`, and the command
+/// line to the facade.
 const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 5] = [
     ("clap", None),
     ("plotters", Some("plots")),
@@ -151,6 +156,7 @@ const PROGRAM_DEPENDENCIES: [&str; 6] = ["clap", "ctrlc", "gif", "plotters", "pn
 const CORE_DEPENDENCIES: [&str; 7] =
     ["libloading", "nalgebra", "postcard", "schemars", "serde", "serde_json", "thiserror"];
 
+/// Messages about dependencies of a package that the rules exclude.
 fn dependency_violations(name: &str, package: &PackageDependencies, packages: &Packages) -> Vec<String> {
     let mut messages = Vec::new();
     let above_all = package.folder == "colluvium" || package.folder == "xtask";

@@ -3,7 +3,7 @@
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::SourceTree;
 
-/// Whole cases in the sources of benchmarks: objects with a title and a space.
+/// Violations by whole cases in the sources of benchmarks: JSON objects with a title and a space.
 pub fn inline_cases(tree: &SourceTree) -> Vec<RuleViolation> {
     let benchmarks = tree.sources().filter(|file| file.path.starts_with("xtask/src/benchmarks/"));
     benchmarks

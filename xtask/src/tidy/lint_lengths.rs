@@ -37,12 +37,14 @@ pub fn long_functions(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
     Ok(findings)
 }
 
+/// Visitor of the functions of a file.
 struct FunctionVisitor<'a> {
     file: &'a str,
     findings: &'a mut Vec<RuleViolation>,
 }
 
 impl FunctionVisitor<'_> {
+    /// Reports a function of too many lines.
     fn check(&mut self, signature: &syn::Signature, block: &syn::Block) {
         let first = signature.span().start().line;
         let lines = block.span().end().line + 1 - first;

@@ -3,7 +3,7 @@
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-/// Links to missing files, and to headings that their page does not have.
+/// Violations by links to missing files, and to headings that their page does not have.
 pub fn broken_links(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for page in tree.pages() {
@@ -59,6 +59,7 @@ fn relative_path(page: &str, file: &str) -> String {
     parts.join("/")
 }
 
+/// Whether the target of a link exists.
 fn target_exists(tree: &SourceTree, path: &str, heading: &str) -> bool {
     match tree.get(path) {
         Some(page) => heading.is_empty() || has_heading(page, heading),
@@ -73,6 +74,7 @@ fn anchor(heading: &str) -> String {
     kept.collect::<String>().to_lowercase().replace(' ', "-")
 }
 
+/// Whether a page has a heading.
 fn has_heading(page: &SourceFile, wanted: &str) -> bool {
     let mut headings = page.text.lines().filter(|line| line.starts_with('#'));
     headings.any(|line| anchor(line.trim_start_matches('#')) == wanted)

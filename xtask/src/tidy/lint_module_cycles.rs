@@ -7,10 +7,10 @@ use syn::visit::Visit;
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::{SourceFile, SourceTree};
 
-/// Modules at the root that each module at the root refers to.
+/// Modules at the root of a crate to which each module at the root refers.
 type ModuleGraph = BTreeMap<String, BTreeSet<String>>;
 
-/// Modules that are part of a cycle.
+/// Violations by modules that are part of a cycle.
 ///
 /// # Errors
 ///
@@ -42,17 +42,19 @@ pub fn module_cycles(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
     Ok(findings)
 }
 
+/// File of a module at the root of a crate.
 fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
     let folder = format!("{krate}/src/{module}/mod.rs");
     if files.iter().any(|file| file.path == folder) { folder } else { format!("{krate}/src/{module}.rs") }
 }
 
-/// Modules that `module` depends on and that depend on it, itself among them.
+/// Modules that `module` depends on and that depend on it, including itself.
 fn cycle(graph: &ModuleGraph, module: &str) -> Vec<String> {
     let needed = reachable_modules(graph, module);
     needed.iter().filter(|other| reachable_modules(graph, other).contains(module)).cloned().collect()
 }
 
+/// Modules that a module depends on, directly or through others.
 fn reachable_modules(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut open = vec![from];
@@ -66,6 +68,7 @@ fn reachable_modules(graph: &ModuleGraph, from: &str) -> BTreeSet<String> {
     found
 }
 
+/// Dependencies between the modules at the root of a crate.
 fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
     let prefix = format!("{krate}/src/");
     let inside = |file: &SourceFile| file.path[prefix.len()..].trim_end_matches(".rs").to_owned();
@@ -101,11 +104,12 @@ fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
     Ok(graph)
 }
 
+/// Parses a source file.
 fn parse(file: &SourceFile) -> Result<syn::File, String> {
     syn::parse_file(&file.text).map_err(|error| format!("{}: {error}", file.path))
 }
 
-/// Module behind each name that the root re-exports.
+/// Modules at the root that define the names that the root re-exports.
 fn root_exports(root: &syn::File, modules: &BTreeSet<String>) -> BTreeMap<String, String> {
     let mut exports = BTreeMap::new();
     for item in &root.items {
@@ -127,7 +131,7 @@ fn root_exports(root: &syn::File, modules: &BTreeSet<String>) -> BTreeMap<String
     exports
 }
 
-/// Collects the paths of a use tree; a renamed one ends with its new name.
+/// Collects the paths of a use declaration. A renamed one ends with its new name.
 fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
     let with = |name: String| above.iter().cloned().chain([name]).collect();
     match tree {
@@ -143,7 +147,7 @@ fn flatten(tree: &syn::UseTree, above: &mut Vec<String>, paths: &mut Vec<Vec<Str
     }
 }
 
-/// Modules at the root that a file refers to by `crate::…` or `super::…`. Tests may refer to all.
+/// Modules at the root to which a file refers by `crate::…` or `super::…`. Tests may refer to all.
 struct ModuleReferences<'a> {
     path: Vec<String>,
     modules: &'a BTreeSet<String>,
@@ -152,6 +156,7 @@ struct ModuleReferences<'a> {
 }
 
 impl ModuleReferences<'_> {
+    /// Adds the module to which a path refers.
     fn name(&mut self, path: &[String]) {
         let first = match path.first().map(String::as_str) {
             Some("crate") => path.get(1),
@@ -173,6 +178,7 @@ impl ModuleReferences<'_> {
     }
 }
 
+/// Whether attributes make an item part of the tests.
 fn is_test(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")

@@ -3,7 +3,7 @@
 use crate::tidy::RuleViolation;
 use crate::tidy::source_tree::SourceTree;
 
-/// Modules beside their folders.
+/// Violations by modules whose file is beside their folder.
 pub fn module_files(tree: &SourceTree) -> Vec<RuleViolation> {
     let beside = |path: &str| path.strip_suffix(".rs").is_some_and(|stem| has_modules(tree, stem));
     tree.sources()
@@ -15,6 +15,7 @@ pub fn module_files(tree: &SourceTree) -> Vec<RuleViolation> {
         .collect()
 }
 
+/// Whether a folder has modules.
 fn has_modules(tree: &SourceTree, folder: &str) -> bool {
     let folder = format!("{folder}/");
     tree.sources().any(|file| file.path.starts_with(&folder))

@@ -50,7 +50,7 @@ impl RuleViolation {
         Self { rule_name, file: file.to_owned(), line, message }
     }
 
-    /// Part of the tree that the baseline counts in: `crates/<name>`, or the first folder.
+    /// Part of the tree in which the baseline counts violations: `crates/<name>`, or the first folder.
     fn tree_part(&self) -> String {
         let mut folders = self.file.split('/');
         match (folders.next(), folders.next()) {
@@ -61,7 +61,7 @@ impl RuleViolation {
     }
 }
 
-/// Checks the tree. Returns whether no count is above the baseline.
+/// Checks all rules on the tree, and returns whether it passes. Returns whether no count is above the baseline.
 ///
 /// # Errors
 ///

@@ -43,6 +43,7 @@ impl SheetIndex {
 }
 
 impl CitableSheet {
+    /// Sections, rows and labels of the text of a sheet.
     fn from_text(text: &str) -> Self {
         let mut sheet = Self::default();
         let mut open: Vec<String> = Vec::new();
@@ -95,6 +96,7 @@ impl CitableSheet {
     }
 }
 
+/// Whether an item of a list has a letter as its label.
 fn begins_with_letter(line: &str, letter: char) -> bool {
     let line = line.trim_start_matches(['|', '*', '#', '-', ' ']);
     let mut characters = line.chars();

@@ -69,17 +69,19 @@ impl SourceTree {
         self.files.iter().filter(|file| file.extension() == "md")
     }
 
-    /// File at `path`, if there is one.
+    /// File at `path`; `None` where it does not exist.
     pub fn get(&self, path: &str) -> Option<&SourceFile> {
         self.files.iter().find(|file| file.path == path)
     }
 }
 
+/// Reads a text file.
 fn read(root: &Path, path: &str) -> Result<SourceFile, String> {
     let text = fs::read_to_string(root.join(path)).map_err(|error| format!("{path}: {error}"))?;
     Ok(SourceFile { path: path.to_owned(), text })
 }
 
+/// Adds the text files of a folder and its subfolders.
 fn visit(root: &Path, folder: &str, files: &mut Vec<SourceFile>) -> Result<(), String> {
     let entries = fs::read_dir(root.join(folder)).map_err(|error| format!("{folder}: {error}"))?;
     for entry in entries {

@@ -70,7 +70,7 @@ const PROGRAM_TERMS: [&str; 38] = [
     "validate",
 ];
 
-/// Doc comments that begin with one of [`OPENINGS`].
+/// Violations by doc comments that begin with one of [`OPENINGS`].
 pub fn openings(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut findings = Vec::new();
     for file in tree.sources() {
@@ -96,12 +96,13 @@ pub fn openings(tree: &SourceTree) -> Vec<RuleViolation> {
     findings
 }
 
+/// Text of a doc comment; `None` for another line.
 fn doc_comment(line: &str) -> Option<&str> {
     let line = line.trim_start();
     line.strip_prefix("///").or_else(|| line.strip_prefix("//!")).map(str::trim_start)
 }
 
-/// Phrases in comments, messages and pages. Specification sheets and generated pages are left out.
+/// Violations by forbidden phrases in comments, messages and pages. Specification sheets and generated pages are left out.
 pub fn phrases(tree: &SourceTree) -> Vec<RuleViolation> {
     let generated = ["docs/coverage.md", "docs/case-file.md"];
     let is_read = |file: &&SourceFile| {
@@ -129,6 +130,7 @@ fn prose(line: &str) -> String {
     format!("{} {comment}", quoted.join(" "))
 }
 
+/// Whether a text contains a phrase as whole words.
 fn has_words(text: &str, phrase: &str) -> bool {
     let is_letter = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
     let ends_in_letter = is_letter(phrase.chars().last());
@@ -139,7 +141,7 @@ fn has_words(text: &str, phrase: &str) -> bool {
     })
 }
 
-/// Types of the same name in a crate.
+/// Violations by types with the name of another one in their crate.
 pub fn duplicate_types(tree: &SourceTree) -> Vec<RuleViolation> {
     let mut known: BTreeMap<(String, String), String> = BTreeMap::new();
     let mut findings = Vec::new();
@@ -172,7 +174,7 @@ fn declared_type(line: &str) -> Option<&str> {
     rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().filter(|name| !name.is_empty())
 }
 
-/// Files and folders at the root of a crate whose name is neither a term of the glossary nor a plain part.
+/// Violations by files and folders at the root of a crate whose name is no term of the glossary.
 pub fn files(tree: &SourceTree) -> Vec<RuleViolation> {
     let glossary = terms(tree.get("docs/glossary.md").map_or("", |page| &page.text));
     let mut roots: Vec<(String, String)> = tree.sources().filter_map(root_name).collect();

@@ -44,11 +44,13 @@ impl OutcomeCache {
         Ok(Self { folder: root.join("target/validation/kept"), root, program_hash: program })
     }
 
+    /// File of the outcome of a benchmark, in its short or full form.
     fn file(&self, benchmark: &Benchmark, short: bool) -> PathBuf {
         let form = if short { "short" } else { "full" };
         self.folder.join(format!("{}.{form}", benchmark.id.replace('/', ".")))
     }
 
+    /// Hash of a file; `None` where it does not exist.
     fn file_hash(&self, file: &str) -> Option<u64> {
         std::fs::read(self.root.join(Path::new(file))).ok().map(|bytes| content_hash(&bytes))
     }
@@ -70,7 +72,7 @@ impl OutcomeCache {
         })
     }
 
-    /// Stores the entry of a benchmark; a failed one is not stored, so that it runs again.
+    /// Stores the entry of a benchmark. A failed one is not stored, so that it runs again.
     pub fn store(&self, entry: BenchmarkEntry) -> Result<BenchmarkEntry, String> {
         let file = self.file(entry.benchmark, entry.is_short);
         let marks: Option<Vec<(String, u64)>> =

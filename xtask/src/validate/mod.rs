@@ -43,11 +43,11 @@ pub struct ValidateArguments {
     list: bool,
 }
 
-/// Seconds above which the full form of a benchmark is for `--long` only: on two cores the rest stays within ten minutes.
+/// Time (s) above which the full form of a benchmark runs with `--long` only. On two cores the other benchmarks take less than ten minutes.
 const LONG_SECONDS: u32 = 50;
 
 impl ValidateArguments {
-    /// Whether a benchmark is requested: by its own name, by a part of it that is not the name of another one, or with all.
+    /// Whether a benchmark is requested: by its name, by a part of it that is not the name of another one, or because all are.
     fn is_requested(&self, benchmark: &Benchmark) -> bool {
         let asks = |name: &String| match all_benchmarks().find(|other| other.id == name.as_str()) {
             Some(one) => one.id == benchmark.id,
@@ -105,7 +105,7 @@ pub fn run(arguments: &ValidateArguments) -> Result<bool, String> {
     Ok(failed == 0)
 }
 
-/// Benchmark to run.
+/// Benchmark to be run, in its short or full form.
 struct BenchmarkJob {
     benchmark: &'static Benchmark,
     is_short: bool,
@@ -163,11 +163,11 @@ fn all_entries(
     Ok(entries.into_iter().flatten().collect())
 }
 
-/// Number of a benchmark and its entry, or the reason why the entry could not be stored.
+/// Index of a benchmark and its entry, or the reason why the entry could not be stored.
 type JobResult = (usize, Result<BenchmarkEntry, String>);
 
-/// Runs the benchmarks of some numbers, as many at a time as there are cores, the longest first: most are too small for many threads, and
-/// results do not depend on their number. Each is stored when complete, so that an interrupted validation can continue.
+/// Runs benchmarks, as many simultaneously as there are cores, the longest first. Most are too small for many threads, and results do not
+/// depend on their number. Each is stored when complete, so that an interrupted validation can continue.
 fn run_jobs(
     work: &[BenchmarkJob],
     mut order: Vec<usize>,

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::benchmarks::{Criterion, OpenDefect, all_benchmarks};
 
-/// Record of checks that are known to fail, for one cause.
+/// Record of the checks that fail for one known cause.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DefectRecord {

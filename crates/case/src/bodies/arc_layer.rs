@@ -12,6 +12,7 @@ enum GroundSegment {
 }
 
 impl GroundSegment {
+    /// Segment from `from` along a piece of a profile: a straight line, or an arc where the piece has a centre.
     fn new(from: [f64; 2], piece: &ProfilePiece) -> Self {
         let to = piece.to;
         match piece.centre {
@@ -34,6 +35,7 @@ impl GroundSegment {
         }
     }
 
+    /// Arc length of the segment (m).
     fn length(&self) -> f64 {
         match self {
             Self::Straight { length, .. } => *length,
@@ -66,7 +68,8 @@ impl GroundSegment {
     }
 }
 
-/// Pieces of the ground line of an obstacle, and the horizontal distance from its start to its end (m), negative from right to left.
+/// Segments of the ground line of an obstacle, and the horizontal distance from its start to its end (m), negative where the line runs from
+/// right to left.
 ///
 /// # Errors
 /// Key of the layer and a description of the error, for other shapes.

@@ -7,7 +7,7 @@ use colluvium_constitutive::{BLOCK_SIZE, InitialCondition, Material, StateBlock,
 use crate::solver::reset_error;
 use crate::{Case, CaseError, Field, FieldData, PointList, spatial};
 
-/// Material law of a body with its initial stresses and states.
+/// State of the material law of a body at its points before the first step.
 pub struct InitialLawState {
     /// Material law.
     pub material: Arc<dyn Material>,
@@ -71,7 +71,7 @@ pub struct LawPoints<'a> {
 pub type LawRefusal = (usize, String);
 
 impl LawPoints<'_> {
-    /// Array of `width` numbers per point, point after point, which `values` computes block by block.
+    /// Computes `width` numbers for each point, in the order of the points. `values` computes them for a block of points of the law.
     pub fn law_values(
         &self,
         width: usize,
@@ -103,8 +103,8 @@ impl LawPoints<'_> {
         })
     }
 
-    /// Stresses and states of a new start of the law from the present stresses, at the densities (kg/m³) that `density` gives by the index
-    /// of a point.
+    /// Restarts the law from the current stresses, and returns the stresses and initial states of the points. `density` gives the density
+    /// (kg/m³) of a point by its index.
     ///
     /// # Errors
     /// The first point at which the law cannot start.
@@ -120,8 +120,8 @@ impl LawPoints<'_> {
     }
 }
 
-/// Scalar output fields of the laws of `bodies` at the points of `order`, each given by the number of its body and its index there; NaN
-/// where the law of a point has no such scalar.
+/// Scalar output fields of the laws at the points of `order`, each given by the index of its body and its index in the body. NaN where the
+/// law of a point has no such output.
 pub fn law_fields(bodies: &[LawPoints<'_>], order: &[(usize, usize)]) -> Vec<Field> {
     let names: Vec<&[&'static str]> = bodies.iter().map(|body| body.material.output_names()).collect();
     let table = |(body, names): (&LawPoints<'_>, &&[&'static str])| {

@@ -10,7 +10,7 @@ use crate::description::RasterCellSelection;
 /// Largest number of raster values in a message.
 const MAX_LISTED_VALUES: usize = 12;
 
-/// Region in plan.
+/// Region in plan: a shape, an outline, or cells of a raster.
 #[derive(Clone, Debug)]
 pub enum PlanRegion {
     /// Shape in plan coordinates.
@@ -54,7 +54,7 @@ impl RasterCells {
         }
     }
 
-    /// Whether a position in plan (m) lies in one of the cells; on a common edge the cell with the larger coordinate counts.
+    /// Whether a position in plan (m) lies in one of the cells. A position on a common edge belongs to the cell with the larger coordinate.
     #[inline]
     fn contain(&self, place: [f64; 2]) -> bool {
         let [x, y] = std::array::from_fn(|c| (place[c] - self.low[c]) / self.spacing[c]);
@@ -76,7 +76,7 @@ impl RasterCells {
 }
 
 impl Case {
-    /// Region in plan of a shape with coordinates from `domain.origin`, of the outline of a file, or of cells of a raster.
+    /// Region in plan of a definition, which is a shape, an outline in a file, or cells of a raster.
     ///
     /// # Errors
     /// The key `shape`, `outline` or `raster` with the path below it, and a description: none or several keys are given; a shape that is
@@ -124,7 +124,7 @@ impl Case {
         }
     }
 
-    /// Cells of a raster file with its value; the key below that of the raster and a description as the error.
+    /// Cells of a raster file with the selected value. The error is the key below that of the raster, with a description.
     fn cells_of(&self, of: &RasterCellSelection) -> Result<RasterCells, (&'static str, String)> {
         let RasterCellSelection { file, value } = of;
         // A class is selected by its number; the selection of any number needs a declared no-data value.
@@ -151,15 +151,14 @@ impl Case {
         Ok(cells)
     }
 
-    /// Error text for a part of space or of the plan between corners with coordinates from `domain.origin` (m) that lies outside the
-    /// domain; `None` where they overlap.
+    /// Error text for a box (m, relative to `domain.origin`) outside the domain; `None` where they overlap.
     pub fn outside_domain_problem(&self, low: &[f64], high: &[f64]) -> Option<String> {
         let apart = self.outside_extent(low, high, true)?;
         Some(format!("lies outside the domain: it reaches {apart}"))
     }
 
-    /// Text with the extents of a box and of the domain along the first axis along which the box lies outside the domain; with `touches`, a
-    /// box that only touches the domain is outside.
+    /// Text with the extents of a box and of the domain along the first axis along which the box lies outside. With `touches`, a box that
+    /// only touches the domain counts as outside.
     pub(crate) fn outside_extent(&self, low: &[f64], high: &[f64], touches: bool) -> Option<String> {
         let (origin, domain) = (self.origin(), &self.domain);
         let c = (0..low.len()).find(|&c| {
@@ -172,7 +171,7 @@ impl Case {
     }
 }
 
-/// Text with the values of a raster.
+/// Text of the first values of a raster, for a message.
 fn values_text(raster: &Raster) -> String {
     let mut values: Vec<f64> = raster.values.iter().copied().filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);

@@ -6,7 +6,7 @@ use crate::description::{Body, PointFile, Space};
 use crate::{Case, CaseError};
 
 impl Case {
-    /// Approximate number of points `spacing` (m) apart in each body; for a file of points, their number.
+    /// Approximate number of points in each body at a spacing (m). For a body with a file of points, their number in the file.
     pub fn point_counts(&self, spacing: f64) -> Vec<f64> {
         let dimension = self.dimension();
         let filled = |body: &Body| body.shape.volume(dimension, false) / spacing.powi(dimension as i32);
@@ -36,8 +36,8 @@ impl Case {
         samples.map_err(|error| CaseError::new(format!("bodies[{number}].{key}"), error.to_string()))
     }
 
-    /// Random points with equal areas whose sum gives the volume of the shape. In axisymmetry, this prevents that the scatter of their
-    /// radii becomes a scatter of the mass.
+    /// Random points in the plane whose areas are equal, and sum up to the volume of the axisymmetric shape. In axisymmetry, this prevents
+    /// that the scatter of their radii becomes a scatter of the mass.
     fn weighted_by_radius<const D: usize>(
         &self,
         shape: &Shape,

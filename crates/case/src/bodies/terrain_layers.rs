@@ -62,7 +62,7 @@ impl Case {
         Outline::new(read.polygons().iter().map(|rings| rings.iter().map(ring).collect()).collect())
     }
 
-    /// Features of the outline in a file, with the thickness (m) of each under an attribute.
+    /// Features of the outline in a file, each with the thickness (m) that the attribute gives it.
     fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<OutlineFeature>, String> {
         let read = colluvium_terrain::read_features(Path::new(file), attribute);
         let read = read.map_err(|error| error.to_string())?;
@@ -72,7 +72,7 @@ impl Case {
         read.iter().map(shifted).collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
     }
 
-    /// Warns of overlapping features with thicknesses of their own.
+    /// Warns of overlapping features of an outline with different thicknesses.
     pub(crate) fn warn_of_overlaps(&self, warnings: &mut Vec<String>) {
         for (number, body) in self.bodies.iter().enumerate() {
             for (path, layer) in body.shape.clone().layers_mut(format!("bodies[{number}].shape")) {
@@ -117,6 +117,7 @@ impl Case {
         Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
     }
 
+    /// Reports an error where a terrain layer is the shape of anything other than a body.
     fn reject_misplaced_layers(&mut self) -> Result<(), CaseError> {
         let patches = self.patches.iter_mut().enumerate();
         let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
@@ -202,6 +203,7 @@ impl Case {
     }
 }
 
+/// Position in plan relative to the origin of the domain (m).
 fn shift(x: [f64; 2], origin: &[f64; 3]) -> [f64; 2] {
     std::array::from_fn(|c| relative_to_origin(x[c], origin[c]))
 }

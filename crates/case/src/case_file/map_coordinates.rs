@@ -11,16 +11,19 @@ use crate::files::decimal_sum::decimal_sum;
 use crate::validate::MAX_DISTANCE_RATIO;
 use crate::{Case, CaseError, Snapshot};
 
-/// Largest distance of the map's origin from zero, over the size of the domain: map coordinates then have at least 22 binary digits for
-/// positions in the domain.
+/// Largest distance of the origin of the map from zero, over the size of the domain. Map coordinates within it have at least 22 binary
+/// digits for positions in the domain.
 const MAX_ORIGIN_RATIO: f64 = 1e9;
 
+/// Function that is called with the axis of each coordinate of a case and with the coordinate (m).
 type CoordinateVisitor<'a> = dyn FnMut(usize, &mut f64) + 'a;
 
+/// Calls `visit` for the coordinates of a position.
 fn visit_position(values: &mut [f64], visit: &mut CoordinateVisitor<'_>) {
     values.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
 }
 
+/// Calls `visit` for the coordinates of a shape.
 fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
     match of {
         Shape::Box { min, max } | Shape::Microstructure { min, max, .. } => {
@@ -44,7 +47,8 @@ fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {
     }
 }
 
-/// Coordinates in files are map coordinates too and are converted when the files are read.
+/// Calls `visit` for the coordinates of an obstacle. Coordinates in its files are map coordinates too and are converted when the files are
+/// read.
 fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
     match of {
         ObstacleShape::Plane { point, .. } => visit_position(point, visit),
@@ -84,6 +88,7 @@ fn visit_obstacle(of: &mut ObstacleShape, visit: &mut CoordinateVisitor<'_>) {
     }
 }
 
+/// Calls `visit` for the coordinates of a velocity field.
 fn visit_velocity(of: &mut Velocity, visit: &mut CoordinateVisitor<'_>) {
     match of {
         Velocity::Linear { origin, .. } => visit_position(origin, visit),
@@ -92,6 +97,7 @@ fn visit_velocity(of: &mut Velocity, visit: &mut CoordinateVisitor<'_>) {
     }
 }
 
+/// Calls `visit` for the coordinates of a body: of its shape and velocity, and of the surfaces of its stress and pore pressure.
 fn visit_body(of: &mut Body, vertical: Option<usize>, visit: &mut CoordinateVisitor<'_>) {
     visit_shape(&mut of.shape, visit);
     visit_velocity(&mut of.velocity, visit);
@@ -193,6 +199,7 @@ impl Case {
         self.shift(1);
     }
 
+    /// Adds the origin of the domain to all coordinates, or subtracts it where `sign` is negative.
     fn shift(&mut self, sign: i128) {
         if self.domain.origin.is_empty() {
             return;

@@ -18,7 +18,7 @@ use crate::files::json;
 use crate::{Case, CaseError, CaseErrors, validate};
 
 impl Case {
-    /// Reads and checks a case.
+    /// Reads a case from JSON text and checks it.
     ///
     /// # Errors
     /// All errors, each with its JSON path.
@@ -30,7 +30,7 @@ impl Case {
         case.with_layers()
     }
 
-    /// Checks all rules beyond the schema: for cases that are built in code.
+    /// Checks the rules of a case that its schema does not contain. Cases that are built in code need this check.
     ///
     /// # Errors
     /// All errors, each with its JSON path.
@@ -143,7 +143,7 @@ impl Case {
         self.fingerprint_with(&self.file_checksums())
     }
 
-    /// Fingerprint with given checksums of the files that the case names, which are not read again.
+    /// Fingerprint of the case, with known checksums of the files that the case names.
     pub(crate) fn fingerprint_with(&self, marks: &BTreeMap<String, String>) -> u64 {
         let mut case = self.clone();
         case.schema = None;

@@ -51,6 +51,7 @@ pub struct Body {
     pub remove_outside: bool,
 }
 
+/// Whether a number is zero, its default, so that a written case leaves it out.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
 fn is_zero(value: &u64) -> bool {
     *value == 0

@@ -26,6 +26,7 @@ pub struct Formula {
     axes: Vec<usize>,
 }
 
+/// Parsed expression of the formula.
 type Expression = FlatEx<f64, FloatOpsFactory<f64>, JsonNumbers>;
 
 /// Number format of JSON, `2.5e-3`: the parser's own has no exponents.
@@ -68,6 +69,7 @@ impl Formula {
         Self::from_source(FormulaSource::Text(text.to_owned()))
     }
 
+    /// Parses a formula; the error says why a text is not one.
     fn from_source(text: FormulaSource) -> Result<Self, String> {
         let words = match &text {
             FormulaSource::Number(value) => Cow::Owned(format!("({value:e})")),

@@ -258,6 +258,7 @@ impl ObstacleShape {
     }
 }
 
+/// Whether a number is zero, its default, so that a written case leaves it out.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0

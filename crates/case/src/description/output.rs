@@ -104,6 +104,7 @@ pub struct Rasters {
     pub mapped_outline: Option<String>,
 }
 
+/// Default threshold of a measure: 0.05.
 const fn default_threshold() -> f64 {
     0.05
 }
@@ -147,6 +148,7 @@ pub struct BreakageCriterion {
     pub max: f64,
 }
 
+/// Default damage at which a point counts as broken: 0.5.
 const fn default_damage() -> f64 {
     0.5
 }

@@ -67,6 +67,7 @@ pub enum PorePressure {
     },
 }
 
+/// Default density of the pore fluid: that of water (kg/m³).
 fn water_density() -> f64 {
     1000.0
 }
@@ -74,6 +75,7 @@ fn water_density() -> f64 {
 fn water_bulk_modulus() -> f64 {
     2.15e9
 }
+/// Default viscosity of the pore fluid: that of water (Pa s).
 fn water_viscosity() -> f64 {
     1e-3
 }

@@ -138,6 +138,7 @@ pub fn spatial(vector: &[f64]) -> [f64; 3] {
 
 /// First mode shape of a cantilever at the share `x` of its length; the root is that of `cos kL cosh kL = -1`.
 fn cantilever_mode(x: f64) -> f64 {
+    /// First root of the frequency equation of a cantilever, cos x cosh x = -1.
     const ROOT: f64 = 1.875_104_068_711_961_3;
     let (k, kx) = (ROOT, ROOT * x);
     (k.cos() + k.cosh()) * (kx.cosh() - kx.cos()) + (k.sin() - k.sinh()) * (kx.sinh() - kx.sin())

@@ -122,6 +122,7 @@ impl SweptRegion<'_> {
         (0..D).all(within) && (0..=self.samples).any(|look| self.covers_at(look, place))
     }
 
+    /// Whether the moving shape contains a position at the sample time number `look`.
     fn covers_at<const D: usize>(&self, look: usize, place: &[f64; D]) -> bool {
         let moved = self.start_time + (self.end_time - self.start_time) * look as f64 / self.samples as f64;
         let back: [f64; D] = std::array::from_fn(|axis| place[axis] - self.shape.velocity[axis] * moved);

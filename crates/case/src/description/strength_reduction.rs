@@ -22,7 +22,7 @@ pub struct Weakening {
     pub materials: Option<Vec<String>>,
 }
 
-/// Sets the return of an initial stress outside the yield surface to it, also in wrapped materials.
+/// Sets that an initial stress outside the yield surface is returned to it, also in wrapped materials.
 fn set_return_to_yield(material: &mut MaterialSpec) {
     match material {
         MaterialSpec::DruckerPrager(spec) => spec.return_initial_stress_to_yield = true,
@@ -76,10 +76,12 @@ pub struct FactorOfSafety {
 /// Local damping with about the fastest decay of elastic vibrations (Cundall 1987).
 const STRONG_DAMPING: f64 = 0.8;
 
+/// Default damping of the trials of a search for the factor of safety.
 fn strong_damping() -> f64 {
     STRONG_DAMPING
 }
 
+/// Default range of the factors of safety that a search considers.
 fn range() -> [f64; 2] {
     [0.5, 3.0]
 }
@@ -90,8 +92,8 @@ fn default_tolerance() -> f64 {
 }
 
 impl FactorOfSafety {
-    /// Case of a trial of at most `duration` (s) with strength divided by `factor`: the stages up to the state at rest, and one more with
-    /// the weakened materials.
+    /// Case of a trial of at most `duration` (s), with the strength divided by `factor`. Its stages are those up to the state at rest, and
+    /// one more with the reduced strength.
     pub fn trial(&self, case: &Case, name: &str, factor: f64, duration: f64) -> Case {
         let mut case = case.clone();
         let rest = case.stages.iter().position(|stage| stage.name == self.after).map_or(0, |n| n + 1);
@@ -116,8 +118,8 @@ impl FactorOfSafety {
         case
     }
 
-    /// Case in which half of the weight is removed from bodies that do not yield, for at most `duration` (s): like
-    /// [`FactorOfSafety::trial`], with the smallest factor of the range and strong damping.
+    /// Case in which half of the weight is removed from bodies that do not yield, for at most `duration` (s). It differs from
+    /// [`FactorOfSafety::trial`] by the smallest factor of the range and strong damping.
     pub fn unloading(&self, case: &Case, name: &str, duration: f64) -> Case {
         let mut case = self.trial(case, name, self.range[0].min(1.0), duration);
         case.gravity.iter_mut().for_each(|g| *g *= 0.5);
@@ -149,6 +151,7 @@ impl Case {
         self.weakening(number).map_or(Ok(self.clone()), |weakening| self.with_strength(weakening, &path))
     }
 
+    /// Case whose materials have the strength reduced by `weakening`; `path` is that of the reduction, for errors.
     fn with_strength(&self, weakening: &Weakening, path: &str) -> Result<Self, CaseError> {
         let mut case = self.clone();
         let reduction =

@@ -169,7 +169,7 @@ impl Load {
         !matches!(self, Self::Traction { .. })
     }
 
-    /// Carrier of the load: points, if it follows the surface.
+    /// Carrier of the load: points for a load that follows the surface.
     pub fn applied_to(&self) -> LoadTarget {
         match self {
             Self::Traction { applied_to: carrier, .. } | Self::PorePressure { applied_to: carrier, .. } => {
@@ -221,7 +221,7 @@ pub struct LoadProfile {
 }
 
 impl LoadProfile {
-    /// Share of the load at a position (m); on a jump the value above.
+    /// Share of the load at a position (m). At a jump of the profile it is the value above.
     fn factor_at(&self, place: &[f64]) -> f64 {
         let Some(&x) = place.get(self.axis.number()) else { return 1.0 };
         piecewise_linear::value_at(&self.shares, |[at, _]| *at, |number| self.shares[number][1], x)
@@ -242,6 +242,7 @@ pub enum LoadTarget {
 }
 
 impl LoadTarget {
+    /// Whether the load acts on material points, its default.
     fn is_points(&self) -> bool {
         *self == Self::Points
     }
@@ -259,6 +260,7 @@ pub enum RampShape {
 }
 
 impl RampShape {
+    /// Whether the ramp is linear, its default.
     fn is_linear(&self) -> bool {
         *self == Self::Linear
     }

@@ -22,6 +22,7 @@ impl Default for RequiredInput {
     }
 }
 
+/// Answer of a method to a feature of a case.
 #[derive(Clone, Debug)]
 enum Capability {
     Supported,
@@ -29,8 +30,8 @@ enum Capability {
     Rejected(String),
 }
 
-/// Capabilities of a method: it supports a feature, ignores it with a warning, or rejects it with a reason. Features without a rule are
-/// rejected.
+/// Answers of a method to the features of cases: it supports a feature, ignores it with a warning, or rejects it with a reason. Features
+/// without a rule are rejected.
 ///
 /// A pattern is the name of a feature, or the start of names followed by `*`: `bodies.shape*` matches every shape with all its keys. Of
 /// several matching patterns a whole name has priority over a start, then the longest pattern, then the last one.
@@ -88,8 +89,8 @@ impl Capabilities {
             .rejects("output.contacts", "contacts of grains are available with dem only")
     }
 
-    /// Capabilities of a method with moving points of bodies in one, two and three dimensions: shapes, points from files, initial fields,
-    /// materials and their weakening, removal and reset in stages, and the measures of points.
+    /// Capabilities common to methods with moving points in one, two and three dimensions. They include shapes, points from files, initial
+    /// fields, materials, removal and reset in stages, and measures of points.
     #[must_use]
     pub fn for_point_methods(method: impl Into<Cow<'static, str>>) -> Self {
         Self::new(method).supports(&HANDLED_BY_POINT_METHODS)
@@ -115,26 +116,27 @@ impl Capabilities {
         self
     }
 
-    /// Ignores matching features with a warning; the note describes the behaviour of the method instead.
+    /// Adds a rule by which matching features are ignored with a warning. `note` describes the behaviour of the method instead.
     #[must_use]
     pub fn ignores_with_warning(mut self, pattern: &'static str, note: impl Into<String>) -> Self {
         self.rules.push((Cow::Borrowed(pattern), Capability::IgnoredWithWarning(note.into())));
         self
     }
 
-    /// Rejects matching features for a reason that names an alternative.
+    /// Adds a rule by which matching features are rejected. `reason` names an alternative.
     #[must_use]
     pub fn rejects(mut self, pattern: &'static str, reason: impl Into<String>) -> Self {
         self.rules.push((Cow::Borrowed(pattern), Capability::Rejected(reason.into())));
         self
     }
 
-    /// Rejects matching features like [`Capabilities::rejects`], if `holds`.
+    /// Adds the rule of [`Capabilities::rejects`] if `holds`.
     #[must_use]
     pub fn rejects_if(self, holds: bool, pattern: &'static str, reason: impl Into<String>) -> Self {
         if holds { self.rejects(pattern, reason) } else { self }
     }
 
+    /// Returns the answer of the most specific rule that matches a feature; of equally specific rules the last one.
     fn capability(&self, name: &str) -> Option<&Capability> {
         let found =
             self.rules.iter().filter_map(|(pattern, answer)| Some((match_pattern(pattern, name)?, answer)));
@@ -177,6 +179,7 @@ impl Capabilities {
         Ok(notes)
     }
 
+    /// Reports an error where the case lacks an input that the method requires: bodies, materials or gravity.
     fn check_needs(&self, case: &Case) -> Result<(), CaseError> {
         let lacks = |path: &str, what: &str| {
             Err(CaseError::new(path, format!("{what}, but {} needs it", self.method)))
@@ -194,7 +197,8 @@ impl Capabilities {
     }
 }
 
-/// Quality of the match of a pattern with a name: whether it is the whole name, and its length; `None` without a match.
+/// Quality of the match of a pattern with a name: whether the pattern is the whole name, and the length of the pattern. `None` without a
+/// match.
 fn match_pattern(pattern: &str, name: &str) -> Option<(bool, usize)> {
     match pattern.strip_suffix('*') {
         Some(beginning) => name.starts_with(beginning).then_some((false, beginning.len())),

@@ -16,15 +16,16 @@ pub struct RequestedFeature {
     pub path: String,
 }
 
-/// Keys that are no features: descriptions of the case, and options of methods, which the methods check themselves.
+/// Keys that no method needs to support: descriptions of the case, and options of methods, which the methods check themselves.
 const METHOD_INDEPENDENT_KEYS: [&str; 4] = ["$schema", "title", "notes", "methods"];
 
-/// Keys with the variant of an object.
+/// Keys whose values name the variant of an object.
 const TAGS: [&str; 2] = ["kind", "model"];
 
-/// Key of entries whose contents are no features: the material law is the feature, and checks its parameters itself.
+/// Key of the materials: the material law is the feature, and checks its parameters itself.
 const OPAQUE_KEY: &str = "materials";
 
+/// JSON Schema of a case file.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Case).to_value());
 
 impl Case {
@@ -46,7 +47,7 @@ impl Case {
     }
 }
 
-/// Position of a walk through the case.
+/// Name and JSON path of a place in a case, while its features are collected.
 #[derive(Clone, Default)]
 struct FeaturePath {
     name: String,
@@ -54,24 +55,28 @@ struct FeaturePath {
 }
 
 impl FeaturePath {
+    /// Path of a key of the object at this path.
     fn child(&self, key: &str) -> Self {
         let join = |to: &str| if to.is_empty() { key.to_owned() } else { format!("{to}.{key}") };
         Self { name: join(&self.name), path: join(&self.path) }
     }
 
+    /// Path of an entry of the list at this path.
     fn item(&self, number: usize) -> Self {
         Self { name: self.name.clone(), path: format!("{}[{number}]", self.path) }
     }
 
-    /// Position of an entry of a table by name.
+    /// Path of an entry of a table with names as keys.
     fn entry(&self, name: &str) -> Self {
         Self { name: self.name.clone(), path: format!("{}.{name}", self.path) }
     }
 
+    /// Path of a variant of the value at this path.
     fn variant(&self, variant: &str) -> Self {
         Self { name: format!("{}={variant}", self.name), path: self.path.clone() }
     }
 
+    /// Feature with the name and the JSON path of this path.
     fn feature(&self) -> RequestedFeature {
         RequestedFeature { name: self.name.clone(), path: self.path.clone() }
     }
@@ -102,6 +107,7 @@ fn names_of(schema: &Value) -> impl Iterator<Item = &str> {
     schema["enum"].as_array().into_iter().flatten().filter_map(Value::as_str)
 }
 
+/// Calls `found` for every feature in a value of a case, by the schema of the value.
 fn walk_value(schema: &Value, value: &Value, place: &FeaturePath, found: &mut dyn FnMut(&FeaturePath)) {
     let schema = resolved(schema);
     let alternatives = alternatives(schema);
@@ -127,7 +133,7 @@ fn walk_value(schema: &Value, value: &Value, place: &FeaturePath, found: &mut dy
     }
 }
 
-/// Walks through the alternative of `value`, with its contents.
+/// Calls `found` for the features in the alternative of `value`.
 fn walk_alternative(
     alternatives: &[Value],
     value: &Value,
@@ -161,6 +167,7 @@ fn walk_alternative(
     }
 }
 
+/// Calls `found` for every feature in an object of a case.
 fn walk_object(
     schema: &Value,
     object: &Map<String, Value>,
@@ -183,10 +190,12 @@ fn walk_object(
     }
 }
 
+/// Whether a key is a feature that a method must support: tags and keys without effect on methods are not.
 fn is_looked_at(place: &FeaturePath, key: &str) -> bool {
     !(TAGS.contains(&key) || place.name.is_empty() && METHOD_INDEPENDENT_KEYS.contains(&key))
 }
 
+/// Whether a schema requires a key.
 fn is_required(schema: &Value, key: &str) -> bool {
     schema["required"].as_array().is_some_and(|required| required.iter().any(|name| name == key))
 }
@@ -202,6 +211,7 @@ fn is_default(property: &Value, value: &Value) -> bool {
     empty || property.get("default").is_some_and(|default| default == value)
 }
 
+/// Adds the names of all features that a schema allows.
 fn walk_schema<'a>(
     schema: &'a Value,
     place: &FeaturePath,
@@ -242,6 +252,7 @@ fn walk_schema<'a>(
     }
 }
 
+/// Adds the names of all features that the properties of an object schema allow.
 fn walk_properties<'a>(
     schema: &'a Value,
     place: &FeaturePath,

@@ -26,21 +26,21 @@ impl Default for FileChecksum {
 impl FileChecksum {
     /// Computes the checksum of bytes.
     pub fn of_bytes(bytes: &[u8]) -> Self {
-        let mut seal = Self::default();
-        seal.add(bytes);
-        seal
+        let mut checksum = Self::default();
+        checksum.add(bytes);
+        checksum
     }
 
-    /// Computes the checksum of a file, or of its first `length` bytes; of the whole file if it is shorter.
+    /// Computes the checksum of a file, or of its first `length` bytes.
     ///
     /// # Errors
     /// When the file cannot be read.
     pub fn of_file(path: &Path, length: Option<u64>) -> Result<Self, OutputError> {
-        let mut sealed = ChecksumWriter { writer: io::sink(), checksum: Self::default() };
+        let mut writer = ChecksumWriter { writer: io::sink(), checksum: Self::default() };
         File::open(path)
-            .and_then(|file| io::copy(&mut file.take(length.unwrap_or(u64::MAX)), &mut sealed))
+            .and_then(|file| io::copy(&mut file.take(length.unwrap_or(u64::MAX)), &mut writer))
             .map_err(|error| OutputError::new(path, error))?;
-        Ok(sealed.checksum)
+        Ok(writer.checksum)
     }
 
     /// Adds bytes to the checksum.

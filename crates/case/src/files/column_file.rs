@@ -20,7 +20,7 @@ pub struct ColumnRow {
     pub cells: csv::StringRecord,
 }
 
-/// Name and unit in the head of a column: the unit is in brackets, as in `t (h)`, after a slash, as in `t/h`, after “in” or a blank.
+/// Name and unit in the heading of a column. The unit is in brackets (`t (h)`), after a slash (`t/h`), after “in”, or after a blank.
 fn name_and_unit(head: &str) -> (&str, Option<&str>) {
     if let Some(at) = head.find(['(', '[']) {
         let unit = head[at + 1..].trim_end().trim_end_matches([')', ']']);
@@ -31,6 +31,7 @@ fn name_and_unit(head: &str) -> (&str, Option<&str>) {
     parted.map_or((head.trim(), None), |(name, unit)| (name.trim(), Some(unit.trim())))
 }
 
+/// Whether a line has no data: it is empty or begins with `#`.
 fn is_comment(line: &str) -> bool {
     line.starts_with('#') || line.trim().is_empty()
 }
@@ -54,6 +55,7 @@ impl ColumnFile {
         Self::from_text(text)
     }
 
+    /// Reads a text, and determines its separator and whether its first line has headings.
     fn from_text(mut text: String) -> Result<Self, String> {
         let Some(mut first) = text.lines().find(|line| !is_comment(line)).map(str::to_owned) else {
             return Ok(Self { text, separator: b',', heads: None });
@@ -116,6 +118,7 @@ impl ColumnFile {
         self.heads.as_deref()
     }
 
+    /// CSV reader of the text.
     fn reader(&self) -> csv::Reader<&[u8]> {
         csv::ReaderBuilder::new()
             .comment(Some(b'#'))
@@ -141,7 +144,7 @@ impl ColumnFile {
         number(cell, self.separator).filter(|value| value.is_finite())
     }
 
-    /// Line number of the record at a position, which is that of the preceding comments and empty lines.
+    /// Line number of a record. `at` is the position of the comments and empty lines before it.
     fn line(&self, at: &csv::Position) -> u64 {
         let rest = self.text.get(at.byte() as usize..).unwrap_or_default();
         let passed = |line: &&str| line.starts_with('#') || line.trim_end_matches(['\r', '\n']).is_empty();
@@ -159,7 +162,7 @@ impl ColumnFile {
         format!("line {line}: has {len} values, the {first} has {expected_len} columns{cure}")
     }
 
-    /// Advice for the case that `found` columns instead of `wanted` may result from decimal commas.
+    /// Advice for a row with `found` columns instead of `wanted`, where decimal commas may be the reason.
     fn decimal_comma_advice(&self, found: u64, wanted: u64) -> &'static str {
         if self.separator == b',' && found > wanted {
             "; with decimal commas separate the columns by semicolons"
@@ -189,7 +192,7 @@ impl ColumnFile {
     }
 }
 
-/// Factor of the unit of a quantity after an underscore in a name, as in `t_h`, `Q_l_s`, `q_ls` or `discharge_m3s`, if there is one.
+/// Factor to SI units of a unit after an underscore in a name, as in `t_h`, `Q_l_s`, `q_ls` or `discharge_m3s`; `None` without such a unit.
 fn unit_after_underscore(name: &str, quantity: Quantity) -> Option<f64> {
     let (_, first) = name.split_once('_')?;
     let (_, last) = name.rsplit_once('_')?;
@@ -202,7 +205,7 @@ fn unit_after_underscore(name: &str, quantity: Quantity) -> Option<f64> {
         .or_else(|| known(last))
 }
 
-/// Index of the quantity of a column with this head, by the words in its name or by its unit; `None` where it is ambiguous.
+/// Index of the quantity of a column, by the words in its heading or by its unit. `None` where it is ambiguous.
 fn matching_quantity(head: &str, of: &[(Quantity, &[&str]); 2]) -> Option<usize> {
     let (name, unit) = name_and_unit(head);
     let name = name.to_lowercase();

@@ -11,7 +11,7 @@ fn digits(x: f64) -> Option<(i128, i32)> {
     Some((digits.replace('.', "").parse().ok()?, power.parse::<i32>().ok()? - decimals))
 }
 
-/// Sum or, with a `sign` of minus one, difference of two numbers as decimals; with round-off where their exponents differ too much.
+/// Sum of two decimal numbers, or their difference for a `sign` of -1, without binary round-off where their exponents differ little.
 pub(crate) fn decimal_sum(x: f64, by: f64, sign: i128) -> f64 {
     let rounded = x + sign as f64 * by;
     if by == 0.0 || x == 0.0 || !rounded.is_finite() {

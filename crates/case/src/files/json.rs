@@ -23,7 +23,7 @@ const RENAMED_KEYS: [(&str, &str); 7] = [
 /// Choices of earlier versions and their present names.
 const RENAMED_CHOICES: [(&str, &str); 1] = [("other", "external")];
 
-/// Reads a `T` from JSON text.
+/// Reads a value of type `T` from JSON text.
 ///
 /// # Errors
 /// All deviations from the type's schema: syntax (with line and column), duplicate and unknown keys (with the likely intended one), missing
@@ -33,7 +33,7 @@ pub fn read<T: DeserializeOwned + JsonSchema>(text: &str) -> Result<T, CaseError
     from_value(&value, "")
 }
 
-/// Reads a `T` from a JSON file of a user.
+/// Reads a value of type `T` from a JSON file of a user.
 ///
 /// # Errors
 /// See [`read`], syntax with the file as well; when the file cannot be read.
@@ -41,7 +41,7 @@ pub fn read_file<T: DeserializeOwned + JsonSchema>(file: &Path) -> Result<T, Cas
     from_value(&value(file)?, "")
 }
 
-/// Reads a `T` from a JSON value with the path `path` in its file.
+/// Reads a value of type `T` from a JSON value with the path `path` in its file.
 ///
 /// # Errors
 /// See [`read`], except for syntax.
@@ -109,6 +109,7 @@ pub fn parse(text: &str) -> Result<Value, CaseError> {
     })
 }
 
+/// JSON reader that rejects an object with a repeated key.
 struct StrictJson;
 
 impl<'de> DeserializeSeed<'de> for StrictJson {
@@ -183,11 +184,11 @@ impl<'a> Checker<'a> {
         self.errors.push(CaseError::new(path, problem));
     }
 
+    /// Definition to which a schema refers by `$ref`.
     fn resolve(&self, schema: &'a Value) -> Option<&'a Value> {
         let name = schema.get("$ref")?.as_str()?.strip_prefix("#/$defs/")?;
         self.root.get("$defs")?.get(name)
     }
-
     fn check(&mut self, schema: &'a Value, value: &Value, path: &str) {
         let variants = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array);
         if let Some(variants) = variants {
@@ -218,6 +219,7 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// Checks a value against alternative schemas (`oneOf`, `anyOf`).
     fn check_variants(&mut self, variants: &'a [Value], value: &Value, path: &str) {
         // An optional value: the schema, or null.
         let is_null = |v: &&Value| v.get("type").and_then(Value::as_str) == Some("null");
@@ -272,6 +274,7 @@ impl<'a> Checker<'a> {
         variants.into_iter().flatten().for_each(|variant| self.collect_untagged(variant, words, number));
     }
 
+    /// Checks an object against the alternative whose constant the value of the key `tag` is.
     fn check_tagged(&mut self, tag: &str, variants: &'a [Value], value: &Value, path: &str) {
         let Value::Object(map) = value else {
             self.report(path, format!("{} is not an object with a key {tag:?}", type_name(value)));
@@ -305,7 +308,6 @@ impl<'a> Checker<'a> {
             None => self.check_choice(&names, &Value::from(key.as_str()), path),
         }
     }
-
     fn check_choice(&mut self, choices: &[Value], value: &Value, path: &str) {
         if choices.contains(value) {
             return;
@@ -320,6 +322,7 @@ impl<'a> Checker<'a> {
         self.report(path, format!("{} is not one of {}{hint}", type_name(value), list(choices)));
     }
 
+    /// Whether a value has a type that its schema allows; reports it otherwise.
     fn check_type(&mut self, schema: &Value, value: &Value, path: &str) -> bool {
         let types: Vec<&str> = match schema.get("type") {
             Some(Value::String(name)) => vec![name],
@@ -350,7 +353,6 @@ impl<'a> Checker<'a> {
         }
         true
     }
-
     fn check_array(&mut self, schema: &'a Value, items: &[Value], path: &str) {
         let bound = |key: &str| schema.get(key).and_then(Value::as_u64).map(|n| n as usize);
         let (smallest, largest) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
@@ -366,7 +368,6 @@ impl<'a> Checker<'a> {
             }
         }
     }
-
     fn keys(&self, schema: &'a Value) -> ObjectKeys<'a> {
         let mut keys = ObjectKeys { properties: Vec::new(), required_keys: Vec::new(), additional: None };
         let mut closed = false;
@@ -389,6 +390,7 @@ impl<'a> Checker<'a> {
         keys
     }
 
+    /// Reports missing and unknown keys of an object, and checks the values of the others.
     fn check_object(&mut self, schema: &'a Value, map: &Map<String, Value>, path: &str) {
         let keys = self.keys(schema);
         for key in &keys.required_keys {
@@ -409,6 +411,7 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// Reports an unknown key, with its new name where it was renamed and otherwise with the nearest known key.
     fn unknown_key(&mut self, key: &str, keys: &ObjectKeys<'_>, path: &str) {
         let names: Vec<&str> = keys.properties.iter().map(|(name, _)| *name).collect();
         let renamed = RENAMED_KEYS.iter().find(|(old, new)| *old == key && names.contains(new));
@@ -433,13 +436,11 @@ fn named_variant(variant: &Value) -> Option<(&str, &Value)> {
     let required = variant.get("required")?.as_array()?;
     (required.len() == 1 && schema.get("const").is_none()).then_some((name.as_str(), schema))
 }
-
 fn list(choices: &[Value]) -> String {
     let names: Vec<String> =
         choices.iter().map(|c| c.as_str().map_or(c.to_string(), str::to_owned)).collect();
     names.join(", ")
 }
-
 fn type_name(value: &Value) -> String {
     let text = value.to_string();
     let short: String = text.chars().take(40).collect();

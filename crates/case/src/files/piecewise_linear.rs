@@ -1,8 +1,8 @@
 //! Piecewise linear functions of one variable.
 
-/// Value at `x` of the piecewise linear function through `points`; `place` gives the abscissae, in ascending order, and `value` the values
-/// by number. It is constant beyond the first and the last point, and on a jump (two points with the same abscissa) it is the value above.
-/// `None` without points.
+/// Value at `x` of the piecewise linear function through `points`. `place` returns the abscissa of a point, in ascending order, and `value`
+/// its ordinate. It is constant beyond the first and the last point, and on a jump (two points with the same abscissa) it is the value
+/// above. `None` without points.
 pub fn value_at<T>(
     points: &[T],
     place: impl Fn(&T) -> f64,
@@ -22,8 +22,8 @@ pub fn value_at<T>(
     })
 }
 
-/// Abscissae that are not larger than the previous one: number, abscissa, and the previous one. With `jumps` they may be equal. Values that
-/// are not finite are skipped.
+/// Abscissae that are not larger than the previous one. Each entry has its index, the abscissa, and the previous one. With `jumps` they may
+/// be equal. Values that are not finite are skipped.
 pub fn non_ascending(
     places: impl Iterator<Item = f64>,
     jumps: bool,

@@ -41,7 +41,7 @@ impl Quantity {
         }
     }
 
-    /// Factor to SI units of numbers in `unit`, if it is known to be one of the quantity. “in” may be an inch.
+    /// Factor to SI units of numbers in `unit`; `None` where it is no known unit of the quantity.
     pub(super) fn known_factor(self, unit: &str) -> Option<f64> {
         let powers = self.units().0;
         parse(unit)
@@ -73,8 +73,10 @@ struct Unit {
 }
 
 impl Unit {
+    /// Unit of numbers without dimension.
     const DIMENSIONLESS: Self = Self { factor: 1.0, powers: [0; 3] };
 
+    /// Product of this unit and a power of another.
     fn times(self, other: Self, power: i32) -> Self {
         Self {
             factor: self.factor * other.factor.powi(power),
@@ -104,16 +106,17 @@ fn parse(text: &str) -> Option<Unit> {
         let sign = if number == 0 { 1 } else { -1 };
         // In `m3/s m` the last word is in the numerator.
         let first = words.next()?;
-        unit = factor_of(first, unit, sign)?;
+        unit = multiply_by_word(first, unit, sign)?;
         for word in words {
-            unit = factor_of(word, unit, 1)?;
+            unit = multiply_by_word(word, unit, 1)?;
         }
     }
     Some(unit)
 }
 
-/// Product of `unit` and a word with its power, as `m`, `s-1` or `m3`.
-fn factor_of(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
+/// Multiplies `unit` by the unit of a word with its exponent, such as `m`, `s-1` or `m3`, or divides by it where `sign` is -1. `None` for an
+/// unknown word.
+fn multiply_by_word(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
     if word == "1" || word == "-" {
         return Some(unit);
     }
@@ -123,6 +126,7 @@ fn factor_of(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
     Some(unit.times(unit_by_name(&word[..end])?, sign * power))
 }
 
+/// Unit with a name or symbol; `None` for an unknown one.
 fn unit_by_name(word: &str) -> Option<Unit> {
     let of = |factor: f64, powers: [i32; 3]| Some(Unit { factor, powers });
     let (length, time, mass) = ([1, 0, 0], [0, 0, 1], [0, 1, 0]);

@@ -11,7 +11,7 @@ use crate::{Case, CaseError};
 /// Spacing of the lines that detect a surface over that of the points.
 const LINE_SPACING: f64 = 0.25;
 
-/// Line spacing over point spacing for points in rows along the surface, in the plane, so that each has an even share of it.
+/// Line spacing over point spacing for points in rows along the surface in the plane, which thus get equal shares of it.
 const FINE_LINE_SPACING: f64 = 1.0 / 64.0;
 
 impl Case {
@@ -20,7 +20,7 @@ impl Case {
         self.loads.iter().map(|load| if load.stage().is_none() { 0.0 } else { f64::INFINITY }).collect()
     }
 
-    /// Sets the start times (s) of the loads that begin with this stage, which begins at `start` (s).
+    /// Sets the start times (s) of the loads that begin with a stage, whose start is `start` (s).
     pub fn begin_loads(&self, starts: &mut [f64], stage: usize, start: f64) {
         for (load, begins) in self.loads.iter().zip(starts) {
             if load.stage().is_some_and(|name| name == self.stages[stage].name) {
@@ -29,8 +29,8 @@ impl Case {
         }
     }
 
-    /// Vectors of load `number` at `positions` (m), the points of a body with boxes of these edges (m): for a load on a side the full force
-    /// (N; per metre in the plane, per radian in axisymmetry), else the area (m²) with its outward normal. Zero within the body.
+    /// Load vectors of points at `positions` (m). For a load on a side they are the full force (N; per metre in the plane, per radian in
+    /// axisymmetry), for other loads the area (m²) times the outward normal. Zero within the body.
     ///
     /// # Errors
     /// When a load that is not bound to a side has no surface.
@@ -63,8 +63,8 @@ impl Case {
         Ok(carried)
     }
 
-    /// Area (m²; m in the plane, per radian in axisymmetry) of each point's box on the loaded side, times the load profile at its position;
-    /// zero within the body.
+    /// Loaded area of each point (m²; m in the plane, per radian in axisymmetry) times the load profile at its position. Zero within the
+    /// body.
     pub fn side_areas<const D: usize>(
         &self,
         load: &Load,

@@ -4,7 +4,8 @@ use crate::Case;
 use crate::description::Load;
 
 impl Case {
-    /// Loads that act in stage number `stage`: their numbers, and those of the stages they begin with.
+    /// Loads that act in stage number `stage`. Each entry has the index of the load, the index of the stage with which it begins, and the
+    /// load.
     pub(crate) fn loads_in(&self, stage: usize) -> impl Iterator<Item = (usize, usize, &Load)> {
         self.loads.iter().enumerate().filter_map(move |(number, load)| {
             let begins = load.first_stage(&self.stages)?;

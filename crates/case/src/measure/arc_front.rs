@@ -3,7 +3,7 @@
 use crate::measure::front::front_point;
 use crate::{Case, Snapshot};
 
-/// Arc length along the line of the obstacle `of` (m), behind which the fraction `quantile` of the mass lies. Each point counts at its
+/// Arc length along the ground line of an obstacle (m), behind which the fraction `quantile` of the mass lies. Each point counts at its
 /// nearest place on the line. NaN without points, their `mass` or such an obstacle.
 pub fn arc_front(case: &Case, snapshot: &Snapshot, of: &str, quantile: f64) -> f64 {
     let Some(line) = case.ground_line(of) else { return f64::NAN };

@@ -4,7 +4,7 @@ use crate::description::{CrackTip, RemovalShape};
 use crate::measure::ScalarOutput;
 use crate::{Case, Snapshot};
 
-/// State of the points in a bin.
+/// State of an interval along the crack path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum CrackBin {
     /// No point in the bin: removed where a removal shape has passed, else empty from the start.
@@ -16,10 +16,11 @@ enum CrackBin {
 }
 
 impl CrackTip {
-    /// Distances along the direction from the start of the crack (m): to the end of the bins that are failed or cut without a gap, and to
-    /// the end of the farthest such bin. NaN where the snapshot lacks the field. `travels` are those of the removal shapes at this time
+    /// Distances from the start of the crack along its direction (m). The first one is that to the end of the connected crack: the
+    /// intervals that are failed or cut without a gap. The second one is that to the end of the farthest failed or cut interval. NaN where
+    /// the snapshot lacks the field. `travels` are the travelled distances of the removal shapes
     /// ([`Solver::removal_shape_travel`](crate::Solver::removal_shape_travel)).
-    pub fn read(&self, case: &Case, snapshot: &Snapshot, travels: &[Option<f64>]) -> [f64; 2] {
+    pub fn tip_distances(&self, case: &Case, snapshot: &Snapshot, travels: &[Option<f64>]) -> [f64; 2] {
         let (Some(bins), Some(end)) = (self.bins(case, snapshot), self.body_end(case)) else {
             return [f64::NAN; 2];
         };
@@ -75,6 +76,7 @@ impl CrackTip {
         std::array::from_fn(|axis| self.direction.get(axis).map_or(0.0, |c| c / length))
     }
 
+    /// States of the intervals along the crack path, from the points of the body; `None` without the body or the field.
     fn bins(&self, case: &Case, snapshot: &Snapshot) -> Option<Vec<CrackBin>> {
         let number = case.bodies.iter().position(|body| body.name == self.body)?;
         let values = snapshot.scalars(&self.field)?;
@@ -108,7 +110,7 @@ impl CrackTip {
         snapshot: &Snapshot,
         travels: &[Option<f64>],
     ) -> Vec<ScalarOutput> {
-        let [main, farthest] = self.read(case, snapshot, travels);
+        let [main, farthest] = self.tip_distances(case, snapshot, travels);
         vec![(name.to_owned(), "m".to_owned(), main), (format!("{name}.farthest"), "m".to_owned(), farthest)]
     }
 }
@@ -174,10 +176,10 @@ mod tests {
             })
             .collect();
         let (case, snapshot) = cracked_body(&places);
-        let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
+        let [main, farthest] = tip([-2.0, 0.0], [1.0, 0.0]).tip_distances(&case, &snapshot, &[Some(0.2)]);
         assert_near(main, 0.4, 1e-12);
         assert_near(farthest, 0.7, 1e-12);
-        let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).read(&case, &snapshot, &[Some(0.2)]);
+        let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).tip_distances(&case, &snapshot, &[Some(0.2)]);
         assert_near(main, 0.0, 0.0);
         assert_near(farthest, 1.0, 1e-12);
     }
@@ -187,8 +189,9 @@ mod tests {
         let places: Vec<(f64, f64, f64)> = (2..9).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 0.0)).collect();
         let (mut case, snapshot) = cracked_body(&places);
         // The saw starts at 1 m and passes the empty bin at 0.95 m on its way to 0.75 m, but never reaches the empty bins below 0.2 m.
-        let tips =
-            |case: &Case, travel: Option<f64>| tip([-1.0, 0.0], [1.0, 0.0]).read(case, &snapshot, &[travel]);
+        let tips = |case: &Case, travel: Option<f64>| {
+            tip([-1.0, 0.0], [1.0, 0.0]).tip_distances(case, &snapshot, &[travel])
+        };
         assert_eq!(tips(&case, None), [0.0, 0.0], "before the saw begins");
         assert_eq!(tips(&case, Some(0.0)), [0.0, 0.0], "as it begins");
         assert_eq!(tips(&case, Some(0.07)), [0.1, 0.1]);
@@ -202,8 +205,8 @@ mod tests {
         let places: Vec<(f64, f64, f64)> = (0..10).map(|i| (0.05 + 0.1 * f64::from(i), 0.0, 1.0)).collect();
         let (case, snapshot) = cracked_body(&places);
         let wide = CrackTip { bin: 0.3, ..tip([-1.0, 0.0], [1.0, 0.0]) };
-        assert_eq!(wide.read(&case, &snapshot, &[None]), [1.0, 1.0]);
+        assert_eq!(wide.tip_distances(&case, &snapshot, &[None]), [1.0, 1.0]);
         let none = CrackTip { field: "heat".to_owned(), ..wide };
-        assert!(none.read(&case, &snapshot, &[None])[0].is_nan());
+        assert!(none.tip_distances(&case, &snapshot, &[None])[0].is_nan());
     }
 }

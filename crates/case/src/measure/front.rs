@@ -6,8 +6,8 @@ use crate::{Case, FieldRole, Snapshot};
 /// Width of a column in point widths, for methods without a grid: two points per cell and direction are usual.
 const POINT_WIDTHS_PER_COLUMN: f64 = 2.0;
 
-/// Coordinate of the front towards `side` (m), behind which the fraction `quantile` of the mass lies: the end of the domain of the point
-/// there. NaN without points or their `mass`.
+/// Coordinate of the front towards `side` (m), behind which the fraction `quantile` of the mass lies. It is the end of the domain of the
+/// last point of that mass. NaN without points or their `mass`.
 pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     let (axis, sign) = (side.axis(), sign(side));
     let along: Vec<f64> = snapshot.positions.iter().map(|x| sign * x[axis]).collect();
@@ -30,11 +30,12 @@ pub(super) fn front_point(snapshot: &Snapshot, along: &[f64], quantile: f64) -> 
     reached.or(order.last()).copied()
 }
 
+/// Sign of the outward direction of a side: 1 at a maximum, -1 at a minimum.
 fn sign(side: Side) -> f64 {
     if side.is_max() { 1.0 } else { -1.0 }
 }
 
-/// Columns of cells on the base, which locate the front of `sheet: mpm §3.9`: a column is occupied where it contains a point, at any
+/// Columns of cells on the base, by which the front of `sheet: mpm §3.9` is located. A column is occupied where it contains a point, at any
 /// height. Flow that rolls over a rough base leaves few points in its lowest cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrontColumns {
@@ -42,14 +43,14 @@ pub struct FrontColumns {
     pub side: Side,
     /// Coordinate of the wall behind the mass (m), from which the columns are counted.
     pub wall: f64,
-    /// Horizontal axis perpendicular to the front's axis, along which columns are separated: in three dimensions, unless gravity acts
-    /// mainly along the front's axis or is zero.
+    /// Horizontal axis perpendicular to that of the front, along which columns are separated. `None` in the plane, and where gravity is
+    /// zero or acts mainly along the axis of the front.
     pub lateral_axis: Option<usize>,
     /// Width of a column (m).
     pub cell: f64,
 }
 
-/// Column: its number along the front's axis, counted from the wall, and its number across.
+/// Index of a column: number along the axis of the front, counted from the wall, and number across.
 type FrontColumn = (i64, i64);
 
 impl FrontColumns {
@@ -92,6 +93,7 @@ impl FrontColumns {
         sign * ends.fold(f64::NAN, f64::max)
     }
 
+    /// Column in which a position lies: number along the direction of the front and number across it.
     fn column(&self, x: &[f64; 3]) -> FrontColumn {
         let along = sign(self.side) * (x[self.side.axis()] - self.wall) / self.cell;
         let across = self.lateral_axis.map_or(0.0, |axis| x[axis] / self.cell);
@@ -117,6 +119,7 @@ fn connected_columns(occupied: &[FrontColumn]) -> Vec<bool> {
     region
 }
 
+/// Side of the domain that is normal to an axis.
 fn side_of(axis: usize, max: bool) -> Side {
     match (axis, max) {
         (0, false) => Side::XMin,
@@ -140,6 +143,7 @@ fn innermost_wall(case: &Case, side: Side) -> f64 {
     if side.is_max() { faces.fold(end, f64::min) } else { faces.fold(end, f64::max) }
 }
 
+/// Median width of the points along an axis (m); NaN without points.
 fn median_width(snapshot: &Snapshot, axis: usize) -> f64 {
     let mut widths: Vec<f64> = snapshot.extents.iter().map(|extent| extent[axis]).collect();
     let middle = widths.len() / 2;

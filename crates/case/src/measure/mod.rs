@@ -16,8 +16,7 @@ pub use crate::solver::ScalarOutput;
 pub use fragments::fragments;
 pub use front::{FrontColumns, front};
 
-/// Evaluates all scalar measures of the case on a snapshot, in the order of their names. `cell` is the width of the grid cells of the
-/// method (m), if there are any; `travels` are those of the removal shapes at this time ([`Solver::removal_shape_travel`]).
+/// Evaluates all scalar measures of the case on a snapshot, in the order of their names.
 pub fn read(
     case: &Case,
     snapshot: &Snapshot,
@@ -74,7 +73,7 @@ pub fn read(
     readings
 }
 
-/// Whether a measure reads the places of a frame: points, or nodes or cells in their place.
+/// Whether a measure needs the positions of points, nodes or cells.
 pub(crate) fn needs_places(measure: &Measure) -> bool {
     match measure {
         Measure::Front { .. }
@@ -93,7 +92,7 @@ pub(crate) fn needs_places(measure: &Measure) -> bool {
     }
 }
 
-/// Points whose mass counts in a measure, with their `mass`: those of `bodies`, or of all bodies that are not rigid.
+/// Points whose mass a measure counts: those of `bodies`, or of all bodies that are not rigid.
 pub fn counted_points<'a>(
     case: &Case,
     snapshot: &'a Snapshot,
@@ -112,7 +111,7 @@ pub fn counted_points<'a>(
     Cow::Owned(point_subset(snapshot, &kept))
 }
 
-/// Points that have not broken, with their `mass`; all points without such a field.
+/// Points that are not broken by the criterion. All points where the snapshot lacks the field of the criterion.
 fn unbroken_points<'a>(snapshot: &'a Snapshot, broken: &BreakageCriterion) -> Cow<'a, Snapshot> {
     let Some(values) = snapshot.scalars(&broken.field) else { return Cow::Borrowed(snapshot) };
     // Points without the value, such as those of another law, have not broken.
@@ -137,8 +136,8 @@ fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
     }
 }
 
-/// Evaluates the measures of the case that need the solver: force and impulse of reactions along each axis, dissipated energy, depth and
-/// velocity at gauges, discharge across lines.
+/// Evaluates the measures that need the solver: forces and impulses of reactions, dissipated energy, depth and velocity at gauges,
+/// discharge across lines.
 pub fn solver_outputs(case: &Case, solver: &dyn Solver) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
@@ -208,6 +207,7 @@ pub fn profile(snapshot: &Snapshot, axis: usize, height: usize, bin: f64) -> Vec
     bins.into_iter().map(|(number, top)| ((number as f64 + 0.5) * bin, top)).collect()
 }
 
+/// Values of fields at a position, as means over the points within `radius`.
 fn probe(
     name: &str,
     snapshot: &Snapshot,

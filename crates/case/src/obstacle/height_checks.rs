@@ -11,7 +11,7 @@ const NO_DATA_ADVICE: &str = "declare it in the file, as NODATA_value or in the 
 /// Height (m) below any ground on Earth with flows: lower values probably stand for no data.
 const MIN_HEIGHT: f64 = -9000.0;
 
-/// Slope of the boundary of a level part above which, all around, it is probably not ground.
+/// Slope above which the boundary of a level part of a raster is probably not that of ground.
 const MIN_RIM_SLOPE: f64 = 5.0;
 
 impl Case {
@@ -53,7 +53,7 @@ impl Case {
     }
 }
 
-/// Lowest or highest nodes of a raster, separated from all others by a step.
+/// Lowest or highest nodes of a raster, which a step separates from all others.
 struct IsolatedLevel {
     /// Common height (m).
     level: f64,

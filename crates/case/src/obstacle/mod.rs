@@ -70,7 +70,7 @@ impl Case {
         Ok(standing)
     }
 
-    /// Ground line of the obstacle of that name in the plane, with arc lengths; `None` where it has none.
+    /// Ground line of the obstacle with a name; `None` where the obstacle has no ground line in the plane.
     pub fn ground_line(&self, name: &str) -> Option<Arc<dyn Surface<2>>> {
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == name)?;
         let shape = &self.obstacles[number].shape;
@@ -87,7 +87,7 @@ impl Case {
         surface_builder::raster_of(&self.obstacles[number].shape, &path, &self.origin())
     }
 
-    /// Rejects points of a body at `places` (m) deeper than `slack` (m) in an obstacle.
+    /// Reports an error where points of a body lie deeper than `slack` (m) in an obstacle.
     ///
     /// # Errors
     /// The deepest point.
@@ -111,8 +111,7 @@ impl Case {
 }
 
 impl Case {
-    /// Warning at the end of a run about points at `places` (m) deeper than `slack` (m) in an obstacle at rest: the largest depth, with
-    /// `reason`. `None` without such points.
+    /// Warning about points that lie deeper than `slack` (m) in an obstacle at rest at the end of a run, with the largest depth.
     pub fn overlap_warning<const D: usize>(
         &self,
         places: &[[f64; D]],
@@ -130,7 +129,7 @@ impl Case {
     }
 }
 
-/// Deepest position in an obstacle, deeper than `slack` (m).
+/// Position that lies deepest in an obstacle, if it lies deeper than `slack` (m).
 fn deepest_overlap<const D: usize>(
     standing: &[PlacedObstacle<'_, D>],
     places: &[[f64; D]],

@@ -64,8 +64,7 @@ impl<const D: usize> MovingObstacle<D> {
             std::array::from_fn(|c| at(&self.motion.centre, c) + full * at(&self.motion.velocity, c));
     }
 
-    /// Sets the mean velocity of a step of `step` (s) that ends at `end` (s), so that work is force times displacement; for a step of zero
-    /// length the velocity at `end`.
+    /// Sets the mean velocity over a step of `step` (s) that ends at `end` (s): the work of a force is then force times displacement.
     pub fn set_mean_velocity(&mut self, end: f64, step: f64) {
         let motion = &self.motion;
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
@@ -94,7 +93,7 @@ impl<const D: usize> MovingObstacle<D> {
         self.max_speed() * (self.motion.full_time(end) - self.motion.full_time(start))
     }
 
-    /// Velocity at the position `x` (m/s).
+    /// Velocity of the obstacle at the position `x` (m/s).
     pub fn velocity(&self, x: &[f64; D]) -> [f64; D] {
         self.velocity_with_rotation(&self.velocity, &std::array::from_fn(|c| x[c] - self.centre[c]))
     }
@@ -118,8 +117,7 @@ impl<const D: usize> MovingObstacle<D> {
         if R == 1 { [self.spin[2]; R] } else { std::array::from_fn(|c| self.spin[c]) }
     }
 
-    /// Constraint on a node at `place` (m) of a grid with cells of size `cell` (m), over a step of `dt` (s) to the frame `next`: the
-    /// outward normal and the velocity of the obstacle (m/s). `None` where the node is not in it.
+    /// Outward normal and velocity (m/s) of the obstacle at a grid node inside it; `None` where the node is outside.
     pub fn nodal_constraint(
         &self,
         place: &[f64; D],
@@ -133,14 +131,14 @@ impl<const D: usize> MovingObstacle<D> {
         Some((normal, velocity))
     }
 
-    /// Position in another frame of the material point of the obstacle at `x` (m).
+    /// Position at another time of the material point of the obstacle at `x` (m). `frame` is the placement of the obstacle then.
     pub fn material_position(&self, x: &[f64; D], frame: &RigidTransform<D>) -> [f64; D] {
         frame.to_space(&self.surface.transform.to_body(x))
     }
 }
 
-/// Time step from `time` (s) in which obstacles in the domain are displaced by at most `upper_limit` (m), where it is shorter than the `critical`
-/// one; it must be computed again after `steps` steps.
+/// Time step from `time` (s) in which moving obstacles move by at most `upper_limit` (m), where it is shorter than the `critical` one. It
+/// holds for `steps` steps.
 pub fn limit_step_by_obstacles<'a, const D: usize>(
     critical: TimeStep,
     moving: impl Iterator<Item = &'a MovingObstacle<D>>,

@@ -7,10 +7,10 @@ use crate::description::Obstacle;
 use crate::obstacle::{MovingObstacle, OVERLAP_TOLERANCE, ObstacleLaw, PlacedObstacle};
 use crate::spatial;
 
-/// Largest depth below the surface of constrained grid nodes, over the cell size: points do not get deeper.
+/// Largest depth of constrained grid nodes below the surface of an obstacle, over the cell size. Points do not get deeper.
 const MAX_NODE_DEPTH: f64 = 6.0;
 
-/// Obstacles at rest that contain a node of a grid with cells of size `cell` (m), each with its law and its normal there.
+/// Obstacles at rest that contain a grid node. Each has its boundary law and its outward normal there.
 pub fn constraining_obstacles<'s, 'a, const D: usize>(
     standing: &'s [PlacedObstacle<'a, D>],
     place: &'s [f64; D],
@@ -23,7 +23,7 @@ pub fn constraining_obstacles<'s, 'a, const D: usize>(
     })
 }
 
-/// Outward normal of a surface at a node, in a grid with cells of size `cell` (m), that lies in or on the solid, not too deep.
+/// Outward normal of a surface at a grid node in or on the solid; `None` outside and deep inside.
 pub fn normal_inside<const D: usize>(
     surface: &dyn Surface<D>,
     place: &[f64; D],
@@ -32,6 +32,7 @@ pub fn normal_inside<const D: usize>(
     gap_inside(surface, place, cell).map(|gap| spatial(&gap.normal))
 }
 
+/// Nearest point of a surface, where a position lies inside the obstacle and at most [`MAX_NODE_DEPTH`] cells deep.
 fn gap_inside<const D: usize>(
     surface: &dyn Surface<D>,
     place: &[f64; D],
@@ -40,7 +41,7 @@ fn gap_inside<const D: usize>(
     surface.gap(place, MAX_NODE_DEPTH * cell).filter(|gap| gap.distance <= OVERLAP_TOLERANCE * cell)
 }
 
-/// Moving obstacles, each with its action `F` in a method.
+/// Moving obstacles of a case. `F` is the action of an obstacle in a method.
 #[derive(Clone, Debug)]
 pub struct MovingObstacles<F, const D: usize> {
     obstacles: Vec<(F, MovingObstacle<D>, RigidTransform<D>)>,
@@ -48,7 +49,7 @@ pub struct MovingObstacles<F, const D: usize> {
 }
 
 impl<F: Copy, const D: usize> MovingObstacles<F, D> {
-    /// Moving obstacles of a case in a domain with these corners (m); `acts` maps a law to the action in the method.
+    /// Moving obstacles of a case in a domain with the corners `domain` (m). `acts` maps a boundary law to the action in the method.
     pub fn new(
         standing: &[PlacedObstacle<'_, D>],
         domain: ([f64; D], [f64; D]),
@@ -81,7 +82,7 @@ impl<F: Copy, const D: usize> MovingObstacles<F, D> {
         }
     }
 
-    /// Moving obstacles that contain a node of a grid with cells of size `cell` (m): action, normal and velocity (m/s) there.
+    /// Moving obstacles that contain a grid node. Each has its action, normal and velocity (m/s) there.
     pub fn constraining(&self, place: &[f64; D], cell: f64) -> impl Iterator<Item = (F, [f64; 3], [f64; 3])> {
         self.obstacles.iter().filter_map(move |(acts, own, next)| {
             let (normal, velocity) = own.nodal_constraint(place, cell, (next, self.step))?;

@@ -32,7 +32,7 @@ impl ObstacleLaw {
     }
 }
 
-/// Boundary laws of an obstacle: those of its regions, and of its own wall elsewhere.
+/// Boundary laws of an obstacle: one for each of its regions, and one elsewhere.
 #[derive(Clone, Debug)]
 pub struct ObstacleLaws {
     regions: Vec<PlanRegion>,
@@ -48,7 +48,7 @@ impl ObstacleLaws {
         Self { regions, laws: laws.collect() }
     }
 
-    /// Number of the region at a position of the surface (m): the first that contains it, or one beyond the last.
+    /// Index of the first region that contains a position of the surface (m); the number of regions where none does.
     #[inline]
     pub fn region(&self, place: &[f64]) -> usize {
         if self.regions.is_empty() {

@@ -66,6 +66,7 @@ pub(super) fn raster_of(
     heights(file, *spacing, origin).map(Some).map_err(|problem| error_at(path, problem))
 }
 
+/// Error of a shape with the JSON path of its key.
 fn error_at(path: &str, (key, problem): ShapeProblem) -> CaseError {
     match key.as_str() {
         "" => CaseError::new(path, problem),
@@ -73,15 +74,17 @@ fn error_at(path: &str, (key, problem): ShapeProblem) -> CaseError {
     }
 }
 
+/// Key and message of an error of a surface.
 fn from_surface_error(error: SurfaceError) -> ShapeProblem {
     (error.path, error.problem)
 }
 
+/// Error of a shape at its key `file`.
 fn file_problem(problem: &dyn std::fmt::Display) -> ShapeProblem {
     ("file".to_owned(), problem.to_string())
 }
 
-/// Surface of `N` coordinates in a space of `D`, which must be equal.
+/// Surface of `N` coordinates in a space of `D` coordinates; an error where the numbers differ.
 fn in_space<const N: usize, const D: usize>(
     surface: SharedSurface<N>,
 ) -> Result<SharedSurface<D>, ShapeProblem> {
@@ -90,31 +93,36 @@ fn in_space<const N: usize, const D: usize>(
     own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
 }
 
-/// Vector of the space; its length has been checked.
+/// Vector of the space from a list of components, whose length has been checked.
 fn vector<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|c| values.get(c).copied().unwrap_or(f64::NAN))
 }
 
+/// Half-space below a plane.
 fn plane<const D: usize>(point: &[f64], normal: &[f64]) -> Result<SharedSurface<D>, ShapeProblem> {
     HalfSpace::new(vector::<D>(point), vector(normal)).map(HalfSpace::into_shared).map_err(from_surface_error)
 }
 
+/// Surface of a box.
 fn box_surface<const D: usize>(min: &[f64], max: &[f64]) -> Result<SharedSurface<D>, ShapeProblem> {
     FacettedSurface::around_box(vector::<D>(min), vector(max))
         .map(FacettedSurface::into_shared)
         .map_err(from_surface_error)
 }
 
+/// Surface of a ball, or of a ball-shaped cavity where `hollow`.
 fn ball<const D: usize>(centre: &[f64], radius: f64, hollow: bool) -> Result<SharedSurface<D>, ShapeProblem> {
     BallSurface::new(vector::<D>(centre), radius, hollow)
         .map(BallSurface::into_shared)
         .map_err(from_surface_error)
 }
 
+/// Checks that an axis is one of the three of space.
 fn axis_of_space(axis: usize) -> Result<(), ShapeProblem> {
     if axis < 3 { Ok(()) } else { Err(("axis".to_owned(), format!("{axis} is not in 0..=2"))) }
 }
 
+/// Surface of a ground line, from its points or from a file.
 fn ground_line(
     points: &[[f64; 2]],
     file: Option<&str>,
@@ -132,10 +140,12 @@ fn ground_line(
     FacettedSurface::ground_line(&points).map_err(in_file)
 }
 
+/// Position in plan relative to the origin of the domain (m).
 fn plan_relative_to_origin(x: [f64; 2], origin: &[f64; 3]) -> [f64; 2] {
     std::array::from_fn(|c| relative_to_origin(x[c], origin[c]))
 }
 
+/// Ground profile of lines and arcs from a starting point.
 fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<GroundProfile, ShapeProblem> {
     let mut profile = GroundProfile::starting_at(start);
     for (number, piece) in pieces.iter().enumerate() {
@@ -148,6 +158,7 @@ fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<GroundProfile, Sh
     profile.close().map_err(from_surface_error)
 }
 
+/// Surface of revolution of a polygon about a line parallel to an axis through `centre`.
 fn surface_of_revolution(
     vertices: &[[f64; 2]],
     axis: usize,
@@ -173,6 +184,7 @@ fn heights(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<Raster
     }
 }
 
+/// Surface of a raster file of heights, relative to the origin of the domain.
 fn raster(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<HeightField, ShapeProblem> {
     let raster = heights(file, spacing, origin)?;
     HeightField::new(raster).map_err(|error| file_problem(&format!("{file}: {error}")))

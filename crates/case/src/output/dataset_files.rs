@@ -14,7 +14,7 @@ use crate::solver::{Dataset, DatasetGeometry, FramePoints, PlanNodes};
 /// Flag of ParaView for a hidden node (`vtkDataSetAttributes::HIDDENPOINT`).
 const HIDDEN: u8 = 2;
 
-/// Name of the array of these flags.
+/// Name of the array of hidden-node flags in files for ParaView.
 pub(super) const GHOSTS: &str = "vtkGhostType";
 
 /// File extension of a dataset.
@@ -26,8 +26,8 @@ pub fn file_extension(support: &DatasetGeometry) -> &'static str {
     }
 }
 
-/// Writes a dataset, its coordinates moved by `origin` (m), as a file for ParaView: points and meshes as VTU, lattices and rasters as VTR.
-/// Returns the checksum of the file.
+/// Writes a dataset as a file for ParaView: points and meshes as VTU, lattices and rasters as VTR. Its coordinates are shifted by `origin`
+/// (m). Returns the checksum of the file.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -68,6 +68,7 @@ fn hidden_nodes(mask: &[bool]) -> Vec<u8> {
     mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect()
 }
 
+/// Writes the fields at the nodes of a rectilinear grid as a VTR file.
 fn write_nodes(
     path: &Path,
     axes: &[Vec<f64>; 3],

@@ -10,12 +10,12 @@ use crate::output::{FileChecksum, OutputError};
 /// Name of the list of derived files in their folder.
 pub const DERIVED: &str = "derived.txt";
 
-/// Derived files in a folder, with their checksums: a line `hash bytes name` each, of which the last one of a name counts. A file with the
-/// same name that is not in the list, or has changed, is not replaced.
+/// Files in a folder that commands derive from a run, with their checksums. A line `hash bytes name` of the list stands for a file; the
+/// last line of a name counts. A file with the same name that is not in the list, or has changed, is not replaced.
 #[derive(Debug)]
 pub struct DerivedFiles {
     folder: PathBuf,
-    seals: BTreeMap<String, FileChecksum>,
+    checksums: BTreeMap<String, FileChecksum>,
     overwrite: bool,
 }
 
@@ -31,17 +31,17 @@ impl DerivedFiles {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
             Err(error) => return Err(OutputError::new(&path, error)),
         };
-        Ok(Self { folder: folder.to_owned(), seals: text.lines().filter_map(entry).collect(), overwrite })
+        Ok(Self { folder: folder.to_owned(), checksums: text.lines().filter_map(entry).collect(), overwrite })
     }
 
-    /// Whether a file in the folder is unchanged since a command wrote it.
+    /// Whether a file in the folder is one that a command wrote and that is unchanged since.
     ///
     /// # Errors
     /// When the file cannot be read.
     pub fn is_own(&self, name: &str) -> Result<bool, OutputError> {
         let path = self.folder.join(name);
-        match self.seals.get(name) {
-            Some(seal) if path.is_file() => Ok(FileChecksum::of_file(&path, None)? == *seal),
+        match self.checksums.get(name) {
+            Some(checksum) if path.is_file() => Ok(FileChecksum::of_file(&path, None)? == *checksum),
             _ => Ok(false),
         }
     }
@@ -72,14 +72,14 @@ impl DerivedFiles {
         self.check(name)?;
         let path = self.folder.join(name);
         write(&path)?;
-        let seal = FileChecksum::of_file(&path, None)?;
-        self.seals.insert(name.to_owned(), seal);
+        let checksum = FileChecksum::of_file(&path, None)?;
+        self.checksums.insert(name.to_owned(), checksum);
         let list = self.folder.join(DERIVED);
         let added = File::options()
             .create(true)
             .append(true)
             .open(&list)
-            .and_then(|mut file| writeln!(file, "{:016x} {} {name}", seal.fnv1a, seal.bytes));
+            .and_then(|mut file| writeln!(file, "{:016x} {} {name}", checksum.fnv1a, checksum.bytes));
         added.map_err(|error| OutputError::new(&list, error).into())
     }
 }

@@ -19,8 +19,8 @@ pub fn is_plain(name: &str) -> bool {
     (1..=MAX_PLAIN).contains(&name.len()) && name.chars().all(known)
 }
 
-/// Path of the file `stem.ending` in a folder. The stem may contain dots after its first character, spaces and letters of any language, but
-/// no character that changes the folder, hides the file or cannot be displayed.
+/// Path of the file with this stem and ending in a folder. The stem may contain dots after its first character, spaces and letters of any
+/// language, but no character that changes the folder, hides the file or cannot be displayed.
 ///
 /// # Errors
 /// When the stem contains another character, or is too long.

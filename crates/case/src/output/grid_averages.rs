@@ -8,7 +8,7 @@ use crate::{Case, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Lattice
 /// Name of the field of mass per volume of space.
 const DENSITY: &str = "density";
 
-/// Part of the mass of a point at a node (kg).
+/// Part of the mass of a point that a node receives (kg).
 struct NodeShare {
     point: usize,
     node: usize,
@@ -23,9 +23,8 @@ struct AveragingNodes {
     dimension: usize,
 }
 
-/// Averages at the nodes of cells of edge `cell` (m) over the domain of a case: `density` (kg/m³ of space, which falls from that of the
-/// bulk to zero within a cell of a surface), and mass-weighted averages of the fields in `only`, or of all; zero where there is no mass.
-/// The weights are linear, and points outside the domain do not count. The two ends of a periodic axis are one.
+/// Averages of a frame at the nodes of a regular grid over the domain: `density` (kg/m³ of space) and mass-weighted averages of fields. The
+/// weights are linear, and points outside the domain do not count. The two ends of a periodic axis are one.
 pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[String]>) -> Dataset {
     let nodes = lattice(case, cell);
     let Lattice { low, count, .. } = nodes;
@@ -67,7 +66,7 @@ pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[Stri
 }
 
 impl AveragingNodes {
-    /// Sums of the values of points times their parts of mass, node by node.
+    /// Sums of values times masses at the nodes. Each point contributes by the part of its mass at the node.
     fn sums(
         &self,
         shares: &[NodeShare],

@@ -31,10 +31,12 @@ pub struct NpzArray {
 }
 
 impl NpzArray {
+    /// Array of floating-point numbers.
     fn floats(name: &str, shape: &[u64], values: Vec<f64>) -> Self {
         Self { name: name.to_owned(), shape: shape.to_vec(), values: NpzValues::Float(values) }
     }
 
+    /// Writes the array in the NPY format.
     fn write(&self, to: impl Write) -> std::io::Result<()> {
         match &self.values {
             NpzValues::Float(values) => numbers(to, &self.shape, values),
@@ -43,6 +45,7 @@ impl NpzArray {
     }
 }
 
+/// Writes numbers as an array of a given shape in the NPY format.
 fn numbers<T: npyz::AutoSerialize + Copy>(
     to: impl Write,
     shape: &[u64],
@@ -53,8 +56,8 @@ fn numbers<T: npyz::AutoSerialize + Copy>(
     writer.finish()
 }
 
-/// Replaces non-finite values of an array by zero, and adds an array named with `.mask` behind it, one at those values and zero elsewhere,
-/// as in the masked arrays of NumPy.
+/// Replaces non-finite values of an array by zero, and adds an array `<name>.mask` with ones at these values, as in the masked arrays of
+/// NumPy.
 fn with_masks(arrays: Vec<NpzArray>) -> Vec<NpzArray> {
     let mut all = Vec::with_capacity(arrays.len());
     for mut array in arrays {
@@ -76,9 +79,8 @@ fn with_masks(arrays: Vec<NpzArray>) -> Vec<NpzArray> {
     all
 }
 
-/// Arrays of a frame: `time` (s), `id`, `body`, `position` and `extent` (m) of shape (points, 3), and each field by its name: vectors of
-/// shape (points, 3), tensors of shape (points, 6) in the order xx, yy, zz, xy, yz, zx. An array `NAME.mask` marks the values of a field
-/// that are not finite.
+/// Arrays of a frame: `time` (s), `id`, `body`, `position` and `extent` (m), and each field by its name. An array `NAME.mask` marks the
+/// values of a field that are not finite.
 pub fn frame_arrays(snapshot: &Snapshot) -> Vec<NpzArray> {
     let count = snapshot.ids.len() as u64;
     let whole = |name: &str, values: Vec<i64>| NpzArray {
@@ -109,7 +111,7 @@ pub fn frame_arrays(snapshot: &Snapshot) -> Vec<NpzArray> {
     with_masks(arrays)
 }
 
-/// Columns of a table, each an array by its name without the unit, with a mask where a cell is empty.
+/// Arrays of the columns of a table, with a mask where a cell is empty.
 pub fn table_arrays(table: &Table) -> Vec<NpzArray> {
     let column = |(index, (name, _)): (usize, &(String, String))| {
         let values: Vec<f64> = table.rows.iter().map(|row| row[index]).collect();
@@ -159,6 +161,7 @@ pub fn read_npz(path: &Path) -> Result<Vec<NpzArray>, OutputError> {
     Ok(arrays)
 }
 
+/// Reads an array in the NPY format, of integers or of floating-point numbers.
 fn read(name: &str, bytes: &[u8]) -> std::io::Result<NpzArray> {
     let file = npyz::NpyFile::new(bytes)?;
     let shape = file.shape().to_vec();

@@ -82,12 +82,14 @@ pub fn column_heading(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
 }
 
+/// Head of a table: comment lines, and the line of headings.
 fn head(about: &str, columns: &[(String, String)]) -> String {
     let about: String = about.lines().map(|line| format!("# {line}\n")).collect();
     let names: Vec<String> = columns.iter().map(|(name, unit)| column_heading(name, unit)).collect();
     format!("{about}{}\n", names.join(","))
 }
 
+/// Lines of the rows of a table, values separated by commas.
 fn lines(rows: &[Vec<f64>]) -> String {
     let line = |row: &Vec<f64>| {
         let values: Vec<String> = row.iter().map(|value| cell(*value)).collect();
@@ -96,8 +98,8 @@ fn lines(rows: &[Vec<f64>]) -> String {
     rows.iter().map(line).collect()
 }
 
-/// Table on disk that grows by rows, in the format of [`Table::to_csv`]. A killed run may leave a partial last row: the checksum at a
-/// checkpoint gives the valid length, and shows whether that part has changed.
+/// Table on disk to which rows are appended, in the format of [`Table::to_csv`]. A killed run may leave a partial last row: the checksum at
+/// a checkpoint gives the valid length, and shows whether that part has changed.
 #[derive(Debug)]
 pub struct TableFile {
     path: PathBuf,
@@ -117,25 +119,25 @@ impl TableFile {
         Ok(table)
     }
 
-    /// Opens a table whose valid part has the checksum `seal`; nothing changes before [`TableFile::truncate`].
+    /// Opens a table whose beginning has a checksum. The file is unchanged before [`TableFile::truncate`].
     ///
     /// # Errors
     /// When the file cannot be opened, is shorter than that part or has been changed.
-    pub fn open(path: &Path, seal: FileChecksum) -> Result<Self, OutputError> {
+    pub fn open(path: &Path, checksum: FileChecksum) -> Result<Self, OutputError> {
         let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
         let file = OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
         let found = file.metadata().map_err(|error| fail(&error))?.len();
-        if found < seal.bytes {
-            let had = seal.bytes;
+        if found < checksum.bytes {
+            let had = checksum.bytes;
             return Err(fail(&format!("has {found} bytes, but had {had} when the checkpoint was written")));
         }
-        if FileChecksum::of_file(path, Some(seal.bytes))? != seal {
+        if FileChecksum::of_file(path, Some(checksum.bytes))? != checksum {
             return Err(fail(&"was changed since the checkpoint: run the case anew"));
         }
-        Ok(Self { path: path.to_owned(), file, checksum: seal })
+        Ok(Self { path: path.to_owned(), file, checksum })
     }
 
-    /// Removes everything after the valid part.
+    /// Removes everything after the part that the checksum covers.
     ///
     /// # Errors
     /// When the file cannot be changed.
@@ -153,6 +155,7 @@ impl TableFile {
         self.write(&lines(rows))
     }
 
+    /// Appends a text to the file, and adds it to the checksum.
     fn write(&mut self, text: &str) -> Result<(), OutputError> {
         self.file.write_all(text.as_bytes()).map_err(|error| OutputError::new(&self.path, error))?;
         self.checksum.add(text.as_bytes());
@@ -201,24 +204,24 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..5).map(|i| vec![f64::from(i), 1.0 / f64::from(i + 1)]).collect();
         let mut file = TableFile::create(&path, "about", &columns).unwrap();
         file.append(&rows[..2]).unwrap();
-        let seal = file.sync().unwrap();
+        let checksum = file.sync().unwrap();
         file.append(&rows[3..]).unwrap();
         drop(file);
         OpenOptions::new().append(true).open(&path).unwrap().write_all(b"7e0,1.2").unwrap();
         assert_eq!(Table::read(&path).unwrap().rows.len(), 4, "a torn row does not count");
-        let mut file = TableFile::open(&path, seal).unwrap();
+        let mut file = TableFile::open(&path, checksum).unwrap();
         file.truncate().unwrap();
         file.append(&rows[2..3]).unwrap();
         file.append(&rows[3..]).unwrap();
         let table = Table { columns, rows };
         assert_eq!(std::fs::read_to_string(&path).unwrap(), table.to_csv("about"));
         assert!(
-            TableFile::open(&path, FileChecksum { bytes: 1_000_000, ..seal }).is_err(),
+            TableFile::open(&path, FileChecksum { bytes: 1_000_000, ..checksum }).is_err(),
             "rows are missing"
         );
         let edited = std::fs::read_to_string(&path).unwrap().replacen("about", "About", 1);
         std::fs::write(&path, edited).unwrap();
-        let error = TableFile::open(&path, seal).unwrap_err().to_string();
+        let error = TableFile::open(&path, checksum).unwrap_err().to_string();
         assert!(error.contains("was changed since the checkpoint"), "{error}");
     }
 }

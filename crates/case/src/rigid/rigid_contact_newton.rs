@@ -11,13 +11,13 @@ const CONVERGENCE_TOLERANCE: f64 = 1e-13;
 
 /// Contact law at a point of a rigid body: impulse as a function of the velocity there.
 pub trait ContactLawAtPoint {
-    /// Position relative to the centre of mass (m).
+    /// Position of the contact point relative to the centre of mass (m).
     fn lever_arm(&self) -> &[f64; 3];
 
     /// Impulse (N s) on the body for the velocity `w` (m/s) at this point.
     fn impulse(&self, w: &[f64; 3]) -> [f64; 3];
 
-    /// Decrease of the impulse with that velocity (kg).
+    /// Decrease of the impulse with the velocity at the point (kg).
     fn stiffness(&self, w: &[f64; 3]) -> [[f64; 3]; 3];
 }
 
@@ -30,7 +30,7 @@ pub trait ContactSystem {
     fn stiffness(&self, motion: &Twist, stuck: bool) -> [Twist; 6];
 }
 
-/// Adds the impulses of the contacts of one kind on a body with this motion.
+/// Adds to `sum` the impulses of contacts on a body with this motion.
 pub fn add_impulses<T: ContactLawAtPoint>(touches: impl Iterator<Item = T>, motion: &Twist, sum: &mut Twist) {
     for touch in touches {
         let own = wrench_at(&touch.impulse(&velocity_at(motion, touch.lever_arm())), touch.lever_arm());
@@ -38,7 +38,7 @@ pub fn add_impulses<T: ContactLawAtPoint>(touches: impl Iterator<Item = T>, moti
     }
 }
 
-/// Adds the decrease of the impulses of the contacts of one kind with the motion.
+/// Adds to `sum` the derivative of the impulses of contacts by the motion, with a negative sign.
 pub fn add_stiffness<T: ContactLawAtPoint>(
     touches: impl Iterator<Item = T>,
     motion: &Twist,
@@ -89,6 +89,7 @@ impl RigidStep {
         if again.1 { again } else { (stuck, false) }
     }
 
+    /// Solves for the motion at the end of the step by Newton's method from the motion `start`; the second value is whether it converged.
     fn solve_contact_from(&self, start: &Twist, touched: &dyn ContactSystem, stuck: bool) -> (Twist, bool) {
         let (matrix, free, before) = (self.mass.matrix(), self.free_components, self.motion);
         let rest = |motion: &Twist| -> Twist {

@@ -21,7 +21,7 @@ pub struct RigidBodyActions {
 }
 
 impl RigidBodyActions {
-    /// No forces, on a body at rest without free components.
+    /// Actions on a body at rest: no forces and no free components.
     pub const AT_REST: Self = Self {
         free_components: [false; 6],
         prescribed_velocities: [Some(0.0); 3],
@@ -29,7 +29,7 @@ impl RigidBodyActions {
         moment: [0.0; 3],
     };
 
-    /// Actions of the motion of a stage after `elapsed` seconds in a space of `dimension` axes, with an added force (N) and moment (N m).
+    /// Actions of a prescribed motion after `elapsed` seconds of its stage, with an additional force (N) and moment (N m).
     pub fn of_motion(
         motion: &PrescribedMotion,
         elapsed: f64,
@@ -72,16 +72,17 @@ pub struct RigidStep {
     pub axes: [[f64; 3]; 3],
     /// Whether each component of its motion follows from forces.
     pub free_components: [bool; 6],
-    /// Motion at the start of the step.
+    /// Twist at the start of the step: velocity (m/s) and angular velocity (rad/s).
     pub start: Twist,
-    /// Current estimate of the motion at the end of the step.
+    /// Current estimate of the twist at the end of the step.
     pub motion: Twist,
     /// External force and moment (N, N m).
     pub applied_wrench: Twist,
 }
 
 impl RigidStep {
-    /// Motion of a body after `dt` (s) under external forces, with Rayleigh damping of coefficient times step `share`.
+    /// State at the end of a step of `dt` (s) under external forces, before contact. `share` is the Rayleigh-damping coefficient times the
+    /// step.
     pub fn new(mass: RigidMass, state: &RigidState, acts: &RigidBodyActions, dt: f64, share: f64) -> Self {
         let RigidBodyActions { free_components, prescribed_velocities: held, force, moment } = *acts;
         let turning = state.angular_momentum.map(|l| if acts.rotates() { l } else { 0.0 });
@@ -104,7 +105,7 @@ impl RigidStep {
         velocity_at(&self.motion, &self.mass.lever_arm(x))
     }
 
-    /// Kinetic energy (J) of the change of its motion in the step.
+    /// Kinetic energy of the change of velocity in the step (J).
     pub fn kinetic_energy_gain(&self) -> f64 {
         let change: Twist = std::array::from_fn(|k| self.motion[k] - self.start[k]);
         let momentum = multiply(&self.mass.matrix(), &change);
@@ -133,6 +134,7 @@ impl RigidStep {
         if self.rotates() { multiply(&self.mass.inertia, &self.angular_velocity()) } else { [0.0; 3] }
     }
 
+    /// Whether the body rotates about the normal of the plane.
     fn rotates(&self) -> bool {
         self.free_components[5]
     }
@@ -155,13 +157,13 @@ impl RigidStep {
             .sum()
     }
 
-    /// Sets the state to the motion at the end of the step, with the position at its start.
+    /// Sets the twist of the body to that at the end of the step; the position remains that at the start.
     pub fn apply(&self, state: &mut RigidState) {
         (state.velocity, state.angular_velocity, state.angular_momentum) =
             (self.velocity(), self.angular_velocity(), self.angular_momentum());
     }
 
-    /// Rotation matrix of a step of `dt` (s), by the angular velocity that the angular momentum gives at mid-step: of second order.
+    /// Rotation matrix of a step of `dt` (s), by the angular velocity at mid-step, which is of second order.
     fn rotation(&self, dt: f64) -> [[f64; 3]; 3] {
         let by = |spin: [f64; 3], time: f64| rotation(&spin.map(|w| time * w));
         // The angular velocity about a fixed axis is constant.
@@ -184,7 +186,7 @@ impl RigidStep {
         )
     }
 
-    /// Mean velocity gradient of a step of `dt` (s), over the positions at its start: that of the rotation (1/s).
+    /// Mean velocity gradient of the rotation in a step of `dt` (s), relative to the positions at its start (1/s).
     pub fn mean_gradient(&self, dt: f64) -> [[f64; 3]; 3] {
         let turn = if self.rotates() { self.rotation(dt) } else { IDENTITY_AXES };
         std::array::from_fn(|i| std::array::from_fn(|j| (turn[i][j] - IDENTITY_AXES[i][j]) / dt))

@@ -55,8 +55,8 @@ pub struct ObstacleContact<'a, const D: usize> {
 }
 
 impl SupportPoint {
-    /// Normal impulse of ground of this inertia (kg) on a body with the velocity `w` (m/s) here, tangential impulse per sliding velocity
-    /// (kg), and the sliding velocity (m/s); `None` without contact.
+    /// Normal impulse (N s) of the ground on a body with the velocity `w` (m/s), tangential impulse per sliding velocity (kg), and sliding
+    /// velocity (m/s). `None` without contact.
     fn support_force(&self, inertia: f64, w: &[f64; 3], stuck: bool) -> Option<(f64, f64, [f64; 3])> {
         let relative: [f64; 3] = std::array::from_fn(|c| w[c] - self.velocity[c]);
         let away = dot(&relative, &self.normal);
@@ -69,7 +69,7 @@ impl SupportPoint {
     }
 }
 
-/// Support point, inertia of the ground (kg), and whether all contacts stick.
+/// Support point with a finite inertia of the ground (kg); the last value is whether all contacts stick.
 struct StiffSupport<'a>(&'a SupportPoint, f64, bool);
 
 impl ContactLawAtPoint for StiffSupport<'_> {
@@ -112,7 +112,7 @@ pub struct SupportReaction {
     pub position: [f64; 3],
     /// Dissipation by friction (J), not negative.
     pub friction: f64,
-    /// Work of the obstacle's motion on the body (J).
+    /// Work of the motion of the obstacle on the body (J).
     pub work: f64,
 }
 
@@ -133,6 +133,7 @@ struct BodyCorners<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> BodyCorners<'a, D> {
+    /// Corners of the points of a rigid body at the start of a step, with the distance within which contacts are sought (m).
     fn new(step: &'a RigidStep, dt: f64, positions: &'a [[f64; D]], half_width: f64) -> Self {
         let own = std::array::from_fn(|k| {
             let axis =
@@ -152,6 +153,7 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
         self.step.mass.lever_arm(&std::array::from_fn(|c| at[c] + own[c]))
     }
 
+    /// Adds the corners that touch a wall or may reach it in the step.
     fn find_wall_support(&self, side: &WallPlane, found: &mut Vec<SupportPoint>) {
         let WallPlane { axis, normal_sign, face, velocity, friction } = *side;
         let normal = std::array::from_fn(|c| if c == axis { normal_sign } else { 0.0 });
@@ -177,6 +179,7 @@ impl<'a, const D: usize> BodyCorners<'a, D> {
         }
     }
 
+    /// Adds the corners that touch an obstacle or may reach it in the step.
     fn find_obstacle_support(
         &self,
         number: usize,
@@ -251,8 +254,8 @@ impl SupportPoints {
         })
     }
 
-    /// Finds the corners of a rigid body with points at `positions` (m), squares or cubes of half width `half_width` (m), that can reach walls or
-    /// obstacles in a step of `dt` (s).
+    /// Finds the corners of a rigid body that can reach walls or obstacles in a step of `dt` (s). Its points are squares or cubes of half
+    /// width `half_width` (m) at `positions` (m).
     pub fn list<'a, const D: usize>(
         &mut self,
         (step, dt): (&RigidStep, f64),
@@ -269,8 +272,7 @@ impl SupportPoints {
         }
     }
 
-    /// Solves the contact of the body: sets the motion with which it is off the ground or supported by it, and returns whether the
-    /// iteration has converged.
+    /// Solves the contact of the body with the ground, and sets its motion. Returns whether the iteration has converged.
     pub fn solve(&self, step: &mut RigidStep) -> bool {
         if self.is_empty() {
             return true;

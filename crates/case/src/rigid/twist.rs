@@ -3,7 +3,7 @@
 use colluvium_points::surface::{RigidTransform, cross, dot};
 use nalgebra::{SMatrix, SVector};
 
-/// Three components of translation, then three of rotation.
+/// Velocity and angular velocity, or force and moment: three components of translation, then three of rotation.
 pub type Twist = [f64; 6];
 
 /// Axes of a body without rotation.
@@ -37,7 +37,7 @@ pub fn rotation(turn: &[f64; 3]) -> [[f64; 3]; 3] {
     RigidTransform::rotation_about([0.0; 3], *turn, dot(turn, turn).sqrt()).rotation
 }
 
-/// Solution of `matrix · x = right` in the components that are `free`, the others being zero; `None` where there is none.
+/// Solution of `matrix · x = right` in the components that are `free`, with zeros in the others; `None` for a singular matrix.
 pub fn solve(matrix: &[Twist; 6], right: &Twist, free: &[bool; 6]) -> Option<Twist> {
     let entry = |i: usize, j: usize| match (free[i] && free[j], i == j) {
         (true, _) => matrix[i][j],

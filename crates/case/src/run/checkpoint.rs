@@ -13,12 +13,16 @@ use crate::run::output::run_folder::CHECKPOINT;
 use crate::solver::restore_value;
 use crate::{Case, CaseErrors, Method, Solver};
 
-/// Data of a run in front of the state of its solver in a checkpoint.
+/// Data of a run in a checkpoint, which precede the state of the solver.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Checkpoint {
+    /// Version of the program that wrote the checkpoint.
     pub(super) version: String,
+    /// Hash of the case, which must be unchanged in a restart.
     pub(super) fingerprint: u64,
+    /// Name of the method.
     pub(super) method: String,
+    /// Progress of the run.
     pub(super) progress: RunProgress,
     /// Checksums of the tables on disk; rows beyond them are written again.
     pub(super) tables: Vec<(String, FileChecksum)>,
@@ -29,7 +33,7 @@ pub(super) fn checkpoint_error(out: &Path, problem: String) -> RunError {
     RunError::Folder { path: out.join(CHECKPOINT), problem }
 }
 
-/// Reads the checkpoint of a case with this fingerprint by this method, and a reader at the state of the solver behind it; `None` without a
+/// Reads the checkpoint of a run. Returns the data of the run and a reader that is positioned at the state of the solver; `None` without a
 /// checkpoint.
 pub(super) fn read_checkpoint(
     out: &Path,
@@ -52,8 +56,8 @@ pub(super) fn read_checkpoint(
     Ok(Some((checkpoint, file)))
 }
 
-/// Returns the solver of the last checkpoint in the folder of a run of `case` by `method`, in its stage. After a complete run only methods
-/// with [specimens](Solver::specimen) have one, that at the end. `None` without a checkpoint.
+/// Returns the solver in the state of the last checkpoint of a run. After a complete run only methods with [specimens](Solver::specimen)
+/// have one, that at the end. `None` without a checkpoint.
 ///
 /// # Errors
 /// When the case cannot be built, and when the checkpoint is damaged, of another case, method or version.

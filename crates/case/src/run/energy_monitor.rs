@@ -26,7 +26,7 @@ pub(crate) struct EnergyMonitor {
 }
 
 impl EnergyMonitor {
-    /// Whether the monitor has a first row: no external work is done on the bodies of the stage.
+    /// Whether the energy of the stage is monitored: no external work is done on its bodies.
     pub(super) fn is_followed(&self) -> bool {
         self.first.is_some()
     }

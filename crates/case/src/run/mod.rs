@@ -35,7 +35,7 @@ pub use checkpoint::last_state;
 pub use error::RunError;
 pub use verify::{VerificationResult, changed_inputs, verify};
 
-/// Shortest wall-clock time between two summaries of a running run: frames may follow each other faster than a disk can write.
+/// Shortest wall-clock time between two summaries of a run in progress.
 const SUMMARY_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Wall-clock time between two lines of progress without a terminal.
@@ -59,11 +59,11 @@ pub struct RunOptions {
     pub keep_frames: bool,
     /// Whether to keep the [`Solver::specimen`] at the end, in [`RunReport::specimen`].
     pub keep_specimen: bool,
-    /// Flag that another thread sets to stop the run at the next step, with a checkpoint.
+    /// Flag that another thread sets to stop the run at the next step; the run then writes a checkpoint.
     pub stop_flag: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the summary.
     pub commit: Option<String>,
-    /// Receives warnings during the run; they are in [`RunReport::warnings_at_end`] too.
+    /// Function that receives warnings during the run. They are in [`RunReport::warnings_at_end`] too.
     pub on_warning: Option<fn(&str)>,
     /// Warnings about the case from before the run, for the summary.
     pub warnings: Vec<String>,
@@ -87,7 +87,7 @@ pub struct RunReport {
     pub snapshot: Snapshot,
     /// Measures over time.
     pub table: Table,
-    /// Frames, if they were to be kept.
+    /// Frames, if the options requested them.
     pub frames: Vec<Snapshot>,
     /// Totals at the start; [`Budget::UNKNOWN`] for methods without totals.
     pub start: Budget,
@@ -110,7 +110,7 @@ pub struct RunReport {
     /// Points at the end of the failing trial with the least factor of each search; `trial_displacement` is the displacement since the
     /// start of the trial.
     pub failed_trials: BTreeMap<String, Snapshot>,
-    /// Specimen from which another case can start, if it was to be kept.
+    /// Specimen from which another case can start, if the options requested it.
     pub specimen: Option<String>,
 }
 
@@ -152,6 +152,7 @@ pub fn run(case: &Case, solver: Box<dyn Solver>, options: &RunOptions) -> Result
     start(case, solver, None, options)
 }
 
+/// Runs a case from its start or its checkpoint, on the number of threads of the options.
 fn start(
     case: &Case,
     solver: Box<dyn Solver>,
@@ -162,6 +163,7 @@ fn start(
     rayon::scope(|_| run_on_thread_pool(case, solver, method, options))
 }
 
+/// Runs a case on the current thread pool.
 fn run_on_thread_pool(
     case: &Case,
     solver: Box<dyn Solver>,
@@ -205,6 +207,7 @@ fn run_on_thread_pool(
     Ok(run.report(ending))
 }
 
+/// State of a run between its steps.
 struct RunLoop<'a> {
     case: &'a Case,
     options: &'a RunOptions,
@@ -234,6 +237,7 @@ struct RunLoop<'a> {
     reported_warnings: Vec<String>,
 }
 
+/// Progress bar of a run; hidden where the options request none.
 fn progress_bar(case: &Case, options: &RunOptions) -> ProgressBar {
     if !options.progress {
         return ProgressBar::hidden();
@@ -246,6 +250,7 @@ fn progress_bar(case: &Case, options: &RunOptions) -> ProgressBar {
 }
 
 impl RunLoop<'_> {
+    /// Runs the stages from the progress of a restart, or from the start.
     fn run_stages(&mut self) -> Result<RunEnd, RunError> {
         if self.options.resume
             && let Some(progress) = self.recorder.resume(&mut *self.solver)?
@@ -292,7 +297,7 @@ impl RunLoop<'_> {
         self.search()
     }
 
-    /// Adds the last frame and its time to an error of the solver.
+    /// Adds the time of the last frame and its name to an error of the solver.
     fn with_last_output(&self, error: RunError) -> RunError {
         let error = match error {
             RunError::Solver(source) => RunError::Solver(source.on_map(self.case.origin())),
@@ -306,7 +311,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Transfers the state to a solver whose materials have the strength of the stage.
+    /// Transfers the state to a solver with the material strengths of the stage.
     fn weaken(&mut self, stage: usize) -> Result<(), RunError> {
         let by = self.case.stages.iter().take(stage + 1).rposition(|stage| stage.weakening.is_some());
         let (Some(method), true) = (self.method, by != self.weakened_stage) else { return Ok(()) };
@@ -372,6 +377,7 @@ impl RunLoop<'_> {
         Ok(RunEnd::Completed)
     }
 
+    /// Whether the bodies have been at rest for the required number of consecutive checks.
     fn at_rest(&mut self, stage: &Stage) -> bool {
         let Some(criterion) = &stage.equilibrium else { return false };
         if !self.solver.step_count().is_multiple_of(self.solver.steps_between_checks()) {
@@ -391,6 +397,7 @@ impl RunLoop<'_> {
         self.previous_wall_time + self.start_instant.elapsed().as_secs_f64()
     }
 
+    /// Writes a checkpoint, and a summary of the incomplete run where one is due.
     fn save(&mut self) -> Result<(), RunError> {
         self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
@@ -398,7 +405,7 @@ impl RunLoop<'_> {
         self.write_interim_summary_if_due()
     }
 
-    /// Writes the row and the frame that are due.
+    /// Writes the row and the frame whose output times have been reached.
     fn output(&mut self) -> Result<(), RunError> {
         let (rows, frames) = (self.progress.rows, self.progress.frames);
         self.recorder.output(&*self.solver, &mut self.progress)?;
@@ -408,22 +415,24 @@ impl RunLoop<'_> {
         if self.progress.frames > frames { self.write_interim_summary_if_due() } else { Ok(()) }
     }
 
-    /// Writes the summary of a running run, which remains if the run is killed.
+    /// Writes the summary of an incomplete run, which remains if the run is killed.
     fn write_interim_summary(&mut self) -> Result<(), RunError> {
         self.last_report = Instant::now();
         self.summary("running", None, &self.warnings_so_far())
     }
 
-    /// Writes the summary of a running run if [`SUMMARY_INTERVAL`] has passed since the last one.
+    /// Writes the summary of an incomplete run if [`SUMMARY_INTERVAL`] has passed since the last one.
     fn write_interim_summary_if_due(&mut self) -> Result<(), RunError> {
         if self.last_report.elapsed() < SUMMARY_INTERVAL { Ok(()) } else { self.write_interim_summary() }
     }
 
+    /// Writes the summary of the run with its status.
     fn summary(&self, status: &str, reason: Option<&str>, remarks: &[String]) -> Result<(), RunError> {
         let run = (self.wall(), &self.safety, remarks);
         self.recorder.summary(status, reason, &*self.solver, &self.progress, run)
     }
 
+    /// Writes the last output, the summary and the warnings at the end of a run.
     fn write_ending(&mut self, ending: &str, reason: Option<&str>) -> Result<(), RunError> {
         self.progress_bar.finish_and_clear();
         let completed = ending == "completed";
@@ -452,6 +461,7 @@ impl RunLoop<'_> {
         Ok(self.recorder.rasters(&*self.solver)?)
     }
 
+    /// Report of the run in memory.
     fn report(&mut self, ending: RunEnd) -> RunReport {
         let session = self.start_instant.elapsed().as_secs_f64();
         let steps = self.solver.step_count();

@@ -8,21 +8,27 @@ use crate::output::{Collection, FileChecksum};
 use crate::run::energy_monitor::EnergyMonitor;
 use crate::{Budget, TimeStep};
 
-/// Progress of a run: all data of a restart except the state of the solver.
+/// Progress of a run: all data of a restart other than the state of the solver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RunProgress {
+    /// Whether the first stage has begun.
     pub(crate) has_begun: bool,
+    /// Index of the current stage.
     pub(crate) stage: usize,
     /// Start times of the stages so far (s).
     pub(crate) stage_starts: Vec<f64>,
+    /// Number of consecutive checks at which the bodies were at rest.
     pub(crate) checks_at_rest: u32,
     /// Wall-clock time so far (s).
     pub(crate) wall: f64,
+    /// Number of frames written.
     pub(crate) frames: u64,
+    /// Number of rows of the table of measures.
     pub(crate) rows: u64,
+    /// ParaView collection of the frames written.
     pub(crate) collection: Collection,
     /// Checksums of the frame files, by name.
-    pub(crate) seals: BTreeMap<String, FileChecksum>,
+    pub(crate) frame_checksums: BTreeMap<String, FileChecksum>,
     /// Step numbers of the frames in the collection.
     pub(crate) frame_steps: Vec<u64>,
     /// Totals at the start.
@@ -31,7 +37,7 @@ pub(crate) struct RunProgress {
     pub(crate) time_step: Option<f64>,
     /// Bound on the first step (s).
     pub(crate) first_time_step: Option<f64>,
-    /// Warning that the step has become a small part of the first one.
+    /// Warning that the step has become a small part of the first step.
     pub(crate) collapse: Option<String>,
     /// First warning of the solver.
     pub(crate) warning: Option<String>,
@@ -43,22 +49,23 @@ pub(crate) struct RunProgress {
     pub(crate) missed_equilibria: Vec<(usize, String)>,
     /// End times of the completed stages (s).
     pub(crate) stage_ends: Vec<f64>,
-    /// Counts of the limits of the steps so far.
+    /// Number of steps that each criterion limited.
     pub(crate) step_bounds: Vec<StepBoundCount>,
 }
 
-/// Number of steps with the same limit, and their least bound.
+/// Number of steps with the same limiting criterion, and the smallest of them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct StepBoundCount {
+    /// Number of steps that this bound limited.
     pub(crate) steps: u64,
-    /// Least bound.
+    /// Smallest step.
     pub(crate) min_step: TimeStep,
-    /// Time of the least bound (s).
+    /// Time of the smallest step (s).
     pub(crate) time: f64,
 }
 
 impl RunProgress {
-    /// Counts a step from `time` (s) for its limit.
+    /// Counts a step from `time` (s) under its limiting criterion.
     pub(crate) fn count(&mut self, bound: &TimeStep, time: f64) {
         self.time_step = Some(bound.dt);
         match self.step_bounds.iter_mut().find(|known| known.min_step.limit == bound.limit) {

@@ -6,20 +6,21 @@ use crate::output::{WriteOptions, averages, write_frame};
 use crate::run::output::measure_row;
 use crate::{Case, FrameRequest, Plan, Solver};
 
-/// Least number of measured steps after the first, unless they exceed the time limit.
+/// Smallest number of measured steps after the first one, unless they exceed the time limit.
 const MIN_STEPS: u32 = 3;
 
-/// Longest expected time of a step on one thread (s) for which steps are measured; material laws that are models themselves exceed it.
+/// Longest expected time of a step on one thread (s) for which steps are measured. Material laws that are simulations of grains exceed it.
 const LONGEST_STEP: f64 = 20.0;
 /// Number of points from which frames and rows are estimated, since measuring them would double the memory of the points.
 const MAX_MEASURED_POINTS: usize = 200_000;
-/// Time of a frame per point (s), and of a row.
+/// Wall-clock time of a frame, for each point (s).
 const FRAME_OF_POINT: f64 = 3e-6;
+/// Wall-clock time of a row of measures, for each point (s).
 const ROW_OF_POINT: f64 = 5e-7;
-/// Memory of a frame per point, including the contents of its file (bytes).
+/// Memory of a frame with the contents of its file, for each point (bytes).
 const FRAME_BYTES_OF_POINT: f64 = 250.0;
 
-/// Memory of a frame with this number of points, including the contents of its file (bytes).
+/// Memory of a frame with this number of points and of the contents of its file (bytes).
 pub fn frame_memory(points: usize) -> f64 {
     FRAME_BYTES_OF_POINT * points as f64
 }
@@ -35,13 +36,13 @@ pub struct RunTiming {
     pub row: f64,
     /// Steps of the whole run: those of the plan, increased by the shortening of the step during the measurement.
     pub steps: f64,
-    /// Memory of a frame (bytes) if none was made; a frame that was made is in the memory of the process.
+    /// Memory of a frame (bytes) where the measurement made none. A frame that it made is in the memory of the process already.
     pub frame_memory: f64,
 }
 
 impl RunTiming {
-    /// Measures a solver at time zero, which steps in the first stage for at most the time `may` and is of no further use. `None` where no
-    /// step is possible, which the run will report, or a step would take too long.
+    /// Measures the wall time of steps, frames and rows with a solver at time zero, for at most the time `may`. The solver is of no further
+    /// use. `None` where no step is possible or a step would take too long.
     pub fn measure(case: &Case, plan: &Plan, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
         if plan.seconds() > LONGEST_STEP * plan.steps as f64 {
             return None;
@@ -86,6 +87,7 @@ struct MeasuredSteps {
 }
 
 impl MeasuredSteps {
+    /// Measures the wall time of steps at the start of a run, for at most the duration `may`.
     fn measure(case: &Case, solver: &mut dyn Solver, may: Duration) -> Option<Self> {
         solver.begin_stage(0, 0.0).ok()?;
         let end = case.stages.first()?.duration;

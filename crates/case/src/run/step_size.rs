@@ -27,8 +27,7 @@ pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> R
     Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
 }
 
-/// Whether the remaining time `left` (s) is negligible beside a step of at most `limit` (s), the shorter of the stable step and the time
-/// span to cover.
+/// Whether the remaining time `left` (s) is negligible beside `limit` (s).
 pub(super) fn is_negligible(left: f64, limit: f64) -> bool {
     left <= 1e-9 * limit
 }

@@ -11,11 +11,11 @@ use crate::output::{FileChecksum, OutputError, read_json};
 use crate::run::output::run_folder;
 use crate::run::output::run_folder::{CASE, FRAMES, RASTERS, SUMMARY};
 
-/// Checksums of all files of a run in `out` except its summary, by name: those in `sealed` from the run, and those of the files written at
-/// its end, including `rasters`.
+/// Checksums of all files of a run in `out` except its summary, by name: `run_checksums`, which the run has computed, and those of the files
+/// written at its end, including `rasters`.
 pub(super) fn file_checksums(
     out: &Path,
-    sealed: BTreeMap<String, FileChecksum>,
+    run_checksums: BTreeMap<String, FileChecksum>,
     rasters: &[String],
 ) -> Result<BTreeMap<String, FileChecksum>, OutputError> {
     let mut names = run_folder::collections(out)?;
@@ -26,22 +26,22 @@ pub(super) fn file_checksums(
             .filter(|name| run_folder::is_trials(name) || run_folder::is_failing(name)),
     );
     names.extend_from_slice(rasters);
-    let mut seals = sealed;
+    let mut checksums = run_checksums;
     for name in names {
         let path = out.join(&name);
         if path.exists() {
-            seals.insert(name, FileChecksum::of_file(&path, None)?);
+            checksums.insert(name, FileChecksum::of_file(&path, None)?);
         }
     }
-    Ok(seals)
+    Ok(checksums)
 }
 
 /// Checksums as JSON for a summary.
-pub(super) fn to_json(seals: &BTreeMap<String, FileChecksum>) -> Value {
-    let one = |(name, seal): (&String, &FileChecksum)| {
-        (name.clone(), json!({ "bytes": seal.bytes, "fnv1a": format!("{:016x}", seal.fnv1a) }))
+pub(super) fn to_json(checksums: &BTreeMap<String, FileChecksum>) -> Value {
+    let one = |(name, checksum): (&String, &FileChecksum)| {
+        (name.clone(), json!({ "bytes": checksum.bytes, "fnv1a": format!("{:016x}", checksum.fnv1a) }))
     };
-    Value::Object(seals.iter().map(one).collect())
+    Value::Object(checksums.iter().map(one).collect())
 }
 
 /// Result of the verification of a run.
@@ -72,8 +72,8 @@ pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
     if !files.contains_key(CASE) {
         problems.push(format!("{CASE}: was missing when the run ended. `run --overwrite` writes it"));
     }
-    for (name, seal) in files {
-        let (bytes, hash) = (seal["bytes"].as_u64(), seal["fnv1a"].as_str());
+    for (name, checksum) in files {
+        let (bytes, hash) = (checksum["bytes"].as_u64(), checksum["fnv1a"].as_str());
         let path = out.join(name);
         let found = match fs::metadata(&path) {
             Ok(about) if Some(about.len()) != bytes => {
@@ -122,7 +122,7 @@ pub fn changed_inputs(out: &Path, case: &Case) -> Result<Vec<String>, OutputErro
     Ok(changed_files(&read_json(&out.join(SUMMARY))?, &case.file_checksums()))
 }
 
-/// Paths of the input files of a summary whose checksums differ now or are missing.
+/// Paths of the input files of a summary whose checksums have changed, or which are missing.
 pub(super) fn changed_files(summary: &Value, now: &BTreeMap<String, String>) -> Vec<String> {
     let then = summary["inputs"].as_object().into_iter().flatten();
     let changed = then.filter(|(path, mark)| now.get(*path).map(String::as_str) != mark.as_str());

@@ -4,7 +4,7 @@ use colluvium_constitutive::SymTensor;
 
 /// Share of the reference scale below which an external force counts as zero.
 const NO_FORCE: f64 = 1e-12;
-/// External work over the reference energy of the stresses below which it is no scale: a stage that begins at rest has almost none.
+/// External work over the reference energy of the stresses, below which the work is no scale: a stage that begins at rest has almost none.
 const MIN_WORK_RATIO: f64 = 1e-3;
 
 /// Measures of the distance from static equilibrium.
@@ -18,7 +18,8 @@ pub struct Equilibrium {
     pub kinetic: f64,
 }
 
-/// Reference scales of unbalanced force and kinetic energy where there are no external actions, from the points.
+/// Reference scales of unbalanced force and kinetic energy, from the stresses at the points. They replace external actions where there are
+/// none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EquilibriumScales {
     /// Sum of the squares of stress times volume over spacing (N²).
@@ -28,8 +29,8 @@ pub struct EquilibriumScales {
 }
 
 impl EquilibriumScales {
-    /// Adds a point of volume `volume` (m³), total stress `total` (Pa) and spacing `spacing` (m), whose skeleton has the effective stress
-    /// `effective` (Pa) and the P-wave modulus `modulus` (Pa), zero where it has none.
+    /// Adds a point to the reference scales: its volume (m³), spacing (m), total and effective stress (Pa), and P-wave modulus (Pa; zero
+    /// where it has none).
     pub fn add(&mut self, volume: f64, spacing: f64, total: &SymTensor, effective: &SymTensor, modulus: f64) {
         self.force_square += (volume / spacing * total.norm()).powi(2);
         if modulus > 0.0 {
@@ -43,12 +44,13 @@ impl EquilibriumScales {
         ratio(unbalanced, if external > NO_FORCE * reference { external } else { reference })
     }
 
-    /// Kinetic energy (J) over the absolute external work, or over a thousandth of the reference energy where that is larger.
+    /// Kinetic energy (J) over the absolute external work (J), or over a thousandth of the reference energy where that is larger.
     pub fn energy_ratio(&self, kinetic: f64, work: f64) -> f64 {
         ratio(kinetic, work.abs().max(MIN_WORK_RATIO * self.energy))
     }
 }
 
+/// Ratio of a value to its scale: zero for a zero value, infinite for a zero scale.
 fn ratio(value: f64, scale: f64) -> f64 {
     if value == 0.0 {
         0.0

@@ -26,7 +26,7 @@ pub struct Dataset {
     pub fields: Vec<Field>,
 }
 
-/// Geometry of the fields of a [`Dataset`].
+/// Geometry on which the fields of a [`Dataset`] are defined.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DatasetGeometry {
     /// Points.
@@ -44,20 +44,20 @@ pub enum DatasetGeometry {
     Mesh(PolygonMesh),
 }
 
-/// Points, sorted by id, whatever order the solver uses. Points may be created and removed; an id always belongs to the same point.
+/// Points of a frame, sorted by id. Points may be created and removed; an id always belongs to the same point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FramePoints {
     /// Ids, ascending.
     pub ids: Vec<u64>,
-    /// Index into `Case::bodies` of each; empty for methods without bodies.
+    /// Index into `Case::bodies` of each point; empty for methods without bodies.
     pub bodies: Vec<u32>,
     /// Positions (m); unused components are zero.
     pub positions: Vec<[f64; 3]>,
-    /// Full widths of the points' domains (m); empty for points without.
+    /// Full widths of the domains of the points (m); empty for points without widths.
     pub extents: Vec<[f64; 3]>,
 }
 
-/// Nodes of a regular lattice, the first axis fastest.
+/// Nodes of a regular lattice, with the index along the first axis varying fastest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     /// First node (m).
@@ -79,7 +79,7 @@ pub struct PlanNodes {
     pub origin: [f64; 2],
     /// Distance of the nodes along x and y (m).
     pub spacing: [f64; 2],
-    /// Georeference.
+    /// Georeference of the raster.
     pub reference: Georeference,
 }
 
@@ -88,7 +88,7 @@ pub struct PlanNodes {
 pub struct PolygonMesh {
     /// Vertices (m).
     pub vertices: Vec<[f64; 3]>,
-    /// Vertex numbers of the cells, cell after cell: two for a line, those of a polygon in order.
+    /// Vertex numbers of the cells, one cell after the other: two for a line, those of a polygon in order.
     pub corners: Vec<u64>,
     /// End of each cell in `corners`.
     pub ends: Vec<u64>,
@@ -121,6 +121,7 @@ pub enum FieldRole {
 }
 
 impl FieldRole {
+    /// All roles.
     const ALL: [Self; 5] = [Self::Mass, Self::Volume, Self::Velocity, Self::Depth, Self::Bed];
 
     /// Name of fields with this role.
@@ -146,7 +147,7 @@ impl FieldRole {
         }
     }
 
-    /// Whether it is extensive, without an average.
+    /// Whether the quantity is extensive: a sum over points has a meaning, an average has none.
     #[must_use]
     pub const fn is_amount(self) -> bool {
         matches!(self, Self::Mass | Self::Volume)
@@ -159,7 +160,7 @@ impl FieldRole {
     }
 }
 
-/// Requested datasets of a frame.
+/// Datasets of a frame that a caller requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameRequest {
     /// Data of measures and searches: points, or the first dataset of the method in place of them.

@@ -7,6 +7,7 @@ impl FieldData {
     /// Subset of the points with the numbers `kept`.
     #[must_use]
     pub fn subset(&self, kept: &[usize]) -> Self {
+        /// Values at the indices `kept`.
         fn select<T: Copy>(values: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&k| values[k]).collect()
         }
@@ -18,7 +19,7 @@ impl FieldData {
         }
     }
 
-    /// Whether entry `k` is defined, i.e. not NaN.
+    /// Whether entry `k` has a value, i.e. is not NaN.
     fn is_defined(&self, k: usize) -> bool {
         match self {
             Self::Integer(_) => true,
@@ -30,8 +31,8 @@ impl FieldData {
 }
 
 impl Dataset {
-    /// Dataset as points: lattice or raster nodes with data, with extents of the node spacing along axes with more than one node; mesh
-    /// cells at the mean of their corners, without extents. Numbers of nodes and cells become ids.
+    /// Converts a dataset to points. Nodes with data have extents of the node spacing; cells become points at the mean of their corners,
+    /// without extents. Numbers of nodes and cells become ids.
     #[must_use]
     pub fn into_points(self, time: f64, step: u64) -> Snapshot {
         let Self { geometry: support, fields, .. } = self;
@@ -66,8 +67,7 @@ impl Dataset {
     }
 }
 
-/// Points at the nodes with coordinates `axes` (m), the first axis fastest: those in `mask`, or all where it is empty, with a value in a
-/// field.
+/// Points at the nodes of coordinates `axes` (m) that are in `mask` (all where it is empty) and have a value.
 pub(crate) fn on_nodes(axes: &[Vec<f64>; 3], mask: &[bool], fields: Vec<Field>) -> (FramePoints, Vec<Field>) {
     let [nx, ny, nz] = [0, 1, 2].map(|c| axes[c].len());
     let bears = |k: &usize| {
@@ -94,7 +94,7 @@ impl Frame {
         Some(self.datasets.first()?.clone().into_points(self.time, self.step))
     }
 
-    /// Points of measures: the dataset on points, or else the first dataset as points; empty without datasets.
+    /// Points on which measures are evaluated: the dataset on points, or else the first dataset as points.
     #[must_use]
     pub fn into_measured_points(mut self) -> Snapshot {
         let (time, step) = (self.time, self.step);

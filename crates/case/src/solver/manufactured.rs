@@ -30,7 +30,7 @@ pub struct Manufactured {
 }
 
 impl PrescribedState {
-    /// Deformation as one step from the stress-free state, of a point with this current density (kg/m³) and size (m).
+    /// Deformation of a point as one step from the stress-free state. `density` is its current density (kg/m³) and `size` its size (m).
     pub fn motion(&self, density: f64, size: f64) -> Motion {
         let deformation = Mat3(self.deformation);
         let gradient = deformation - Mat3::IDENTITY;

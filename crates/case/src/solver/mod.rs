@@ -61,19 +61,20 @@ pub trait Method: Send + Sync {
     /// When its options are wrong.
     fn capabilities(&self, case: &Case) -> Result<Capabilities, CaseError>;
 
-    /// [`Method::plan`] of a case whose features it supports.
+    /// Plans the solution of a case whose features the method supports; see [`Method::plan`].
     ///
     /// # Errors
     /// The first unsupported combination of options.
     fn plan_supported_case(&self, case: &Case) -> Result<Plan, CaseError>;
 
-    /// [`Method::build`] of a case whose features it supports.
+    /// Builds a solver of a case whose features the method supports; see [`Method::build`].
     ///
     /// # Errors
     /// See [`Method::plan_supported_case`].
     fn build_supported_case(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
 
-    /// [`Method::plan_and_build`] of a supported case. Methods with expensive sampling generate their points once for both.
+    /// Plans and builds a case whose features the method supports; see [`Method::plan_and_build`]. Methods with expensive sampling generate
+    /// their points once for both.
     ///
     /// # Errors
     /// See [`Method::plan_supported_case`].
@@ -81,8 +82,8 @@ pub trait Method: Send + Sync {
         Ok((self.plan_supported_case(case)?, self.build_supported_case(case)?))
     }
 
-    /// Plan of the solution, without solving. Rejects, by JSON path, all that the method does not support; ignored features are among the
-    /// warnings. Not to be overridden.
+    /// Plan of the solution of a case: its size, time step, cost and warnings. Rejects, by JSON path, all that the method does not support;
+    /// ignored features are among the warnings. Not to be overridden.
     ///
     /// # Errors
     /// The first unsupported part of the case.
@@ -92,7 +93,7 @@ pub trait Method: Send + Sync {
         self.plan_supported_case(case)?.complete(case, notes, honours.has_materials())
     }
 
-    /// [`Method::plan`] and [`Method::build`] together. Not to be overridden.
+    /// Plan and solver of a case, with less work than [`Method::plan`] and [`Method::build`] one after the other. Not to be overridden.
     ///
     /// # Errors
     /// See [`Method::plan`].
@@ -131,12 +132,12 @@ pub struct Budget {
     pub elastic: f64,
     /// Potential energy of gravity, zero at the origin (J).
     pub potential: f64,
-    /// Share of the pore fluid in these totals; `None` without saturated material.
+    /// Part of the pore fluid in these totals; `None` without saturated material.
     pub liquid: Option<PhaseBudget>,
 }
 
 impl Budget {
-    /// Budget of a method without one: NaN throughout.
+    /// Budget of a method that does not record totals. NaN throughout.
     pub const UNKNOWN: Self = Self {
         mass: f64::NAN,
         momentum: [f64::NAN; 3],
@@ -168,7 +169,7 @@ pub struct PhaseBudget {
     pub potential: f64,
 }
 
-/// Reaction: action of the material on a rigid body or on a patch of prescribed velocity.
+/// Action of the material on a rigid body, or on a patch of prescribed velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reaction {
     /// Force in the last step (N; per metre in plane strain, per radian in axisymmetry).
@@ -192,7 +193,7 @@ impl Reaction {
     }
 }
 
-/// Error text of a body whose law cannot restart from its present stress, with the `reason`.
+/// Error text for a body whose law cannot restart from its current stress, with the `reason`.
 pub fn reset_error(reason: &str) -> String {
     format!(
         "reset of state at the end of the stage: its law cannot restart from the present stress ({reason})"
@@ -255,21 +256,21 @@ pub trait Solver: Send {
     /// Largest stable step from the current state, with its safety factor, and its limit. It is constant until the next step.
     fn limit(&mut self) -> TimeStep;
 
-    /// Advances by one step of at most `at_most` (s); explicit solvers take [`TimeStep::limited_to`] of their limit. A solver may take
-    /// less, cut back and retry, or advance an increment of load; the result says which step it took.
+    /// Advances by one step of at most `at_most` (s). A solver may take less, cut back and retry, or advance an increment of load; the
+    /// result says which step it took.
     ///
     /// # Errors
     /// When a point cannot be continued; the solver must then not be used further.
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError>;
 
-    /// Prepares a stage: its boundaries, damping, gravity ramp. Called once when the stage begins, and after [`Solver::restore`] with the
-    /// stage of the checkpoint; `stage` is an index into `Case::stages`, `start` the start time of the stage (s).
+    /// Prepares a stage: its boundaries, damping and gravity ramp. Called once when the stage begins, and after [`Solver::restore`] with
+    /// the stage of the checkpoint; `stage` is an index into `Case::stages`, `start` the start time of the stage (s).
     ///
     /// # Errors
     /// When the stage cannot begin.
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError>;
 
-    /// Ends a stage: performs its `reset` (velocities, displacements, plastic strains).
+    /// Ends a stage, and resets the quantities of its `reset` (velocities, displacements, plastic strains).
     ///
     /// # Errors
     /// When the stage cannot end.
@@ -288,22 +289,23 @@ pub trait Solver: Send {
     /// Distance from equilibrium after the last step; `None` where the method has no measure.
     fn equilibrium(&self) -> Option<Equilibrium>;
 
-    /// Whether the time ramps of the method's own options are complete: before that, no state is at rest.
+    /// Whether the time ramps of the options of the method are complete. Before that, no state counts as at rest.
     fn ramps_are_complete(&self) -> bool {
         true
     }
 
-    /// Scalar outputs of the method in each row of the measures, with constant names and order; NaN for unknown values.
+    /// Scalar outputs of the method in each row of the measures. Their names and order are constant; unknown values are NaN.
     fn scalar_outputs(&self) -> Vec<ScalarOutput> {
         Vec::new()
     }
 
-    /// Travel of each removal shape of the case (m), in their order; `None` before it begins. Empty for methods without removal shapes.
+    /// Travelled distance of each removal shape of the case (m), in their order; `None` before it begins to move. Empty for methods without
+    /// removal shapes.
     fn removal_shape_travel(&self) -> Vec<Option<f64>> {
         Vec::new()
     }
 
-    /// Force of the material on the rigid body or patch `name`; `None` for methods without them.
+    /// Force of the material on the rigid body or patch `name`; `None` for methods without reactions.
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let _ = name;
         None
@@ -326,23 +328,23 @@ pub trait Solver: Send {
         None
     }
 
-    /// Whether the budget contains all energy and there is no external work in the stage: no loads, no prescribed motions, materials with a
-    /// stored energy. The run then reports growth of energy. False where a method cannot decide.
+    /// Whether the budget contains all energy and no external work is done in the stage. The run then reports growth of energy. False where
+    /// a method cannot decide.
     fn is_isolated(&self) -> bool {
         false
     }
 
-    /// Warning about the state during the run: liquids in tension, … Requested at every row of the measures until there is one.
+    /// Warning about the state during the run, such as a liquid in tension.
     fn warning(&self) -> Option<String> {
         None
     }
 
-    /// Warnings about the state at the end of a run: points whose law is outside its range of validity, …
+    /// Warnings about the state at the end of a run, such as points whose law is outside its range of validity.
     fn warnings_at_end(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Notes on a run that are no warnings: the density of grain packings, …
+    /// Notes on a run that are no warnings, such as the density of grain packings.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }
@@ -350,17 +352,17 @@ pub trait Solver: Send {
     /// Current state as the datasets of `wanted`.
     fn frame(&self, wanted: FrameRequest) -> Frame;
 
-    /// Results besides the frames, up to now: maxima over the plan and others, where the case requests them.
+    /// Results in addition to the frames, up to the current time, such as maxima over the plan.
     fn products(&self) -> Vec<Dataset> {
         Vec::new()
     }
 
-    /// Measured state as points: the dataset on points, or else the first of the frame; empty without datasets.
+    /// Current state as points: the dataset on points, or else the first dataset of the frame.
     fn snapshot(&self) -> Snapshot {
         self.frame(FrameRequest::Measured).into_measured_points()
     }
 
-    /// Rasters among the products.
+    /// Rasters among the results of [`Solver::products`].
     fn rasters(&self) -> Vec<PlanRaster> {
         self.products().iter().flat_map(Dataset::rasters).collect()
     }
@@ -387,13 +389,13 @@ pub trait Solver: Send {
     /// When the bytes are no such state.
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError>;
 
-    /// Points with their complete data, as the text of a file with which another case of the method can begin; `None` for methods without
+    /// Text of a file with the points and their complete data, with which another case of the method can begin. `None` for methods without
     /// such a file.
     fn specimen(&self) -> Option<String> {
         None
     }
 
-    /// Whether [`Solver::specimen`] returns a text: the run folder then has the state at its end.
+    /// Whether [`Solver::specimen`] returns a text. The folder of a run then has the state at its end.
     fn has_specimen(&self) -> bool {
         false
     }

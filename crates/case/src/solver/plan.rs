@@ -12,20 +12,20 @@ pub struct ProblemSize {
     pub nodes: f64,
     /// Least memory (bytes).
     pub memory: f64,
-    /// Key of the case that determines it: the cell size, a spacing, or grains.
+    /// Key of the case that determines the size: the cell size, a spacing, or grains.
     pub case_key: &'static str,
     /// Time to place the points (s), where it exceeds the time to write them.
     pub placing_time: f64,
-    /// Advice where it does not fit; “make it larger” when empty.
+    /// Advice for a problem that does not fit in memory; “make it larger” when empty.
     pub advice: &'static str,
 }
 
 /// Time to place points (s) above which it is reported in advance.
 const LONG_PLACING_TIME: f64 = 5.0;
 
-/// Memory of a node of `output.grid` (bytes): some twenty numbers of its fields, once as sums and once as output.
+/// Memory of a node of `output.grid` (bytes).
 const BYTES_OF_GRID_NODE: f64 = 320.0;
-/// Memory of the weight of a point at a node of `output.grid` (bytes).
+/// Memory of the mass of a point at a node of `output.grid` (bytes).
 const BYTES_OF_SHARE: f64 = 24.0;
 
 /// Duration (s) as text.
@@ -39,7 +39,7 @@ fn duration_text(seconds: f64) -> String {
 }
 
 impl ProblemSize {
-    /// Notice before the points are generated, with their number, time and memory; `None` where they take seconds.
+    /// Notice before the points are generated, with their number, time and memory. `None` where that takes little time.
     pub fn size_notice(&self) -> Option<String> {
         (self.placing_time >= LONG_PLACING_TIME).then(|| {
             format!(
@@ -93,21 +93,20 @@ pub struct Plan {
     pub memory: u64,
     /// Initial volume of the points of each body, including rigid ones (m³; m² × 1 m in plane strain, per radian in axisymmetry).
     pub volumes: Vec<f64>,
-    /// Mass of the grains of each body (kg; per metre in plane strain), for a method with grains and voids: it is not that of a bulk
-    /// material with its density, and the grains need not fill the volume of the shape.
+    /// Mass of the grains of each body (kg; per metre in plane strain), for a method with grains and voids.
     pub grains: Option<Vec<f64>>,
-    /// Density of each body (kg/m³) where options of the method determine it, as for a mixture.
+    /// Density of each body (kg/m³) where options of the method determine it, as for a mixture of phases.
     pub densities: Option<Vec<f64>>,
-    /// Resolution of bodies; `None` for methods without cells or spacings.
+    /// Cell size or spacing relative to the bodies; `None` for methods without cells or spacings.
     pub resolution: Option<Resolution>,
     /// Expected point updates per second and thread, from this project's benchmarks.
     pub updates_per_second: f64,
-    /// Warnings: under-sampled cells, a Poisson ratio near 0.5, …
+    /// Warnings, for example about cells with few points or a Poisson's ratio near 0.5.
     pub warnings: Vec<String>,
 }
 
 impl Plan {
-    /// Plan with `notes` and the costs of the laws, where the method has such; an error for a case that cannot end.
+    /// Plan with the notes of ignored features and the costs of the laws. An error for a case that cannot end.
     pub(super) fn complete(
         mut self,
         case: &Case,
@@ -124,7 +123,7 @@ impl Plan {
         Ok(self)
     }
 
-    /// Rejects a body without points: none of it is above the ground, or all of it lies between the points.
+    /// Rejects a case with a body that has no points.
     fn has_points(&self, case: &Case) -> Result<(), CaseError> {
         let empty = self.volumes.iter().position(|volume| *volume <= 0.0).filter(|_| self.grains.is_none());
         let Some(body) = empty.filter(|body| *body < case.bodies.len()) else { return Ok(()) };

@@ -62,14 +62,14 @@ impl Plan {
     }
 }
 
-/// Resolution of bodies in a method.
+/// Cell size or point spacing of a method, with which the sizes of bodies are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Width of a cell, or spacing of the points (m).
     pub width: f64,
     /// Distance of the points (m).
     pub point_distance: f64,
-    /// Number of axes with this resolution, from the first: those of the plan for a flow over terrain.
+    /// Number of axes with this resolution, counted from the first.
     pub axes: usize,
     /// Key of the case that determines the width.
     pub case_key: &'static str,
@@ -82,7 +82,8 @@ const MIN_WIDTHS: f64 = 2.0;
 /// Share of a width that counts as round-off.
 const ROUND_OFF: f64 = 1e-6;
 
-/// Smallest extent of a body (m) along which it does not span the domain, and its axis; no axis for a layer, thin along its normal.
+/// Smallest extent of a body (m) along the axes along which it does not span the domain, with its axis. A layer, which is thin along its
+/// normal, has no axis.
 fn thinnest(case: &Case, body: &Body, axes: usize) -> Option<(f64, Option<usize>)> {
     let (low, high) = body.shape.bounds(case.dimension());
     let spans = |axis: usize| {
@@ -118,7 +119,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
     found
 }
 
-/// Warns of bodies less than a width apart: they interact before contact, and so small a gap may be unintended.
+/// Warns of bodies whose gap is less than a width: they interact before they touch.
 fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
     let Resolution { width, case_key, noun, .. } = *resolution;
     let bounds: Vec<_> = case.bodies.iter().map(|body| body.shape.bounds(case.dimension())).collect();
@@ -145,7 +146,7 @@ fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
     found
 }
 
-/// Gap (m) between two boxes beside each other along one axis, with the name of that axis.
+/// Gap between two boxes beside each other along an axis (m), with the name of that axis.
 fn gap_of_boxes(
     (low, high): &(Vec<f64>, Vec<f64>),
     (other_low, other_high): &(Vec<f64>, Vec<f64>),
@@ -158,7 +159,7 @@ fn gap_of_boxes(
     Some((apart(axis), format!(" along axis {axis}")))
 }
 
-/// Gap (m) between two shapes in the plane with straight sides; zero where they overlap.
+/// Gap between two shapes in the plane with straight sides (m); zero where they overlap.
 fn gap_of_outlines(one: &Shape, other: &Shape, dimension: usize) -> Option<f64> {
     let (corners, others) = (closed_corners(one)?, closed_corners(other)?);
     if common_interior_point(one, other, dimension, OVERLAP_RESOLUTION).is_some() {
@@ -170,7 +171,7 @@ fn gap_of_outlines(one: &Shape, other: &Shape, dimension: usize) -> Option<f64> 
     Some(from(&corners, &others).min(from(&others, &corners)))
 }
 
-/// Corners (m) of a shape in the plane with straight sides, the first one again at the end.
+/// Corners of a shape in the plane with straight sides (m); the last one is the first again.
 fn closed_corners(shape: &Shape) -> Option<Vec<[f64; 2]>> {
     let mut corners = match shape {
         Shape::Polygon { vertices } => vertices.to_vec(),

@@ -29,7 +29,7 @@ pub enum FieldData {
     Tensor(Vec<SymTensor>),
 }
 
-/// Points of a [`Frame`](super::Frame) with their fields, sorted by id, whatever order the solver uses.
+/// Points of a [`Frame`](super::Frame) with their fields, sorted by id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// Time (s).
@@ -42,7 +42,7 @@ pub struct Snapshot {
     pub bodies: Vec<u32>,
     /// Positions (m); unused components are zero.
     pub positions: Vec<[f64; 3]>,
-    /// Full widths of the points' domains (m); zero for points without.
+    /// Full widths of the domains of the points (m); zero for points without widths.
     pub extents: Vec<[f64; 3]>,
     /// Fields. Methods of material points give at least `velocity`, `stress`, `mass`, `volume` and `displacement`.
     pub fields: Vec<Field>,
@@ -88,7 +88,8 @@ impl Snapshot {
 }
 
 impl Snapshot {
-    /// Hash that is equal only for bit-identical snapshots: time, step, ids, bodies, positions and fields with their names.
+    /// Hash of a snapshot: of time, step, ids, bodies, positions, and fields with their names. It is equal for bit-identical snapshots
+    /// only.
     pub fn hash(&self) -> u64 {
         let mut bytes: Vec<u8> = Vec::new();
         bytes.extend(self.time.to_bits().to_le_bytes());

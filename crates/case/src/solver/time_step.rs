@@ -5,27 +5,27 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Limit of a time step, as a short text that the method gives.
+/// Criterion that limits a time step, as a short text that the method gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepLimit(&'static str);
 
 impl StepLimit {
-    /// Travel time of an elastic wave across a cell or a smoothing length.
+    /// Travel time of an elastic wave across a cell or a smoothing length limits the step.
     pub const ELASTIC_WAVE: Self = Self::new("elastic wave");
-    /// Diffusion of momentum by viscosity.
+    /// Diffusion of momentum by viscosity limits the step.
     pub const VISCOSITY: Self = Self::new("viscosity");
-    /// Displacement of a point by its acceleration.
+    /// Displacement of a point by its acceleration limits the step.
     pub const ACCELERATION: Self = Self::new("acceleration");
-    /// Viscous damping.
+    /// Viscous damping limits the step.
     pub const DAMPING: Self = Self::new("damping");
-    /// Drag between skeleton and pore fluid.
+    /// Drag between skeleton and pore fluid limits the step.
     pub const SEEPAGE_DRAG: Self = Self::new("seepage drag");
-    /// Fixed step of the case.
+    /// The case prescribes the step.
     pub const FIXED_STEP: Self = Self::new("fixed by the case");
-    /// No limit: nothing moves.
+    /// Nothing moves, and the step is not limited.
     pub const NO_MOTION: Self = Self::new("nothing");
 
-    /// Limit with this name.
+    /// Criterion with this name.
     #[must_use]
     pub const fn new(name: &'static str) -> Self {
         Self(name)
@@ -50,7 +50,7 @@ impl<'de> Deserialize<'de> for StepLimit {
     }
 }
 
-/// Text with static lifetime and this content; a checkpoint has only a few.
+/// Text with static lifetime. A checkpoint contains only a few of them.
 fn static_name(name: String) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -67,16 +67,16 @@ fn static_name(name: String) -> &'static str {
 pub struct Advance {
     /// Increment of time (s), or of the load factor of a static solver.
     pub dt: f64,
-    /// Limit of the step.
+    /// Criterion that limited the step.
     pub limit: StepLimit,
 }
 
-/// Stable time step with its limit.
+/// Stable time step with the criterion that limits it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeStep {
     /// Time step (s).
     pub dt: f64,
-    /// Limit of the step.
+    /// Criterion that limits the step.
     pub limit: StepLimit,
     /// Id of the limiting point, if a point limits it.
     pub point: Option<u64>,
@@ -102,13 +102,13 @@ impl TimeStep {
         })
     }
 
-    /// Whether the step is below double precision at a time (s): more than 2^53 steps lead to it.
+    /// Whether the step is below double precision at a time (s): it is less than a 2⁻⁵³ part of it.
     #[must_use]
     pub fn is_below_precision(&self, time: f64) -> bool {
         self.dt > 0.0 && self.dt < 0.5 * f64::EPSILON * time
     }
 
-    /// Step of an explicit method that is to advance by `at_most` (s): at most this one; the last two steps before the end are equal so
+    /// Step of an explicit method that has the time `at_most` (s) left: at most this one. The last two steps before the end are equal, so
     /// that none is tiny.
     #[must_use]
     pub fn limited_to(&self, at_most: f64) -> f64 {
@@ -121,7 +121,7 @@ impl TimeStep {
         }
     }
 
-    /// Fixed step of the case (s), where it has one and this critical one allows it.
+    /// Fixed step of the case, where it has one that this critical step allows; else this step.
     #[must_use]
     pub fn or_fixed(self, fixed: Option<f64>) -> Self {
         match fixed {
@@ -132,7 +132,7 @@ impl TimeStep {
         }
     }
 
-    /// Error text for a fixed step of the case (s) that exceeds this one.
+    /// Error text for a fixed step of the case (s) that exceeds this critical step.
     #[must_use]
     pub fn fixed_step_problem(&self, fixed: Option<f64>) -> Option<String> {
         let Self { dt, limit, .. } = self;

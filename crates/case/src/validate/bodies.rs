@@ -14,6 +14,7 @@ use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
 const SAMPLES: usize = 7;
 
 impl ErrorCollector<'_> {
+    /// Checks the bodies: names, materials, positions in the domain, initial state.
     pub(super) fn bodies(&mut self) {
         let case = self.case;
         let dimension = case.dimension();
@@ -72,8 +73,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Checks the sampling: boundary-fitted rows need a plane, a shape with straight or round sides, and points that are not from a file; a
-    /// seed needs Poisson-disk sampling.
+    /// Checks the sampling of a body: its shape, its space and its seed must suit it.
     fn sampling(&mut self, number: usize) {
         let body = &self.case.bodies[number];
         let seeded = body.sampling == Sampling::PoissonDisk;
@@ -98,7 +98,7 @@ impl ErrorCollector<'_> {
         self.require(sides, path, SamplingError::NoBoundaryEdges.to_string());
     }
 
-    /// Checks bodies with layers after their files are read.
+    /// Checks bodies with terrain layers after the files of the layers are read.
     pub(super) fn layers(&mut self, layered: &[usize]) {
         for &number in layered {
             self.within_domain(number);
@@ -110,7 +110,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Whether a microstructure reaches beyond the domain, which is reported here because packing its balls takes seconds.
+    /// Whether a microstructure reaches beyond the domain. It is reported before its spheres are packed, which takes seconds.
     fn is_packed_beyond_domain(&mut self, number: usize) -> bool {
         let dimension = self.case.dimension();
         let Shape::Microstructure { min, max, .. } = &self.case.bodies[number].shape else { return false };
@@ -122,7 +122,7 @@ impl ErrorCollector<'_> {
         self.errors.len() > before
     }
 
-    /// Requires a body in the domain.
+    /// Checks that a body is in the domain.
     fn within_domain(&mut self, number: usize) {
         let (case, dimension) = (self.case, self.case.dimension());
         let (low, high) = case.bodies[number].shape.bounds(dimension);
@@ -139,7 +139,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires that two bodies do not overlap.
+    /// Checks that two bodies do not overlap.
     fn no_overlap(&mut self, first: usize, second: usize) {
         let (a, b) = (&self.case.bodies[first], &self.case.bodies[second]);
         if let Some(place) =
@@ -151,8 +151,8 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires coordinates of the space in a formula, and finite values at sample points of `shape`. A value that is not finite elsewhere
-    /// appears as a non-finite state at the start of the run.
+    /// Checks that a formula has coordinates of the space only, and finite values at sample points of `shape`. A value that is not finite
+    /// elsewhere appears as a non-finite state at the start of the run.
     fn formula(&mut self, path: impl Into<String>, shape: Option<&Shape>, formula: &Formula) {
         let dimension = self.case.dimension();
         let Some(shape) = shape else { return };
@@ -174,6 +174,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks an initial velocity field.
     fn velocity(&mut self, path: &str, shape: Option<&Shape>, velocity: &Velocity) {
         match velocity {
             Velocity::Rest => {}
@@ -213,6 +214,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks an initial stress.
     fn initial_stress(&mut self, path: &str, shape: Option<&Shape>, stress: &InitialStress) {
         match stress {
             InitialStress::None => {}
@@ -235,6 +237,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the pore fluid of a body.
     fn pore_fluid(&mut self, path: &str, shape: Option<&Shape>, fluid: &PoreFluid) {
         let gravity = &self.case.gravity;
         let at = |key: &str| format!("{path}.{key}");

@@ -74,8 +74,7 @@ impl Case {
         ))
     }
 
-    /// Warning where gravity acts and the fall of the bodies is not limited: no wall against gravity or with friction along it, no
-    /// obstacle, no rigid or held body.
+    /// Warning where gravity acts and nothing limits the fall of the bodies.
     fn unlimited_fall_warning(&self) -> Option<String> {
         let stops = |boundary: &Boundary| {
             let outwards = if boundary.side.is_max() { 1.0 } else { -1.0 };

@@ -5,7 +5,7 @@ use colluvium_constitutive::MaterialSpec;
 use crate::Case;
 use crate::description::{Body, InitialStress};
 
-/// Share of the domain from which bodies fill it without a free surface.
+/// Share of the domain above which bodies fill it without a free surface.
 const FULL_DOMAIN_FRACTION: f64 = 0.99;
 
 impl Case {

@@ -3,6 +3,7 @@
 use super::ErrorCollector;
 
 impl ErrorCollector<'_> {
+    /// Checks the equilibrium criterion of a stage.
     pub(super) fn equilibrium(&mut self, number: usize) {
         let case = self.case;
         let stage = &case.stages[number];

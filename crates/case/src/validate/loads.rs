@@ -5,6 +5,7 @@ use crate::files::piecewise_linear;
 use crate::validate::ErrorCollector;
 
 impl ErrorCollector<'_> {
+    /// Checks the dashpots and springs of an absorbing boundary.
     pub(super) fn absorbing(&mut self, path: &str, boundary: &Boundary) {
         let Wall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return };
         self.not_negative(format!("{path}.wall.normal"), normal, "");
@@ -25,6 +26,7 @@ impl ErrorCollector<'_> {
         self.require(!boundary.drained, format!("{path}.drained"), problem);
     }
 
+    /// Checks the loads.
     pub(super) fn loads(&mut self) {
         let case = self.case;
         let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
@@ -103,6 +105,7 @@ impl ErrorCollector<'_> {
         self.require(!apart, format!("{path}.within"), format!("does not overlap the body {body:?}"));
     }
 
+    /// Checks the variation of a load along its side.
     fn profile(&mut self, path: &str, profile: &LoadProfile, side: Side) {
         let (axis, dimension) = (profile.axis.number(), self.case.dimension());
         let problem = format!("a space of {dimension} dimensions does not have this axis");

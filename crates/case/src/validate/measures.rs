@@ -6,6 +6,7 @@ use crate::description::{CrackTip, Measure, Obstacle, ObstacleShape, Space};
 use crate::output::{PLAIN_NAME_RULE, is_plain};
 
 impl ErrorCollector<'_> {
+    /// Checks the measures.
     pub(super) fn measures(&mut self) {
         let case = self.case;
         let dimension = case.dimension();
@@ -67,6 +68,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the target of a reaction, and the position about which its moment is taken.
     fn reaction(&mut self, path: &str, of: &str, about: &[f64]) {
         self.reaction_target(path, of);
         if about.is_empty() {
@@ -84,6 +86,7 @@ impl ErrorCollector<'_> {
         self.require(is_obstacle, path, problem);
     }
 
+    /// Checks that the target of a reaction is a rigid body, a patch or an obstacle.
     fn reaction_target(&mut self, path: &str, of: &str) {
         let mut known = movable_names(self.case);
         known.extend(self.case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
@@ -91,6 +94,7 @@ impl ErrorCollector<'_> {
         self.name(&format!("{path}.target"), of, &known, what);
     }
 
+    /// Checks a front measured along the ground line of an obstacle.
     fn arc_front(&mut self, path: &str, measure: &Measure) {
         let Measure::ArcFront { obstacle: of, quantile, zero, bodies } = measure else { return };
         self.counted_bodies(path, bodies.as_deref());
@@ -109,11 +113,13 @@ impl ErrorCollector<'_> {
         self.finite(format!("{path}.zero"), *zero);
     }
 
+    /// Checks that a quantile of mass is in 0..=1, 0 excluded.
     fn quantile(&mut self, path: &str, quantile: f64) {
         let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
         self.require(quantile > 0.0 && quantile <= 1.0, format!("{path}.quantile"), problem);
     }
 
+    /// Checks a count of fragments.
     fn fragments(&mut self, path: &str, measure: &Measure) {
         let Measure::Fragments { link, bodies, broken, .. } = measure else { return };
         self.counted_bodies(path, bodies.as_deref());
@@ -125,6 +131,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the measure of the distance that a crack has propagated.
     fn crack_tip(&mut self, path: &str, tip: &CrackTip) {
         let bodies: Vec<&str> = self.case.bodies.iter().map(|body| body.name.as_str()).collect();
         self.name(&format!("{path}.body"), &tip.body, &bodies, "the name of a body");
@@ -155,7 +162,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires coordinates in the domain.
+    /// Checks that a position is in the domain.
     fn places_inside(&mut self, path: &str, place: &[f64]) {
         for (axis, x) in place.iter().enumerate().take(self.case.dimension()) {
             if x.is_finite() {
@@ -166,6 +173,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the names of the bodies that a measure counts.
     pub(super) fn counted_bodies(&mut self, path: &str, names: Option<&[String]>) {
         let Some(names) = names else { return };
         self.require(!names.is_empty(), format!("{path}.bodies"), "name at least one body, or leave it out");

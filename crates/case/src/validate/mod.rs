@@ -66,30 +66,36 @@ pub(crate) fn validate_layers(case: &Case, layered: &[usize]) -> Result<(), Case
 }
 
 impl ErrorCollector<'_> {
+    /// Adds an error at a JSON path.
     fn report(&mut self, path: impl Into<String>, problem: impl Into<String>) {
         self.errors.push(CaseError::new(path, problem));
     }
 
+    /// Adds an error where a condition does not hold.
     fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
         if !holds {
             self.report(path, problem);
         }
     }
 
+    /// Checks that a number is finite.
     fn finite(&mut self, path: impl Into<String>, value: f64) {
         self.require(value.is_finite(), path, format!("{value} must be finite"));
     }
 
+    /// Checks that a number is finite and positive.
     fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
         let holds = value.is_finite() && value > 0.0;
         self.require(holds, path, format!("{value} must be positive ({unit})"));
     }
 
+    /// Checks that a number is finite and not negative.
     fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
         let holds = value.is_finite() && value >= 0.0;
         self.require(holds, path, format!("{value} must not be negative{unit}"));
     }
 
+    /// Checks that a vector has one finite component for each dimension.
     fn vector(&mut self, path: &str, vector: &[f64]) {
         let dimension = self.case.dimension();
         let problem = format!("has {} entries, the space has {dimension} dimensions", vector.len());
@@ -106,7 +112,7 @@ impl ErrorCollector<'_> {
         (min.is_finite() && max.is_finite() && min < max).then_some((min, max))
     }
 
-    /// Requires coordinate `value` along an axis in the domain.
+    /// Checks that a coordinate along an axis is in the domain.
     fn require_inside(&mut self, path: String, axis: usize, value: f64) {
         if let Some((min, max)) = self.extent(axis) {
             let problem = format!("{value} is outside the domain, {min} to {max} m");
@@ -114,6 +120,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks that the space has the axis to which a side is normal.
     fn check_side(&mut self, path: &str, side: Side) {
         let dimension = self.case.dimension();
         let problem =
@@ -121,6 +128,7 @@ impl ErrorCollector<'_> {
         self.require(side.axis() < dimension, path, problem);
     }
 
+    /// Checks that a name is one of the known ones; `what` describes those in the message.
     fn name(&mut self, path: &str, name: &str, known: &[&str], what: &str) {
         if !known.contains(&name) {
             let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
@@ -158,7 +166,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires an origin near the domain for coordinates far from zero.
+    /// Checks that a domain far from zero has an origin near it.
     fn origin(&mut self) {
         let domain = &self.case.domain;
         if !domain.origin.is_empty() {
@@ -180,6 +188,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the parameters of the materials.
     fn materials(&mut self) {
         let case = self.case;
         for (name, spec) in &case.materials {
@@ -204,6 +213,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the boundaries.
     fn boundaries(&mut self) {
         let case = self.case;
         let mut names = HashSet::new();
@@ -255,6 +265,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the patches: regions whose points have a prescribed motion or drainage.
     fn patches(&mut self) {
         let case = self.case;
         let mut names: HashSet<&String> = case.bodies.iter().map(|body| &body.name).collect();
@@ -271,13 +282,14 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Requires a pore fluid for drainage.
+    /// Checks that a drained boundary or patch has a pore fluid to drain.
     fn check_drainage(&mut self, path: &str, drained: bool) {
         let saturated = self.case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let problem = "no body has a pore_fluid that could drain";
         self.require(saturated || !drained, format!("{path}.drained"), problem);
     }
 
+    /// Checks the stages.
     fn stages(&mut self) {
         let case = self.case;
         self.require(!case.stages.is_empty(), "stages", "at least one stage is needed");
@@ -295,6 +307,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the duration, damping, ramps and motions of a stage.
     fn stage(&mut self, path: &str, stage: &Stage) {
         let case = self.case;
         let (duration, damping, ramp) = (stage.duration, stage.damping, stage.gravity_ramp);
@@ -325,6 +338,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the intervals and fields of the output.
     fn output(&mut self) {
         let output = &self.case.output;
         let end = self.case.end_time();
@@ -372,6 +386,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks that the options of each method are an object.
     fn methods(&mut self) {
         for (name, options) in &self.case.methods {
             let problem = "the options of a method must be an object";

@@ -8,6 +8,7 @@ use crate::description::{PrescribedMotion, Space, Stage, Velocity};
 use super::ErrorCollector;
 
 impl ErrorCollector<'_> {
+    /// Checks the prescribed motions of a stage.
     pub(super) fn motions(&mut self, path: &str, stage: &Stage) {
         let case = self.case;
         let driven = movable_names(case);
@@ -89,7 +90,7 @@ impl ErrorCollector<'_> {
         self.require(!(rigid && radial), format!("{path}.velocity[0]"), problem);
     }
 
-    /// Requires a free motion in the first stage for a rigid body with an initial velocity.
+    /// Checks that a rigid body with an initial velocity has a free motion in the first stage.
     pub(super) fn start_of_rigid(&mut self, path: &str, number: usize) {
         let body = &self.case.bodies[number];
         if !body.rigid || body.velocity == Velocity::Rest {

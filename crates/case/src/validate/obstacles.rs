@@ -6,6 +6,7 @@ use super::ErrorCollector;
 use crate::description::{Boundary, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall};
 
 impl ErrorCollector<'_> {
+    /// Checks the obstacles.
     pub(super) fn obstacles(&mut self) {
         let case = self.case;
         let mut names: HashSet<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
@@ -29,6 +30,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks friction and adhesion of an obstacle.
     fn obstacle_wall(&mut self, path: &str, wall: ObstacleWall) {
         if let ObstacleWall::Frictional { friction_coefficient, adhesion } = wall {
             self.not_negative(format!("{path}.friction_coefficient"), friction_coefficient, "");
@@ -36,6 +38,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the regions of an obstacle with a friction of their own.
     fn obstacle_regions(&mut self, path: &str, obstacle: &Obstacle) {
         let case = self.case;
         if obstacle.regions.is_empty() {
@@ -60,6 +63,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the motion of an obstacle.
     fn obstacle_motion(&mut self, path: &str, motion: &ObstacleMotion) {
         let dimension = self.case.dimension();
         if !motion.velocity.is_empty() {
@@ -84,6 +88,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the shape of an obstacle.
     fn obstacle_shape(&mut self, path: &str, obstacle: &Obstacle) {
         let path = format!("{path}.shape");
         match &obstacle.shape {

@@ -7,6 +7,7 @@ use crate::output::{PLAIN_NAME_RULE, is_plain};
 use crate::validate::ErrorCollector;
 
 impl ErrorCollector<'_> {
+    /// Checks the removal shapes.
     pub(super) fn removal_shapes(&mut self) {
         let mut names = HashSet::new();
         for (number, cut) in self.case.removal_shapes.iter().enumerate() {
@@ -20,6 +21,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the shape, velocity and times of a removal shape.
     fn removal_shape(&mut self, path: &str, cut: &RemovalShape) {
         let case = self.case;
         if let Err(error) = cut.shape.validate(case.dimension()) {

@@ -7,6 +7,7 @@ use crate::validate::ErrorCollector;
 const MAX_TRIALS: f64 = 40.0;
 
 impl ErrorCollector<'_> {
+    /// Checks the strength reduction of a stage.
     pub(super) fn weakening(&mut self, stage: usize) {
         let Some(weakening) = &self.case.stages[stage].weakening else { return };
         let path = format!("stages[{stage}].weakening");
@@ -18,6 +19,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks a search for the factor of safety.
     pub(super) fn factor_of_safety(&mut self, path: &str, search: &FactorOfSafety) {
         let stages: Vec<&str> = self.case.stages.iter().map(|stage| stage.name.as_str()).collect();
         self.name(&format!("{path}.after"), &search.after, &stages, "the name of a stage");
@@ -48,6 +50,7 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the names of the materials whose strength is reduced.
     fn weakened_materials(&mut self, path: &str, names: Option<&[String]>) {
         let materials: Vec<&str> = self.case.materials.keys().map(String::as_str).collect();
         for (number, name) in names.unwrap_or_default().iter().enumerate() {

@@ -146,7 +146,7 @@ fn longer_time(known: Option<f64>, time: f64) -> Option<f64> {
     if time.is_finite() { Some(known.map_or(time, |known| known.max(time))) } else { known }
 }
 
-/// Extent of a body along gravity, or the thickness of a layer (m).
+/// Extent of a body along gravity (m). For a layer on terrain it is the thickness.
 fn extent(case: &Case, body: &Body) -> f64 {
     if let Some(thickness) = body.shape.layer_thickness() {
         return thickness;

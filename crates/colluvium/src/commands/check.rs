@@ -23,6 +23,7 @@ pub struct CheckArguments {
     method: Option<String>,
 }
 
+/// Checks a case, and prints its size, time step, estimated duration and warnings.
 pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
     let case = Case::load(&arguments.case)?;
@@ -97,7 +98,8 @@ fn print_body_masses(case: &Case, plan: &Plan) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Text with the characteristic times of a case beside its duration (s); those of stiffness only where the method `has_laws`.
+/// Text with the characteristic times of a case and its duration (s). Times that depend on a stiffness are left out where the method has no
+/// material laws.
 fn time_scales(case: &Case, has_laws: bool) -> String {
     let TimeScales { height, consolidation, wave_time, fall_time: fall } = case.time_scales();
     let of_law = |time: Option<f64>| time.filter(|_| has_laws);
@@ -111,7 +113,7 @@ fn time_scales(case: &Case, has_laws: bool) -> String {
     format!("{known}run {:.4} s; h = {height:.4} m", case.end_time())
 }
 
-/// Text with the cost of the search `name` for a factor of safety, beside the duration of the stages.
+/// Text with the cost of the search `name` for a factor of safety, without the duration of the stages.
 fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
     let SearchCost { trials: [likely, largest], blocks, block, seconds } = cost;
     let trials =

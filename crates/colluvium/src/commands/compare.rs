@@ -36,6 +36,7 @@ pub struct CompareArguments {
     files: OutputArguments,
 }
 
+/// Runs a case with several methods, and writes the page that compares them.
 pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
     file_kind::require_kind(&arguments.case, FileKind::Case)?;

@@ -40,6 +40,7 @@ const MEASURES_FILE: &str = "measures.csv";
 /// Name of the list of points.
 const POINTS_FILE: &str = "points.csv";
 
+/// Writes the frames and tables of a run as NPZ archives, or its last frame as a list of points.
 pub fn run(arguments: &ExportArguments) -> Result<(), CommandError> {
     let from = &arguments.folder;
     check_run_folder(from)?;
@@ -121,7 +122,7 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     Ok(())
 }
 
-/// Masses of a list of points and of its frame (kg), where they differ: for grains and fluid, points stand for the grains.
+/// Masses of a list of points and of its frame (kg) where they differ. For grains and fluid, points represent the grains.
 fn mass_mismatch(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
     let outside = snapshot.scalars("outside");
     let inside = |node: usize| outside.is_none_or(|outside| outside[node] == 0.0);
@@ -130,7 +131,7 @@ fn mass_mismatch(snapshot: &Snapshot, list: &PointList) -> Option<[f64; 2]> {
     ((masses[0] / masses[1] - 1.0).abs() > 1e-9).then_some(masses)
 }
 
-/// Refuses frames without the fields of grains that another case needs.
+/// Reports an error for a frame without the fields of grains that another case needs.
 fn check_grain_columns(case: &Case, snapshot: &Snapshot) -> Result<(), String> {
     let Some(written) = &case.output.fields else { return Ok(()) };
     let of_bodies = case.methods.get("dem").and_then(|options| options.get("bodies")?.as_object());

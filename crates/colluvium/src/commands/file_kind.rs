@@ -21,7 +21,7 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// Kind of a JSON value by keys that only one kind has; `None` without such keys or with those of several kinds.
+    /// Kind of a JSON value, by keys that only one kind has; `None` where these keys are missing or ambiguous.
     fn from_keys(value: &Value) -> Option<Self> {
         let has = |key: &str| value.get(key).is_some();
         let case = ["space", "domain", "bodies", "materials", "methods"].into_iter().any(has);
@@ -35,7 +35,7 @@ impl FileKind {
         }
     }
 
-    /// Name of the kind, and the command that takes it.
+    /// Name of the kind, and the command that reads such files.
     fn name_and_command(self) -> (&'static str, &'static str) {
         match self {
             Self::Case => ("a case", "colluvium check"),
@@ -45,7 +45,7 @@ impl FileKind {
     }
 }
 
-/// Hint where files of terrain and tables are named.
+/// Hint for files of terrain and tables, which a case names.
 const REFERENCED_BY_CASE: &str = "name it in a case file; `colluvium new debris-flow` writes an example";
 
 /// Kind of a file from its extension, and a hint how to use it.
@@ -61,8 +61,8 @@ fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
     })
 }
 
-/// Refuses a file that is clearly of another kind than the command takes, and names the command for it. An unreadable file is refused
-/// later, where it is read.
+/// Reports an error for a file that is clearly of another kind than the command reads, and names the command for it. An unreadable file is
+/// refused later, where it is read.
 pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
     let wrong = |is: &str, cure: String| {
         let problem = format!("is {is}, and not {}: {cure}", wanted.name_and_command().0);

@@ -55,7 +55,7 @@ pub fn write_stderr(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "{}", shortened(&printable(&line.to_string())));
 }
 
-/// Reason why a command ends without success.
+/// Failure of a command, which determines its exit code.
 #[derive(Debug, Error)]
 pub enum CommandError {
     /// The case file is wrong.
@@ -111,7 +111,8 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-/// Content of a file of a run. For an unreadable file, prints a warning with the consequence `without` and returns the default.
+/// Content of a file of a run; where it cannot be read, the default value with a warning. For an unreadable file, prints a warning with the
+/// consequence `without` and returns the default.
 fn or_default_with_warning<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
     read.unwrap_or_else(|error| {
         print_error_line!("warning: {error}: {without}");
@@ -119,7 +120,7 @@ fn or_default_with_warning<T: Default>(read: Result<T, OutputError>, without: &s
     })
 }
 
-/// Refuses a folder that is not one of a run.
+/// Reports an error for a folder that is not the folder of a run.
 fn check_run_folder(folder: &Path) -> Result<(), CommandError> {
     if folder.join("summary.json").exists() {
         return Ok(());

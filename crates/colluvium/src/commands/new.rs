@@ -19,6 +19,7 @@ pub struct NewArguments {
     list: bool,
 }
 
+/// Writes the case file of a template, with the files that it names.
 pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
     let names = colluvium::template_names();
     let Some(name) = arguments.template.as_deref().filter(|_| !arguments.list) else {

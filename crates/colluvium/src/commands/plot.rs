@@ -65,6 +65,7 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
     if low < high { Ok((low, high)) } else { Err(format!("{low} is not below {high}")) }
 }
 
+/// Draws the frames and measures of a run.
 pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let folder = &arguments.folder;
     check_run_folder(folder)?;
@@ -184,11 +185,11 @@ fn evenly_spaced(count: usize, limit: usize) -> Vec<usize> {
     (0..shown).map(|k| if shown > 1 { k * (count - 1) / (shown - 1) } else { 0 }).collect()
 }
 
-/// A picture with the name of its field and the number of its frame.
+/// Picture with the name of its field and the index of its frame.
 type NumberedPicture<T> = (String, usize, T);
 
-/// Pictures of some frames, with one scale and one set of axes where they are more than one: points coloured by a field, lines as
-/// wide as a field is large.
+/// Draws pictures of frames: points coloured by a field, or lines whose width shows a field. Several pictures have a common scale and
+/// common axes.
 fn draw_pictures(
     arguments: &PlotArguments,
     (frames, numbers): (&[(f64, String)], &[usize]),
@@ -215,7 +216,7 @@ fn unknown_field_error(field: Option<&str>, known: &str) -> CommandError {
     ))
 }
 
-/// Lines of some frames between the points at the same times.
+/// Pictures of the lines of frames, such as contacts, over the points at the same times.
 fn line_pictures(
     arguments: &PlotArguments,
     (frames, numbers): (&[(f64, String)], &[usize]),
@@ -255,7 +256,7 @@ fn line_pictures(
     Ok(found)
 }
 
-/// The points of some frames coloured by a field, with its name and their numbers; more than one have one scale and one set of axes.
+/// Pictures of the points of frames, coloured by a field. Several pictures have a common scale and common axes.
 fn point_pictures(
     arguments: &PlotArguments,
     (frames, numbers): (&[(f64, String)], &[usize]),

@@ -26,6 +26,7 @@ pub struct ReportArguments {
     overwrite: bool,
 }
 
+/// Writes the report of a run.
 pub fn run(arguments: &ReportArguments) -> Result<(), CommandError> {
     let options = ReportOptions {
         fields: arguments.field.clone(),

@@ -27,6 +27,7 @@ pub struct RunArguments {
     files: OutputArguments,
 }
 
+/// Runs a case, and writes its output.
 pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
@@ -103,7 +104,7 @@ fn is_complete_without_map(case: &Case, out: &Path) -> bool {
     same && summary["status"] == "completed" && case.output.rasters.is_some() && is_map_missing(out)
 }
 
-/// Draws the most informative raster of the run, beside the rasters.
+/// Draws the raster of the run with the highest priority as a map.
 fn draw_map(out: &Path) -> Result<(), OutputError> {
     match raster_maps(out)?.first() {
         Some((_, map)) => map.write(&out.join(MAP_FILE)),
@@ -111,6 +112,7 @@ fn draw_map(out: &Path) -> Result<(), OutputError> {
     }
 }
 
+/// Prints the number of steps, the duration, and the mass and energy at both ends of a run.
 fn print_report(report: &RunReport, out: &Path) -> Result<(), CommandError> {
     print_line!(
         "{} steps to t = {:.6} s in {:.1} s ({:.2} million point-updates per second)",

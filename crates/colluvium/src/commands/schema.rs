@@ -14,6 +14,7 @@ pub struct SchemaArguments {
     sweep: bool,
 }
 
+/// Prints the JSON Schema of a case or of a sweep, or the case reference.
 pub fn run(arguments: &SchemaArguments) -> Result<(), CommandError> {
     if arguments.markdown {
         print_line!("{}", colluvium::case_reference().trim_end());

@@ -35,6 +35,7 @@ pub struct SpecimenArguments {
     quiet: bool,
 }
 
+/// Prepares a specimen of grains and writes it to a file.
 pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     let out = &arguments.out;
     if out.exists() && !arguments.overwrite {
@@ -53,7 +54,7 @@ pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Specimen of grains.
+/// Specimen of grains, as the text of a file.
 struct PreparedSpecimen {
     text: String,
     grains: usize,

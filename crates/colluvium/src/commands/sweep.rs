@@ -32,6 +32,7 @@ pub struct SweepArguments {
     files: OutputArguments,
 }
 
+/// Runs the cases of a sweep.
 pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
     file_kind::require_kind(&arguments.file, FileKind::Sweep)?;

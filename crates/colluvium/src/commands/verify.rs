@@ -14,6 +14,7 @@ pub struct VerifyArguments {
     folder: PathBuf,
 }
 
+/// Compares the files of a run with their checksums.
 pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
     let folder = &arguments.folder;
     check_run_folder(folder)?;

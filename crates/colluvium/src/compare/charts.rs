@@ -7,7 +7,7 @@ use crate::compare::key_figures::{CaseAxes, KeyFigures, ProfileColumns, five_dig
 use crate::output::run_pictures;
 use crate::plots::{LineChart, Series, Style};
 
-/// Columns of the measures about the progress of a run, not its results.
+/// Columns of the measures that describe the progress of a run rather than its results.
 const RUN_COLUMNS: [&str; 4] = ["time", "step", "time_step", "mass"];
 /// Prefixes of the names of totals, in the order in which they are shown; measures of the case come first.
 const TOTAL_PREFIXES: [&str; 6] =
@@ -38,7 +38,7 @@ pub(super) fn sampled_times(runs: &MethodRuns<'_>, wanted: usize) -> Vec<f64> {
     crate::report::evenly_spaced_frames(common.len(), wanted).into_iter().map(|k| common[k]).collect()
 }
 
-/// Profiles at equal times, all methods in each chart, with those of the reference.
+/// Charts of surface profiles, one for each time, with those of all methods and of the reference.
 pub(super) fn profile_charts(
     runs: &MethodRuns<'_>,
     axes: CaseAxes,
@@ -74,7 +74,7 @@ pub(super) fn profile_charts(
     times.iter().filter_map(|time| chart(*time)).collect()
 }
 
-/// Part of a profile from the first column with points to the last: beyond it a slope has no floor at height zero.
+/// Part of a profile between the first and the last column with points.
 fn trim_empty_columns(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let filled = |(_, height): &(f64, f64)| *height != 0.0;
     let Some(first) = profile.iter().position(filled) else { return profile };
@@ -82,7 +82,7 @@ fn trim_empty_columns(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     profile[first..=last].to_vec()
 }
 
-/// Accessor of one key figure of a state.
+/// Function that selects a key figure.
 type KeyFigure = fn(&KeyFigures) -> f64;
 
 /// Charts of front, top and speed over time, measured alike in all runs.

@@ -26,8 +26,8 @@ pub struct CompletedRun {
     pub kinetic_energy: f64,
     /// Warnings of the run.
     pub warnings: Vec<String>,
-    /// Factors of safety by the names of their measures: largest stable factor, least failing factor, and whether the search left it
-    /// undecided which factor between the two is that of safety.
+    /// Factors of safety by the names of their measures. Each has the largest stable factor, the least failing factor, and whether the
+    /// search was undecided between them.
     pub safety_factors: Vec<(String, [f64; 2], bool)>,
     /// Hash of all bits of the state at the end.
     pub state_hash: String,
@@ -45,7 +45,7 @@ pub(super) enum RunFolderState {
 }
 
 impl RunFolderState {
-    /// State of the run of `case` in `folder`.
+    /// Progress of the run of `case` in `folder`.
     pub(super) fn of_folder(folder: &Path, case: &Case) -> Self {
         let Ok(summary) = read_json(&folder.join("summary.json")) else { return Self::NoMatchingRun };
         match summary["status"].as_str() {
@@ -117,8 +117,8 @@ impl CompletedRun {
         })
     }
 
-    /// Time at which the run came to rest (s): from then on the kinetic energy stays below a hundredth of its largest. `None` where it
-    /// keeps moving, or never moved.
+    /// Time from which the kinetic energy stays below a hundredth of its largest value (s). `None` where the run keeps moving or never
+    /// moved.
     pub fn time_at_rest(&self) -> Option<f64> {
         let energy = self.measures.pairs("time", "kinetic_energy")?;
         let largest = energy.iter().map(|(_, energy)| *energy).fold(0.0, f64::max);

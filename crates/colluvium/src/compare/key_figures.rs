@@ -2,9 +2,9 @@
 
 use crate::case::{Case, FieldData, Snapshot};
 
-/// Share of the mass behind a front, or below a top: single points that fly ahead do not count.
+/// Share of the mass behind a front or below a top. Single points that fly ahead do not count.
 const QUANTILE: f64 = 0.999;
-/// Columns of a profile over the longest of all deposits.
+/// Number of columns of a profile over the longest deposit.
 const PROFILE_COLUMNS: usize = 100;
 
 /// Axes in which a case is measured.
@@ -37,7 +37,7 @@ pub struct KeyFigures {
     pub top: f64,
     /// Centre of mass along the axis of spreading, and up (m).
     pub centre: [f64; 2],
-    /// Largest speed of the 99.9 % of the mass that are slowest (m/s).
+    /// Speed below which 99.9 % of the mass is (m/s).
     pub speed: f64,
 }
 
@@ -69,6 +69,7 @@ impl KeyFigures {
     }
 }
 
+/// Length of a vector.
 fn length(v: &[f64; 3]) -> f64 {
     v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
@@ -88,7 +89,7 @@ fn quantile(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     values.last().map_or(f64::NAN, |(value, _)| *value)
 }
 
-/// Columns of profiles, the same for all methods.
+/// Columns in which the profiles of all methods are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileColumns {
     start: f64,

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use crate::case::{Case, Method};
 
-/// Points over the smallest extent of the smallest body, where no method of the case sets a spacing.
+/// Number of points across the smallest extent of the smallest body, where no method of the case has a spacing.
 const DEFAULT_POINTS_ACROSS: f64 = 20.0;
 
 /// Case with the options of one method.
@@ -12,11 +12,11 @@ const DEFAULT_POINTS_ACROSS: f64 = 20.0;
 pub struct MethodCase {
     /// The case, with options for the method alone.
     pub case: Case,
-    /// Text with the options that were chosen; empty where the case has all.
+    /// Text with the options that the comparison chose; empty where the case has all options.
     pub chosen_options: String,
 }
 
-/// Distance between points (m), and its source.
+/// Distance between points (m), and the text that says where it comes from.
 struct SpacingChoice {
     value: f64,
     origin: String,
@@ -64,19 +64,23 @@ impl MethodCase {
     }
 }
 
+/// Keys that a schema requires.
 fn required_keys(schema: &Value) -> Vec<&str> {
     schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
 }
 
+/// Default of a key by its schema; 1 where it has none.
 fn default_value(schema: &Value, key: &str) -> f64 {
     schema["properties"][key]["default"].as_f64().unwrap_or(1.0)
 }
 
+/// Number rounded to six digits.
 fn rounded_to_six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
-/// Cell size nearest to `wanted` (m) of which every side of the domain has a whole number; `wanted` where none is within half of it.
+/// Cell size nearest to `wanted` (m) by which every side of the domain is divided into whole cells. `wanted` itself where there is none
+/// within half of it.
 fn fitted_cell_size(case: &Case, wanted: f64) -> f64 {
     let sides: Vec<f64> =
         case.domain.min.iter().zip(&case.domain.max).map(|(low, high)| high - low).collect();
@@ -97,12 +101,12 @@ fn fitted_cell_size(case: &Case, wanted: f64) -> f64 {
     nearest.unwrap_or(wanted)
 }
 
-/// Cell size rounded to six digits where that fits as well: quotients of round numbers stay round.
+/// Cell size rounded to six digits where the rounded one fits too, so that quotients of round numbers remain round.
 fn rounded_where_fitting(cell: f64, fits: impl Fn(&f64) -> bool) -> f64 {
     Some(rounded_to_six_digits(cell)).filter(|rounded| fits(rounded)).unwrap_or(cell)
 }
 
-/// Spacing of points that the case requests.
+/// Spacing of points that an option of the case prescribes.
 fn requested_spacing(case: &Case) -> Option<SpacingChoice> {
     let entries = || case.methods.iter();
     let direct = entries().find_map(|(name, options)| Some((name, options["spacing"].as_f64()?)));

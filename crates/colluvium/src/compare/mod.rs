@@ -39,15 +39,16 @@ pub struct CompareOptions {
     pub overwrite: bool,
     /// Whether to show the progress of each run.
     pub show_progress: bool,
-    /// Number of methods run at a time, each on its share of the threads: with 0 or 1 one after the other, each on all threads.
+    /// Number of methods that run simultaneously, each on an equal share of the threads. With 0 or 1 they run one after the other, each on
+    /// all threads.
     pub jobs: usize,
     /// Memory available to the simultaneous runs (bytes).
     pub free_memory: f64,
-    /// Flag, set from elsewhere, that stops the runs at the next step.
+    /// Flag that stops the runs at the next step; another thread sets it.
     pub stop_flag: Option<Arc<AtomicBool>>,
     /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
-    /// Function called with each warning during a run.
+    /// Function that is called with each warning during a run.
     pub on_warning: Option<fn(&str)>,
 }
 
@@ -69,15 +70,15 @@ pub enum MethodOutcome {
 pub struct MethodResult {
     /// Name of the method.
     pub method: &'static str,
-    /// Text with the options that the comparison chose; empty where the case has all.
+    /// Text with the options that the comparison chose; empty where the case has all options.
     pub chosen_options: String,
-    /// Least memory that the method needs (bytes), by its own estimate.
+    /// Least memory that the method needs (bytes), as it estimates itself.
     pub estimated_memory: f64,
     /// Outcome of the method.
     pub outcome: MethodOutcome,
 }
 
-/// Reason why there is no comparison.
+/// Failure of a comparison.
 #[derive(Debug, Error)]
 pub enum CompareError {
     /// A name is not that of a method.
@@ -126,8 +127,8 @@ pub fn methods_by_name(names: &[String]) -> Result<Vec<&'static dyn Method>, Com
     names.iter().map(named).collect()
 }
 
-/// Runs `case` with each of `methods`, `options.jobs` at a time. A failure of one does not stop the others. `tell` is called with each
-/// result when it is complete.
+/// Runs a case with several methods, `options.jobs` of them simultaneously. A failure of one does not stop the others. `tell` is called
+/// with each result when it is complete.
 ///
 /// # Errors
 /// When the folder has a page that no comparison wrote; when the system gives no threads.
@@ -230,7 +231,7 @@ fn compare_one_method(
         .unwrap_or_else(|_| MethodOutcome::Failed("the method panicked".to_owned()))
 }
 
-/// Outcome of a run that reached its end, read from `folder`.
+/// Outcome of a complete run, read from its folder.
 fn read_outcome(folder: &Path) -> MethodOutcome {
     match CompletedRun::read(folder) {
         Ok(ran) => MethodOutcome::Completed(Box::new(ran)),

@@ -13,14 +13,14 @@ use crate::output::animation;
 use crate::output::rigid_geometry::rigid_geometry;
 use crate::plots::{Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, View};
 
-/// Number of times in the strip of pictures.
+/// Number of times at which pictures are shown.
 const PICTURE_TIMES: usize = 5;
 /// Approximate size of the animation (bytes).
 const ANIMATION_BYTES: usize = 800_000;
-/// Number of times of profiles.
+/// Number of times at which surface profiles are shown.
 const PROFILE_TIMES: usize = 4;
 
-/// Style sheet of the page of a comparison alone.
+/// Style sheet of the page of a comparison, beside [`SECTIONS_STYLE`].
 const PAGE_STYLE: &str = "
 body { font: 15px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1400px; margin: 0 auto; padding: 28px 20px 60px; }
 h1 { margin: 0 0 6px; font-size: 27px; } h2 { margin: 34px 0 8px; font-size: 19px; } h3 { margin: 12px 0 4px; font-size: 15px; }
@@ -37,6 +37,7 @@ pub const SECTIONS_STYLE: &str = "
 .charts svg { width: 100%; height: auto; }
 ";
 
+/// Page that compares the results of the methods.
 pub(super) fn page(
     case: &Case,
     results: &[MethodResult],
@@ -66,8 +67,7 @@ pub(super) fn page(
     })
 }
 
-/// Sections with pictures, animation and charts of some runs of a case side by side, for a page of one's own with [`SECTIONS_STYLE`];
-/// profiles of a reference are drawn over those of the runs.
+/// Sections with pictures, animation and charts that compare runs of a case, for any page with [`SECTIONS_STYLE`].
 ///
 /// # Errors
 /// When a picture cannot be drawn.
@@ -132,6 +132,7 @@ fn measure_section(runs: &MethodRuns<'_>) -> Result<Markup, CompareError> {
     })
 }
 
+/// SVG elements of charts.
 fn charts_to_svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
     charts.iter().map(|chart| chart.to_svg().map_err(CompareError::Picture)).collect()
 }
@@ -156,13 +157,13 @@ fn animation_html(
     Some(animation::player_html(&Animation::from_panels(&panels, &view)?))
 }
 
-/// Field that colours the points: one that every run has.
+/// Field that colours the points, which every run must have.
 fn common_field(states: &[(&'static str, &Snapshot)]) -> Option<&'static str> {
     let all = |name: &&'static str| states.iter().all(|(_, snapshot)| snapshot.field(name).is_some());
     ["displacement", "velocity"].into_iter().find(all)
 }
 
-/// Strip of pictures at equal times, a row a time, with one scale of colours and one set of axes.
+/// Pictures of all runs at equal times, one row for each time, with a common colour scale and common axes.
 fn picture_strip(
     runs: &MethodRuns<'_>,
     plane: [usize; 2],
@@ -206,7 +207,7 @@ fn picture_strip(
     })
 }
 
-/// Distances of the profiles at the end from that of the first method, and from the reference.
+/// Distances of the final surface profiles from that of the first method, and from the reference.
 struct ProfileDifferences<'a> {
     axes: CaseAxes,
     columns: Option<ProfileColumns>,
@@ -215,6 +216,7 @@ struct ProfileDifferences<'a> {
 }
 
 impl<'a> ProfileDifferences<'a> {
+    /// Surface profiles of several methods in common columns, for their differences from the first method and from a reference.
     fn new(snapshots: &[&Snapshot], axes: CaseAxes, measured: Option<&'a Vec<(f64, f64)>>) -> Self {
         let own = Self {
             axes,
@@ -226,22 +228,25 @@ impl<'a> ProfileDifferences<'a> {
         Self { first, ..own }
     }
 
+    /// Surface profile of a snapshot in the common columns (m).
     fn profile(&self, snapshot: &Snapshot) -> Option<Vec<(f64, f64)>> {
         self.columns.map(|columns| columns.profile(snapshot, self.axes))
     }
 
+    /// Distance of a surface profile from that of the first method, over the size of the latter.
     fn distance_to_first(&self, snapshot: &Snapshot) -> f64 {
         let pair = self.first.as_ref().zip(self.profile(snapshot));
         pair.map_or(f64::NAN, |(first, own)| relative_profile_distance(first, &own))
     }
 
+    /// Distance of a surface profile from the reference.
     fn distance_to_reference(&self, snapshot: &Snapshot) -> f64 {
         let pair = self.reference.zip(self.profile(snapshot));
         pair.map_or(f64::NAN, |(measured, own)| distance_to(measured, &own))
     }
 }
 
-/// Row of the table of differences: the state of a method at the end, with its memory (MiB) where it is known.
+/// Row of the table of differences: the final state of a method, with its memory (MiB) where it is known.
 fn difference_row(
     method: &str,
     ran: &CompletedRun,
@@ -273,7 +278,7 @@ fn difference_row(
     }
 }
 
-/// Table of the differences at the end.
+/// Table of the differences between the final states.
 fn difference_table(
     results: &[MethodResult],
     runs: &MethodRuns<'_>,

@@ -12,7 +12,7 @@ const SIDECAR_FILE: &str = "reference.csv";
 /// Curve of position and height (m).
 type ProfileCurve = Vec<(f64, f64)>;
 
-/// Heights of the surface of the flowing mass, at some times.
+/// Reference heights of the surface of the flowing mass at one or several times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReferenceProfiles {
     /// Times (s; the end where the file has none) and profiles, by time and position.
@@ -76,8 +76,7 @@ impl ReferenceProfiles {
         Ok(found.map(|found| (file, found)))
     }
 
-    /// Profiles of the named file, or else of the file beside the case; empty without a file. `tell` is called with the path of a file that
-    /// was found.
+    /// Reference profiles in the named file, or else in the file beside the case; empty without a file.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -98,12 +97,12 @@ impl ReferenceProfiles {
             .unwrap_or_default())
     }
 
-    /// Times of `frames` (s, ascending) nearest to those of the profiles.
+    /// Times of `frames` (s, ascending) that are nearest to the times of the reference profiles.
     pub(super) fn times(&self, frames: &[f64]) -> Vec<f64> {
         self.profiles.iter().filter_map(|(time, _)| nearest_time(frames, *time)).collect()
     }
 
-    /// Profile whose nearest time among `frames` (s) is `time`.
+    /// Reference profile whose nearest frame is the one at `time` (s).
     pub(super) fn nearest_profile(&self, time: f64, frames: &[f64]) -> Option<&ProfileCurve> {
         let here = |(own, _): &&(Option<f64>, ProfileCurve)| nearest_time(frames, *own) == Some(time);
         self.profiles.iter().find(here).map(|(_, curve)| curve)
@@ -121,11 +120,12 @@ fn column_values(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Ve
     table.rows().map(number).collect()
 }
 
+/// Error of a file of reference profiles.
 fn reference_error(path: &Path, problem: &str) -> CompareError {
     CompareError::Reference { path: path.to_owned(), problem: problem.into() }
 }
 
-/// Time of `frames` nearest to a given one, or the last.
+/// Time of a frame nearest to a given one (s); that of the last frame where none is given.
 fn nearest_time(frames: &[f64], time: Option<f64>) -> Option<f64> {
     let Some(time) = time else { return frames.last().copied() };
     frames.iter().copied().min_by(|a, b| (a - time).abs().total_cmp(&(b - time).abs()))

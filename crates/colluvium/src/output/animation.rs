@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use crate::plots::{Animation, PointClasses, RigidGeometry, SCRIPT, STYLE, View};
 
-/// View of a case: all three axes in three dimensions, else those of `plane`; points are coloured by `fields`, or by the default fields
-/// where `fields` is empty, by bodies and by materials.
+/// View of a case: all three axes in three dimensions, else the axes of `plane`. Points are coloured by `fields` (default fields where it
+/// is empty), by bodies and by materials.
 pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
     let size = |axis: usize| case["gravity"][axis].as_f64().unwrap_or(0.0).abs();
     let solid = case["space"] == "3d";
@@ -23,7 +23,7 @@ pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
     }
 }
 
-/// Classes of the bodies of a case by a text of each.
+/// Classes of the bodies of a case by a text key, such as the material.
 fn body_classes(case: &Value, name: &str, key: &str) -> PointClasses {
     let mut names: Vec<String> = Vec::new();
     let mut of_body = Vec::new();

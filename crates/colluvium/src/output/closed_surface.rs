@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use colluvium_points::Surface;
 
-/// Cells along the longest side of the meshed box.
+/// Number of cells along the longest side of the meshed box.
 const CELLS_ALONG_LONGEST: f64 = 20.0;
 
 /// Corners (m) and faces of a surface within a window, each face with its corners counter-clockwise as seen from outside; none
@@ -67,7 +67,7 @@ pub(super) fn surface_mesh(
     shell
 }
 
-/// Indices of the cell of number `k`, counted along the first axis first.
+/// Indices along the axes of the cell of number `k`, with the first axis varying fastest.
 fn cell_coordinates(k: usize, counts: &[usize; 3]) -> [usize; 3] {
     [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])]
 }

@@ -14,7 +14,7 @@ use crate::plots::{MapCells, TerrainMap};
 /// Name of the folder of rasters in that of a run.
 pub(crate) const RASTER_FOLDER: &str = "rasters";
 
-/// Rasters that have a map, the most informative first, and the labels of their colours.
+/// Rasters of which maps are drawn, in the order of priority, with the labels of their colours.
 const MAPPED_RASTERS: [(&str, &str); 8] = [
     ("peak_thickness_vertical", "peak thickness (m)"),
     ("peak_thickness_normal", "peak thickness (m)"),
@@ -26,8 +26,8 @@ const MAPPED_RASTERS: [(&str, &str); 8] = [
     ("bed_change", "change of the bed (m)"),
 ];
 
-/// Map of each raster in the folder of a run, by its name: shaded terrain, the coloured raster, outlines of layers and of the observed
-/// event. Outlines are missing where the files of the case have changed since the run. Empty without rasters.
+/// Maps of the rasters in the folder of a run, by the name of the raster. They show shaded terrain, the raster in colours, and outlines of
+/// layers and of the observed event. Outlines are missing where the files of the case have changed since the run. Empty without rasters.
 ///
 /// # Errors
 /// When a raster or the case of the run cannot be read.
@@ -59,6 +59,7 @@ pub fn raster_maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputErr
     there.into_iter().map(map).collect()
 }
 
+/// Text of a JSON string; empty for another value.
 fn value_text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
@@ -84,6 +85,7 @@ pub fn raster_map(case: &Case, raster: Raster, title: &str, label: &str) -> Resu
     })
 }
 
+/// Cells of a raster with their position on the map.
 fn raster_cells(raster: Raster, origin: &[f64; 3]) -> MapCells {
     let place = [raster.origin[0] + origin[0], raster.origin[1] + origin[1]];
     MapCells {
@@ -126,6 +128,7 @@ fn observed_outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
     outline.map_or_else(Vec::new, |outline| map_coordinates(&outline, &case.origin()))
 }
 
+/// Rings of an outline in map coordinates (m).
 fn map_coordinates(outline: &Outline, origin: &[f64; 3]) -> Vec<Vec<[f64; 2]>> {
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|[x, y]| [x + origin[0], y + origin[1]]).collect();
     outline.rings().map(ring).collect()

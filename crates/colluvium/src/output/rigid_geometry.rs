@@ -11,13 +11,13 @@ use crate::case::run::changed_inputs;
 use crate::case::{Case, PlacedObstacle};
 use crate::plots::{Heights, MovingLines, MovingSurface, RigidGeometry, clip_line};
 
-/// Samples along the longer side of the domain, for lines in a plane.
+/// Number of samples along the longer side of the domain, for surface lines in a plane.
 const SAMPLES_IN_PLANE: f64 = 300.0;
-/// Nodes along the longer side of the domain, for ground in space.
+/// Number of nodes along the longer side of the domain, for the ground in space.
 const NODES_IN_SPACE: f64 = 96.0;
 /// Number of times at which the part of a moving body inside the domain is determined.
 const MOTION_SAMPLES: usize = 64;
-/// Largest distance beyond the domain, in its lengths, at which a moving body is drawn.
+/// Largest distance beyond the domain, over the size of the domain, at which a moving body is drawn.
 const MAX_DISTANCE_DRAWN: f64 = 2.0;
 
 /// [`rigid_geometry`] of the case in the folder of a run; empty where its files have changed since the run.
@@ -43,8 +43,8 @@ pub fn case_of_run(folder: &Path) -> Result<Case, String> {
     }
 }
 
-/// Obstacles of a case over its domain in map coordinates: lines in a plane; in space, static obstacles as ground seen against gravity and
-/// moving ones as shells.
+/// Obstacles of a case over its domain in map coordinates. In a plane they are lines; in space, static ones are heights of the ground and
+/// moving ones surfaces.
 pub fn rigid_geometry(case: &Case) -> RigidGeometry {
     if case.obstacles.is_empty() {
         return RigidGeometry::default();
@@ -60,6 +60,7 @@ pub fn rigid_geometry(case: &Case) -> RigidGeometry {
     })
 }
 
+/// Lines of the obstacles in a plane, in map coordinates; those of moving obstacles relative to their centre.
 fn plane_geometry(case: &Case, standing: &[PlacedObstacle<'_, 2>]) -> RigidGeometry {
     let domain = domain_ranges::<2>(case);
     let mut ground = RigidGeometry::default();
@@ -79,6 +80,7 @@ fn plane_geometry(case: &Case, standing: &[PlacedObstacle<'_, 2>]) -> RigidGeome
     ground
 }
 
+/// Extent of the domain along each axis (m).
 fn domain_ranges<const D: usize>(case: &Case) -> [Range<f64>; D] {
     std::array::from_fn(|c| case.domain.min[c]..case.domain.max[c])
 }
@@ -88,7 +90,7 @@ fn rotation_centre<const D: usize>(motion: &ObstacleMotion, domain: &[Range<f64>
     std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(domain[c].start))
 }
 
-/// Box around the part of a moving body that is in the domain at some time, in the body's position at the start.
+/// Box around the part of a moving obstacle that is in the domain at some time, in the coordinates of its initial position.
 fn swept_box<const D: usize>(
     case: &Case,
     motion: &ObstacleMotion,
@@ -111,7 +113,7 @@ fn swept_box<const D: usize>(
     passed
 }
 
-/// Zero level of the distance from a surface within a window (m), as lines shifted by `offset` (m).
+/// Lines at which the distance from a surface is zero, within a window (m) and shifted by `offset` (m).
 fn surface_lines(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
     let sides = [0, 1].map(|c| window[c].end - window[c].start);
     let step = sides[0].max(sides[1]) / SAMPLES_IN_PLANE;
@@ -138,7 +140,7 @@ fn surface_lines(surface: &dyn Surface<2>, window: &[Range<f64>; 2], offset: [f6
     lines
 }
 
-/// Line without the corners within `slack` (m) of the chord of their neighbours.
+/// Line without the corners that are within `slack` (m) of the chord of their neighbours.
 fn simplify_line(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::new();
     let mut passed: Vec<[f64; 2]> = Vec::new();
@@ -159,6 +161,7 @@ fn simplify_line(corners: impl Iterator<Item = [f64; 2]>, slack: f64) -> Vec<[f6
     kept
 }
 
+/// Heights and moving surfaces of the obstacles in space, in map coordinates.
 fn space_geometry(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> RigidGeometry {
     let domain = domain_ranges::<3>(case);
     let mut ground = RigidGeometry { heights: top_heights(case, standing), ..RigidGeometry::default() };
@@ -204,8 +207,8 @@ fn top_heights(case: &Case, standing: &[PlacedObstacle<'_, 3>]) -> Option<Height
     Some(Heights { counts, origin, spacing, values })
 }
 
-/// Intersection of a surface with a ray from `x` down along an axis, by steps of the distance to the surface; `None` where `x` is in the
-/// solid, or no surface lies above `bottom`.
+/// Intersection of a surface with a ray from `x` down along an axis, found by steps as long as the distance to the surface. `None` where
+/// `x` is in the solid, or the surface is not reached above `bottom`.
 fn ray_down(surface: &dyn Surface<3>, mut x: [f64; 3], up: usize, bottom: f64, close: f64) -> Option<f64> {
     if surface.contains(&x) {
         return None;

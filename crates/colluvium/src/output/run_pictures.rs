@@ -22,6 +22,7 @@ pub fn charts(table: &Table) -> Vec<(String, LineChart)> {
     columns.filter_map(chart).collect()
 }
 
+/// Chart of a measure over time.
 fn time_chart(name: &str, label: &str, points: Vec<(f64, f64)>) -> LineChart {
     LineChart {
         title: name.replace('_', " "),

@@ -25,6 +25,7 @@ pub fn case_reference() -> String {
     text.trim_end().to_owned() + "\n"
 }
 
+/// Adds the section of a type to the case reference.
 fn object_section(text: &mut String, name: &str, schema: &Value) {
     text.push_str(&format!("## {name}\n\n"));
     if let Some(about) = schema["description"].as_str() {
@@ -86,10 +87,12 @@ pub(crate) fn key_table(text: &mut String, schema: &Value) {
     text.push('\n');
 }
 
+/// Name of the definition to which a schema refers.
 fn schema_reference(schema: &Value) -> Option<&str> {
     schema["$ref"].as_str()?.strip_prefix("#/$defs/")
 }
 
+/// Text of the type of a key, with links to the sections of other types.
 fn type_text(schema: &Value) -> String {
     if let Some(target) = schema_reference(schema) {
         return format!("[{target}](#{})", target.to_lowercase());
@@ -113,6 +116,7 @@ fn type_text(schema: &Value) -> String {
     }
 }
 
+/// Description on one line of a Markdown table.
 pub(crate) fn one_line(description: &Value) -> String {
     description.as_str().unwrap_or_default().replace('\n', " ").replace('|', "\\|")
 }

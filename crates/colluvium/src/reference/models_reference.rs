@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::constitutive;
 use crate::reference::case_reference::{key_table, one_line, variant_tag};
 
-/// Models that the sources name without a law that could be checked, as candidates for extensions.
+/// Models that the sources name without a law that could be verified: candidates for extensions.
 const UNVERIFIED_MODELS: &[&str] = &[
     "partial fluidisation with an order parameter (Aranson & Tsimring)",
     "volume-fraction model of dense flow (Josserand et al.)",
@@ -65,6 +65,7 @@ pub fn models_reference() -> String {
     text
 }
 
+/// Methods and restrictions of a material model.
 fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
     match (name, kind) {
         ("umat", _) => "all methods, with the option `--allow-library`; 3D stress only",

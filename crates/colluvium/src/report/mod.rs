@@ -31,7 +31,7 @@ pub const REPORT_FILE: &str = "report.html";
 pub struct ReportOptions {
     /// Fields that colour the points; displacement and velocity, as far as the frames have them, when empty.
     pub fields: Vec<String>,
-    /// Number of frames shown of each field, the first and the last among them.
+    /// Number of frames of each field that are shown, including the first and the last one.
     pub frames: usize,
     /// The two axes of the view.
     pub plane: [usize; 2],
@@ -45,7 +45,7 @@ impl Default for ReportOptions {
     }
 }
 
-/// Reason why there is no report.
+/// Failure of a report.
 #[derive(Debug, Error)]
 pub enum ReportError {
     /// A file could not be written or read.
@@ -96,6 +96,7 @@ pub struct Report {
 }
 
 impl RunResults {
+    /// Reads the summary, case, measures and frames of a run.
     fn read(folder: &Path) -> Result<Self, ReportError> {
         let summary = folder.join("summary.json");
         if !summary.exists() {
@@ -160,7 +161,7 @@ struct ReportPictures {
     safety: Vec<ReportFigure>,
 }
 
-/// Prefixes of the names of columns about the progress of a run rather than its results: they come last.
+/// Prefixes of the names of columns that describe the progress of a run rather than its results. These columns come last.
 const RUN_COLUMN_PREFIXES: [&str; 6] =
     ["time_step", "kinetic_energy", "momentum", "angular_momentum", "mass", "points"];
 
@@ -196,7 +197,7 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportErr
     Ok(Report { file: folder.join(REPORT_FILE), missing_files: results.missing_files })
 }
 
-/// Numbers of at most `wanted` of `count` frames, evenly from the first to the last.
+/// Indices of at most `wanted` of `count` frames, evenly spaced from the first to the last.
 pub(crate) fn evenly_spaced_frames(count: usize, wanted: usize) -> Vec<usize> {
     let shown = wanted.min(count);
     let last = count.saturating_sub(1);
@@ -226,8 +227,8 @@ fn animation_player(
     Ok(Animation::from_panels(&[panel], &view).map(|animation| animation::player_html(&animation)))
 }
 
-/// Pictures of the points of some frames, as PNG because in SVG each point is an element. All pictures of a field have one scale of colours
-/// and one set of axes.
+/// Pictures of the points of some frames. They are PNG, because in SVG each point is an element. All pictures of a field have one scale of
+/// colours and one set of axes.
 fn points(
     folder: &Path,
     results: &RunResults,
@@ -287,7 +288,7 @@ fn maps(folder: &Path) -> Result<Vec<ReportFigure>, ReportError> {
     crate::output::raster_maps::raster_maps(folder)?.into_iter().map(figure).collect()
 }
 
-/// Charts (SVG) of the measures that change: the requested ones with the profiles, and all others.
+/// Charts (SVG) of the measures that vary: those that the case requests, with the profiles, and all others.
 fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>), ReportError> {
     let of_run = |name: &str| RUN_COLUMN_PREFIXES.iter().any(|begin| name.starts_with(begin));
     let mut measures = run_pictures::charts(&results.measures);
@@ -307,7 +308,7 @@ fn charts(results: &RunResults) -> Result<(Vec<ReportFigure>, Vec<ReportFigure>)
     Ok((requested?, others?))
 }
 
-/// Chart of a profile at some of its times.
+/// Chart of a surface profile at several times.
 fn profile(table: &Table) -> LineChart {
     let mut times: Vec<f64> = table.column("time").unwrap_or_default();
     times.dedup();

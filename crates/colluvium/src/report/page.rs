@@ -7,6 +7,7 @@ use super::{ReportFigure, ReportPictures, RunResults, tables};
 use crate::report::safety_factors;
 use crate::report::value_text::{duration_text, five_digits, value_text};
 
+/// Style sheet of the page.
 const STYLE: &str = include_str!("report.css");
 
 /// Page of a report: first the requested results, then other results, the progress of the run, and every parameter.
@@ -95,7 +96,7 @@ fn run_summary(results: &RunResults) -> Markup {
     }
 }
 
-/// Warnings of the program, before the run, at its end and about its folder.
+/// Warnings of the program about the case, about the run, and about its folder.
 fn warnings(summary: &Value, missing: &[String]) -> Markup {
     let list = |key: &str| summary[key].as_array().cloned().unwrap_or_default();
     let parts = [
@@ -137,6 +138,7 @@ fn provenance(results: &RunResults) -> Markup {
     }
 }
 
+/// Section of figures under a heading.
 fn figures(title: &str, class: &str, figures: &[ReportFigure]) -> Markup {
     html! {
         h2 { (title) }
@@ -145,10 +147,12 @@ fn figures(title: &str, class: &str, figures: &[ReportFigure]) -> Markup {
     }
 }
 
+/// Section of charts.
 fn charts(figures: &[ReportFigure]) -> Markup {
     html! { div class="charts" { (figure_list(figures)) } }
 }
 
+/// Figures with their captions.
 fn figure_list(figures: &[ReportFigure]) -> Markup {
     html! {
         @for figure in figures {

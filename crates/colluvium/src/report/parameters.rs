@@ -2,10 +2,13 @@
 
 use serde_json::Value;
 
-/// Parameter: its path, its value, and whether it is a default that the case leaves out.
+/// Parameter of a case: its JSON path, its value, and whether the value is a default.
 pub(super) struct CaseParameter {
+    /// JSON path of the parameter.
     pub(super) path: String,
+    /// Value as text.
     pub(super) value: String,
+    /// Whether the value is a default that the case does not set.
     pub(super) default: bool,
 }
 
@@ -25,6 +28,7 @@ pub(super) fn all_parameters(case: &Value, method: &str) -> Vec<CaseParameter> {
     found
 }
 
+/// Adds the parameters in a value, with their JSON paths.
 fn flatten(path: &str, value: &Value, default: bool, found: &mut Vec<CaseParameter>) {
     match value {
         Value::Object(map) if !map.is_empty() => {

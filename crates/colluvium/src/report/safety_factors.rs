@@ -39,7 +39,7 @@ pub(super) fn safety_section(summary: &Value, figures: &[ReportFigure]) -> Marku
     }
 }
 
-/// Figures of each search: displacement over factor, and the points of the last failing trial.
+/// Figures of each search: displacement over the strength reduction factor, and the points at the end of the last failing trial.
 pub(super) fn safety_figures(
     folder: &Path,
     results: &RunResults,
@@ -73,8 +73,8 @@ pub(super) fn safety_figures(
     Ok(figures)
 }
 
-/// Chart of displacement over factor, dimensionless where the materials have a Young's modulus. Axes are logarithmic: failed trials have
-/// moved a hundred times as far as stable ones, which would hide the bend.
+/// Chart of displacement over the strength reduction factor. Displacements are dimensionless where the materials have a Young's modulus.
+/// Axes are logarithmic: failed trials have moved a hundred times as far as stable ones, which would hide the bend.
 fn chart(trials: &Table) -> LineChart {
     let scaled = trials.pairs("factor", "dimensionless_displacement").unwrap_or_default();
     let known = scaled.iter().any(|(_, value)| value.is_finite());

@@ -20,6 +20,7 @@ const BALANCE_COLUMNS: [&str; 9] = [
     "liquid_potential_energy",
 ];
 
+/// Table of the stages: times, longest duration, reason of the end.
 pub(super) fn stage_table(results: &RunResults) -> Markup {
     let none = Vec::new();
     let begun = results.summary["stages"].as_array().unwrap_or(&none);
@@ -48,6 +49,7 @@ pub(super) fn stage_table(results: &RunResults) -> Markup {
     }
 }
 
+/// Table of the criteria that limited the time step.
 pub(super) fn limit_table(summary: &Value) -> Markup {
     let Some(limits) = summary["time_step_limits"].as_array().filter(|limits| !limits.is_empty()) else {
         return html! {};
@@ -82,6 +84,7 @@ fn rounded_difference(from: f64, to: f64) -> f64 {
     if difference.abs() < 1e-12 * from.abs().max(to.abs()) { 0.0 } else { difference }
 }
 
+/// Table of mass and energy at the start and at the end.
 pub(super) fn balance_table(results: &RunResults) -> Markup {
     let table = &results.measures;
     let (Some(first), Some(last)) = (table.rows.first(), table.rows.last()) else { return html! {} };
@@ -123,7 +126,7 @@ pub(super) fn balance_table(results: &RunResults) -> Markup {
     }
 }
 
-/// Table of first, least, largest and last value of the requested columns; empty where the case requests none.
+/// Table of first, smallest, largest and last values of the columns that the case requests; empty where it requests none.
 pub(super) fn requested_measures(results: &RunResults) -> Markup {
     let columns = matching_columns(results, |name| results.is_requested(name));
     html! {
@@ -134,7 +137,7 @@ pub(super) fn requested_measures(results: &RunResults) -> Markup {
     }
 }
 
-/// Table of first, least, largest and last value of each column.
+/// Table of first, smallest, largest and last values of all columns.
 pub(super) fn measure_table(results: &RunResults) -> Markup {
     html! {
         h2 { "All measures" }
@@ -149,6 +152,7 @@ fn matching_columns(results: &RunResults, wanted: impl Fn(&str) -> bool) -> Vec<
     (0..columns.len()).filter(|k| wanted(&columns[*k].0)).collect()
 }
 
+/// Table of first, smallest, largest and last values of measures.
 fn range_table(results: &RunResults, columns: &[usize]) -> Markup {
     let table = &results.measures;
     let line = |k: usize| {
@@ -173,6 +177,7 @@ fn range_table(results: &RunResults, columns: &[usize]) -> Markup {
     }
 }
 
+/// Table of all parameters of a case and the defaults of those that it does not set.
 pub(super) fn parameter_table(results: &RunResults) -> Markup {
     let method = results.summary["method"].as_str().unwrap_or_default();
     html! {

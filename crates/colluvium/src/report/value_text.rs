@@ -12,7 +12,7 @@ pub(super) fn value_text(value: &Value) -> String {
     }
 }
 
-/// Number to five digits, plain where that is short.
+/// Number to five digits, without an exponent where that is short.
 pub(super) fn five_digits(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {

@@ -5,19 +5,19 @@ const SAFETY_FACTOR: f64 = 1.25;
 /// Largest order that is considered.
 const MAX_ORDER: f64 = 20.0;
 
-/// Convergence of three runs, each finer than the one before.
+/// Result of a convergence study with three runs of increasing resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvergenceOrder {
-    /// Observed order; NaN where the values oscillate or differ more on the finer side.
+    /// Observed order of convergence. NaN where the values oscillate, or where they differ more on the finer side.
     pub order: f64,
     /// Value extrapolated to zero size (Richardson); NaN without an order.
     pub limit: f64,
-    /// Grid convergence index of the finest run: the relative uncertainty of its value; NaN without an order.
+    /// Grid convergence index of the finest run: the relative uncertainty of its value. NaN without an order.
     pub grid_convergence_index: f64,
 }
 
-/// Observed order from sizes, coarse to fine, and values `f`: `p` of `f = limit + C h^p`, from `(f₁ - f₂)/(f₂ - f₃) = (h₁^p - h₂^p)/(h₂^p -
-/// h₃^p)`.
+/// Observed order of convergence from the sizes and the values of three runs, coarse to fine: `p` of `f = limit + C h^p`, from `(f₁ -
+/// f₂)/(f₂ - f₃) = (h₁^p - h₂^p)/(h₂^p - h₃^p)`.
 pub fn observed_order(sizes: [f64; 3], values: [f64; 3]) -> ConvergenceOrder {
     let none = ConvergenceOrder { order: f64::NAN, limit: f64::NAN, grid_convergence_index: f64::NAN };
     let [coarse, fine] = [sizes[0] / sizes[1], sizes[1] / sizes[2]];

@@ -15,7 +15,7 @@ use crate::plots::Picture;
 /// Name of the folder of these rasters.
 pub(super) const RASTER_FOLDER: &str = "rasters";
 
-/// Rasters of a run that may have thresholds, their descriptions and units.
+/// Rasters of a run for which thresholds are possible, with their descriptions and units.
 const THRESHOLD_RASTERS: [(&str, &str, &str); 6] = [
     ("peak_thickness_vertical", "peak thickness", "m"),
     ("peak_thickness_normal", "peak thickness", "m"),
@@ -67,14 +67,14 @@ pub(super) fn have_equal_cells(a: &Raster, b: &Raster) -> bool {
     (a.columns, a.rows, a.origin, a.spacing) == (b.columns, b.rows, b.origin, b.spacing)
 }
 
-/// Numbers of the complete runs; empty while runs remain to be done.
+/// Indices of the complete runs; empty while some runs have not been made.
 pub(super) fn complete_runs(rows: &[SweepRow]) -> Vec<usize> {
     let done = rows.iter().all(|row| row.status == "completed" || row.status == "failed");
     (0..rows.len()).filter(|&number| done && rows[number].status == "completed").collect()
 }
 
-/// Writes, for each threshold, the share of the complete runs that reach it; cells that no run reaches have no data. Writes nothing while
-/// runs remain to be done.
+/// Writes, for each threshold, a raster of the share of the complete runs that reach it. Cells that no run reaches have no data. Writes
+/// nothing while runs remain to be done.
 ///
 /// # Errors
 /// When a raster cannot be read or written, or two runs have different cells.
@@ -144,7 +144,7 @@ pub(super) fn write_sweep_raster(
     map.map_err(|error| OutputError::new(&picture, error))?.write(&picture)
 }
 
-/// Reads the rasters of a name; a run in which no cell was reached has none.
+/// Reads the raster of a name of each run. A run in which no cell was reached has none.
 fn read_rasters(
     name: &str,
     complete: &[usize],
@@ -164,11 +164,12 @@ fn read_rasters(
     Ok(rasters)
 }
 
+/// Path of a raster in the folder of a run.
 fn raster_file(name: &str, folder: &Path) -> PathBuf {
     folder.join(raster_maps::RASTER_FOLDER).join(format!("{name}.asc"))
 }
 
-/// Reads the raster of a name of a run; `None` where it has none.
+/// Reads the raster of a name from the folder of a run; `None` where it does not exist.
 pub(super) fn read_run_raster(name: &str, folder: &Path) -> Result<Option<Raster>, OutputError> {
     let file = raster_file(name, folder);
     let raster = file.exists().then(|| read_raster(&file)).transpose();

@@ -55,8 +55,8 @@ impl Sweep {
     }
 }
 
-/// Writes the strongest class of any complete run in a cell, and for each class the share of the runs that have it or a stronger one there.
-/// Cells without a class have no data. Writes nothing while runs remain to be done.
+/// Writes rasters of intensity classes: the strongest class of any complete run, and for each class the share of the runs of this or a
+/// stronger class. Cells without a class have no data. Writes nothing while runs remain to be done.
 ///
 /// # Errors
 /// When a raster cannot be read or written, or two runs have different cells.
@@ -117,7 +117,7 @@ pub(super) fn write_intensity(
     Ok(())
 }
 
-/// Raster of a run, with the number of the strongest class of each cell, from 1 for the first; 0 for none. `None` for a run without
+/// Raster of a run with the index of the strongest class in each cell, from 1 for the first class, and 0 for none. `None` for a run without
 /// rasters.
 fn intensity_raster(sweep: &Sweep, folder: &Path) -> Result<Option<(Raster, Vec<usize>)>, OutputError> {
     let names: BTreeSet<&String> =

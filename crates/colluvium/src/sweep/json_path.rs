@@ -2,13 +2,13 @@
 
 use serde_json::Value;
 
-/// Step of a path: a key of an object or an index of a list.
+/// Part of a JSON path: a key of an object or an index of a list.
 enum PathStep<'a> {
     Key(&'a str),
     Index(usize),
 }
 
-/// Parses the steps of a path as `bodies[0].shape.max[1]`.
+/// Parses the parts of a path such as `bodies[0].shape.max[1]`.
 fn parse_path(path: &str) -> Result<Vec<PathStep<'_>>, String> {
     let odd = || format!("{path:?} is not a path like bodies[0].shape.max[1]");
     let mut steps = Vec::new();

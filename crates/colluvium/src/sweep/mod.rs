@@ -162,7 +162,7 @@ impl Sweep {
         Ok(members)
     }
 
-    /// Errors of a case, preceded by the run and its values.
+    /// Errors of a case of a sweep, each preceded by the number of the run and its values.
     pub fn with_run_context(&self, number: usize, values: &[Value], errors: CaseErrors) -> CaseErrors {
         let of = self.run_description(number, values);
         let located = errors.0.into_iter().map(|e| CaseError::new(format!("{of}: {}", e.path), e.problem));
@@ -292,11 +292,12 @@ impl SweepParameter {
     }
 }
 
-/// Value as a word of a table: a text without its quotes.
+/// Value as text of a table, without quotes.
 fn table_text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
+/// Whether a JSON value is a positive number.
 fn is_positive(value: &Value) -> bool {
     value.as_f64().is_some_and(|value| value > 0.0)
 }

@@ -10,7 +10,7 @@ use crate::case::output::{
 use crate::plots::{LineChart, Picture, Series, Style};
 use crate::sweep::{Sweep, observed_order, table_text};
 
-/// Names of the table and of that of convergence.
+/// File names of the table of runs and of the table of convergence.
 pub(super) const TABLE_FILES: [&str; 2] = ["runs.csv", "convergence.csv"];
 /// Name of the folder of pictures.
 pub(super) const PICTURE_FOLDER: &str = "pictures";
@@ -48,7 +48,8 @@ pub struct SweepResults<'a> {
 }
 
 impl SweepResults<'_> {
-    /// Root mean square distance of a run from the targets, in their tolerances. `None` without targets, NaN where the run has no value.
+    /// Root mean square difference of a run from the targets, over their tolerances. `None` without targets; NaN where the run lacks a
+    /// value.
     pub fn misfit(&self, row: &SweepRow) -> Option<f64> {
         let targets = &self.sweep.targets;
         let square = |(name, target): (&String, &crate::sweep::ObservedTarget)| {
@@ -59,7 +60,7 @@ impl SweepResults<'_> {
         (!targets.is_empty()).then(|| (sum / targets.len() as f64).sqrt())
     }
 
-    /// Number and row of the run nearest to the targets.
+    /// Index and row of the run with the smallest misfit.
     pub fn best_run(&self) -> Option<(usize, f64)> {
         let misfits =
             self.rows.iter().enumerate().filter_map(|(number, row)| Some((number, self.misfit(row)?)));
@@ -97,7 +98,8 @@ impl SweepResults<'_> {
         write_lines(&path, &lines)
     }
 
-    /// Returns the convergence study, if any: the order for each measure and three successive runs. Writes `convergence.csv`.
+    /// Writes the convergence study, if there is one: the observed order for each measure and three successive runs. Returns its lines.
+    /// Writes `convergence.csv`.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -140,8 +142,8 @@ impl SweepResults<'_> {
         Ok(messages)
     }
 
-    /// Pairs of the numerical parameter `axis` and a measure, from the largest to the least, for each set of values of the other
-    /// parameters.
+    /// Pairs of a numerical parameter and a measure, from the largest to the smallest parameter. There is one curve for each combination of
+    /// the other parameters.
     fn parameter_series(&self, axis: usize, measure: &str) -> Vec<(String, Vec<(f64, f64)>)> {
         let mut series: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
         for row in &self.rows {
@@ -206,6 +208,7 @@ fn cell_text(value: Option<f64>) -> String {
     value.filter(|value| !value.is_nan()).map_or(String::new(), |value| format!("{value:e}"))
 }
 
+/// Writes lines of cells as a CSV file.
 fn write_lines(path: &Path, lines: &[Vec<String>]) -> Result<(), OutputError> {
     let fail = |error: &dyn std::fmt::Display| OutputError::new(path, error);
     let mut writer = csv::Writer::from_writer(Vec::new());

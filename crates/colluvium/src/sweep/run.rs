@@ -32,7 +32,7 @@ pub struct SweepOptions {
     pub resume: bool,
     /// Whether to delete the sweep in the folder.
     pub overwrite: bool,
-    /// Flag, set from elsewhere, that stops the runs with checkpoints.
+    /// Flag that stops the runs with checkpoints; another thread sets it.
     pub stop_flag: Arc<AtomicBool>,
     /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
@@ -51,7 +51,7 @@ pub enum SweepRunState {
     Failed(String),
 }
 
-/// Reason why a sweep ended before its runs.
+/// Failure of a sweep before its runs.
 #[derive(Debug, Error)]
 pub enum SweepError {
     /// A file could not be written or read.
@@ -81,8 +81,8 @@ fn is_run_folder(name: &str) -> bool {
         .is_some_and(|number| number.len() >= 4 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Runs all cases of a sweep, `jobs` at a time; a failure does not stop the others. Writes `runs.csv` after each run, tables and pictures
-/// of all at the end; `tell` is called with each run as it ends.
+/// Runs all cases of a sweep, `jobs` of them simultaneously. A failure does not stop the others. Writes `runs.csv` after each run, tables
+/// and pictures of all at the end; `tell` is called with each run as it ends.
 ///
 /// # Errors
 /// When the folder cannot be used, or files or threads cannot be created.
@@ -123,7 +123,7 @@ pub fn run_sweep<'a>(
     Ok(results)
 }
 
-/// Names of the measures of the cases with a single value.
+/// Names of the measures that have a single column.
 fn scalar_measures(members: &[SweepCase]) -> Vec<String> {
     let Some(first) = members.first() else { return Vec::new() };
     let number = |measure: &Measure| {
@@ -169,7 +169,7 @@ fn prepare_folder(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepErro
     Ok(write_atomically(&kept, text.as_bytes())?)
 }
 
-/// Removes the runs of an earlier sweep, with its tables, pictures and rasters, and no other files.
+/// Removes the runs of an earlier sweep with its tables, pictures and rasters. Other files remain.
 fn remove_earlier_sweep(out: &Path, earlier: &str) -> Result<(), OutputError> {
     let earlier: Value = serde_json::from_str(earlier).unwrap_or_default();
     let parameters = earlier["parameters"].as_object().into_iter().flat_map(|all| all.keys());
@@ -192,7 +192,7 @@ fn remove_earlier_sweep(out: &Path, earlier: &str) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Removes the files of a folder whose names are those of the sweep, and the folder once it is empty.
+/// Removes the files of a folder that `is_own` accepts by name, and the folder if it is empty then.
 fn remove_own_files(folder: &Path, is_own: &dyn Fn(&str) -> bool) -> Result<(), OutputError> {
     let fail = |error: std::io::Error| OutputError::new(folder, error);
     let mut is_empty = true;

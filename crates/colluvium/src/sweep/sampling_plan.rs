@@ -116,7 +116,7 @@ impl SamplingPlan {
     }
 }
 
-/// All combinations of values; the last parameter varies fastest.
+/// All combinations of the values, with the last parameter varying fastest.
 fn full_factorial(parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Value>> {
     parameters.values().fold(vec![Vec::new()], |runs, parameter| {
         let mut longer = Vec::with_capacity(runs.len() * parameter.values.len());
@@ -129,7 +129,7 @@ fn full_factorial(parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Valu
     })
 }
 
-/// Fractions in `0..1` of a Latin hypercube, for each run one for each parameter.
+/// Latin hypercube: for each run one fraction in `0..1` for each parameter.
 fn latin_hypercube(runs: usize, parameters: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut fractions = vec![Vec::with_capacity(parameters); runs];
@@ -143,7 +143,7 @@ fn latin_hypercube(runs: usize, parameters: usize, seed: u64) -> Vec<Vec<f64>> {
     fractions
 }
 
-/// Fractions in `0..1` of a scrambled Sobol sequence, for each run one for each parameter.
+/// Scrambled Sobol sequence: for each run one fraction in `0..1` for each parameter.
 fn sobol(runs: usize, parameters: usize, seed: u32) -> Vec<Vec<f64>> {
     let point = |run: usize| {
         let coordinate = |k: usize| f64::from(sobol_burley::sample(run as u32, k as u32, seed));

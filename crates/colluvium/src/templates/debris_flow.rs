@@ -7,6 +7,7 @@ pub(crate) const CASE_TEXT: (&str, &str) = ("debris-flow", include_str!("../debr
 
 /// Names of the files beside the case.
 pub(crate) const TERRAIN_FILES: &str = "debris-flow-terrain.asc";
+/// Name and text of the file of the release area.
 pub(crate) const RELEASE_FILE: (&str, &str) =
     ("debris-flow-release.geojson", include_str!("../debris_flow/release.geojson"));
 

@@ -14,11 +14,11 @@ pub struct PointClasses {
     pub name: String,
     /// Names of the classes.
     pub names: Vec<String>,
-    /// Class number of each body, by the number of the body.
+    /// Class index of each body, by the index of the body.
     pub of_body: Vec<usize>,
 }
 
-/// Fields shown by default, as far as the frames have them and they vary.
+/// Fields that are shown by default where the frames have them and they vary.
 const DEFAULT_FIELDS: [&str; 8] = [
     "displacement",
     "velocity",
@@ -30,7 +30,7 @@ const DEFAULT_FIELDS: [&str; 8] = [
     "pore_pressure",
 ];
 
-/// Share of the values at each end beyond the colour scale, so that single flying points do not stretch the scale.
+/// Share of the values at each end that are beyond the colour scale, so that single flying points do not stretch it.
 const CLIPPED_FRACTION: f64 = 0.001;
 
 /// Source of the colours of the points.
@@ -42,7 +42,7 @@ pub(super) enum ColourSource {
     Class(PointClasses),
 }
 
-/// Colour sources of an animation: fields that every frame has, one scale each, and classes of more than one name.
+/// Colour sources of an animation: the fields that every frame has, each with one scale, and the classifications with more than one class.
 pub(super) fn colour_sources(panels: &[Panel<'_>], view: &View) -> Vec<ColourSource> {
     let frames = || panels.iter().flat_map(|panel| &panel.frames).copied();
     let usual = || DEFAULT_FIELDS.iter().map(|name| (*name).to_owned()).collect();
@@ -77,7 +77,7 @@ pub(super) fn colour_sources(panels: &[Panel<'_>], view: &View) -> Vec<ColourSou
     shown
 }
 
-/// Ends of a scale: those of the values without the outermost.
+/// Ends of a colour scale: those of the values without the outermost ones.
 fn scale_limits(values: &mut [f64]) -> Option<(f64, f64)> {
     let last = values.len().checked_sub(1)?;
     let cut = (CLIPPED_FRACTION * values.len() as f64) as usize;
@@ -87,7 +87,7 @@ fn scale_limits(values: &mut [f64]) -> Option<(f64, f64)> {
 }
 
 impl ColourSource {
-    /// Values of the points of a frame; the class number for classes.
+    /// Values of the points of a frame; class indices for classes.
     pub fn values(&self, frame: &Snapshot) -> Vec<f64> {
         match self {
             Self::Field { name, .. } => {
@@ -100,7 +100,7 @@ impl ColourSource {
         }
     }
 
-    /// Quantised number of a value.
+    /// Quantised value of the colour scale.
     pub fn number(&self, value: f64) -> u8 {
         match self {
             Self::Field { scale, .. } => scale.quantise(value) as u8,
@@ -108,7 +108,7 @@ impl ColourSource {
         }
     }
 
-    /// Description for the player, as JSON.
+    /// Description of the colour source for the player of the animation, as JSON.
     pub fn json(&self) -> Value {
         match self {
             Self::Field { name, unit, scale } => json!({

@@ -6,18 +6,22 @@ use colluvium_case::Snapshot;
 
 use crate::animation::{Panel, View, shape};
 
-/// Least number of frames that are kept, as far as the run has them, before points are left out.
+/// Smallest number of frames that remain, as far as the run has them, before points are left out.
 const MIN_FRAMES: usize = 24;
-/// Largest number of frames of a run.
+/// Largest number of frames of a run in an animation.
 const MAX_FRAMES: usize = 120;
 
-/// Kept part of a run: some frames, and of each one point for a block of points; all of them where there are no blocks.
+/// Run with the frames and points that remain after decimation. Where points are left out, each remaining point represents a group of
+/// neighbours.
 pub(super) struct DecimatedRun<'a> {
+    /// Frames and fields of the run, as a panel of the page.
     pub panel: Panel<'a>,
+    /// Groups of points that are drawn as one; `None` where each point is drawn.
     pub blocks: Option<DecimationBlocks>,
 }
 
-/// Kept parts of the runs within the bytes of a view, and a text on the parts left out.
+/// Leaves out frames and points of runs, so that the page does not exceed the bytes of the view. Returns the reduced runs, and a text that
+/// states the numbers of frames and points left out.
 pub(super) fn decimate<'a>(
     panels: &[Panel<'a>],
     view: &View,
@@ -63,24 +67,24 @@ fn evenly_spaced(count: usize, wanted: usize) -> Vec<usize> {
     }
 }
 
-/// Relation of a kept point to its block, from the first frame that has the block.
+/// Size and position of a group of points relative to the point that represents it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DecimationBlock {
-    /// Width of the block over that of the point, along each axis.
+    /// Width of the group over that of the point, along each axis.
     pub width_ratio: [f64; 3],
-    /// Vector from the point to the middle of the block (m).
+    /// Vector from the point to the middle of its group (m).
     pub offset: [f64; 3],
 }
 
-/// Kept points, identical in every frame: those next to the middle of blocks of neighbours. Bodies that move as a
-/// whole stay whole in the picture.
+/// Points that remain after decimation, equal in all frames. Each is the one nearest to the middle of a group of neighbours. Bodies that
+/// move as a whole stay whole in the picture.
 pub(super) struct DecimationBlocks {
     blocks: HashMap<u64, DecimationBlock>,
     point_count: usize,
 }
 
 impl DecimationBlocks {
-    /// Returns blocks of about `share` points, by the positions in the first frame that has them.
+    /// Selects about one point in `share`, by the positions in the first frame that contains a point.
     fn from_panel(panel: &Panel<'_>, view: &View, share: f64) -> Self {
         let shape = shape(panel);
         // A flow column has its depth as height.
@@ -102,7 +106,7 @@ impl DecimationBlocks {
         blocks
     }
 
-    /// Adds the points that appear first in this frame.
+    /// Groups the points that are in a frame for the first time.
     fn add(&mut self, frame: &Snapshot, new: &[usize], axes: &[usize], share: f64, round: bool) {
         let cells = BlockCells::new(frame, new, axes);
         let mut found = cells.sort(cells.edge(share));
@@ -133,23 +137,23 @@ impl DecimationBlocks {
         }
     }
 
-    /// Number of points for each kept one.
+    /// Number of points that a remaining point represents.
     fn points_per_block(&self) -> u64 {
         (self.point_count as f64 / self.blocks.len().max(1) as f64).round().max(1.0) as u64
     }
 
-    /// Block that a point represents; `None` where the point is left out.
+    /// Group that a point represents; `None` where the point is left out.
     pub fn get(&self, id: u64) -> Option<&DecimationBlock> {
         self.blocks.get(&id)
     }
 
-    /// Largest ratio of the width of a block to that of its point.
+    /// Largest ratio of the width of a group to that of its point.
     pub fn widest(&self) -> f64 {
         self.blocks.values().flat_map(|block| block.width_ratio).fold(1.0, f64::max)
     }
 }
 
-/// Points to be sorted into blocks.
+/// Points that are sorted into cells, each with a group of neighbours.
 struct BlockCells<'a> {
     frame: &'a Snapshot,
     points: &'a [usize],
@@ -160,6 +164,7 @@ struct BlockCells<'a> {
 }
 
 impl<'a> BlockCells<'a> {
+    /// Grid of cells as wide as the median point, over some points of a frame.
     fn new(frame: &'a Snapshot, points: &'a [usize], axes: &'a [usize]) -> Self {
         let low = |axis: &usize| {
             let ends = points.iter().map(|&i| frame.positions[i][*axis] - 0.5 * frame.extents[i][*axis]);
@@ -180,7 +185,7 @@ impl<'a> BlockCells<'a> {
         }
     }
 
-    /// Members of blocks with an edge of `edge` point widths.
+    /// Groups of the points in cells with an edge of `edge` point widths.
     fn sort(&self, edge: f64) -> Vec<Vec<usize>> {
         let mut blocks: HashMap<(u32, [i64; 3]), Vec<usize>> = HashMap::new();
         for &i in self.points {
@@ -196,8 +201,8 @@ impl<'a> BlockCells<'a> {
         blocks.into_values().collect()
     }
 
-    /// Edge of blocks, in point widths, that leaves no more than one point in `share`: a whole number where that leaves about as many,
-    /// since blocks of a lattice are then alike.
+    /// Edge of the cells (point widths) at which at most one point in `share` remains. It is a whole number where that leaves about as
+    /// many, since the groups of a lattice are then equal.
     fn edge(&self, share: f64) -> f64 {
         let largest = (self.points.len() as f64 / share).max(1.0);
         let count = |edge: f64| self.sort(edge).len() as f64;
@@ -214,7 +219,7 @@ impl<'a> BlockCells<'a> {
         high
     }
 
-    /// Extent of the points of a block along an axis (m).
+    /// Extent of a group of points along an axis (m).
     fn extent(&self, members: &[usize], axis: usize) -> (f64, f64) {
         members.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &i| {
             let (x, half) = (self.frame.positions[i][axis], 0.5 * self.frame.extents[i][axis]);

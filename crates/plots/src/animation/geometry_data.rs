@@ -6,7 +6,7 @@ use crate::animation::quantisation::QuantisedRange;
 use crate::animation::text;
 use crate::{Heights, RigidGeometry};
 
-/// Rigid geometry as JSON for the player, with the poses of moving parts at `times` (s).
+/// Rigid geometry as JSON for the player of the animation, with the positions of moving parts at `times` (s).
 pub(super) fn geometry_data(ground: &RigidGeometry, times: &[f64]) -> Value {
     let moving = ground.moving.iter().map(|one| {
         let poses = times.iter().map(|time| one.pose(*time));
@@ -22,6 +22,7 @@ pub(super) fn geometry_data(ground: &RigidGeometry, times: &[f64]) -> Value {
     })
 }
 
+/// Lines with rounded coordinates.
 fn lines(lines: &[Vec<[f64; 2]>]) -> Vec<Vec<[f64; 2]>> {
     lines.iter().map(|line| rounded_positions(line)).collect()
 }
@@ -32,7 +33,7 @@ fn rounded_positions<const D: usize>(places: &[[f64; D]]) -> Vec<[f64; D]> {
     places.iter().map(|x| x.map(digits)).collect()
 }
 
-/// Heights in 16 bits; `None` where there are none.
+/// Heights quantised to 16 bits; `None` where there are none.
 fn heights(heights: &Heights) -> Option<Value> {
     let there = || heights.values.iter().filter(|height| height.is_finite());
     let low = there().copied().reduce(f64::min)?;

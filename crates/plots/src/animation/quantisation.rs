@@ -9,7 +9,7 @@ use crate::animation::{Panel, View, text};
 
 /// Number of steps of a position or a width.
 const POSITION_STEPS: u32 = 65_535;
-/// Number of steps of a value; the number after them means no value.
+/// Number of steps of a value; the next number stands for a missing value.
 const VALUE_STEPS: u32 = 254;
 
 /// Range divided into whole steps.
@@ -39,7 +39,7 @@ impl QuantisedRange {
         (self.high - self.low) / f64::from(self.steps)
     }
 
-    /// Nearest step; the end of the range for values beyond it, and the number after the last step for NaN.
+    /// Nearest step. Values beyond the range are quantised to its ends; NaN is the number after the last step.
     pub fn quantise(&self, value: f64) -> u32 {
         if value.is_nan() {
             return self.steps + 1;
@@ -53,7 +53,7 @@ impl QuantisedRange {
     }
 }
 
-/// Extent of all frames along each axis, with the widths of the points; `None` where there are no points.
+/// Extent of all frames along each axis, including the widths of the points; `None` where there are no points.
 pub(super) fn bounds(panels: &[Panel<'_>], axes: &[usize]) -> Option<Vec<QuantisedRange>> {
     let frames = || panels.iter().flat_map(|panel| &panel.frames);
     let one = |axis: &usize| {
@@ -95,6 +95,7 @@ pub(super) struct Encoder<'a> {
 }
 
 impl<'a> Encoder<'a> {
+    /// Encoder of frames of points within bounds.
     pub fn new(
         bounds: &'a [QuantisedRange],
         largest: f64,
@@ -105,7 +106,8 @@ impl<'a> Encoder<'a> {
         Self { bounds, width, view, fields, last: Vec::new() }
     }
 
-    /// Encodes a frame, with blocks one point of each: positions, widths where they differ from those of the frame before, values.
+    /// Encodes a frame: positions, widths where they differ from those of the previous frame, and values. With `blocks` only the
+    /// representative points are encoded.
     pub fn frame(&mut self, frame: &Snapshot, blocks: Option<&DecimationBlocks>) -> Value {
         let all = DecimationBlock { width_ratio: [1.0; 3], offset: [0.0; 3] };
         let block = |i: usize| blocks.map_or(Some(&all), |blocks| blocks.get(frame.ids[i]));

@@ -6,9 +6,9 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatte
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::Ranged;
 
-/// Font size of the labels of an axis (px).
+/// Font size of the labels of an axis (pixels).
 pub(crate) const LETTERS: u32 = 14;
-/// Width of a figure over the font size.
+/// Width of a digit over the font size.
 const WIDTH: f64 = 0.6;
 /// Largest number of ticks of an axis.
 const MAX_TICKS: usize = 8;
@@ -16,7 +16,7 @@ const MAX_TICKS: usize = 8;
 const MAX_TEXT_LENGTH: usize = 8;
 /// Largest number of characters of a label without exponent.
 const MAX_PLAIN_LENGTH: usize = 6;
-/// Least distance of labels beside each other, and of lines of text (px).
+/// Smallest distance of labels beside each other, and of lines of text (pixels).
 const GAPS: [f64; 2] = [14.0, 24.0];
 
 /// Direction of an axis.
@@ -71,7 +71,7 @@ impl ValueFormatter<f64> for NumberAxis {
 /// Ticks of an axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Ticks {
-    /// Coordinates, ascending; on a logarithmic axis powers of ten.
+    /// Coordinates, ascending. On a logarithmic axis they are exponents of ten.
     pub coordinates: Vec<f64>,
     /// Label of each tick.
     texts: Vec<String>,
@@ -96,7 +96,7 @@ impl Ticks {
         last
     }
 
-    /// Ticks of a logarithmic axis, whose coordinates are powers of ten.
+    /// Ticks of a logarithmic axis, whose coordinates are exponents of ten.
     pub fn logarithmic(range: &Range<f64>, pixels: f64, along: AxisDirection) -> Self {
         let fine: [&[i32]; 3] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[1, 2, 5], &[1]];
         let every = [2, 3, 5, 10, 20, 50, 100, 200];
@@ -111,7 +111,7 @@ impl Ticks {
         })
     }
 
-    /// Ticks at round values, at most `limit`.
+    /// Ticks at round values, of which there are at most `limit`.
     fn with_max_count(range: &Range<f64>, limit: usize) -> Self {
         let span = range.end - range.start;
         let first = (span / limit as f64).log10().floor() as i32;
@@ -129,7 +129,7 @@ impl Ticks {
         Self::default()
     }
 
-    /// Ticks at multiples of a step, with the power of ten that the step is a multiple of.
+    /// Ticks at multiples of a step; `power` is the power of ten of which the step is a multiple.
     fn multiples_of(whole: &[f64], step: f64, power: i32, span: f64) -> Self {
         let coordinates: Vec<f64> = whole.iter().map(|k| k * step).collect();
         let texts = texts(&coordinates, power);
@@ -144,7 +144,7 @@ impl Ticks {
         Self { coordinates, texts, constant: Some(format!("{constant:+e}")) }
     }
 
-    /// Multiples of powers of ten, at every `stride`-th power.
+    /// Ticks of a logarithmic axis: multiples of powers of ten, at every `stride`-th power.
     fn decades(range: &Range<f64>, parts: &[i32], stride: i32) -> Self {
         let near = 1e-9 * (range.end - range.start);
         let (first, last) = (range.start.floor() as i32, range.end.ceil() as i32);
@@ -188,7 +188,7 @@ impl Ticks {
         self.coordinates.iter().copied().zip(self.texts.iter().map(String::as_str))
     }
 
-    /// Description of the axis with the constant that its labels leave out.
+    /// Description of the axis, with the constant that its tick labels leave out.
     pub fn axis_label(&self, axis: &str) -> String {
         match &self.constant {
             Some(constant) => format!("{axis} [{constant}]"),
@@ -197,7 +197,7 @@ impl Ticks {
     }
 }
 
-/// Labels of multiples of a power of ten: plain where these are short, else with an exponent, with all figures that distinguish them.
+/// Labels of multiples of a power of ten, with all digits that distinguish them. They have an exponent where they would be long without.
 fn texts(places: &[f64], power: i32) -> Vec<String> {
     let decimals = (-power).max(0) as usize;
     let zero = |text: String, place: f64| if place == 0.0 { "0".to_owned() } else { text };

@@ -76,8 +76,8 @@ impl LineChart {
         Self { title, x_label, y_label, ..Self::default() }
     }
 
-    /// Corner that the series leave free for the legend, and the extension of the vertical axis beyond them, as a share of its
-    /// length, where they leave none.
+    /// Corner for the legend that the series leave free. Where there is none, the second value is the extension of the vertical axis, as a
+    /// share of its length.
     fn legend(&self, x: &Range<f64>, y: &Range<f64>) -> (SeriesLabelPosition, f64) {
         let named = || self.series.iter().map(|series| series.label.chars().count()).filter(|&n| n > 0);
         // Shares of the plotting area covered by the legend, with its margins: letters of 14 px are 7 wide, lines 20 high.
@@ -112,12 +112,12 @@ impl LineChart {
         (f64::from(width) - 102.0, f64::from(height) - 100.0)
     }
 
-    /// Series with their visible points, on logarithmic axes as powers of ten.
+    /// Series with their visible points. On logarithmic axes coordinates are exponents of ten.
     fn visible_series(&self) -> impl Iterator<Item = (&Series, Vec<(f64, f64)>)> {
         self.series.iter().map(|series| (series, self.continuous_parts(series).concat()))
     }
 
-    /// Consecutive points of a series without a gap, on logarithmic axes as powers of ten.
+    /// Parts of a series without gaps. On logarithmic axes coordinates are exponents of ten.
     fn continuous_parts(&self, series: &Series) -> Vec<Vec<(f64, f64)>> {
         let shown = |p: &(f64, f64)| {
             let finite = p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200;
@@ -128,7 +128,7 @@ impl LineChart {
         pieces.map(|piece| piece.iter().map(|p| (scale(p.0), scale(p.1))).collect()).collect()
     }
 
-    /// Draws the chart in axes of the given ranges, logarithmic ones in powers of ten.
+    /// Draws the chart in axes of the given ranges. On logarithmic axes they are ranges of the exponents of ten.
     fn draw_in<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
@@ -222,7 +222,7 @@ impl LineChart {
     }
 }
 
-/// Points on a line through points, no farther apart than a hundredth.
+/// Points along a polyline. They are at most a hundredth apart along each axis, with at most a hundred for each segment.
 fn densified_line(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let between = |pair: &[(f64, f64)]| {
         let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);

@@ -8,15 +8,15 @@ use plotters::prelude::*;
 use crate::FONT;
 use crate::charts::axis_ticks::{AxisDirection, LETTERS, NumberAxis, Ticks};
 
-/// Axes of numbers.
+/// Axes of a plane, both of numbers.
 pub(crate) type PlaneAxes<'a, B> = ChartContext<'a, B, Cartesian2d<NumberAxis, NumberAxis>>;
 
-/// Size of a pixel (m) at which the ranges of two axes fill at most the given pixels.
+/// Size of a pixel (m) at which the ranges of two axes fill at most the given numbers of pixels.
 pub(crate) fn scale([x, y]: &[Range<f64>; 2], pixels: [u32; 2]) -> f64 {
     ((x.end - x.start) / f64::from(pixels[0])).max((y.end - y.start) / f64::from(pixels[1]))
 }
 
-/// Draws axes of equal scales under a title; the range of the axis with pixels to spare is widened.
+/// Draws axes of equal scales under a title. The range of the axis that has pixels left is widened.
 pub(crate) fn plane<'a, B: DrawingBackend>(
     area: &'a DrawingArea<B, Shift>,
     title: &str,

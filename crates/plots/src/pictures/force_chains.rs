@@ -11,7 +11,8 @@ use crate::charts::plane_axes::{plane, scale};
 use crate::pictures::point_cloud::{EARTH, values};
 use crate::{CommonScales, FONT, PALETTE, Picture, clip_line, label, range, significant};
 
-/// Grains with the forces between them: a line from centre to centre of a width proportional to the force, dark above the mean.
+/// Force chains: grains, with lines between the centres of grains in contact. The width of a line is proportional to the force, and lines
+/// above the mean force are dark.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ForceChains {
     /// Title above the picture.
@@ -24,17 +25,19 @@ pub struct ForceChains {
     pub axes: [String; 2],
     /// Rigid geometry behind the grains, as lines (m).
     pub ground: Vec<Vec<[f64; 2]>>,
-    /// Mean force, as the end of its values, and window shared with other pictures; its own where `None`.
+    /// Window and force scale in common with other pictures, the mean force being the end of its values. `None` for scales of this picture
+    /// alone.
     pub shared_scale: Option<CommonScales>,
 }
 
+/// Width of a picture (pixels).
 const WIDTH: u32 = 900;
 /// Margins beside and above the drawing (px).
 const MARGINS: [u32; 2] = [90, 90];
 
 impl ForceChains {
-    /// Force chains from the lines of a dataset between the grains of a state, projected to `plane`, of a width proportional to the field
-    /// `name`: vectors by their length. `None` where it has no lines or no such field.
+    /// Force chains from the lines of a dataset between the grains of a state, projected to `plane`. The width of the lines is proportional
+    /// to the field `name`.
     pub fn from_dataset(
         contacts: &Dataset,
         grains: &Snapshot,
@@ -82,6 +85,7 @@ impl ForceChains {
         }
     }
 
+    /// Extent of the drawn grains and contact forces (m), or the extent that pictures share.
     fn bounds(&self) -> [Range<f64>; 2] {
         if let Some(shared) = &self.shared_scale {
             return shared.window.clone();
@@ -146,9 +150,9 @@ fn mean(lines: &[([[f64; 2]; 2], f64)]) -> f64 {
 pub struct ContactRose {
     /// Title above the picture.
     pub title: String,
-    /// Share of each of equal parts of the half turn from the x axis towards y.
+    /// Share of the contacts in each of equal sectors of the half turn from the x axis towards y.
     pub sector_shares: Vec<f64>,
-    /// Expected shares of the parts by angle (rad), drawn as a line.
+    /// Expected shares of the sectors by angle (rad), drawn as a line.
     pub line: Vec<f64>,
 }
 

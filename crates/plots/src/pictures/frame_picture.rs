@@ -5,7 +5,7 @@ use plotters::prelude::*;
 
 use crate::{ForceChains, Picture, PointCloud};
 
-/// Picture of a frame.
+/// Picture of a frame: points or lines.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FramePicture {
     /// Points coloured by a field.

@@ -11,7 +11,7 @@ use crate::charts::plane_axes::{plane, scale};
 use crate::{FONT, Picture, clip_line, label, range};
 use colluvium_case::{Field, FieldData, Snapshot};
 
-/// Points at their positions, as squares or disks of their own size, coloured by a value.
+/// Points at their positions, as squares or disks of their size, coloured by a value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
     /// Title above the picture.
@@ -26,21 +26,21 @@ pub struct PointCloud {
     pub axes: [String; 2],
     /// Rigid geometry behind the points, as lines (m).
     pub lines: Vec<Vec<[f64; 2]>>,
-    /// Scales shared with other pictures; its own where `None`.
+    /// Scales in common with other pictures; `None` for scales of this picture alone.
     pub shared_scales: Option<CommonScales>,
 }
 
 /// Common scales of pictures that are to be compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CommonScales {
-    /// Values of the first and of the last colour; values beyond have the colour of the nearer end.
+    /// Values of the first and of the last colour. Values beyond them have the nearer of these colours.
     pub values: Range<f64>,
     /// Ranges of the picture along the two axes (m).
     pub window: [Range<f64>; 2],
 }
 
 impl CommonScales {
-    /// Share of the points whose values the colour scale covers; single flying points do not stretch the scale.
+    /// Share of the points whose values the colour scale covers, so that single flying points do not stretch it.
     const COLOURED_FRACTION: f64 = 0.998;
 
     /// Common scales of several clouds.
@@ -60,9 +60,10 @@ impl CommonScales {
     }
 }
 
+/// Width of a picture (pixels).
 const WIDTH: u32 = 900;
 
-/// Width of points without a width of their own (px).
+/// Drawn width of points without a width (pixels).
 const DEFAULT_WIDTH: f64 = 4.0;
 
 /// Name of the field of the radii of grains.
@@ -75,9 +76,8 @@ const CORNERS: u32 = 20;
 pub(crate) const EARTH: RGBColor = RGBColor(122, 92, 58);
 
 impl PointCloud {
-    /// Point cloud from a snapshot, projected to `plane`, coloured by field `name`: scalars by their value,
-    /// vectors by their length, tensors by their pressure; points with a radius are disks. `None` where
-    /// there is no such field.
+    /// Point cloud from a snapshot, projected to `plane` and coloured by the field `name`. Vectors are coloured by their length and tensors
+    /// by their pressure; points with a radius are disks.
     pub fn from_snapshot(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
         let field = snapshot.field(name)?;
         let values = values(field);
@@ -109,7 +109,7 @@ impl PointCloud {
     }
 }
 
-/// Values of a field for the colours: scalars themselves, vectors by their length, tensors by their pressure.
+/// Values of a field by which points are coloured: scalars, lengths of vectors, pressures of tensors.
 pub(crate) fn values(field: &Field) -> Vec<f64> {
     match &field.data {
         FieldData::Integer(values) => values.iter().map(|value| *value as f64).collect(),
@@ -198,7 +198,7 @@ fn disk_polygon(place: &[f64; 2], widths: &[f64; 2]) -> Vec<(f64, f64)> {
     (0..CORNERS).map(corner).collect()
 }
 
-/// Position and width of the colour bar in its strip: from the right edge, from the upper and from the lower one (px).
+/// Position and width of the colour bar in its strip (pixels): distance from the right edge, from the upper and from the lower one.
 const COLOUR_BAR: [i32; 3] = [28, 36, 50];
 /// Distance of the labels from the bar (px).
 const LABEL_DISTANCE: i32 = 8;

@@ -15,11 +15,11 @@ pub struct RigidGeometry {
     pub shells: Vec<MovingSurface>,
     /// Height field of the fixed geometry in space.
     pub heights: Option<Heights>,
-    /// Text on geometry that is not shown, with the reason; empty where all is.
+    /// Text on geometry that is not shown, with the reason; empty where all geometry is shown.
     pub missing: String,
 }
 
-/// Lines with one rigid motion.
+/// Lines that move together as a rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingLines {
     /// Lines with their corners at the start (m), relative to `reference_point`.

@@ -25,6 +25,7 @@ pub struct MapCells {
 }
 
 impl MapCells {
+    /// Value of a cell; `None` outside the map or without a value.
     fn value_in_cell(&self, column: usize, row: usize) -> Option<f64> {
         let value = *self.values.get(row * self.counts[0] + column)?;
         value.is_finite().then_some(value)
@@ -75,7 +76,7 @@ impl MapCells {
     }
 }
 
-/// Map with x to the east and y to the north.
+/// Map of a quantity over terrain, with x to the east and y to the north.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TerrainMap {
     /// Title above it.
@@ -92,7 +93,9 @@ pub struct TerrainMap {
     pub mapped_outlines: Vec<Vec<[f64; 2]>>,
 }
 
+/// Width of a map (pixels).
 const WIDTH: u32 = 1000;
+/// Width and height of the margins around the map together (pixels).
 const MARGINS: (u32, u32) = (200, 100);
 /// Direction to the light, from the north-west and 45° high.
 const LIGHT_DIRECTION: [f64; 3] = [-0.5, 0.5, std::f64::consts::FRAC_1_SQRT_2];
@@ -126,14 +129,14 @@ impl TerrainMap {
         [wide(x, 0), wide(y, 1)]
     }
 
-    /// Values of the first and the last colour: from the least, or zero, to the largest, or zero.
+    /// Values of the first and the last colour: the smallest and the largest value, or zero where that is beyond them.
     fn scale(&self) -> Range<f64> {
         let known = self.cells.values.iter().filter(|value| value.is_finite());
         let (low, high) = known.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
         low..if low < high { high } else { f64::MIN_POSITIVE }
     }
 
-    /// Grey of the terrain at a position; white where there is none.
+    /// Grey level of the terrain at a position by its shading; white where there is no terrain.
     fn shade(&self, x: [f64; 2]) -> [f64; 3] {
         let Some(heights) = &self.heights else { return [225.0; 3] };
         let Some([a, b]) = heights.gradient(x) else { return [255.0; 3] };
@@ -142,6 +145,7 @@ impl TerrainMap {
         [70.0 + 185.0 * facing.max(0.0); 3]
     }
 
+    /// Colour at a position: that of its value, darkened or lightened by the relief.
     fn colour(&self, x: [f64; 2], values: &Range<f64>) -> RGBColor {
         let shade = self.shade(x);
         let Some(value) = self.cells.value(x) else {
@@ -155,7 +159,7 @@ impl TerrainMap {
     }
 }
 
-/// Longest of 1, 2, 5, 10, … m that is not above `length` (m).
+/// Longest of the lengths 1, 2, 5, 10, … m that is not above `length` (m).
 fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|k| k * power).find(|x| *x <= length).unwrap_or(power)

@@ -29,7 +29,7 @@ impl<const D: usize> BoundingBox<D> {
         (0..D).map(|c| beyond(c).powi(2)).sum::<f64>() <= reach * reach
     }
 
-    /// Longest axis; the first of equal ones.
+    /// Longest axis of the box; the first one of equal ones.
     fn longest_axis(&self) -> usize {
         let length = |c: usize| self.high[c] - self.low[c];
         (1..D).fold(0, |longest, c| if length(c) > length(longest) { c } else { longest })
@@ -49,7 +49,7 @@ pub fn halo_points<const D: usize>(
     near.map(|(point, _)| point as u32).collect()
 }
 
-/// Node of the bisection tree: a cut, or the rank at the end of a branch.
+/// Node of the bisection tree: a cut, or the rank of a part of space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum BisectionNode<const D: usize> {
     /// Points before `at` in the order of [`compare_from_axis`] belong to the node `low`, the others to `high`.
@@ -145,7 +145,8 @@ impl<const D: usize> Bisection<D> {
     }
 }
 
-/// Number of points below the cut whose weight comes closest to its share; each side keeps a point for each rank where there are enough.
+/// Number of points below the cut, so that their weight comes closest to its share. Each side has a point for each rank where there are
+/// enough.
 fn cut_index(weights: impl ExactSizeIterator<Item = u64> + Clone, (low, high): (usize, usize)) -> usize {
     let (count, ranks) = (weights.len(), (low + high) as u128);
     let target = weights.clone().map(u128::from).sum::<u128>() * low as u128;

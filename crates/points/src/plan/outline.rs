@@ -36,12 +36,14 @@ struct PolygonRings {
 struct RingLoops(Vec<FacettedSurface<2>>);
 
 impl RingLoops {
+    /// Whether an odd number of the loops contains a position.
     fn contains(&self, place: [f64; 2]) -> bool {
         self.0.iter().filter(|one| one.contains(&place)).count() % 2 == 1
     }
 }
 
 impl PolygonRings {
+    /// Whether a position is within the outer ring and in no hole.
     fn contains(&self, place: [f64; 2]) -> bool {
         self.outer.contains(place) && !self.holes.iter().any(|hole| hole.contains(place))
     }
@@ -80,7 +82,7 @@ impl Outline {
         Ok(Self { polygon_rings, merged_polygons: union_of_polygons(split), polygons })
     }
 
-    /// Polygons as given (m).
+    /// Polygons from which the outline was made (m).
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons
     }
@@ -131,7 +133,7 @@ impl Outline {
         self.polygon_rings.iter().any(|part| part.contains(place))
     }
 
-    /// Lower and upper corner of the bounding box (m).
+    /// Lower and upper corner of the bounding box in plan (m).
     pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let mut around = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for ring in self.polygon_rings.iter().flat_map(|part| &part.outer.0) {

@@ -6,7 +6,7 @@ use crate::{Polygon, Ring};
 /// Grid of cells in plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlanGrid {
-    /// Corner of a cell (m).
+    /// Corner of a cell of the grid (m).
     pub(crate) origin: [f64; 2],
     /// Widths of the cells (m).
     pub(crate) step: [f64; 2],
@@ -37,8 +37,8 @@ impl AreaMoments {
     }
 }
 
-/// Integral of a function over disjoint polygons (m² times its unit): the sum over the grid cells of the polygons' area in the cell times
-/// the function at its centroid. Functions that are bilinear in cells are integrated exactly over whole cells.
+/// Integral of a function over disjoint polygons (m² times its unit). In each cell of the grid it is the area of the polygons times the
+/// function at their centroid. Functions that are bilinear in cells are integrated exactly over whole cells.
 pub(crate) fn integrate_over_polygons(
     polygons: &[Polygon],
     grid: &PlanGrid,
@@ -47,6 +47,7 @@ pub(crate) fn integrate_over_polygons(
     polygons.iter().map(|polygon| integrate_over_polygon(polygon, grid, function)).sum()
 }
 
+/// Integral of a function over a polygon, cell by cell of a grid.
 fn integrate_over_polygon(
     polygon: &Polygon,
     grid: &PlanGrid,
@@ -99,13 +100,13 @@ fn integrate_over_polygon(
     sum
 }
 
-/// Part of a ring between two values of a coordinate (m). Edges there and back along the ends have no area.
+/// Part of a ring between two values of a coordinate (m), written to `out`. Edges there and back along the ends have no area.
 fn clip_to_strip(ring: &[[f64; 2]], axis: usize, ends: [f64; 2], out: &mut Ring, half: &mut Ring) {
     clip_to_half_plane(ring, axis, ends[0], 1.0, half);
     clip_to_half_plane(half, axis, ends[1], -1.0, out);
 }
 
-/// Part of a ring on one side of a value of a coordinate.
+/// Part of a ring on one side of a value of a coordinate, written to `out`.
 fn clip_to_half_plane(ring: &[[f64; 2]], axis: usize, value: f64, side: f64, out: &mut Ring) {
     out.clear();
     let Some(mut last) = ring.last() else { return };

@@ -31,7 +31,7 @@ impl PolygonVertices {
         (self.vertices[i], self.vertices[if i + 1 < self.vertices.len() { i + 1 } else { 0 }])
     }
 
-    /// Edges that reach heights from `low` to `high`; some may occur twice, and others may be among them.
+    /// Edges that may reach heights from `low` to `high`. Some edges may occur twice, and some may not reach these heights.
     fn edges(&self, low: f64, high: f64) -> impl Iterator<Item = LineSegment> {
         let bands = (self.vertices.len() > Self::MAX_DIRECT_EDGES)
             .then(|| self.bands.get_or_init(|| EdgeBands::new(self)));
@@ -67,7 +67,7 @@ impl PolygonVertices {
         inside
     }
 
-    /// First two edges without a common corner that cross, by the numbers of their first corners.
+    /// Indices of the first two edges without a common corner that cross.
     pub fn crossing_edges(&self) -> Option<(usize, usize)> {
         let count = self.vertices.len();
         let around = |i: usize| {
@@ -113,7 +113,7 @@ struct EdgeBands {
 }
 
 impl EdgeBands {
-    /// Sorts the edges into bands, with at most three entries per edge in all.
+    /// Sorts the edges into bands of the second coordinate, with at most three entries for each edge on average.
     fn new(corners: &PolygonVertices) -> Self {
         let count = corners.len();
         let rises = |i: usize| {
@@ -154,6 +154,7 @@ impl EdgeBands {
         band(low)..band(high) + 1
     }
 
+    /// Indices of edges that may meet a range of the coordinate across the bands.
     fn edges_between(&self, low: f64, high: f64) -> &[u32] {
         let range = self.range(low, high);
         &self.edges[self.band_offsets[range.start] as usize..self.band_offsets[range.end] as usize]
@@ -197,7 +198,7 @@ pub type LineSegment = ([f64; 2], [f64; 2]);
 /// Share of the extent of a ring that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Pairs of edges of a ring whose boxes overlap or touch, by the numbers of their first corners, and the extent of the ring (m).
+/// Pairs of edges of a ring whose bounding boxes overlap or touch, as indices of their first corners, with the extent of the ring (m).
 fn candidate_edge_pairs(ring: &[[f64; 2]]) -> (Vec<(usize, usize)>, f64) {
     let end = |c: usize, start: f64, pick: fn(f64, f64) -> f64| ring.iter().map(|x| x[c]).fold(start, pick);
     let side = |c: usize| end(c, f64::NEG_INFINITY, f64::max) - end(c, f64::INFINITY, f64::min);
@@ -211,11 +212,12 @@ fn candidate_edge_pairs(ring: &[[f64; 2]]) -> (Vec<(usize, usize)>, f64) {
     (overlapping_boxes(&boxes), extent)
 }
 
+/// Edge of a ring from vertex `i` to the next one.
 fn ring_edge(ring: &[[f64; 2]], i: usize) -> LineSegment {
     (ring[i], ring[(i + 1) % ring.len()])
 }
 
-/// Whether edges of a ring without equal corners touch other than at common corners: a corner lies on another edge, or edges overlap.
+/// Whether edges of a ring touch other than at common corners: a corner lies on another edge, or edges overlap.
 pub fn has_self_contact(ring: &[[f64; 2]]) -> bool {
     let cross = |e: LineSegment, p: [f64; 2]| {
         (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0])

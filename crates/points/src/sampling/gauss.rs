@@ -4,9 +4,9 @@ use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
 
 /// Samples a shape with `per_cell` Gauss–Legendre points per direction in every cell of a grid with lower corner `origin` (m) and cell edge
-/// `cell` (m): those that lie in the shape, cell by cell, last axis fastest. The volume of a point is its Gauss weight, so that sums over
-/// whole cells integrate polynomials of degree `2 per_cell - 1` along each axis exactly. A cell that the shape cuts keeps the points
-/// inside; its sum is then a count only.
+/// `cell` (m). Only points in the shape are kept. The volume of a point is its Gauss weight, so that sums over whole cells integrate
+/// polynomials of degree `2 per_cell - 1` along each axis exactly. A cell that the shape cuts keeps the points inside; its sum is then a
+/// count only.
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the cell is not a length.
@@ -37,8 +37,7 @@ pub fn gauss_per_cell<const D: usize>(
     Ok(samples)
 }
 
-/// Abscissae and weights of the Gauss–Legendre rule on 0..1, ascending: zeros of the Legendre
-/// polynomial by Newton's method from Tricomi's estimate.
+/// Abscissae and weights of the Gauss–Legendre rule on 0..1, ascending.
 fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     let zero = |k: usize| {

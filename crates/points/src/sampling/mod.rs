@@ -17,7 +17,7 @@ pub use fitted::fitted_rows;
 pub use gauss::gauss_per_cell;
 pub use poisson::{poisson_disk, poisson_spaced};
 
-/// Largest number of candidate points: more would not fit in memory.
+/// Largest number of candidate points. More would not fit in memory.
 const MAX_CANDIDATES: f64 = (1u64 << 28) as f64;
 
 /// Sampling point with its share of a shape.
@@ -96,9 +96,9 @@ pub fn per_cell<const D: usize>(
     lattice(shape, origin, cell / per_cell as f64)
 }
 
-/// Samples a shape with a square lattice of the given `spacing` (m), the first point at half a spacing from `origin`: the points that lie
-/// in the shape, last axis fastest. In a layer whose rows follow the terrain the points are on the lattice in plan only, and along a line
-/// they follow the layer.
+/// Samples a shape with a square lattice of the given `spacing` (m), whose first point is at half a spacing from `origin`. Only points in
+/// the shape are kept; the last axis varies fastest. In a layer whose rows follow the terrain the points are on the lattice in plan only,
+/// and along a line they follow the layer.
 ///
 /// # Errors
 /// When there would be more than 2²⁸ candidates, or the spacing is not a length.
@@ -128,7 +128,7 @@ pub fn lattice<const D: usize>(
     Ok(positions.filter(|x| shape.contains(x)).map(|position| Sample { position, volume }).collect())
 }
 
-/// Cells of edge `edge` (m), indexed from an origin, that a shape may touch.
+/// Cells of a grid that may overlap a shape, with their edge (m) and their indices from an origin.
 struct CandidateCells<const D: usize> {
     first: [i64; D],
     count: [i64; D],

@@ -7,20 +7,19 @@ use super::{CandidateCells, Sample, SamplingError};
 use crate::Shape;
 use crate::shape::box_classification::BoxLocation;
 
-/// Number of halvings of the uncovered cells: the remaining ones are then smaller than a thousandth of the distance.
+/// Number of halvings of the uncovered cells. The remaining cells are then smaller than a thousandth of the distance.
 const SUBDIVISION_LEVELS: u32 = 10;
 
-/// Darts thrown per uncovered cell and level.
+/// Number of trial points in each uncovered cell at each halving.
 const DARTS_PER_CELL: usize = 2;
 
-/// Growth of the number of uncovered cells, over that at the start, at which the search ends. Only boundaries between the parts of a
-/// combination, which [`Shape::classify_box`] cannot resolve, lead to so many.
+/// Number of uncovered cells, over that at the start, at which the search ends. Only boundaries between the parts of a combination, which
+/// [`Shape::classify_box`] cannot resolve, lead to so many.
 const MAX_GROWTH: usize = 16;
 
-/// Samples a shape with random points, no two closer than `distance` (m), until no other would fit: no position in the shape is farther
-/// than `distance` from a point, except in gaps smaller than about a thousandth of it. The result is reproducible by the `seed`. Cells are
-/// visited in order, last axis fastest, and every point represents the same share of the measure of the shape (for combinations, of an
-/// estimate within about a thousandth).
+/// Samples a shape with random points of which no two are closer than `distance` (m), until no further point fits. The result is
+/// reproducible by the `seed`. Cells are visited in order, last axis fastest, and every point represents the same share of the measure of
+/// the shape (for combinations, of an estimate within about a thousandth).
 ///
 /// Darts are thrown at the grid cells that no disk covers; uncovered cells are halved, and darts are thrown again (Ebeida, Mitchell,
 /// Patney, Davidson & Owens 2012, Computer Graphics Forum 31, 785–794).
@@ -67,11 +66,11 @@ const JAMMING_DENSITY: [f64; 3] = [0.7476, 0.6965, 0.7336];
 /// Relative tolerance of the number of points.
 const COUNT_TOLERANCE: f64 = 0.01;
 
-/// Largest number of samplings until the tolerance is met.
+/// Largest number of repetitions of the sampling until the number of points is within the tolerance.
 const MAX_PASSES: usize = 6;
 
-/// Samples a shape as [`poisson_disk`] with as many points as a lattice of this `spacing` (m), within about a hundredth where there are
-/// many. The distance is that of jamming, then adjusted, since the density of points is higher at the boundary than within.
+/// Samples a shape as [`poisson_disk`] does, with about as many points as a lattice of this `spacing` (m) has. The distance is that of
+/// jamming, then adjusted, since the density of points is higher at the boundary than within.
 ///
 /// # Errors
 /// See [`poisson_disk`].
@@ -100,6 +99,7 @@ fn shape_measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
     if let Some(measure) = shape.measure(D) {
         return Ok(measure);
     }
+    /// Approximate number of lattice cells in the bounding box of the shape.
     const CELLS: f64 = 1e6;
     let (low, high) = shape.bounds(D);
     let all: f64 = low.iter().zip(&high).map(|(low, high)| high - low).product();
@@ -118,6 +118,7 @@ struct Disks<const D: usize> {
 }
 
 impl<const D: usize> Disks<D> {
+    /// Empty Poisson-disk sample of a shape, on a grid of cells that hold one point each.
     fn new(shape: &Shape, distance: f64) -> Result<Self, SamplingError> {
         let (low, _) = shape.bounds(D);
         let low: [f64; D] = std::array::from_fn(|axis| low[axis]);
@@ -153,12 +154,13 @@ impl<const D: usize> Disks<D> {
         (std::array::from_fn(|axis| self.low[axis] + f64::from(cell[axis]) * edge), edge)
     }
 
+    /// Whether a cell of a refinement level has a part inside the shape.
     fn cell_meets_shape(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
         shape.classify_box(&low, &low.map(|l| l + edge)) != BoxLocation::Outside
     }
 
-    /// Whether `visit` is true for a centre in the cells that a disk around `x` overlaps.
+    /// Whether `visit` is true for one of the centres in the cells that a disk around `x` overlaps.
     fn any_centre_near(&self, x: &[f64; D], visit: impl Fn(&[f64; D]) -> bool) -> bool {
         let reach = (D as f64).sqrt().ceil() as i64;
         let width = 2 * reach + 1;
@@ -192,7 +194,7 @@ impl<const D: usize> Disks<D> {
         self.points[slot].get_or_insert(x);
     }
 
-    /// Halves (quarters, eighths) of the uncovered cells that no single disk covers and the shape touches.
+    /// Halves the edges of uncovered cells, and returns the parts that the shape may touch and that no single disk covers.
     fn subdivide_uncovered(&self, shape: &Shape, open: &[[u32; D]], level: u32) -> Vec<[u32; D]> {
         let children = open.iter().flat_map(|cell| {
             (0..1u32 << D).map(move |part| std::array::from_fn(|axis| 2 * cell[axis] + (part >> axis & 1)))
@@ -202,6 +204,7 @@ impl<const D: usize> Disks<D> {
             .collect()
     }
 
+    /// Whether one disk covers a whole cell, so that no further point fits into it.
     fn is_covered(&self, cell: &[u32; D], level: u32) -> bool {
         let (low, edge) = self.corner(cell, level);
         let square = self.distance * self.distance;

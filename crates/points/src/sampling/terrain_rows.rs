@@ -7,8 +7,8 @@ use crate::sampling::{CandidateCells, Sample, SamplingError};
 /// Least thickness of a layer with points, in spacings.
 const MIN_THICKNESS: f64 = 0.25;
 
-/// Points of a layer in columns over the lattice in plan that begins half a `spacing` (m) from `origin`; `cells` are the lattice cells
-/// around it.
+/// Samples a layer by columns of points over a lattice in plan. The lattice begins half a `spacing` (m) from `origin`; `cells` are its
+/// cells around the layer.
 pub(super) fn sample_along_terrain<const D: usize>(
     cells: &CandidateCells<D>,
     layer: &TerrainLayer,
@@ -39,8 +39,8 @@ pub(super) fn sample_along_terrain<const D: usize>(
     Ok(samples)
 }
 
-/// Points of a layer along a line: `outline` has the corners of its lower side, then those of its upper side in reverse. Each point is the
-/// centroid of a part of a row, about a `spacing` (m) high and as long along the middle of the layer.
+/// Samples a layer along a line. `outline` has the corners of its lower side, and then those of its upper side in reverse order. Each point
+/// is the centroid of a part of a row, about a `spacing` (m) high and as long along the middle of the layer.
 pub(super) fn sample_along_line<const D: usize>(outline: &[[f64; 2]], spacing: f64) -> Vec<Sample<D>> {
     let half = outline.len() / 2;
     if half < 2 {
@@ -81,10 +81,12 @@ pub(super) fn sample_along_line<const D: usize>(outline: &[[f64; 2]], spacing: f
     samples
 }
 
+/// Position between two others, at a share of their distance.
 fn interpolate(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
 }
 
+/// Distance of two positions (m).
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }

@@ -1,8 +1,8 @@
 //! Overlapping pairs among many boxes.
 
-/// Pairs of boxes, given by their lowest and highest corners, that have inner points in common along every axis, as (first, second) with
-/// first < second, sorted by the second and then by the first. Sort and sweep along the longest axis keeps the number of comparisons small
-/// for boxes side by side.
+/// Pairs of boxes, given by their lowest and highest corners, that have inner points in common. The first index is the smaller one; pairs
+/// are sorted by the second index and then by the first. Sort and sweep along the longest axis keeps the number of comparisons small for
+/// boxes side by side.
 pub fn overlapping_boxes<C: AsRef<[f64]>>(boxes: &[(C, C)]) -> Vec<(usize, usize)> {
     let boxes: Vec<(&[f64], &[f64])> =
         boxes.iter().map(|(low, high)| (low.as_ref(), high.as_ref())).collect();

@@ -28,7 +28,7 @@ const ROUND_OFF: f64 = 1e-9;
 /// Least number of points per task of a thread, for operations that are cheap per point.
 const MIN_POINTS_PER_TASK: usize = 1024;
 
-/// Largest number of cells of a search among that many points: 400 MB, and as much again for each million points.
+/// Largest number of cells of a search among that many points, so that cells use at most 400 MB and as much again for each million points.
 #[must_use]
 pub fn max_cells(points: usize) -> f64 {
     1e8 + 100.0 * points as f64
@@ -61,7 +61,7 @@ impl<const D: usize> CellList<D> {
         Self::default()
     }
 
-    /// Sorts `positions` (m) into cells of edge `edge` (m) by a counting sort; within a cell points keep their order.
+    /// Sorts `positions` (m) into cells of edge `edge` (m) by a counting sort. Within a cell points keep their order.
     ///
     /// # Errors
     /// When a coordinate is not finite or the cells would be too many.
@@ -151,13 +151,14 @@ impl<const D: usize> CellList<D> {
         self.ranges_between(x, |cell| [cell - reach, cell + reach], visit);
     }
 
-    /// Ranges of the rows of cells at most `reach` cells away.
+    /// Ranges in [`CellList::order`] of the rows of cells that are at most `reach` cells away.
     fn ranges_across(&self, x: &[f64; D], reach: i64, visit: impl FnMut(Range<usize>)) {
         let reach = reach as f64;
         self.ranges_between(x, |cell| [cell.floor() - reach, cell.floor() + reach], visit);
     }
 
-    /// Ranges of the rows of cells in a window; `window` gives its ends along an axis, in cells, for a position in cells.
+    /// Ranges in [`CellList::order`] of the rows of cells in a window. `window` returns the ends of the window along an axis (cells) for a
+    /// position (cells).
     #[inline]
     fn ranges_between(
         &self,
@@ -196,7 +197,7 @@ impl<const D: usize> CellList<D> {
     }
 }
 
-/// Points per [`NeighbourBlock`] of a list: enough work for a task, small enough to distribute among threads.
+/// Number of points of a [`NeighbourBlock`]: enough work for a task, and few enough to distribute tasks among threads.
 pub const BLOCK_POINTS: usize = 256;
 
 /// Neighbours of up to [`BLOCK_POINTS`] consecutive points.
@@ -230,13 +231,13 @@ impl NeighbourBlock {
         &self.indices[self.range(k)]
     }
 
-    /// Neighbours of all points of the block, point after point.
+    /// Neighbours of all points of the block, in the order of the points.
     pub fn indices(&self) -> &[u32] {
         &self.indices
     }
 }
 
-/// Neighbours of every point within a radius, ascending, in blocks of [`BLOCK_POINTS`] points.
+/// Neighbours of every point within a radius, ascending. They are stored in blocks of [`BLOCK_POINTS`] points.
 #[derive(Clone, Debug, Default)]
 pub struct NeighbourList<const D: usize> {
     cells: CellList<D>,
@@ -289,8 +290,8 @@ impl<const D: usize> NeighbourList<D> {
     }
 
     /// Finds, for each of `targets`, the `sources` at a distance of at most `radius(target)` (m) that `keep(target, source)` accepts,
-    /// ascending, with cells of edge `edge` (m), best the usual radius. For points of different radii, and for neighbours in another set of
-    /// points.
+    /// ascending. `edge` is the edge of the search cells (m), best the usual radius. For points of different radii, and for neighbours in
+    /// another set of points.
     ///
     /// # Errors
     /// See [`CellList::build`].
@@ -363,8 +364,8 @@ impl<const D: usize> NeighbourList<D> {
     }
 }
 
-/// Appends to `found` those of `points`, at positions `places`, whose squared distance from `x` is at most `square` (m²) and which `keep`
-/// accepts. Distances are computed and compared in batches; most are too large.
+/// Appends to `found` those of `points` whose squared distance from `x` is at most `square` (m²) and which `keep` accepts. `places` are
+/// their positions. Distances are computed and compared in batches; most are too large.
 fn select_within<const D: usize>(
     x: &[f64; D],
     square: f64,
@@ -373,6 +374,7 @@ fn select_within<const D: usize>(
     keep: impl Fn(u32) -> bool,
     found: &mut Vec<u32>,
 ) {
+    /// Number of points whose distances from `x` are computed together.
     const NEIGHBOURS_PER_CHUNK: usize = 64;
     for (number, points) in points.chunks(NEIGHBOURS_PER_CHUNK).enumerate() {
         let mut distances = [0.0; NEIGHBOURS_PER_CHUNK];

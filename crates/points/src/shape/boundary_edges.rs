@@ -8,12 +8,13 @@ use crate::surface::vector::{add_scaled, cross_2d, difference, dot};
 /// Share of the extent of a shape within which positions coincide.
 const COINCIDENCE_TOLERANCE: f64 = 1e-9;
 
-/// Distance from an edge, over the extent, at which it is tested on which side the shape lies.
+/// Distance from an edge, over the extent of the shape, at which the side of the shape is determined.
 const SIDE_PROBE_DISTANCE: f64 = 1e-7;
 
 /// Position in the plane (m).
 pub(crate) type PlanePoint = [f64; 2];
 
+/// Length of a vector (m).
 fn norm(a: PlanePoint) -> f64 {
     a[0].hypot(a[1])
 }
@@ -30,11 +31,14 @@ pub(crate) enum BoundaryEdge {
 /// Area (m²) between a position and edges around it, and its first moments about that position (m³).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SectorMoments {
+    /// Area (m²).
     pub(crate) area: f64,
+    /// First moment of area (m³).
     pub(crate) first: PlanePoint,
 }
 
 impl SectorMoments {
+    /// Adds the moments of another sector.
     pub(crate) fn add(&mut self, other: &Self) {
         self.area += other.area;
         (0..2).for_each(|c| self.first[c] += other.first[c]);
@@ -86,6 +90,7 @@ impl BoundaryEdge {
         }
     }
 
+    /// Edge in the opposite direction.
     fn reversed(&self) -> Self {
         self.sub_edge(1.0, 0.0)
     }
@@ -107,7 +112,7 @@ impl BoundaryEdge {
         }
     }
 
-    /// Share of its length at which a position on its line or circle lies; `None` beyond its ends by more than `slack` (m).
+    /// Share of the length of the edge at which a position on its line or circle lies. `None` beyond its ends by more than `slack` (m).
     fn parameter_of(&self, x: PlanePoint, slack: f64) -> Option<f64> {
         match *self {
             Self::Line { from, to } => {
@@ -127,7 +132,8 @@ impl BoundaryEdge {
         }
     }
 
-    /// Intersections of its line or circle with that of another edge: at most two, and the ends of the other where both coincide.
+    /// Intersections of the line or circle of this edge with that of another one: at most two. The ends of the other edge where both
+    /// coincide.
     fn carrier_intersections(&self, other: &Self, same: f64) -> Vec<PlanePoint> {
         match (*self, *other) {
             (Self::Line { from, to }, Self::Line { from: begin, to: end }) => {
@@ -172,14 +178,14 @@ impl BoundaryEdge {
         }
     }
 
-    /// Shares of its length at which another edge intersects it, within `same` (m).
+    /// Shares of the length of the edge at which another edge intersects it, within `same` (m).
     pub(crate) fn intersection_parameters(&self, other: &Self, same: f64) -> impl Iterator<Item = f64> {
         let on_both =
             move |place: PlanePoint| other.parameter_of(place, same).and(self.parameter_of(place, same));
         self.carrier_intersections(other, same).into_iter().filter_map(on_both)
     }
 
-    /// Parts of the edge between its ends and these shares of its length, longer than `same` (m).
+    /// Parts of the edge between the given shares of its length, without parts shorter than `same` (m).
     pub(crate) fn split_at(&self, mut shares: Vec<f64>, same: f64) -> Vec<Self> {
         shares.extend([0.0, 1.0]);
         shares.sort_by(f64::total_cmp);
@@ -191,7 +197,8 @@ impl BoundaryEdge {
             .collect()
     }
 
-    /// Area and moments between a position and the edge, positive where the edge runs counter-clockwise around the position.
+    /// Area between a position and the edge, and its first moments. They are positive where the edge runs counter-clockwise around the
+    /// position.
     pub(crate) fn sector_moments(&self, origin: PlanePoint) -> SectorMoments {
         let (a, b) = (difference(&self.point_at(0.0), &origin), difference(&self.point_at(1.0), &origin));
         let area = 0.5 * cross_2d(&a, &b);
@@ -210,7 +217,7 @@ impl BoundaryEdge {
         sum
     }
 
-    /// Single edge of this one and a next one along the same line or circle.
+    /// Edge that joins this one and the next one, which lies on the same line or circle.
     fn merged_with(&self, next: &Self, same: f64) -> Option<Self> {
         if norm(difference(&self.point_at(1.0), &next.point_at(0.0))) > same {
             return None;
@@ -290,7 +297,7 @@ impl Shape {
         }
     }
 
-    /// Edges of the parts of the shape, in either sense of rotation.
+    /// Adds the edges of the parts of the shape, in either sense of rotation.
     fn collect_edges(&self, all: &mut Vec<BoundaryEdge>) -> Option<()> {
         let mut ring = |corners: &[PlanePoint]| {
             let next = corners.iter().cycle().skip(1);
@@ -325,7 +332,7 @@ impl Shape {
     }
 }
 
-/// Largest number of edges that are tested pair by pair.
+/// Largest number of edges of which all pairs are tested.
 const MAX_EDGES: usize = 2000;
 
 /// Two edges that can be merged, and the merged edge.

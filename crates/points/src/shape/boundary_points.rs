@@ -3,7 +3,7 @@
 use crate::search::neighbours::CellList;
 use crate::shape::Shape;
 
-/// Patch of the surface of a shape: an area normal to one axis.
+/// Patch of the surface of a shape: an area normal to one axis, with a sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePatch<const D: usize> {
     /// Position (m).
@@ -14,14 +14,13 @@ pub struct SurfacePatch<const D: usize> {
     pub area: f64,
 }
 
-/// Length over the extent below which an interval is empty.
+/// Length over the extent of the shape, below which an interval is empty.
 const EMPTY_INTERVAL: f64 = 1e-12;
 
 impl Shape {
-    /// Surface patches of a valid shape in space, the plane or on a line: its intersections with lines along each axis, at most `step` (m)
-    /// apart.
-    /// Each line represents its share of the area normal to it, so that the vectors of the patches sum up to that of any part of the
-    /// surface, curved or not, and to zero over the whole surface. A face normal to an axis has its exact area.
+    /// Surface patches of a valid shape, at its intersections with lines along each axis. The lines are at most `step` (m) apart. Each line
+    /// represents its share of the area normal to it, so that the vectors of the patches sum up to that of any part of the surface, curved
+    /// or not, and to zero over the whole surface. A face normal to an axis has its exact area.
     pub fn surface_patches<const D: usize>(&self, step: f64) -> Vec<SurfacePatch<D>> {
         let (low, high) = self.bounds(D);
         let counts: [usize; D] =
@@ -47,7 +46,8 @@ impl Shape {
         pieces
     }
 
-    /// Coordinates at which the line through `line` along `axis` enters and leaves the shape (m), with the sign of each.
+    /// Calls `found` with each coordinate along `axis` (m) at which a line enters or leaves the shape. The second argument is whether the
+    /// line leaves it.
     fn line_intervals<const D: usize>(
         &self,
         line: &[f64; D],
@@ -74,9 +74,9 @@ impl Shape {
     }
 }
 
-/// Area vectors (m²; m in the plane) of the surface of a shape at the nearest of `positions` (m), about `spacing` (m) apart: sums over the
-/// patches, times `weight` at their positions, and zero for inner points. The lines of the patches are a `share` of the spacing apart; with
-/// a quarter, none lies halfway between two points of a lattice.
+/// Area vectors (m²; m in the plane) of the surface of a shape, distributed to the nearest points. They are sums over surface patches times
+/// `weight` at their positions, and zero for inner points. The lines of the patches are a `share` of the spacing apart; with a quarter,
+/// none lies halfway between two points of a lattice.
 pub fn boundary_area_vectors<const D: usize>(
     shape: &Shape,
     positions: &[[f64; D]],
@@ -98,7 +98,7 @@ pub fn boundary_area_vectors<const D: usize>(
     vectors
 }
 
-/// Nearest of `positions`, the first of equally near ones.
+/// Index of the position nearest to `place`; the first one of equally near ones.
 fn nearest_point<const D: usize>(cells: &CellList<D>, positions: &[[f64; D]], place: &[f64; D]) -> usize {
     let square = |p: usize| -> f64 { positions[p].iter().zip(place).map(|(x, y)| (x - y).powi(2)).sum() };
     let nearer = |best: (f64, usize), p: usize| if (square(p), p) < best { (square(p), p) } else { best };

@@ -14,6 +14,7 @@ pub enum BoxLocation {
 }
 
 impl BoxLocation {
+    /// Location of a box by two tests: wholly outside, wholly inside, otherwise across the boundary.
     fn from_tests(outside: bool, inside: bool) -> Self {
         match (outside, inside) {
             (true, _) => Self::Outside,

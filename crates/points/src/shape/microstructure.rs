@@ -10,19 +10,19 @@ use rand_chacha::ChaCha8Rng;
 /// Distance of the centres of two connected grains over their diameter: below it they share a neck.
 const NECK_RATIO: f64 = 0.9;
 
-/// Sampling points per direction for the solid fraction, by number of dimensions.
+/// Number of sampling points per direction for the solid fraction, by number of dimensions.
 const COUNTING_POINTS: [usize; 3] = [4096, 256, 72];
 
-/// Largest number of trial grains per grain of the packing.
+/// Largest number of trial positions per grain of the packing.
 const MAX_THROWS_PER_GRAIN: usize = 4000;
 
-/// Largest number of trial grains in all, and for each grain of a large packing: seconds of computing time.
+/// Largest number of trial positions in all, and for each grain of a large packing: seconds of computing time.
 const MAX_THROWS: [usize; 2] = [5_000_000, 50];
 
-/// Approximate largest number of balls of a structure.
+/// Approximate largest number of spheres of a microstructure.
 const MAX_SPHERES: f64 = 1e6;
 
-/// Error text for a structure of too many balls that fill a fraction of a box; `None` where it is valid.
+/// Error text for a microstructure of too many spheres; `None` where their number is allowed.
 pub(crate) fn sphere_count_error(min: &[f64], max: &[f64], diameter: f64, fraction: f64) -> Option<String> {
     let whole: f64 = min.iter().zip(max).map(|(low, high)| (high - low) / diameter).product();
     // Ratio to the volume of the cube around the ball.
@@ -61,7 +61,7 @@ impl MicrostructureSpec<'_> {
     }
 }
 
-/// Packing of a structure, computed when it is first requested, and again for other parameters. Any two compare equal: the shape's own
+/// Packing of a microstructure. It is computed at the first request, and again for other parameters. Any two compare equal: the shape's own
 /// parameters identify them.
 #[derive(Debug, Default)]
 pub struct CachedPacking(RwLock<Option<PackingKey>>);
@@ -90,6 +90,7 @@ struct PackingKey {
 }
 
 impl PackingKey {
+    /// Specification of a packing, with the packing made from it.
     fn from_spec(wanted: &MicrostructureSpec<'_>) -> Self {
         let MicrostructureSpec { diameter, fraction, seed, connected, .. } = *wanted;
         let packing = pack_spheres(wanted).map(Arc::new);
@@ -106,7 +107,7 @@ impl PackingKey {
     }
 }
 
-/// Packing of balls in a box.
+/// Packing of overlapping spheres in a box.
 #[derive(Debug)]
 pub(crate) struct SpherePacking {
     /// Centres relative to the lower corner of the box (m).
@@ -136,17 +137,19 @@ impl CachedPacking {
 }
 
 impl SpherePacking {
+    /// Cell of the search grid that contains a position.
     fn cell_of(&self, x: &[f64; 3]) -> [i64; 3] {
         x.map(|c| (c / (2.0 * self.radius)).floor() as i64)
     }
 
+    /// Adds a sphere.
     fn add(&mut self, centre: [f64; 3]) {
         let cube = self.cell_of(&centre);
         self.cells.entry(cube).or_default().push(self.centres.len() as u32);
         self.centres.push(centre);
     }
 
-    /// Grains with their centre within `reach` (m), at most a diameter, of a position relative to the lower corner of the box (m).
+    /// Grains whose centre is within `reach` (m), at most a diameter, of a position relative to the lower corner of the box (m).
     fn grains_near(&self, x: &[f64; 3], reach: f64) -> impl Iterator<Item = usize> {
         let (middle, last) = (self.cell_of(x), if self.dimension == 3 { 1 } else { 0 });
         let range = |axis: usize| {
@@ -212,6 +215,7 @@ impl SpherePacking {
     }
 }
 
+/// Square of the distance of two positions (m²).
 fn square_distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
@@ -225,6 +229,7 @@ struct SolidFractionGrid {
 }
 
 impl SolidFractionGrid {
+    /// Grid of nodes over a box, at which the solid fraction is counted.
     fn new(sizes: [f64; 3], dimension: usize) -> Self {
         let node_counts =
             std::array::from_fn(|c| if c < dimension { COUNTING_POINTS[dimension - 1] } else { 1 });
@@ -236,6 +241,7 @@ impl SolidFractionGrid {
         std::array::from_fn(|c| self.sizes[c] * (index[c] as f64 + 0.5) / self.node_counts[c] as f64)
     }
 
+    /// Marks the nodes inside a sphere as solid.
     fn mark_solid(&mut self, centre: &[f64; 3], radius: f64) {
         let range = |c: usize| {
             let per = self.node_counts[c] as f64 / self.sizes[c].max(f64::MIN_POSITIVE);
@@ -260,13 +266,14 @@ impl SolidFractionGrid {
         }
     }
 
+    /// Share of the nodes that are solid.
     fn fraction(&self) -> f64 {
         self.count as f64 / self.solid.len() as f64
     }
 }
 
-/// Places random grains until the solid fraction is reached. For connected grains, only the largest cluster is kept, and further grains
-/// must touch it.
+/// Places random grains until the solid fraction is reached; `None` where that is not possible. For connected grains, only the largest
+/// cluster is kept, and further grains must touch it.
 fn pack_spheres(wanted: &MicrostructureSpec<'_>) -> Option<SpherePacking> {
     let dimension = wanted.min.len();
     let mut sizes = [0.0; 3];

@@ -136,6 +136,7 @@ pub enum Shape {
     },
 }
 
+/// Default of an option that is on.
 fn default_true() -> bool {
     true
 }
@@ -151,16 +152,19 @@ pub struct ShapeError {
 }
 
 impl ShapeError {
+    /// Error at a key of a shape.
     fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
         Self { path: path.into(), problem: problem.into() }
     }
 
+    /// Error with the key of an enclosing shape before its path.
     fn under_path(mut self, parent: &str) -> Self {
         self.path = format!("{parent}.{}", self.path);
         self
     }
 }
 
+/// Checks that a position has as many finite coordinates as the space has axes.
 fn check_point(name: &str, point: &[f64], dimension: usize) -> Result<(), ShapeError> {
     if point.len() != dimension {
         let problem = format!("has {} coordinates, the space has {dimension}", point.len());
@@ -172,6 +176,7 @@ fn check_point(name: &str, point: &[f64], dimension: usize) -> Result<(), ShapeE
     }
 }
 
+/// Checks that a length is finite and positive (m).
 fn check_length(name: &str, length: f64) -> Result<(), ShapeError> {
     if length.is_finite() && length > 0.0 {
         Ok(())
@@ -240,6 +245,7 @@ impl Shape {
         }
     }
 
+    /// Checks the arc lengths and heights of a layer along a ground line.
     fn validate_arc_layer(&self, dimension: usize) -> Result<(), ShapeError> {
         let Self::ArcLayer { start, end, from, to, .. } = self else { return Ok(()) };
         if dimension != 2 {
@@ -260,6 +266,7 @@ impl Shape {
         Ok(())
     }
 
+    /// Checks the box, grain diameter and solid fraction of a microstructure.
     fn validate_microstructure(&self, dimension: usize) -> Result<(), ShapeError> {
         let Self::Microstructure { min, max, diameter, solid_fraction, .. } = self else { return Ok(()) };
         if dimension == 1 {
@@ -350,7 +357,7 @@ impl Shape {
         }
     }
 
-    /// Smallest extent (m): along an axis, across a layer, or of one ball of a packing.
+    /// Smallest extent of the shape (m): along an axis, across a layer, or of one sphere of a packing.
     pub fn min_thickness(&self, dimension: usize) -> f64 {
         let (low, high) = self.bounds(dimension);
         let along = low.iter().zip(&high).map(|(low, high)| high - low).fold(f64::INFINITY, f64::min);
@@ -362,8 +369,8 @@ impl Shape {
         }
     }
 
-    /// Coordinates along an axis (m) at which the line through `point` parallel to that axis may enter or leave a valid shape, unsorted:
-    /// between two neighbouring ones the line is entirely inside or outside.
+    /// Coordinates along an axis (m) at which the line through `point` parallel to that axis may enter or leave a valid shape, unsorted.
+    /// Between two neighbouring ones the line is entirely inside or outside.
     pub fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
         match self {
             Self::Box { min, max } => vec![min[axis], max[axis]],
@@ -400,19 +407,20 @@ impl Shape {
     }
 }
 
-/// Coordinates at which a line at a squared distance `square` from the centre (m²) crosses a circle.
+/// Coordinates at which a line crosses a circle or sphere. `square` is the squared distance of the line from the centre (m²).
 fn circle_crossings(centre: f64, radius: f64, square: f64) -> Vec<f64> {
     let half = (radius * radius - square).max(0.0).sqrt();
     vec![centre - half, centre + half]
 }
 
-/// Position relative to the lower corner of a box (m).
+/// Position relative to the lower corner of a box (m), with three components.
 fn relative_to_corner(min: &[f64], point: &[f64]) -> [f64; 3] {
     let mut place = [0.0; 3];
     min.iter().zip(point).enumerate().for_each(|(c, (low, x))| place[c] = x - low);
     place
 }
 
+/// Bounds of a combination of shapes, from the bounds of its parts by the functions `low` and `high`.
 fn combine(
     shapes: &[Shape],
     dimension: usize,
@@ -429,6 +437,7 @@ fn combine(
     all.reduce(merge).unwrap_or_else(|| (vec![0.0; dimension], vec![0.0; dimension]))
 }
 
+/// Checks the number, coordinates and order of the vertices of a polygon.
 fn validate_polygon(vertices: &PolygonVertices, dimension: usize) -> Result<(), ShapeError> {
     let count = vertices.len();
     if dimension != 2 {

@@ -42,7 +42,7 @@ impl Shape {
         }
     }
 
-    /// Whether its points lie in rows that follow the terrain.
+    /// Whether the points of the shape lie in rows that follow the terrain.
     pub fn follows_terrain(&self) -> bool {
         matches!(
             self,

@@ -4,8 +4,8 @@ use crate::plan::polygon::{first_moment, signed_area};
 use crate::shape::Shape;
 
 impl Shape {
-    /// Length, area or volume of a valid shape (m, m², m³); volume per radian (m³) where the first axis is a `radius`. Without a closed
-    /// form it is the sum of exact chords along the last axis, at positions close enough for three digits.
+    /// Length, area or volume of a valid shape (m, m², m³). Where the first axis is a `radius`, the volume per radian (m³). Without a
+    /// closed form it is the sum of exact chords along the last axis, at positions close enough for three digits.
     pub fn volume(&self, dimension: usize, radius: bool) -> f64 {
         let exact = if radius { self.volume_of_revolution() } else { self.measure(dimension) };
         if let Some(exact) = exact {
@@ -34,7 +34,7 @@ impl Shape {
         (0..places.pow(along as u32)).map(chord).sum()
     }
 
-    /// Length, area or volume in closed form (m, m², m³), where known.
+    /// Length, area or volume of a shape in closed form (m, m², m³); `None` where it has none.
     pub fn measure(&self, dimension: usize) -> Option<f64> {
         match self {
             Self::Box { min, max } => Some(min.iter().zip(max).map(|(low, high)| high - low).product()),
@@ -56,8 +56,8 @@ impl Shape {
         }
     }
 
-    /// Volume per radian (m³), in closed form where known, of the solid of revolution of a plane shape about the axis where its first
-    /// coordinate is zero.
+    /// Volume per radian (m³) of the solid of revolution of a plane shape about the axis where its first coordinate is zero. `None` where
+    /// it has no closed form.
     fn volume_of_revolution(&self) -> Option<f64> {
         match self {
             Self::Box { min, max } => Some(0.5 * (min[0] + max[0]) * self.measure(2)?),

@@ -3,7 +3,7 @@
 use super::vector::{add_scaled, difference, dot, unit};
 use super::{ContactQuery, NearestPoint, Surface, SurfaceError};
 
-/// Ball (disk in 2D) as a solid, or the space around it as a solid, whose surface then is a bowl.
+/// Surface of a ball (of a disk in 2D). The solid is the ball or the space around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallSurface<const D: usize> {
     centre: [f64; D],

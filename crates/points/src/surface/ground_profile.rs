@@ -6,6 +6,7 @@ use crate::surface::{ContactQuery, NearestPoint, Surface, SurfaceError};
 /// Share of an arc's radius by which the distances of its ends from the centre may differ.
 const ARC_RADIUS_TOLERANCE: f64 = 1e-6;
 
+/// Segment of a ground profile.
 #[derive(Clone, Copy, Debug)]
 enum ProfileSegment {
     Line {
@@ -30,6 +31,7 @@ enum SegmentPart {
 }
 
 impl ProfileSegment {
+    /// Length of the segment (m).
     fn length(&self) -> f64 {
         match self {
             Self::Line { from, to } => dot(&difference(to, from), &difference(to, from)).sqrt(),
@@ -81,11 +83,12 @@ impl ProfileSegment {
         }
     }
 
+    /// Nearest position on the segment (m).
     fn nearest_position(&self, x: &[f64; 2]) -> [f64; 2] {
         self.point_and_normal(self.nearest(x).0).0
     }
 
-    /// Intersections of the line or circle of this segment with that of another, on or off the segments.
+    /// Intersections of the line or circle of this segment with that of another one. They may lie beyond the segments.
     fn carrier_intersections(&self, other: &Self) -> Vec<[f64; 2]> {
         match (self, other) {
             (Self::Line { from: a, to: b }, Self::Line { from: c, to: d }) => {
@@ -121,7 +124,7 @@ impl ProfileSegment {
         }
     }
 
-    /// Position at which two segments cross or touch, other than at or close to their common `joint` (m).
+    /// Position at which two segments cross or touch; `None` where they do so only near their common `joint` (m).
     fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
         let slack = ARC_RADIUS_TOLERANCE * self.length().max(other.length());
         let away = |a: &[f64; 2], b: &[f64; 2]| dot(&difference(a, b), &difference(a, b)) > slack * slack;
@@ -243,7 +246,7 @@ impl GroundProfile {
         best
     }
 
-    /// Identifier and normal of a part of a segment: at a joint the mean of both sides.
+    /// Identifier and normal of a part of a segment. At a joint the normal is the mean of both segments.
     fn feature(&self, number: usize, share: f64, part: SegmentPart) -> (u64, [f64; 2]) {
         let joint = match part {
             SegmentPart::Interior => {
@@ -258,6 +261,7 @@ impl GroundProfile {
         ((joint as u64) << 2 | 2, unit(&sum).unwrap_or([0.0, 1.0]))
     }
 
+    /// Nearest point of the profile, on the segment `number` at the share `share` of its length.
     fn nearest_from(&self, x: &[f64; 2], number: usize, share: f64, part: SegmentPart) -> NearestPoint<2> {
         let (key, normal) = self.feature(number, share, part);
         let (position, _) = self.segments[number].point_and_normal(share);

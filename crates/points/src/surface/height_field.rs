@@ -6,8 +6,8 @@ use crate::surface::queries::contact_query::FacetCandidate;
 use crate::surface::queries::nearest_on_facet::{FacetFeature, facet_normal, nearest_on_facet};
 use crate::{Raster, RasterError};
 
-/// Ground under a raster of heights (z along the third axis), with two triangles in each cell between four nodes; the diagonal begins at
-/// the node with the smallest x and y. There is no ground beyond the raster and in cells with a node without data.
+/// Ground surface of a raster of heights, with z along the third axis. Each cell between four nodes has two triangles; the diagonal begins
+/// at the node with the smallest x and y. There is no ground beyond the raster and in cells with a node without data.
 ///
 /// Contact uses these triangles. Depth-integrated flow uses the bilinear interpolation of the same raster, with gradient and curvature
 /// recovered at the nodes: [`Terrain`](crate::Terrain). Both agree at the nodes; between them they differ by at most a quarter of the
@@ -32,8 +32,11 @@ struct NearestTriangle {
 /// Relative error of distances that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 
+/// Kind of a feature in its number: face of a triangle.
 const FACE: u64 = 0;
+/// Kind of a feature in its number: edge of a triangle.
 const EDGE: u64 = 1;
+/// Kind of a feature in its number: node of the raster.
 const CORNER: u64 = 2;
 
 impl HeightField {
@@ -51,7 +54,7 @@ impl HeightField {
         Ok(field)
     }
 
-    /// Length of the steepest normal whose vertical component is one; infinite with holes, across which heights may jump.
+    /// Length of the steepest normal whose vertical component is one. Infinite for a raster with holes, across which heights may jump.
     fn steepest_normal_length(&self) -> f64 {
         let (mut square, [dx, dy]) = (0.0, self.raster.spacing);
         for j in 0..self.raster.rows - 1 {
@@ -89,18 +92,20 @@ impl HeightField {
         self.is_cell_complete(i, j).then_some(z)
     }
 
+    /// Whether the four nodes of a cell have heights.
     fn is_cell_complete(&self, i: usize, j: usize) -> bool {
         [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
             .iter()
             .all(|(i, j)| self.raster.value(*i, *j).is_finite())
     }
 
+    /// Position of a node of the raster (m).
     fn node_position(&self, i: usize, j: usize) -> [f64; 3] {
         let [x, y] = self.raster.node_position(i, j);
         [x, y, self.raster.value(i, j)]
     }
 
-    /// Columns or rows of cells that overlap a window around a coordinate.
+    /// Range of columns or rows of cells that overlap a window around a coordinate.
     fn cell_range(&self, axis: usize, x: f64, reach: f64) -> std::ops::Range<usize> {
         let cells = [self.raster.columns, self.raster.rows][axis] - 1;
         let step = |at: f64| (at - self.raster.origin[axis]) / self.raster.spacing[axis];

@@ -51,11 +51,11 @@ pub trait Surface<const D: usize>: Debug + Send + Sync {
     /// Whether a position lies in the solid. A position on the surface may count as either.
     fn contains(&self, x: &[f64; D]) -> bool;
 
-    /// Nearest point of the surface to `x` (m); `None` where the distance is more than `reach` (m), in or out of the solid.
+    /// Nearest point of the surface to `x` (m); `None` where the distance is more than `reach` (m), inside or outside the solid.
     fn gap(&self, x: &[f64; D], reach: f64) -> Option<NearestPoint<D>>;
 
-    /// Adds the contacts of a ball around `x` with this `radius` (m), nearest first: one for each facet that faces `x`, and one for a
-    /// convex edge or corner, except an edge at which a facet in contact ends. A centre in the solid has no contacts.
+    /// Adds the contacts of a ball around `x` with this `radius` (m), nearest first. There is one for each facet that faces `x`, and one
+    /// for a convex edge or corner, except an edge at which a facet in contact ends. A centre in the solid has no contacts.
     fn query_contacts(&self, x: &[f64; D], radius: f64, found: &mut ContactQuery<D>);
 
     /// Lower and upper corner of the bounding box (m); infinite where the surface is unbounded.

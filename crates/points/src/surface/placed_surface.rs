@@ -74,7 +74,7 @@ impl<const D: usize> RigidTransform<D> {
     }
 }
 
-/// Any surface, rotated and translated.
+/// Surface that is rotated and translated.
 #[derive(Clone, Debug)]
 pub struct PlacedSurface<const D: usize> {
     /// Surface in body coordinates.
@@ -84,6 +84,7 @@ pub struct PlacedSurface<const D: usize> {
 }
 
 impl<const D: usize> PlacedSurface<D> {
+    /// Nearest point in space, from the one in the coordinates of the surface.
     fn to_space(&self, local: &NearestPoint<D>) -> NearestPoint<D> {
         NearestPoint {
             normal: self.transform.rotate(&local.normal),

@@ -47,7 +47,7 @@ impl RevolvedSurface {
         Ok(Self { section: FacettedSurface::polygon(&section)?, axis })
     }
 
-    /// Distance from the axis and coordinate along it, and the radial direction.
+    /// Distance of a position from the axis, coordinate along the axis, and radial direction.
     fn to_section(&self, x: &[f64; 3]) -> ([f64; 2], [f64; 3]) {
         let mut across = *x;
         across[self.axis] = 0.0;
@@ -56,6 +56,7 @@ impl RevolvedSurface {
         ([radius, x[self.axis]], unit(&across).unwrap_or(any))
     }
 
+    /// Nearest point in space, from the one in the meridian plane through the direction `outward`.
     fn section_to_space(&self, flat: &NearestPoint<2>, outward: &[f64; 3]) -> NearestPoint<3> {
         let full = |[r, z]: [f64; 2]| {
             let mut x = add_scaled(&[0.0; 3], r, outward);

@@ -51,6 +51,7 @@ pub enum LayerRows {
 }
 
 impl LayerRows {
+    /// Whether the rows are level.
     #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
     pub(crate) fn are_level(&self) -> bool {
         *self == Self::Level

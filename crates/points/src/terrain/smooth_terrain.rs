@@ -15,12 +15,12 @@ pub struct TerrainSample {
     pub hessian: [f64; 3],
 }
 
-/// Nodes around a position in plan with their bilinear weights, whose sum is one.
+/// Indices of the nodes around a position in plan, with their bilinear weights, whose sum is one.
 pub type BilinearWeights = [(usize, f64); 4];
 
-/// Terrain of depth-integrated flow: heights, slopes and second derivatives at the nodes of a raster, all interpolated bilinearly. Slopes
-/// are nodal recoveries on bilinear elements with a lumped mass, second derivatives are compact differences (sheet: depth-sph §2.9): exact
-/// at inner nodes for heights of the second degree.
+/// Terrain of depth-integrated flow: heights, slopes and second derivatives at the nodes of a raster, with bilinear interpolation between
+/// them. Slopes are nodal recoveries on bilinear elements with a lumped mass, second derivatives are compact differences (sheet: depth-sph
+/// §2.9): exact at inner nodes for heights of the second degree.
 ///
 /// Contact uses the triangles of the same raster: [`HeightField`](crate::surface::HeightField).
 #[derive(Clone, Debug)]
@@ -131,15 +131,17 @@ impl Terrain {
         }
     }
 
-    /// Distance (nodes) up to which a height affects derivatives: two beside a boundary or a gap, and one for each averaging.
+    /// Distance up to which a height affects derivatives (nodes): two beside a boundary or a gap, and one for each averaging.
     pub fn derivative_reach(&self) -> usize {
         2 + self.smoothing
     }
 
+    /// Line of nodes along x.
     fn line_x(&self, j: usize) -> RasterLine<'_> {
         RasterLine { raster: &self.raster, axis: 0, cross_index: j }
     }
 
+    /// Line of nodes along y.
     fn line_y(&self, i: usize) -> RasterLine<'_> {
         RasterLine { raster: &self.raster, axis: 1, cross_index: i }
     }
@@ -174,7 +176,7 @@ impl Terrain {
         ]
     }
 
-    /// Means over 3 × 3 nodes of a window, of those with data.
+    /// Means of the derivatives over 3 × 3 nodes, for the nodes of a window. Nodes without data do not count.
     fn smoothed_window(&self, before: &[[f64; 3]], [columns, rows]: &[Range<usize>; 2]) -> Vec<[f64; 3]> {
         let mut after = before.to_vec();
         for j in rows.clone() {
@@ -198,12 +200,12 @@ impl Terrain {
     }
 }
 
-/// Index before `k`, `k`, and index after it, as far as they are less than `count`.
+/// Index before `k`, `k`, and index after it; `None` for one that is not below `count`.
 fn neighbour_indices(k: usize, count: usize) -> [Option<usize>; 3] {
     [k.checked_sub(1), Some(k), Some(k + 1).filter(|next| *next < count)]
 }
 
-/// Difference per step at the middle one of three values: central, or one-sided where an outer one is missing.
+/// Difference per step at the middle one of three values. It is central, or one-sided where an outer value is missing.
 fn difference([before, here, after]: [Option<f64>; 3]) -> Option<f64> {
     match (before, here, after) {
         (Some(b), Some(_), Some(a)) => Some(0.5 * (a - b)),
@@ -221,6 +223,7 @@ struct RasterLine<'a> {
 }
 
 impl RasterLine<'_> {
+    /// Height of a node of the line (m); `None` outside the raster or without a height.
     fn height(&self, k: Option<usize>) -> Option<f64> {
         let counts = [self.raster.columns, self.raster.rows];
         let k = k.filter(|k| *k < counts[self.axis])?;
@@ -228,15 +231,17 @@ impl RasterLine<'_> {
         Some(self.raster.value(i, j)).filter(|height| height.is_finite())
     }
 
+    /// Heights of a node and of its two neighbours on the line (m).
     fn neighbour_heights(&self, k: usize) -> [Option<f64>; 3] {
         [k.checked_sub(1), Some(k), Some(k + 1)].map(|k| self.height(k))
     }
 
+    /// Slope of the terrain along the line at a node.
     fn slope(&self, k: usize) -> Option<f64> {
         difference(self.neighbour_heights(k))
     }
 
-    /// Second difference at node `k`; at an end that of the node beside it, and zero without three nodes in a row.
+    /// Second difference at node `k`. At an end it is that of the next node, and it is zero where fewer than three nodes have data.
     fn second_difference(&self, k: usize) -> f64 {
         let at = |k: usize| match self.neighbour_heights(k) {
             [Some(b), Some(h), Some(a)] => Some(a - 2.0 * h + b),

@@ -15,10 +15,10 @@ const SCAN_POINTS: (usize, usize) = (64, 1000);
 /// Largest number of cells along an axis for the volume of a layer.
 const MAX_CELLS: f64 = 2000.0;
 
-/// Overlap of two features over the area of the smaller one up to which it counts as a sliver.
+/// Overlap of two features over the area of the smaller one, up to which it is ignored.
 const SLIVER_FRACTION: f64 = 1e-3;
 
-/// Thickness of a layer as read (m).
+/// Thickness of a layer as its files state it (m).
 #[derive(Clone, Debug)]
 pub enum ThicknessData {
     /// Uniform thickness (m).
@@ -43,7 +43,7 @@ pub struct OutlineFeature {
 /// Overlap of two features of different thickness.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureOverlap {
-    /// Numbers of the features in the file; the thickness of the second counts.
+    /// Numbers of the features in the file. The thickness of the second one applies in the overlap.
     pub features: [usize; 2],
     /// Area in common (m²).
     pub area: f64,
@@ -59,7 +59,7 @@ pub struct LayerError {
     pub problem: String,
 }
 
-/// Layer between its ground and a surface at its thickness above, within an outline.
+/// Layer between the ground and a surface above it at the distance of its thickness, within an outline in plan.
 #[derive(Clone, Debug)]
 pub struct TerrainLayer {
     ground: HeightField,
@@ -73,8 +73,8 @@ pub struct TerrainLayer {
 }
 
 impl TerrainLayer {
-    /// Outline of a layer without one in the case: the box around the raster nodes with a thickness above zero, extended by one node
-    /// spacing as far as there is ground.
+    /// Outline of a layer for which the case has none: the box around the raster nodes with a positive thickness. It is extended by one
+    /// node spacing where there is ground.
     ///
     /// # Errors
     /// When no node is above zero, or such a node lies beyond the ground.
@@ -151,7 +151,7 @@ impl TerrainLayer {
         Ok(layer)
     }
 
-    /// Samples the whole layer: its lowest and highest level, its volume, and whether there is data.
+    /// Samples the whole layer, and determines its lowest and highest level, its volume, and whether there is data.
     fn scan(&mut self, places: [usize; 2], origin: [f64; 2]) -> Result<(), LayerError> {
         let mut sum = 0.0;
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -230,7 +230,7 @@ impl TerrainLayer {
         }
     }
 
-    /// Ratio of the vertical to the given thickness at a position of the terrain; `None` where it has no slope.
+    /// Ratio of the vertical thickness to the given thickness at a position of the terrain; `None` where the terrain has no slope.
     fn vertical_per_normal(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let Some(slopes) = &self.slopes else { return Some(1.0) };
         let [a, b] = slopes.sample_at(x, y)?.gradient;
@@ -249,7 +249,7 @@ impl TerrainLayer {
         if depth == 0.0 { Some(0.0) } else { Some(depth * self.vertical_per_normal([x, y])?) }
     }
 
-    /// Vertical thickness at a position in plan (m): zero beyond the outline.
+    /// Vertical thickness at a position in plan (m); zero beyond the outline.
     pub fn thickness(&self, x: f64, y: f64) -> f64 {
         if !self.outline.contains([x, y]) {
             return 0.0;
@@ -285,7 +285,7 @@ impl TerrainLayer {
     }
 }
 
-/// Layer after its files are read. Any two compare equal: the shape's own parameters identify them.
+/// Layer on terrain, which is empty before its files are read. Any two compare equal: the shape's own parameters identify them.
 #[derive(Clone, Debug, Default)]
 pub struct PlacedLayer(Option<Arc<TerrainLayer>>);
 
@@ -306,18 +306,18 @@ impl PlacedLayer {
     pub fn layer(&self) -> Option<&TerrainLayer> {
         self.0.as_deref()
     }
-
     pub(crate) fn contains(&self, point: &[f64]) -> bool {
         let stretch = self.layer().and_then(|layer| layer.vertical_range(point[0], point[1]));
         stretch.is_some_and(|[from, to]| (from..=to).contains(&point[2]))
     }
 
+    /// Lower and upper corner of the box around the layer (m).
     pub(crate) fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let of = |layer: &TerrainLayer| (layer.low.to_vec(), layer.high.to_vec());
         self.layer().map_or_else(|| (vec![f64::INFINITY; 3], vec![f64::NEG_INFINITY; 3]), of)
     }
 
-    /// Crossings along an axis: exact along the vertical, else at the sampling positions.
+    /// Coordinates along an axis at which a line crosses the layer. They are exact along the vertical, and else at sampling positions.
     pub(crate) fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
         let Some(layer) = self.layer() else { return Vec::new() };
         if axis == 2 {
@@ -328,6 +328,7 @@ impl PlacedLayer {
         (0..=count).map(|k| low + step * k as f64).collect()
     }
 
+    /// Volume of the layer (m³).
     pub(crate) fn volume(&self) -> Option<f64> {
         self.layer().map(|layer| layer.volume)
     }

@@ -138,15 +138,12 @@ mod tests {
         use Kernel::{CubicSpline, WendlandC2, WendlandC4, WendlandC6};
         for ratio in [1.2, 1.3, 1.5] {
             assert!(
-                identifies_surface::<1>(CubicSpline, ratio)
-                    && identifies_surface::<2>(CubicSpline, ratio)
+                identifies_surface::<1>(CubicSpline, ratio) && identifies_surface::<2>(CubicSpline, ratio)
             );
             assert!(identifies_surface::<3>(CubicSpline, ratio));
         }
         for ratio in [1.2, 1.5] {
-            assert!(identifies_surface::<2>(WendlandC2, ratio)
-                    && identifies_surface::<3>(WendlandC2, ratio)
-            );
+            assert!(identifies_surface::<2>(WendlandC2, ratio) && identifies_surface::<3>(WendlandC2, ratio));
         }
         for (kernel, ratio) in [(CubicSpline, 1.0), (WendlandC2, 1.0), (WendlandC4, 1.2), (WendlandC6, 1.2)] {
             assert!(!identifies_surface::<2>(kernel, ratio), "{kernel:?} {ratio}");

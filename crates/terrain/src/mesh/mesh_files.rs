@@ -10,11 +10,12 @@ use crate::mesh::triangulation;
 /// Largest round-off of the vertices over the extent of a mesh.
 const MAX_ROUND_OFF: f64 = 1e-5;
 
-/// Bytes of the header of a binary STL file with the number of triangles, and of a triangle.
+/// Number of bytes of the header of a binary STL file, including the number of triangles.
 const STL_HEADER_BYTES: usize = 84;
+/// Number of bytes of a triangle in a binary STL file.
 const STL_TRIANGLE_BYTES: usize = 50;
 
-/// Bytes of an STL file as one solid: a text file may contain several, and have its keywords in capitals.
+/// Bytes of an STL file as one solid. A text file may contain several solids, and have its keywords in capitals.
 fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     let count = bytes
         .get(STL_HEADER_BYTES - 4..STL_HEADER_BYTES)
@@ -38,7 +39,7 @@ fn merge_solids(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     Ok(format!("solid all\n{}\nendsolid all\n", lines.join("\n")).into_bytes())
 }
 
-/// First vertex line of a text file with something other than three numbers.
+/// First vertex line of a text file that does not have three numbers.
 fn first_invalid_line(lines: &[String]) -> Option<String> {
     let is_wrong = |line: &&String| {
         let mut words = line.split_whitespace();
@@ -163,7 +164,7 @@ fn join_continued_lines(text: &str) -> String {
     whole
 }
 
-/// Rejects vertices with a weight, as of rational curves and surfaces, which meshes do not have.
+/// Rejects vertices with a weight, which rational curves and surfaces have, but not meshes.
 fn check_weights(text: &str) -> Result<(), String> {
     for (number, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();

@@ -6,17 +6,20 @@ use colluvium_points::Outline;
 /// possible triangulations differ by as much.
 const PLANARITY_TOLERANCE: f64 = 0.1;
 
-/// Share of an area that is round-off.
+/// Share of an area that counts as round-off.
 const ROUND_OFF: f64 = 1e-9;
 
+/// Difference of two vectors.
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
+/// Scalar product of two vectors.
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Vector product of two vectors.
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
         let (d, e) = ((c + 1) % 3, (c + 2) % 3);
@@ -29,8 +32,8 @@ fn double_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Triangulates a polygon by ear clipping (Meisters 1975, Polygons have ears); the triangles are numbers of its corners (m) and have its
-/// sense of rotation. A convex polygon becomes a fan around its first corner.
+/// Triangulates a polygon by ear clipping (Meisters 1975, Polygons have ears). Triangles are indices of its corners (m) and have its sense
+/// of rotation. A convex polygon becomes a fan around its first corner.
 ///
 /// # Errors
 /// When the polygon is not planar, has no area, or crosses itself.
@@ -56,6 +59,7 @@ pub(crate) fn triangulate(corners: &[[f64; 3]]) -> Result<Vec<[usize; 3]>, Strin
     Ok(found)
 }
 
+/// Message about a polygon of a mesh that cannot be triangulated.
 const CROSSED: &str = "is a polygon that crosses itself or has no area: repair it, or cut it into triangles, in the program that wrote it";
 
 /// Corners in the plane of the polygon, in which they run counter-clockwise (m).
@@ -95,7 +99,7 @@ fn in_plane(corners: &[[f64; 3]]) -> Result<Vec<[f64; 2]>, String> {
     Ok(from.iter().map(|x| [dot(*x, first), dot(*x, second)]).collect())
 }
 
-/// Ear clipping of a counter-clockwise polygon, until one triangle is left.
+/// Triangles cut from a counter-clockwise polygon by ear clipping.
 fn cut_ears(flat: &[[f64; 2]], area: f64) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let (mut found, mut at, mut tried) = (Vec::with_capacity(flat.len() - 2), 1, 0);

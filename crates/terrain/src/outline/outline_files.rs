@@ -11,10 +11,10 @@ use crate::projection::prj_file;
 use crate::reference_system;
 use crate::{FileError, error_in_file, extension, read_text, unknown_format};
 
-/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: the union of the polygons, each
-/// without its own holes. Features without geometry are ignored, as are those whose row in the table of a shapefile is marked as deleted.
-/// Coordinates are metres in the frame of the case. Degrees, the standard of GeoJSON, are rejected, and so are units other than metres in a
-/// `.prj` beside a shapefile.
+/// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline, the union of the polygons.
+/// Features without geometry are ignored, as are those whose row in the table of a shapefile is marked as deleted. Coordinates are metres
+/// in the frame of the case. Degrees, the standard of GeoJSON, are rejected, and so are units other than metres in a `.prj` beside a
+/// shapefile.
 ///
 /// # Errors
 /// When the file cannot be read, has no polygon, a feature of another kind, or a self-crossing ring; when it is in degrees.
@@ -23,9 +23,8 @@ pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     outline(file, polygons)
 }
 
-/// Reads the polygons of each feature of a file, as [`read_outlines`], with the number under `attribute` as its thickness (m): a property
-/// of GeoJSON, a field of the `.dbf` beside a shapefile. Without an exact match of the name, a single match without regard to case counts.
-/// Features without polygons are skipped.
+/// Reads the polygons of each feature of a file, as [`read_outlines`] does, with the number under `attribute` as its thickness (m). Without
+/// an exact match of the name, a single match without regard to case counts. Features without polygons are skipped.
 ///
 /// # Errors
 /// See [`read_outlines`]; when a feature has no such number.
@@ -61,6 +60,7 @@ fn missing_attribute<'n>(names: impl Iterator<Item = &'n String>) -> String {
     }
 }
 
+/// Polygons of each feature of a GeoJSON file or shapefile, with the number that the attribute gives it.
 fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, FileError> {
     match extension(file).as_str() {
         "geojson" | "json" => geojson_features(&read_text(file)?, attribute).map_err(error_in_file(file)),
@@ -71,6 +71,7 @@ fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>
     }
 }
 
+/// Outline of polygons of a file; an error where their coordinates seem to be degrees.
 fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     let outline = Outline::new(polygons).map_err(error_in_file(file))?;
     let (low, high) = outline.bounds();
@@ -85,7 +86,7 @@ fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     Ok(outline)
 }
 
-/// Value under a name, or under the only name that equals it without regard to case.
+/// Value under a name, or under the only name that equals it apart from upper and lower case.
 fn find_attribute<'a, T>(all: impl Iterator<Item = (&'a String, T)> + Clone, name: &str) -> Option<T> {
     let exact = all.clone().find(|(own, _)| *own == name);
     let mut alike = all.filter(|(own, _)| own.to_lowercase() == name.to_lowercase());
@@ -98,6 +99,7 @@ fn not_a_polygon(kind: &str) -> String {
     format!("is a {kind}, but only polygons are supported: remove it from the file, or draw it as a polygon")
 }
 
+/// Polygons of each feature of a GeoJSON text.
 fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
     reference_system::geojson_system(&parsed)?.map_or(Ok(()), |system| system.check())?;
@@ -124,6 +126,7 @@ fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePo
     }
 }
 
+/// Adds the polygons of a GeoJSON geometry.
 fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), String> {
     let place = |position: &Position| match position.as_slice() {
         [x, y, ..] => Ok([*x, *y]),
@@ -144,6 +147,7 @@ fn add(geometry: &GeometryValue, polygons: &mut Vec<Polygon>) -> Result<(), Stri
     }
 }
 
+/// Polygons of each shape of a shapefile.
 fn shapefile_features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
     let wrong = |error: shapefile::Error| format!("is not a readable shapefile: {error}");
     let shapes = shapefile::read_shapes(file).map_err(wrong)?;
@@ -207,6 +211,7 @@ fn deleted_rows(table: &Path) -> Result<Vec<bool>, String> {
     (0..u32::from_le_bytes(count) as usize).map(mark).collect()
 }
 
+/// Number in a cell of an attribute table.
 fn number(value: &FieldValue) -> Option<f64> {
     match value {
         FieldValue::Numeric(value) => *value,
@@ -233,9 +238,9 @@ fn polygons(shape: &Shape) -> Result<Vec<Polygon>, String> {
     })
 }
 
-/// Groups the rings of a record, in any order, into polygons: clockwise rings are outer ones, and each other ring is a hole of the smallest
-/// outer ring around it. A hole within no outer ring is a polygon drawn in the wrong sense. `None` where an outer ring lies within another
-/// one and in no hole of it.
+/// Groups the rings of a record into polygons. Clockwise rings are outer ones, and each other ring is a hole of the smallest outer ring
+/// around it. A hole within no outer ring is a polygon drawn in the wrong sense. `None` where an outer ring lies within another one and in
+/// no hole of it.
 fn group_rings<P>(rings: &[PolygonRing<P>], place: impl Fn(&P) -> [f64; 2]) -> Option<Vec<Polygon>> {
     let corners = |ring: &PolygonRing<P>| -> Ring { ring.points().iter().map(&place).collect() };
     let is_outer = |ring: &&PolygonRing<P>| matches!(ring, PolygonRing::Outer(_));

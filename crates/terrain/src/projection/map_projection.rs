@@ -5,7 +5,7 @@ use colluvium_points::Georeference;
 use crate::projection::well_known_text;
 use crate::projection::well_known_text::{GEOCENTRIC, WEB_MERCATOR, WORLD_MAP};
 
-/// Kinds of projections, each with words of which one occurs in its names.
+/// Kinds of projections, each with words of which its names contain one.
 const PROJECTION_METHODS: [(&str, &[&str]); 11] = [
     ("oblique Mercator", &["oblique_mercator", "hotine", "swiss_oblique", "rectified_skew"]),
     ("transverse Mercator", &["transverse_mercator", "gauss_kruger"]),
@@ -40,6 +40,7 @@ enum ProjectionParameter {
 }
 
 impl ProjectionParameter {
+    /// Parameter that has a name of well-known text.
     fn from_name(name: &str) -> Option<Self> {
         let has = |word: &str| name.contains(word);
         Some(match () {
@@ -54,6 +55,7 @@ impl ProjectionParameter {
         })
     }
 
+    /// Whether the parameter is an angle.
     fn is_angle(self) -> bool {
         matches!(self, Self::Meridian | Self::Latitude | Self::Parallel | Self::Azimuth)
     }
@@ -156,8 +158,8 @@ const WORLD_MAP_WORDS: [&str; 13] = [
     "van_der_grinten",
 ];
 
-/// Reason why lengths in the coordinate reference system of a well-known text differ from those on the ground, by the method of its
-/// projection; `None` where they do not.
+/// Reason why lengths in a coordinate reference system differ from those on the ground, by the method of its projection; `None` where they
+/// do not.
 pub(crate) fn length_distortion(text: &str) -> Option<&'static str> {
     let (mut method, mut is_geocentric) = (String::new(), false);
     well_known_text::visit_brackets(text, |open, after| {
@@ -207,6 +209,7 @@ pub(crate) fn georeference_well_known_text(reference: &Georeference) -> Option<S
     Some(well_known_text::horizontal_part(&text).to_owned())
 }
 
+/// PROJ name of a projection method that has a name in well-known text.
 fn projection_method(method: &str) -> Option<&'static str> {
     PROJECTION_METHODS
         .iter()

@@ -12,7 +12,7 @@ use crate::raster_band::{is_length, metres_per_unit};
 /// Relative tolerance of the size of the metre.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
-/// Text of the `.prj` beside a file, where there is one.
+/// Text of the `.prj` file beside a file; `None` where there is none.
 pub(crate) fn read_text(file: &Path) -> Result<Option<String>, String> {
     let beside = ["prj", "PRJ"].map(|ending| file.with_extension(ending));
     let Some(prj) = beside.iter().find(|path| path.is_file()) else { return Ok(None) };
@@ -45,11 +45,12 @@ fn to_well_known_text(text: &str) -> Result<String, String> {
     Err(format!("has no readable coordinate reference system, {start:?}: write it as well-known text"))
 }
 
+/// Name of a file without its folder.
 fn file_name(file: &Path) -> String {
     file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Checks that the `.prj` beside a file, or the `.aux.xml` of GDAL, gives metres as the unit. Files without one are accepted.
+/// Checks that the `.prj` file beside a file, or the `.aux.xml` of GDAL, has the metre as unit. Files without one are accepted.
 pub(crate) fn check_metres(file: &Path) -> Result<(), String> {
     let of_gdal = || {
         Ok::<_, String>(
@@ -82,7 +83,7 @@ pub(crate) fn set_georeference(reference: &mut Georeference, text: Option<String
     (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);
 }
 
-/// Unit of coordinates or heights that is not the metre, where there is one.
+/// Unit of coordinates or heights that is not the metre; `None` where all are metres.
 pub(crate) fn non_metre_unit(text: &str) -> Option<String> {
     let units = if is_well_known(text) { length_units(text) } else { arcinfo_units(text) };
     // A unit of unknown size is not the metre.
@@ -130,7 +131,7 @@ fn length_units(text: &str) -> Vec<(String, Option<f64>)> {
     units
 }
 
-/// Unit of the bracket that has just been opened, where it is a unit of coordinates.
+/// Unit of coordinates in a bracket that has just been opened; `None` where it is no such unit.
 fn unit_after(open: &[String], after: &str) -> Option<(String, Option<f64>)> {
     let (keyword, above) = open.split_last()?;
     // Ellipsoids, parameters of projections and base systems have units of their own.

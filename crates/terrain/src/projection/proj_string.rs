@@ -52,7 +52,7 @@ pub(crate) fn is_proj_string(text: &str) -> bool {
     text.contains("+proj=") || text.contains("+init=")
 }
 
-/// Well-known text of a PROJ string, with the parts that comparisons use: its projection, the parameters that it names, and its unit.
+/// Well-known text of a PROJ string. It has the parts that comparisons use: the projection, its parameters, and the unit.
 ///
 /// # Errors
 /// When the projection is unknown.
@@ -69,6 +69,7 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
             .ok_or_else(unread);
     }
     let name = *keys.get("proj").ok_or_else(unread)?;
+    /// End of the well-known text of a system with an unknown datum, in degrees from Greenwich.
     const GLOBE: &str = r#"DATUM["unknown"],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;
     if ["longlat", "latlong", "lonlat", "latlon"].contains(&name) {
         return Ok(format!(r#"GEOGCS["unknown",{GLOBE}"#));
@@ -110,8 +111,8 @@ pub(crate) fn to_well_known_text(text: &str) -> Result<String, String> {
     })
 }
 
-/// Unit by its name and its size (m) under two keys, of which the size takes precedence; NaN for an unknown unit, and `None` where the text
-/// has neither key.
+/// Name and size (m) of a unit, under two keys of which the size takes precedence. NaN for an unknown unit; `None` where the text has
+/// neither key.
 fn length<'a>(keys: &HashMap<&str, &'a str>, [name, size]: [&str; 2]) -> Option<(&'a str, f64)> {
     let known =
         |unit: &str| UNITS.iter().find(|(own, _)| *own == unit).map_or(f64::NAN, |(_, metres)| *metres);

@@ -53,11 +53,12 @@ pub(crate) fn is_well_known(text: &str) -> bool {
             .is_some_and(|head| !head.is_empty() && head.chars().all(is_keyword_char))
 }
 
+/// Whether a letter can be part of a keyword of well-known text.
 fn is_keyword_char(letter: char) -> bool {
     letter.is_ascii_uppercase() || letter == '_'
 }
 
-/// Calls `look` at each bracket of a well-known text, with the open keywords and the text after the bracket.
+/// Calls `look` at each bracket of a well-known text, with the keywords of the open brackets and the text after the bracket.
 pub(crate) fn visit_brackets(text: &str, mut look: impl FnMut(&[String], &str) -> Option<()>) {
     let (mut open, mut rest) = (Vec::<String>::new(), text);
     while let Some(at) = rest.find(['[', '(', ']', ')', '"']) {

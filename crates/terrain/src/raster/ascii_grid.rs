@@ -19,6 +19,7 @@ struct AsciiHeader {
 }
 
 impl AsciiHeader {
+    /// Sets a key of the header; an error where it is given twice or is not a number.
     fn set_value(&mut self, key: &str, value: &str) -> Result<(), String> {
         let number = || parse_number(value).ok_or_else(|| format!("{key} is {value:?}, not a number"));
         let count = || value.parse::<usize>().map_err(|_| format!("{key} is {value:?}, not a count"));
@@ -53,14 +54,15 @@ impl AsciiHeader {
     }
 }
 
+/// Value of a key that a header must have.
 fn required<T>(value: Option<T>, key: &str) -> Result<T, String> {
     value.ok_or_else(|| format!("the key {key} is missing"))
 }
 
-/// No-data value where a grid names none, by the definition of the format.
+/// No-data value of a grid that names none, by the definition of the format.
 const NO_DATA: f64 = -9999.0;
 
-/// Parses the text of a grid, whose rows go from north to south; `beside` is the band metadata of the sidecar file. Lines that begin with
+/// Parses the text of a grid, whose rows run from north to south. `beside` is the band metadata of the sidecar file. Lines that begin with
 /// `#` are comments.
 pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> {
     if text.trim().is_empty() {
@@ -112,6 +114,7 @@ pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> 
     Ok(raster)
 }
 
+/// Reads the heights of all nodes.
 fn values(
     first: Option<&str>,
     rest: SplitAsciiWhitespace<'_>,
@@ -147,7 +150,7 @@ fn values(
     Ok(values.chunks(columns.max(1)).rev().flatten().copied().collect())
 }
 
-/// Separator of the numbers in a word that holds several. A single comma may be a decimal comma.
+/// Separator of the numbers in a word that contains several. A single comma may be a decimal comma.
 fn separator(word: &str) -> Option<char> {
     let holds = |sign: char, count: usize| {
         let pieces: Vec<&str> = word.split(sign).filter(|piece| !piece.is_empty()).collect();

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-/// Placement of a raster: the first pixel is that of the north-west corner where rows go south.
+/// Placement of a raster in plan. The first pixel is the north-western one where rows run south.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WorldFile {
     /// Centre of the first pixel (m).
     pub(crate) first: [f64; 2],
-    /// Steps per column and row (m); negative steps go west and south.
+    /// Steps per column and row (m). Negative steps run west and south.
     pub(crate) step: [f64; 2],
 }
 

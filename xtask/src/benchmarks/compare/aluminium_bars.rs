@@ -7,7 +7,7 @@ use colluvium::case::measure::front;
 use super::MethodComparison;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, scalars, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aluminium bars, computed by five methods.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/aluminium-bars",
     title: "Column of aluminium bars: MPM, GIMP, SPH, DEM, depth-integrated flow and snow MPM",
@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Checks the deposits of five methods against each other, and that of SPH against the sheet.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/aluminium-bars")?;
@@ -41,21 +42,22 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Name of the run of MPM with linear functions, where the case has those of GIMP.
+/// Name of the run of MPM with linear shape functions. The other run has those of GIMP.
 const LINEAR: &str = "mpm, linear";
 
-/// Width and height of the column (m).
+/// Width of the column (m).
 const WIDTH: f64 = 0.2;
+/// Height of the column (m).
 const HEIGHT: f64 = 0.1;
 
-/// Height of the deposit at the wall, over a tenth of the width of the column.
+/// Height of the deposit at the wall (m): that of the highest point within a tenth of the width of the column.
 fn at_the_wall(snapshot: &Snapshot) -> f64 {
     let points = snapshot.positions.iter().zip(&snapshot.extents);
     let near = points.filter(|(x, _)| x[0] < 0.1 * WIDTH);
     near.map(|(x, extent)| x[1] + 0.5 * extent[1]).fold(0.0, f64::max)
 }
 
-/// Checks against experiments with aluminium bars for a column as high as half its width (sheet: dem B13).
+/// Checks a deposit against experiments with aluminium bars, for a column as high as half its width (sheet: dem B13).
 fn experiment(outcome: &mut BenchmarkOutcome, name: &str, end: f64, top: f64) {
     let what = format!("{name}: height at the wall over that of the column");
     if name == "depth-sph" {
@@ -76,9 +78,10 @@ fn experiment(outcome: &mut BenchmarkOutcome, name: &str, end: f64, top: f64) {
     );
 }
 
-/// Method, centroid (m), and the quantiles of 90 % and 99.5 % of the mass (m).
+/// Deposit of a method: its name, centroid (m), and the quantiles of 90 % and 99.5 % of the mass (m).
 type MethodDeposit = (&'static str, f64, f64, f64);
 
+/// Checks the width of the deposit of SPH against the sheet, and centroids and widths of the other methods against SPH or MPM.
 fn judge(outcome: &mut BenchmarkOutcome, found: &[MethodDeposit]) {
     let [mpm, sph, flow, dem, snow, linear] = found else { return };
     outcome.assert_close(

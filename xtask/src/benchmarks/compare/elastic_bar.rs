@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use super::MethodComparison;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// Benchmark of this module.
+/// Benchmark of an elastic bar that vibrates in its first mode, computed by MPM, SPH and snow MPM.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/elastic-bar",
     title: "Elastic bar in its first mode, MPM, SPH and snow MPM",
@@ -29,6 +29,7 @@ fn crossings(curve: &[(f64, f64)]) -> Vec<f64> {
     pairs.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) * pair[0].1 / (pair[0].1 - pair[1].1)).collect()
 }
 
+/// Checks the period and the energy of a longitudinally vibrating bar by three methods.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/elastic-bar")?;

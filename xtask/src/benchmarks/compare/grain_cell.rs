@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of periodic cells of grains as a material, and of Mohr–Coulomb fitted to them.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/grain-cell",
     title: "Cells of grains in biaxial compression, and Mohr–Coulomb fitted to them",
@@ -18,13 +18,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Seeds of the packings.
+/// Seeds of the packings of grains.
 const SEEDS: [u32; 4] = [4, 5, 6, 7];
 
-/// Biaxial test: shortening along y, stresses along x and y and gain of volume after each step.
+/// Biaxial test: rows of shortening along y, stresses along x and y (Pa), and volumetric strain.
 struct BiaxialCurve(Vec<[f64; 4]>);
 
 impl BiaxialCurve {
+    /// Runs an element test, and takes strains and stresses from its path.
     fn from_test(test: &ElementTest) -> Result<Self, String> {
         let trace = test.trace().map_err(|error| error.to_string())?;
         if let Some(why) = trace.stop_reason {
@@ -55,7 +56,7 @@ impl BiaxialCurve {
         self.0.iter().map(|[_, across, along, _]| across - along).fold(0.0, max_or_nan)
     }
 
-    /// Gain of volume from one shortening to another.
+    /// Increase of the volumetric strain from one shortening to another.
     fn dilation(&self, from: f64, to: f64) -> f64 {
         let at = |shortening: f64| {
             let row =
@@ -65,7 +66,7 @@ impl BiaxialCurve {
         at(to) - at(from)
     }
 
-    /// Difference of the stresses over the shortening up to half of the peak (Pa).
+    /// Difference of the stresses over the shortening, up to half of the peak (Pa).
     fn stiffness(&self) -> f64 {
         let half = 0.5 * self.peak();
         let reached = self.0.windows(2).find(|pair| pair[1][1] - pair[1][2] >= half);
@@ -75,6 +76,7 @@ impl BiaxialCurve {
         })
     }
 
+    /// Stress difference over axial strain, as a series of a chart.
     fn series(&self, name: &str, style: Style) -> Series {
         Series::new(name, self.0.iter().map(|row| (row[0], row[1] - row[2])).collect(), style)
     }
@@ -85,7 +87,7 @@ fn at_pressure(test: &ElementTest, pressure: f64) -> ElementTest {
     ElementTest { initial_stress: [-pressure, -pressure, -pressure, 0.0, 0.0, 0.0], ..test.clone() }
 }
 
-/// Test of the packing generated with a seed.
+/// Biaxial test of the packing with a seed.
 fn packing(file: &std::path::Path, seed: u32) -> Result<ElementTest, String> {
     let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
     let mut value: serde_json::Value = serde_json::from_str(&text).map_err(|error| error.to_string())?;
@@ -93,7 +95,7 @@ fn packing(file: &std::path::Path, seed: u32) -> Result<ElementTest, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Means of all packings at both pressures; shows the ratio of the peaks at 200 kPa and 100 kPa of each.
+/// Means of the tests of all packings at both pressures.
 fn grains(file: &std::path::Path, outcome: &mut BenchmarkOutcome) -> Result<[BiaxialCurve; 2], String> {
     let (mut low, mut high, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for seed in SEEDS {
@@ -119,6 +121,7 @@ fn grains(file: &std::path::Path, outcome: &mut BenchmarkOutcome) -> Result<[Bia
     Ok([BiaxialCurve::mean(&low), BiaxialCurve::mean(&high)])
 }
 
+/// Checks Mohr–Coulomb, fitted to packings of grains in one test, against another test of the same packings.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let file = crate::root().join("validation/compare/grain-cell/element.json");

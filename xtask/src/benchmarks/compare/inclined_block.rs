@@ -12,7 +12,7 @@ use crate::benchmarks::mpm::inclined_block::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a block on an inclined obstacle, computed by all methods.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/inclined-block",
     title: "Block on an inclined plane as an obstacle: MPM, SPH, DEM, snow MPM and depth-integrated flow",
@@ -30,6 +30,7 @@ const METHODS: [(&str, f64, &str); 4] = [
     ("dem", 0.01, "1 % of g sin θ: bonded disks that slide on their contacts"),
 ];
 
+/// Checks the acceleration of a block on an inclined obstacle against that of a rigid block with Coulomb friction.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let tangent = ANGLE.to_radians().tan();
@@ -78,7 +79,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Block as depth-integrated flow.
+/// Checks the block computed as depth-integrated flow.
 fn flow(outcome: &mut BenchmarkOutcome, together: &mut MethodComparison) -> Result<(), String> {
     let friction = 0.3 * ANGLE.to_radians().tan();
     let mut case = block(friction, None)?;
@@ -95,7 +96,7 @@ fn flow(outcome: &mut BenchmarkOutcome, together: &mut MethodComparison) -> Resu
     Ok(())
 }
 
-/// Checks the plane as a ground line and as a polygon.
+/// Checks that the plane has the same effect as a ground line and as a polygon.
 fn forms(outcome: &mut BenchmarkOutcome, method: &str, plane: &RunReport) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];
@@ -116,6 +117,7 @@ fn forms(outcome: &mut BenchmarkOutcome, method: &str, plane: &RunReport) -> Res
     Ok(())
 }
 
+/// Case of a block on an obstacle with a friction coefficient and, where given, another shape.
 fn block(friction: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
     let mut case = load_case("compare/inclined-block")?;
     let obstacle = &mut case.obstacles[0];

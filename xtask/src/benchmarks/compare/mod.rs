@@ -44,7 +44,7 @@ impl MethodComparison {
         self.0.push((method, CompletedRun::from_report(report)));
     }
 
-    /// Writes the sections of `colluvium compare`, with the reference beside the case of the folder `validation/<folder>`.
+    /// Writes the sections of `colluvium compare` into the page, with the reference in the folder `validation/<folder>`.
     fn write_sections(
         &self,
         outcome: &mut BenchmarkOutcome,
@@ -63,7 +63,7 @@ impl MethodComparison {
     }
 }
 
-/// Draws the points at the end of the failing trial with the least factor of the search `safety`; `name` is that of the method.
+/// Draws the points at the end of the failing trial with the least factor. `name` is that of the method.
 fn draw_failure(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport) -> Result<(), String> {
     let cloud = report
         .failed_trials

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     run_in_memory,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a slide of sand on a terrain raster, computed by four methods.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/slide",
     title: "Slide on a terrain raster: MPM, SPH, DEM and depth-integrated flow",
@@ -19,11 +19,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
-/// Angle of the upper slope (degrees), and friction of the terrain.
+/// Angle of the upper slope (degrees).
 const ANGLE: f64 = 32.0;
+/// Friction coefficient of the terrain.
 const FRICTION: f64 = 0.4;
 
+/// Checks mass, energy and penetration of a slide by four methods, and compares the paths of its centre of mass.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/slide")?;

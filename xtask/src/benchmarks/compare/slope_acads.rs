@@ -6,7 +6,7 @@ use super::draw_failure;
 use crate::analysis::bishop_layered::{LayeredSlope, SoilLayer};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// One soil.
+/// Benchmark of the factor of safety of a slope of one soil, ACADS problem 1(a).
 pub const ONE_SOIL: Benchmark = Benchmark {
     id: "compare/acads-1a",
     title: "Factor of safety of a slope of one soil, ACADS problem 1(a), MPM and SPH",
@@ -16,7 +16,7 @@ pub const ONE_SOIL: Benchmark = Benchmark {
     run: run_one_soil,
 };
 
-/// Three soils.
+/// Benchmark of the factor of safety of a slope of three soils, ACADS problem 1(c).
 pub const THREE_SOILS: Benchmark = Benchmark {
     id: "compare/acads-1c",
     title: "Factor of safety of a slope of three soils, ACADS problem 1(c), MPM and SPH",
@@ -26,25 +26,28 @@ pub const THREE_SOILS: Benchmark = Benchmark {
     run: run_three_soils,
 };
 
-/// Factor of the strengths of the cases: with its own strength the first slope is not stable.
+/// Factor by which the strengths of the cases exceed those of the survey, since the first slope would not be stable.
 const STRENGTH_FACTOR: f64 = 1.5;
 
-/// Surface of both slopes: 10 m high, 2:1, 5 m over the base (m).
+/// Surface of both slopes (m): 10 m high with a gradient of 2:1, on soil of 5 m above the base.
 fn surface() -> Vec<[f64; 2]> {
     vec![[0.0, 5.0], [10.0, 5.0], [30.0, 15.0], [50.0, 15.0]]
 }
 
+/// Layer of soil below the line `top`, angles in degrees.
 fn soil(top: Vec<[f64; 2]>, unit_weight: f64, cohesion: f64, friction_angle: f64) -> SoilLayer {
     SoilLayer { top, unit_weight, cohesion, friction_angle }
 }
 
-/// Least factor of Bishop's circles, and its largest reduction by the strength of soil without dilatancy (Davis 1968), for a friction angle
-/// (degrees).
+/// Least factor of Bishop's circles, and the factor with the reduced strength of soil without dilatancy (Davis 1968). The friction angle is
+/// in degrees.
 fn bounds(slope: &LayeredSlope, friction_angle: f64) -> [f64; 2] {
     let bishop = slope.min_safety_factor((1.0, 20.0), (30.5, 45.0));
     [bishop, bishop * (friction_angle.to_radians().tan() / bishop).atan().cos()]
 }
 
+/// Checks the factors of safety of a slope against the referees' factor, and against the factors of Bishop's circles and of Davis's
+/// strength.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     case: &Case,
@@ -87,6 +90,7 @@ fn judge(
     Ok(())
 }
 
+/// Checks the factor of safety of the slope of ACADS problem 1(a).
 fn run_one_soil(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let slope = LayeredSlope { soils: vec![soil(surface(), 20e3, 3e3, 19.6)], base: 0.0 };
@@ -94,6 +98,7 @@ fn run_one_soil(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the factor of safety of the slope of ACADS problem 1(c).
 fn run_three_soils(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let toe = [10.0, 5.0];

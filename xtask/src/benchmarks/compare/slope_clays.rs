@@ -7,7 +7,7 @@ use super::draw_failure;
 use crate::analysis::undrained_slope::LayeredClaySlope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, patched_case, run_in_memory};
 
-/// Slope on another clay.
+/// Benchmark of the factor of safety of a slope of undrained clay on equal and on stronger clay.
 pub const LAYERS: Benchmark = Benchmark {
     id: "compare/slope-layers",
     title: "Factor of safety of an undrained slope on equal and stronger clay, MPM and SPH",
@@ -17,7 +17,7 @@ pub const LAYERS: Benchmark = Benchmark {
     run: layers,
 };
 
-/// Slope over a weak layer.
+/// Benchmark of the factor of safety of a slope of undrained clay over a weak layer.
 pub const WEAK_LAYER: Benchmark = Benchmark {
     id: "compare/slope-weak-layer",
     title: "Factor of safety of an undrained slope over a weak layer, MPM and SPH",
@@ -30,16 +30,17 @@ pub const WEAK_LAYER: Benchmark = Benchmark {
 /// Undrained strength of the slope (Pa).
 const STRENGTH: f64 = 50e3;
 
-/// Range of the search below and above the least upper bound: wider than the tolerance. Trials far from the bound would only take time.
+/// Distances of the ends of the searched range below and above the least upper bound. They exceed the tolerance. Trials far from the bound
+/// would only take time.
 const SEARCH_RANGE: [f64; 2] = [0.13, 0.07];
 
-/// Slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
+/// Slope of 2:1 with clays below its toe, which are given by their tops (m) and strengths (Pa).
 fn clays(below: &[(f64, f64)], base: f64) -> LayeredClaySlope {
     let clays = [&[(f64::INFINITY, STRENGTH)], below].concat();
     LayeredClaySlope { height: 10.0, cotangent: 2.0, unit_weight: 2038.736 * 9.81, layers: clays, base }
 }
 
-/// Compares the factors of both methods with the least upper bound.
+/// Checks the factors of safety of both methods against the least upper bound.
 fn judge(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, bound: f64) -> Result<(), String> {
     for method in ["mpm", "sph"] {
         let report = run_in_memory(method, case)?;
@@ -70,6 +71,7 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, case: &Case, bound: f64) ->
     Ok(())
 }
 
+/// Checks factors of safety of a clay slope on equal and on stronger clay against upper bounds of slip circles.
 fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let base = load_case("compare/slope-layers")?;
@@ -98,6 +100,7 @@ fn layers(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the factor of safety of a clay slope over a weak layer against the upper bound of sliding blocks.
 fn run_weak_base(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let clays = clays(&[(0.0, 0.2 * STRENGTH), (-1.0, STRENGTH)], -5.0);

@@ -10,7 +10,7 @@ use super::MethodComparison;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory};
 
-/// Benchmark of this module.
+/// Benchmark of a tall rigid block that tips over, computed by MPM and SPH.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "compare/tipping-block",
     title: "A tall rigid block tips on a slope, falls flat and rests: MPM and SPH",
@@ -26,13 +26,13 @@ const SIZE: [f64; 2] = [0.2, 0.6];
 const MASS: f64 = 240.0;
 /// Gravity (m/s²).
 const GRAVITY: [f64; 2] = [5.0, -8.66];
-/// End of the time in which the corner does not slip (s).
+/// Time until which the corner does not slip (s).
 const NO_SLIP_END: f64 = 0.4;
 
-/// Scalar over time (s).
+/// Time (s) and value of a scalar quantity.
 type TimeSeries = [(f64, f64)];
 
-/// Angle (rad) over time (s) of a block that turns about its lower corner under its weight.
+/// Angle (rad) over time (s) of a block that rotates about its lower corner under its weight.
 fn pendulum() -> Vec<(f64, f64)> {
     let [width, height] = SIZE;
     let inertia = (width * width + height * height) / 3.0;
@@ -51,6 +51,7 @@ fn pendulum() -> Vec<(f64, f64)> {
     rows
 }
 
+/// Checks the rotation of a tipping block against the equation of a physical pendulum, and that it comes to rest on its side.
 fn benchmark(_: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("compare/tipping-block")?;
@@ -84,7 +85,7 @@ fn benchmark(_: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Compares a run, with the angle (rad) over time (s), with the closed form.
+/// Checks the angle (rad) over time (s) of a run against the closed form.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     method: &str,
@@ -126,6 +127,7 @@ fn judge(
     Ok(())
 }
 
+/// Pairs of time (s) and value of a column of measures.
 fn pairs(report: &RunReport, column: &str) -> Result<Vec<(f64, f64)>, String> {
     report.table.pairs("time", column).ok_or_else(|| format!("no column {column}"))
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a block on a slope, a bonded cliff and dilatant shear.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/applications",
     title: "A block on a slope, a bonded cliff, dilatant shear, DEM",
@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| run_applications(),
 };
 
+/// Checks a block on a slope, a bonded cliff and dilatant shear.
 fn run_applications() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     slide(&mut outcome)?;
@@ -25,11 +26,12 @@ fn run_applications() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Last value of a measure.
 fn last(report: &RunReport, name: &str) -> f64 {
     report.table.last(name).unwrap_or(f64::NAN)
 }
 
-/// Checks a block that cannot roll: `v = √(2 g s (sin β - μ cos β))`, 50 m/s after 1322 m.
+/// Checks the velocity of a block that cannot roll: `v = √(2 g s (sin β - μ cos β))`, 50 m/s after 1322 m.
 fn slide(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let report = run_in_memory("dem", &parse_case(&load("block")?)?)?;
     let mean = |name: &str| {
@@ -54,7 +56,7 @@ fn slide(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks a cliff that is stable with strong bonds, and breaks and runs out with weak ones.
+/// Checks that a cliff is stable with strong bonds, and breaks and runs out with weak ones.
 fn cliff(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let run = |strength: f64| -> Result<RunReport, String> {
         let mut value = load("cliff")?;
@@ -112,7 +114,7 @@ fn cliff(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks shear of a dense packing: its void ratio rises to that of critical state.
+/// Checks that the void ratio of a dense packing rises in shear to that of the critical state.
 fn dilate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("biaxial")?;
     let side = 20.0;

@@ -8,7 +8,7 @@ use crate::analysis::mean_and_deviation;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
-/// Dense, to the peak.
+/// Benchmark of a biaxial test of dense disks up to the peak strength.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/biaxial",
     title: "Biaxial test of dense disks to the peak, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| peak(),
 };
 
-/// Dense and loose, to critical state.
+/// Benchmark of biaxial tests of dense and loose disks up to the critical state.
 pub const CRITICAL: Benchmark = Benchmark {
     id: "dem/biaxial-critical",
     title: "Biaxial tests of dense and loose disks to critical state, DEM",
@@ -34,7 +34,7 @@ const SEEDS: [u32; 4] = [0, 1, 2, 3];
 /// Strain rate of the stage of shear.
 const RATE: f64 = 3e-4;
 
-/// The sheet's dense specimen: strain, ratio of stresses, volumetric strain.
+/// Results of the dense specimen of the sheet: strain, ratio of stresses, volumetric strain.
 const DENSE: [(f64, f64, f64); 12] = [
     (0.0, 1.0, 0.0),
     (0.002, 1.80, -0.0014),
@@ -50,7 +50,7 @@ const DENSE: [(f64, f64, f64); 12] = [
     (0.18, 1.80, 0.0338),
 ];
 
-/// The sheet's loose specimen: strain, ratio of stresses, volumetric strain.
+/// Results of the loose specimen of the sheet: strain, ratio of stresses, volumetric strain.
 const LOOSE_SPECIMEN: [(f64, f64, f64); 10] = [
     (0.002, 1.24, -0.0011),
     (0.004, 1.37, -0.0013),
@@ -74,6 +74,7 @@ struct BiaxialTest {
 }
 
 impl BiaxialTest {
+    /// Runs a test to an axial strain; `preparation` is the friction coefficient with which the specimen is compacted.
     fn run(preparation: f64, strain: f64, seed: u32) -> Result<Self, String> {
         let mut value = load("biaxial")?;
         // Several windows of the means.
@@ -86,6 +87,7 @@ impl BiaxialTest {
         Ok(Self::from_report(&run_in_memory("dem", &parse_case(&value)?)?, start))
     }
 
+    /// Curves of a run over the axial strain since `start` (s).
     fn from_report(report: &RunReport, start: f64) -> Self {
         let all = |name: &str| {
             measure_series(report, name).into_iter().filter(|(t, _)| *t > start - 0.05).collect::<Vec<_>>()
@@ -118,7 +120,7 @@ impl BiaxialTest {
         (angle(ratio), strain)
     }
 
-    /// Mean over strains beyond 15 %.
+    /// Mean of a curve over strains beyond 15 %, where the state is critical.
     fn critical(curve: &[(f64, f64)]) -> f64 {
         let last: Vec<f64> =
             curve.iter().filter(|(strain, _)| *strain >= 0.15).map(|(_, value)| *value).collect();
@@ -126,12 +128,12 @@ impl BiaxialTest {
     }
 }
 
-/// Mobilised friction angle (degrees).
+/// Mobilised friction angle for a ratio of stresses (degrees).
 fn angle(ratio: f64) -> f64 {
     ((ratio - 1.0) / (ratio + 1.0)).asin().to_degrees()
 }
 
-/// Means over a window of strain of 5e-4 (sheet: dem §3.11).
+/// Curve averaged over windows of strain of 5e-4 (sheet: dem §3.11).
 fn smooth(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mean = |&(at, _): &(f64, f64)| {
         let near: Vec<f64> =
@@ -141,6 +143,7 @@ fn smooth(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
     curve.iter().map(mean).collect()
 }
 
+/// Checks the friction angle of dense packings at the peak.
 fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     let test = tests[0];
     let of = |pick: fn((f64, f64)) -> f64| {
@@ -179,9 +182,10 @@ fn dense(outcome: &mut BenchmarkOutcome, tests: &[&BiaxialTest]) {
     );
 }
 
-/// Test with its name, beside the rows of the sheet.
+/// Biaxial test with its label and with the results of the sheet.
 type LabelledTest<'a> = (&'a str, &'a BiaxialTest, &'a [(f64, f64, f64)]);
 
+/// Draws stress ratio and volumetric strain over axial strain.
 fn draw(outcome: &mut BenchmarkOutcome, tests: &[LabelledTest]) -> Result<(), String> {
     let mut stress = LineChart::new("Biaxial test of disks", "vertical strain", "ratio of stresses");
     let mut volume =
@@ -200,6 +204,7 @@ fn draw(outcome: &mut BenchmarkOutcome, tests: &[LabelledTest]) -> Result<(), St
     outcome.svg("B14: volume.", &volume)
 }
 
+/// Checks the peak strength of dense packings of disks.
 fn peak() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let tests = SEEDS.map(|seed| BiaxialTest::run(0.0, 0.03, seed));
@@ -209,6 +214,7 @@ fn peak() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the critical state of a dense and of a loose packing of disks.
 fn critical() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (firm, loose) = (BiaxialTest::run(0.0, 0.24, SEEDS[0])?, BiaxialTest::run(1.0, 0.24, SEEDS[0])?);

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of a bouncing disk.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/bounce",
     title: "A bouncing disk, DEM",
@@ -19,9 +19,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Coefficient of restitution.
 const RESTITUTION: f64 = 0.5;
 
+/// Checks the heights and times of the bounces of a disk against those of its coefficient of restitution.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut value = load("wall")?;

@@ -6,7 +6,7 @@ use colluvium::case::{Case, Solver};
 use colluvium::dem::{self, DemSolver};
 use serde_json::{Value, json};
 
-/// Reads a case file for changes, `validation/dem/<folder>/case.json`.
+/// Reads the case `validation/dem/<folder>/case.json` as a JSON value, which may be changed.
 pub fn load(folder: &str) -> Result<Value, String> {
     let path = crate::root().join("validation/dem").join(folder).join("case.json");
     crate::benchmarks::recorder::record_file(&path);
@@ -14,7 +14,7 @@ pub fn load(folder: &str) -> Result<Value, String> {
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// Parses a changed case.
+/// Reads a case from a JSON value.
 pub fn parse_case(value: &Value) -> Result<Case, String> {
     Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())
 }
@@ -29,6 +29,7 @@ pub fn sphere_solver(value: &Value) -> Result<DemSolver<3, 3>, String> {
     started_solver(dem::spheres(&parse_case(value)?).map_err(|error| error.to_string())?)
 }
 
+/// Solver at the start of its first stage.
 fn started_solver<const D: usize, const R: usize>(
     mut solver: DemSolver<D, R>,
 ) -> Result<DemSolver<D, R>, String>
@@ -49,10 +50,10 @@ pub fn output_value(solver: &impl Solver, name: &str) -> f64 {
     solver.scalar_outputs().iter().find(|(own, ..)| own == name).map_or(f64::NAN, |(_, _, value)| *value)
 }
 
-/// Grain: position (m), radius (m), velocity (m/s).
+/// Grain of a file: position (m), radius (m), velocity (m/s).
 pub type GrainData = (Vec<f64>, f64, Vec<f64>);
 
-/// Writes the grains of a body as a file of points, under `target/validation/points`: single grains may reach beyond a periodic domain and
+/// Writes the grains of a body as a file of points, under `target/validation/points`. Single grains may reach beyond a periodic domain and
 /// overlap each other.
 pub fn grain_file(name: &str, grains: &[GrainData]) -> Result<Value, String> {
     let folder = crate::root().join("target/validation/points");
@@ -71,12 +72,12 @@ pub fn grain_file(name: &str, grains: &[GrainData]) -> Result<Value, String> {
     Ok(json!({ "file": file }))
 }
 
-/// Options of the method.
+/// Options of DEM in a case.
 pub fn method_options(value: &mut Value) -> &mut Value {
     &mut value["methods"]["dem"]
 }
 
-/// Linear normal law of the first pair.
+/// Linear normal law, as the JSON value of the first pair.
 pub fn linear_law(stiffness: f64, damping_ratio: f64, clamp: bool) -> Value {
     json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": damping_ratio, "clamp": clamp })
 }

@@ -12,7 +12,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of free flight and of head-on collisions.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/collisions",
     title: "Free flight, restitution of head-on collisions, elastic spheres, DEM",
@@ -22,7 +22,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Damping ratio, restitution without and with no-tension clamp, duration of the contact over 1/ω₀ (sheet: dem §2.3).
+/// Table of the sheet: damping ratio, restitution without and with no-tension clamp, and duration of the contact over 1/ω₀ (sheet: dem
+/// §2.3).
 const TABLE: [(f64, f64, f64, f64, f64); 8] = [
     (0.05, 0.854_468, 0.858_758, 3.14553, 3.04536),
     (0.1, 0.729_248, 0.744_079, 3.15742, 2.95608),
@@ -34,6 +35,7 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
     (1.5, 0.0, 0.075_588, f64::INFINITY, 1.72164),
 ];
 
+/// Checks free flight, and head-on collisions with linear and Hertzian contacts.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_free_flight(&mut outcome)?;
@@ -46,7 +48,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks B1: free flight is exact for any step.
+/// Checks that free flight is exact with steps of any size (B1).
 fn check_free_flight(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("pair")?;
     value["gravity"] = json!([0, -9.81]);
@@ -85,7 +87,8 @@ struct Collision {
     energy: f64,
 }
 
-/// Collision of disks of these masses (kg), `steps` of them to `π/ω₀`; contact begins at the share `phase` of a step after the second.
+/// Collides two disks of these masses (kg). `steps` of them take the time `π/ω₀`; contact begins at the share `phase` of a step after the
+/// second one.
 fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) -> Result<Collision, String> {
     let mut value = load("pair")?;
     let radius = masses.map(|mass| 0.5 * mass.sqrt());
@@ -115,7 +118,7 @@ fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) ->
     })
 }
 
-/// Checks all entries of the table with two steps.
+/// Checks all entries of the table, with two step sizes.
 fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut picture = LineChart::new("Restitution of a head-on collision", "damping ratio", "restitution");
     let (mut momentum, mut energy) = (0.0f64, 0.0f64);
@@ -173,7 +176,7 @@ fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("B2: closed forms of §2.3 and collisions with 200 steps to half a period.", &picture)
 }
 
-/// Checks first order in the step, with the sheet's worst cases over the phase.
+/// Checks that errors are of first order in the step, in the sheet's worst cases over the phase of the contact.
 fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let sheet = [(25.0, 2.7e-2), (50.0, 1.3e-2), (100.0, 6.7e-3), (200.0, 3.4e-3), (400.0, 1.7e-3)];
     let mut found = Vec::new();
@@ -206,7 +209,7 @@ fn order(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         .svg("B2: the dashpot's force jumps as grains meet, so that the error falls with the step.", &picture)
 }
 
-/// Checks undamped collisions, unequal masses, and a wall.
+/// Checks undamped collisions, collisions of unequal masses, and a collision with a wall.
 fn check_undamped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let plain = collide(0.0, true, [1.0, 1.0], 200.0, 0.4)?;
     outcome.assert_close(
@@ -246,7 +249,7 @@ fn check_undamped(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks requested restitutions, with a damping ratio for the law with and without no-tension clamp.
+/// Checks that collisions have the requested restitution, with damping ratios for the law with and without no-tension clamp.
 fn check_restitutions(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for clamp in [false, true] {
         let mut worst = 0.0f64;
@@ -272,7 +275,7 @@ fn check_restitutions(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks §3.6: an elastic impact of glass spheres.
+/// Checks an elastic impact of glass spheres (§3.6).
 fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("spheres")?;
     let (deepest, force, duration) = (1.00358e-5, 81.5202, 2.9538e-5);
@@ -326,7 +329,7 @@ fn glass(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("§3.6: force over overlap.", &picture)
 }
 
-/// Checks §2.8: the restitution of the Hertz law does not depend on the speed; the no-tension clamp raises it.
+/// Checks that the restitution of the Hertz law does not depend on the speed, and that the no-tension clamp increases it (§2.8).
 fn speeds(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (clamp, pairs) in [
         (false, [(0.3, 0.3), (0.5, 0.5), (0.7, 0.7), (0.9, 0.9)]),

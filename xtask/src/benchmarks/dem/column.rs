@@ -11,7 +11,7 @@ use crate::analysis::mean_and_deviation;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, output_value, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
-/// One column.
+/// Benchmark of the collapse of a column of disks with an aspect ratio of one.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/column",
     title: "Collapse of a column of 1500 disks, a = 1, DEM",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| columns(&SHEET[1..2]),
 };
 
-/// Five columns.
+/// Benchmark of the collapse of columns of disks with five aspect ratios.
 pub const ASPECT_SWEEP: Benchmark = Benchmark {
     id: "dem/column-sweep",
     title: "Collapse of columns of 1500 disks, a = 0.5 to 8, DEM",
@@ -48,7 +48,7 @@ struct ReferenceColumn {
     scatter: PackingScatter,
 }
 
-/// Allowed range of the mean over packings.
+/// Allowed range of the mean of a figure over several packings.
 #[derive(Clone, Copy)]
 enum PackingSpread {
     /// Within three standard deviations of such a mean: mean and standard deviation of single packings.
@@ -58,7 +58,7 @@ enum PackingSpread {
 }
 
 impl PackingSpread {
-    /// Bounds for a mean over `count` packings, the statement of the source, and the reason.
+    /// Bounds of a mean over `count` packings, with the statement of the source and the reason.
     fn bounds_of_mean(self, count: usize) -> ((f64, f64), String, &'static str) {
         match self {
             Self::Packings(middle, deviation) => {
@@ -74,7 +74,8 @@ impl PackingSpread {
     }
 }
 
-/// Times over √(H₀/g) of the largest kinetic energy and at rest, and the front at 3 √(H₀/g) over that at the end.
+/// Allowed ranges of three figures of a column: times over √(H₀/g) of the largest kinetic energy and of rest, and the front at 3 √(H₀/g)
+/// over that at the end.
 #[derive(Clone, Copy)]
 struct PackingScatter {
     front_time: PackingSpread,
@@ -82,6 +83,7 @@ struct PackingScatter {
     final_rest: PackingSpread,
 }
 
+/// Result of the sheet's code for a column: front, mass quantile, height and kinetic energy, with their allowed relative deviation.
 const fn row(
     aspect: f64,
     [front, mass, height, kinetic]: [f64; 4],
@@ -91,7 +93,7 @@ const fn row(
     ReferenceColumn { aspect, front, mass, height, kinetic, band, scatter }
 }
 
-/// Bands of the sheet, where it gives no scatter of packings.
+/// Allowed ranges of the sheet, where it has no scatter of packings.
 const fn sheet_bands(when: f64, band: f64) -> PackingScatter {
     PackingScatter {
         front_time: PackingSpread::Band(when, when * band),
@@ -100,6 +102,7 @@ const fn sheet_bands(when: f64, band: f64) -> PackingScatter {
     }
 }
 
+/// Results of the sheet's code for columns of five aspect ratios.
 const SHEET: [ReferenceColumn; 5] = [
     row(
         0.50,
@@ -137,14 +140,14 @@ const SHEET: [ReferenceColumn; 5] = [
 
 /// Number of disks.
 const COUNT: f64 = 1500.0;
-/// Solid fraction with which the sheet estimates the width.
+/// Solid fraction from which the sheet estimates the width of the column.
 const SOLID: f64 = 0.83;
 
-/// Packings over which a column is averaged. The sheet's values are means of two; the largest kinetic energy of single packings scatters by
-/// 4 % for a = 1, so that a mean of two is not known to a third of the band.
+/// Seeds of the packings over which the results of a column are averaged. The sheet's values are means of two; the largest kinetic energy
+/// of single packings scatters by 4 % for a = 1, so that a mean of two is not known to a third of the band.
 const SEEDS: [u64; 4] = [1, 2, 3, 4];
 
-/// Case of a column of an aspect ratio, with its width.
+/// Case of a column with an aspect ratio, and its initial width (m).
 fn set_up(aspect: f64, seed: u64) -> Result<(Value, f64), String> {
     let mut value = load("column")?;
     // Mean area of a disk: the mean square of the diameters by number is 0.9867 for this curve.
@@ -167,7 +170,7 @@ fn set_up(aspect: f64, seed: u64) -> Result<(Value, f64), String> {
     Ok((value, width))
 }
 
-/// Front and height of the largest cluster of grains whose gaps are less than 0.05, and the 98 % quantile of mass.
+/// Front and height of the largest cluster of grains with gaps below 0.05, and the 98 % quantile of mass.
 fn measures(snapshot: &Snapshot) -> [f64; 3] {
     let radii = scalars(snapshot, "radius");
     let grains: Vec<([f64; 2], f64)> = (0..radii.len())
@@ -213,7 +216,7 @@ fn measures(snapshot: &Snapshot) -> [f64; 3] {
     [front, quantile, top]
 }
 
-/// Result of a column.
+/// Results of the collapse of a column.
 struct ColumnDeposit {
     /// Width and height when the gate is removed.
     size: [f64; 2],
@@ -227,6 +230,7 @@ struct ColumnDeposit {
     last: Snapshot,
 }
 
+/// Runs the settling and the collapse of a column of disks.
 fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     let (value, width) = set_up(aspect, seed)?;
     let mut solver = disk_solver(&value)?;
@@ -263,6 +267,7 @@ fn collapse(aspect: f64, seed: u64) -> Result<ColumnDeposit, String> {
     Ok(ColumnDeposit { size: [width, height], end: measures(&last), early_front, energy, error, first, last })
 }
 
+/// Advances a solver by the time `span` (s) with its largest stable steps.
 fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
     let end = solver.time() + span;
     while solver.time() < end {
@@ -272,6 +277,7 @@ fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks the deposits and kinetic energies of collapsing columns, as means of several packings.
 fn columns(rows: &[ReferenceColumn]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut energies = LineChart::new(
@@ -324,7 +330,7 @@ fn columns(rows: &[ReferenceColumn]) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Figures of a column that the sheet gives, lengths over the initial width.
+/// Figures of a column for which the sheet has values. Lengths are over the initial width.
 #[derive(Clone, Copy, Debug)]
 struct ColumnFigures {
     aspect: f64,
@@ -342,6 +348,7 @@ struct ColumnFigures {
 }
 
 impl ColumnDeposit {
+    /// Dimensionless figures of the collapse.
     fn figures(&self) -> ColumnFigures {
         let [width, height] = self.size;
         let [front, mass, top] = self.end;
@@ -361,10 +368,12 @@ impl ColumnDeposit {
     }
 }
 
+/// Mean of a figure over the packings.
 fn mean(figures: &[ColumnFigures], of: impl Fn(&ColumnFigures) -> f64) -> f64 {
     figures.iter().map(of).sum::<f64>() / figures.len() as f64
 }
 
+/// Checks the mean figures of the packings of one aspect ratio.
 fn judge(outcome: &mut BenchmarkOutcome, row: &ReferenceColumn, figures: &[ColumnFigures]) {
     let name = |what: &str| format!("B13, a = {}: {what}", row.aspect);
     let reason =
@@ -418,7 +427,7 @@ fn judge(outcome: &mut BenchmarkOutcome, row: &ReferenceColumn, figures: &[Colum
     );
 }
 
-/// Checks the exponents of the run-out.
+/// Checks the exponents of the run-out over the aspect ratio.
 fn scaling(outcome: &mut BenchmarkOutcome, found: &[(f64, f64)]) -> Result<(), String> {
     let exponent = |a: (f64, f64), b: (f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
     let [first, one, two, four, eight] = found else { return Err("five columns are needed".into()) };

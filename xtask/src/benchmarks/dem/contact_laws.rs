@@ -12,7 +12,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Curves of contacts.
+/// Benchmark of the force–displacement curves of contact laws.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/contact-laws",
     title: "Curves of force of contacts and bonds, DEM",
@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Bonds.
+/// Benchmark of a bonded cantilever and of the strength of a bond.
 pub const BONDS: Benchmark = Benchmark {
     id: "dem/bonds",
     title: "A bonded cantilever and the strength of a bond, DEM",
@@ -32,13 +32,16 @@ pub const BONDS: Benchmark = Benchmark {
     run: bonds,
 };
 
-/// Radius (m) of the spheres, modulus E* and shear modulus G* of their contact (Pa).
+/// Radius of the spheres (m).
 const RADIUS: f64 = 1e-3;
+/// Effective modulus E* of the contact of two spheres (Pa).
 const MODULUS: f64 = 1e7 / (2.0 * (1.0 - 0.09));
+/// Effective shear modulus G* of the contact of two spheres (Pa).
 const SHEAR: f64 = 1e7 / (2.0 * 1.3) / (2.0 * 1.7);
 /// Effective radius (m).
 const EFFECTIVE: f64 = 0.5 * RADIUS;
 
+/// Checks tangential force with friction, adhesion after JKR, liquid bridges and cohesion against closed forms.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_tangential_force(&mut outcome)?;
@@ -48,7 +51,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Normal force, repulsion positive, and tangential force (N) over the displacement of the moved sphere (m).
+/// Normal force, repulsion positive, and tangential force (N) over the displacement of a moved sphere (m).
 fn move_sphere(value: &Value, steps: usize) -> Result<Vec<([f64; 2], f64, f64)>, String> {
     let mut solver = sphere_solver(value)?;
     let dt = solver.limit().dt;
@@ -66,7 +69,7 @@ fn move_sphere(value: &Value, steps: usize) -> Result<Vec<([f64; 2], f64, f64)>,
     Ok(curve)
 }
 
-/// Case of two spheres at an overlap (m), one moved with this velocity (m/s), with steps of this length (s).
+/// Case of two spheres at an overlap (m), of which one moves with a velocity (m/s), with steps of `dt` (s).
 fn contact_case(overlap: f64, velocity: [f64; 2], dt: f64) -> Result<Value, String> {
     let mut value = load("touch")?;
     let moved = (vec![RADIUS - overlap, 0.0, 0.0], RADIUS, vec![velocity[0], velocity[1], 0.0]);
@@ -240,6 +243,7 @@ fn cohesion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks the deflection of a bonded cantilever and the strength of a bond.
 fn bonds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut solver = disk_solver(&load("beam")?)?;
@@ -276,7 +280,7 @@ fn bonds(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Deflection of the last of `n` links of a metre under a unit load on link `at`; each joint lies half a link behind.
+/// Deflection of the last one of `n` links of a metre under a unit load on link `at`. Each joint lies half a link behind its link.
 fn beam(at: u32, n: u32, rotation: f64, shear: f64) -> f64 {
     let joint = |k: u32| f64::from(k) - 0.5;
     (1..=at.min(n))
@@ -284,7 +288,7 @@ fn beam(at: u32, n: u32, rotation: f64, shear: f64) -> f64 {
         .sum()
 }
 
-/// Deflection of link `at` under the weight of all links.
+/// Deflection of link `at` of a row of links under their weight.
 fn line(at: u32, rotation: f64, shear: f64) -> f64 {
     (1..=10)
         .map(|k| {
@@ -294,7 +298,7 @@ fn line(at: u32, rotation: f64, shear: f64) -> f64 {
         .sum()
 }
 
-/// Checks tension and shear at which a bond breaks, and its stiffness.
+/// Checks the tension and the shear at which a bond breaks, and the stiffness of the bond.
 fn check_bond_strength(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let reason = "0.2 %: the force of two steps";
     let mut picture = LineChart::default();

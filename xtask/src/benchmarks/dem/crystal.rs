@@ -8,7 +8,7 @@ use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
-/// Elasticity.
+/// Benchmark of the elastic moduli of crystals of equal grains.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/crystal",
     title: "Elastic moduli of crystals of disks and spheres, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Strength.
+/// Benchmark of the strength of a hexagonal crystal of disks.
 pub const STRENGTH: Benchmark = Benchmark {
     id: "dem/crystal-strength",
     title: "Strength of a hexagonal crystal of disks, DEM",
@@ -28,14 +28,16 @@ pub const STRENGTH: Benchmark = Benchmark {
     run: strength,
 };
 
-/// Distance of neighbours over their diameter.
+/// Distance of neighbouring grains over their diameter.
 const PITCH: f64 = 1.0 - 1e-5;
+/// Strain of the crystal in each measurement of a modulus.
 const STRAIN: f64 = 1e-6;
-/// Stiffness (N/m) and pressure (Pa) of the crystal that is compressed.
+/// Contact stiffness of the compressed crystal (N/m).
 const STIFFNESS: f64 = 1e4;
+/// Pressure of the compressed crystal (Pa).
 const PRESSURE: f64 = 1.0;
 
-/// Places the grains of a crystal in a cell of these widths.
+/// Places the grains of a crystal in a periodic cell of these widths.
 fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> Result<(), String> {
     let still = vec![0.0; widths.len()];
     let grains: Vec<GrainData> = places.iter().map(|place| (place.clone(), 0.5, still.clone())).collect();
@@ -46,7 +48,7 @@ fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> R
     Ok(())
 }
 
-/// Positions of hexagonal rows along x.
+/// Positions of the grains of a hexagonal crystal with rows along x, and the widths of its cell.
 fn hexagonal(columns: usize, rows: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let height = 0.75f64.sqrt() * pitch;
     let place = |k: usize| {
@@ -56,7 +58,7 @@ fn hexagonal(columns: usize, rows: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64
     ((0..columns * rows).map(place).collect(), vec![pitch * columns as f64, height * rows as f64])
 }
 
-/// Positions of face-centred cubes along the axes.
+/// Positions of the grains of a face-centred cubic crystal with cubes along the axes, and the widths of its cell.
 fn face_centred(cubes: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let edge = 2f64.sqrt() * pitch;
     let within = [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.75, 0.25, 0.75], [0.25, 0.75, 0.75]];
@@ -68,6 +70,7 @@ fn face_centred(cubes: usize, pitch: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     (places, vec![edge * cubes as f64; 3])
 }
 
+/// Checks the elastic moduli of a hexagonal and of a face-centred crystal against those of lattice theory.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (kn, kt) = (1.0, 0.5);
@@ -87,7 +90,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// C₁₁, C₁₂ and C₄₄ from strains along x and y and a shear.
+/// Checks the moduli C₁₁, C₁₂ and C₄₄, measured by strains along x and y and by a shear.
 fn moduli(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -141,7 +144,7 @@ fn moduli(
     Ok(())
 }
 
-/// Checks the strength of horizontal rows compressed from above: `tan 60° tan(60° + φ)`.
+/// Checks the strength of a crystal of horizontal rows that is compressed from above: `tan 60° tan(60° + φ)`.
 fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture =
@@ -171,6 +174,7 @@ fn strength(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Runs the compression of a hexagonal crystal with a friction coefficient of its contacts.
 fn compress(friction: f64) -> Result<RunReport, String> {
     let mut value = load("crystal-strength")?;
     // Contact forces f of an isotropic state have the pressure √3 f / d.

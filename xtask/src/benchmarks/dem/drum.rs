@@ -8,7 +8,7 @@ use crate::analysis::{mean_and_deviation, regression_slope};
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of a half-full rotating drum, 30 grains wide.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/drum",
     title: "Half-full drum that turns, 30 grains across, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |quick| run_drum(30.0, if quick { 4.5 } else { END_TIME }),
 };
 
-/// Drum with as many grains across as in the sheet.
+/// Benchmark of a half-full rotating drum, 60 grains wide as in the sheet.
 pub const FINE_DRUM: Benchmark = Benchmark {
     id: "dem/drum-fine",
     title: "Half-full drum that turns, 60 grains across, DEM",
@@ -30,17 +30,18 @@ pub const FINE_DRUM: Benchmark = Benchmark {
 
 /// Diameter of the drum (m).
 const DRUM: f64 = 0.2;
-/// Seeds of packings, in two groups whose means are compared. Single packings scatter by 1.4 degrees at 30 grains across.
+/// Seeds of the packings, in two groups whose means are compared. Single packings scatter by 1.4 degrees at 30 grains across.
 const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
 /// Time from which the surface is evaluated (s): the drum has turned by 43 degrees.
 const STEADY: f64 = 3.0;
 /// End of the run (s).
 const END_TIME: f64 = 7.5;
-/// Half of the width over which the surface is fitted, half of the radius (m), and its bins.
+/// Half of the width over which the surface is fitted (m): half of the radius.
 const HALF_WIDTH: f64 = 0.05;
+/// Number of bins of the fitted width.
 const BINS: usize = 8;
 
-/// Surface of a frame.
+/// Surface of the grains in a frame: its angle and roughness.
 struct DrumSurface {
     /// Angle (degrees).
     angle: f64,
@@ -48,7 +49,7 @@ struct DrumSurface {
     rough: f64,
 }
 
-/// Line through the highest grains.
+/// Surface of the grains in a frame, by a line through the highest ones.
 fn surface(snapshot: &Snapshot) -> DrumSurface {
     let radii = scalars(snapshot, "radius");
     let mut top = [(f64::NAN, f64::NEG_INFINITY); BINS];
@@ -68,6 +69,7 @@ fn surface(snapshot: &Snapshot) -> DrumSurface {
     }
 }
 
+/// Runs a drum `across` mean grain diameters wide until the time `end` (s).
 fn drum(across: f64, end: f64, seed: u64) -> Result<RunReport, String> {
     let mut value = load("drum")?;
     let mean = DRUM / across;
@@ -79,10 +81,12 @@ fn drum(across: f64, end: f64, seed: u64) -> Result<RunReport, String> {
     run_in_memory("dem", &parse_case(&value)?)
 }
 
+/// Mean of values.
 fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().sum::<f64>() / values.count() as f64
 }
 
+/// Checks the mean angle of the surface in a rotating drum, as a mean of several packings.
 fn run_drum(across: f64, end: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new("Angle of the surface in a drum", "time (s)", "angle (degrees)");

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::benchmarks::dem::case_builders::{load, output_value, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Dense, to the peak.
+/// Benchmark of the contact directions and force chains of dense disks at the peak of a biaxial test.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/fabric",
     title: "Contacts of dense disks at the peak of a biaxial test, DEM",
@@ -27,6 +27,7 @@ const PEAK: f64 = 0.014;
 /// Number of sectors of the rose diagram.
 const SECTORS: usize = 18;
 
+/// Solver of the biaxial test at the peak strength.
 fn peak() -> Result<DemSolver<2, 1>, String> {
     let mut value = load("biaxial")?;
     value["stages"][2]["duration"] = json!(PEAK / RATE);
@@ -46,6 +47,7 @@ fn peak() -> Result<DemSolver<2, 1>, String> {
     Ok(solver)
 }
 
+/// Picture of the grains and their normal contact forces.
 fn chains(solver: &DemSolver<2, 1>) -> ForceChains {
     let snapshot = solver.snapshot();
     let flat = |x: &[f64; 3]| [x[0], x[1]];
@@ -65,6 +67,7 @@ fn chains(solver: &DemSolver<2, 1>) -> ForceChains {
     }
 }
 
+/// Checks the anisotropy of contact directions, the coordination number and the share of weak contacts at the peak.
 fn run() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let solver = peak()?;

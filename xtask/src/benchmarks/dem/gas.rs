@@ -13,7 +13,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the energy and the reversibility of an elastic gas of disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/gas",
     title: "An elastic gas of 200 disks: energy and reversal, DEM",
@@ -25,9 +25,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Number of collisions over which the energy is recorded.
 const COLLISIONS: usize = 10_000;
-/// Frequency of two grains, `√(2 k)`.
+/// Angular frequency of two grains in contact, `√(2 k)`.
 const FREQUENCY: f64 = 141.421_356_237;
 
+/// Checks that an elastic gas of disks keeps its energy, and returns to its start when the velocities are reversed.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_reversibility(&mut outcome)?;
@@ -66,6 +67,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Solver of a gas, and its time step as a share of the contact duration (s).
 fn gas(share: f64, seed: u64) -> Result<(DemSolver<2, 1>, f64), String> {
     let mut value = load("gas")?;
     let dt = share / FREQUENCY;
@@ -74,7 +76,7 @@ fn gas(share: f64, seed: u64) -> Result<(DemSolver<2, 1>, f64), String> {
     Ok((disk_solver(&value)?, dt))
 }
 
-/// Largest relative change of energy, and its history.
+/// Largest relative change of the energy, and its change over time.
 fn energy_change(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(f64, f64)>), String> {
     let (mut solver, dt) = gas(share, seed)?;
     let (mut largest, mut curve, mut count, mut before) = (0.0f64, Vec::new(), 0, BTreeSet::new());
@@ -98,7 +100,7 @@ fn energy_change(share: f64, seed: u64, collisions: usize) -> Result<(f64, Vec<(
     Ok((largest, curve))
 }
 
-/// Checks the return after a thousand steps with reversed velocities.
+/// Checks that the gas returns to its start after a thousand steps with reversed velocities.
 fn check_reversibility(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (mut solver, dt) = gas(0.1, 0)?;
     let first = solver.snapshot();

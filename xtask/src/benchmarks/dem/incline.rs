@@ -9,7 +9,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of a layer of disks that flows down a rough incline.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/incline",
     title: "A layer of 500 disks flows down a rough incline of 20°, DEM",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |quick| flow(if quick { SHORT_SETUP } else { FULL_SETUP }),
 };
 
-/// Set-up of the test.
+/// Parameters of the test on the incline.
 #[derive(Clone, Copy)]
 struct InclineSetup {
     /// Stiffness of contacts.
@@ -28,32 +28,36 @@ struct InclineSetup {
     of_sheet: bool,
 }
 
-/// Set-up of the sheet: 3.6 million steps.
+/// Parameters of the sheet, with 3.6 million steps.
 const FULL_SETUP: InclineSetup = InclineSetup { stiffness: 2e5, of_sheet: true };
-/// Short set-up with a twentieth of the stiffness: 800 thousand steps, overlaps of 0.2 % of the diameter at the base. With 1 % the solid
-/// fraction grows with the depth by more than the sheet allows.
+/// Parameters of the short form, with a twentieth of the stiffness: 800 thousand steps, overlaps of 0.2 % of the diameter at the base. With
+/// 1 % the solid fraction grows with the depth by more than the sheet allows.
 const SHORT_SETUP: InclineSetup = InclineSetup { stiffness: 1e4, of_sheet: false };
 
 /// Angle of the incline (degrees).
 const ANGLE: f64 = 20.0;
-/// Results of the sheet's code: inertial number of the plane, solid fraction.
+/// Results of the sheet's code: inertial number of the layer, solid fraction.
 const SHEET: [f64; 2] = [0.092, 0.779];
-/// Mean mass of a disk, density of grains times thickness, width of the layer, with gravity and mean diameter one.
+/// Mean mass of a disk, with gravity and mean diameter one.
 const MASS: f64 = 1.013;
+/// Density of the grains times the thickness, with gravity and mean diameter one.
 const DENSITY: f64 = 4.0 / std::f64::consts::PI;
+/// Width of the layer (mean diameters).
 const WIDTH: f64 = 25.0;
-/// Duration of the flow, and the share of it that is averaged.
+/// Duration of the flow (times √(d/g)).
 const FLOW: f64 = 400.0;
+/// Share of the flow at its end over which results are averaged.
 const LAST: f64 = 0.4;
 
-/// Means over a bin one diameter high.
+/// Mean velocity and area of grains in a bin one diameter high.
 #[derive(Clone, Copy, Debug, Default)]
 struct VelocityBin {
     area: f64,
     velocity: f64,
 }
 
-/// Velocity along the incline and area of grains over height, from frames of the last part of the run; half height of the layer twice.
+/// Velocity along the incline and area of grains over height, from frames of the last part of the run, and the thickness of the layer:
+/// twice the mean height of the grains.
 fn profile(report: &RunReport) -> (Vec<VelocityBin>, f64) {
     let end = report.frames.last().map_or(0.0, |frame| frame.time);
     let start = end - LAST * FLOW;
@@ -79,7 +83,7 @@ fn profile(report: &RunReport) -> (Vec<VelocityBin>, f64) {
     (layers, 2.0 * moment / mass)
 }
 
-/// Intercept, slope and `R²` of a line.
+/// Intercept, slope and `R²` of a regression line.
 fn line(points: &[(f64, f64)]) -> [f64; 3] {
     let n = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
@@ -90,7 +94,7 @@ fn line(points: &[(f64, f64)]) -> [f64; 3] {
     [y - slope * x, slope, 1.0 - off / sum(&|p| (p.1 - y).powi(2))]
 }
 
-/// Runs the case of a set-up.
+/// Runs the case with the parameters `form`.
 fn run(form: InclineSetup) -> Result<RunReport, String> {
     let mut value = load("incline")?;
     for pair in 0..3 {
@@ -99,6 +103,7 @@ fn run(form: InclineSetup) -> Result<RunReport, String> {
     run_in_memory("dem", &parse_case(&value)?)
 }
 
+/// Checks the velocity profile and the inertial number of a layer of disks on an incline of 20°.
 fn flow(form: InclineSetup) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run(form)?;
@@ -144,7 +149,7 @@ fn flow(form: InclineSetup) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks inertial number and solid fraction against the laws of plane shear, and the uniformity of the layers.
+/// Checks inertial number and solid fraction against the laws of plane shear, and that the layers are uniform.
 fn of_plane_shear(outcome: &mut BenchmarkOutcome, number: f64, solid: f64, layers: &[f64]) {
     let law = 0.27 + 1.15 * number;
     outcome.assert_below(
@@ -174,6 +179,7 @@ fn of_plane_shear(outcome: &mut BenchmarkOutcome, number: f64, solid: f64, layer
     outcome.info("solid fraction", &claim, solid, reason);
 }
 
+/// Draws the velocity profile with the fitted profile of Bagnold.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     report: &RunReport,

@@ -14,7 +14,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of kinematics, conserved quantities, neighbour lists, grading curves and stress.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/bookkeeping",
     title: "Kinematics, invariants, lists, sizes and stress of DEM",
@@ -24,9 +24,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Samples over which distances of curves are averaged.
+/// Number of samples over which distances of grading curves are averaged.
 const SAMPLES: u64 = 2;
 
+/// Checks kinematics, conserved quantities, neighbour lists, size distributions and stress.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     gears(&mut outcome)?;
@@ -40,7 +41,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Two disks: centre, radius, velocity and spin of each.
+/// Case of two disks, each with centre, radius, velocity and spin.
 fn pair(grains: [([f64; 2], f64, [f64; 2], f64); 2]) -> Result<Value, String> {
     let mut value = load("bookkeeping")?;
     for (k, name) in ["first", "second"].into_iter().enumerate() {
@@ -52,7 +53,7 @@ fn pair(grains: [([f64; 2], f64, [f64; 2], f64); 2]) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Checks B17.1: rolling and rigid rotation cause no slip.
+/// Checks that rolling and rigid rotation cause no slip at the contact (B17.1).
 fn gears(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (name, first, second, spins, slips) in [
         ("gears", [0.01, 0.0], [0.0, 0.0], [1.0, -2.0], false),
@@ -92,7 +93,7 @@ fn gears(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks B17.2: linear and angular momentum of a colliding pair.
+/// Checks that a collision of two disks conserves linear and angular momentum (B17.2).
 fn momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut solver =
         disk_solver(&pair([([-0.52, 0.1], 0.5, [1.0, 0.3], 3.0), ([0.32, -0.1], 0.3, [-0.5, 0.0], -7.0)])?)?;
@@ -129,7 +130,7 @@ fn final_motion(value: &Value, steps: usize, dt: f64) -> Result<[f64; 6], String
     Ok([v[0][0], v[0][1], v[1][0], v[1][1], w[0], w[1]])
 }
 
-/// Checks B17.3: a uniform velocity changes nothing.
+/// Checks that a uniform velocity does not change the forces (B17.3).
 fn drift(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let with = |drift: [f64; 2]| {
         let first = [1.0 + drift[0], 0.3 + drift[1]];
@@ -151,7 +152,7 @@ fn drift(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks B17.3: contact across a period equals one within, also where the cell is sheared.
+/// Checks that contact across a periodic boundary equals contact within the cell, also where the cell is sheared (B17.3).
 fn image(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (name, rate) in [("at rest", 0.0), ("in shear", 0.5)] {
         let after = |shift: [f64; 2]| {
@@ -202,7 +203,7 @@ fn image(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks B17.4: the skin of neighbour lists has no effect, sizes 1 : 6.
+/// Checks that the skin of neighbour lists does not affect the results, for grain sizes of 1 : 6 (B17.4).
 fn lists(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let with = |skin: f64| -> Result<DemSolver<2, 1>, String> {
         let mut value = load("gas")?;
@@ -236,7 +237,7 @@ fn lists(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks B17.7 and §3.8.1: the grading curve.
+/// Checks generated grading curves against the requested ones (B17.7 and §3.8.1).
 fn sizes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.1, 0.00272800),
@@ -291,7 +292,7 @@ fn distance(mut drawn: Vec<f64>, ratio: f64, dimension: usize) -> (f64, Vec<(f64
     (largest, passing)
 }
 
-/// Checks B17.8: two disks in contact in a periodic cell, `σ = -f l / V`.
+/// Checks the stress of two disks in contact in a periodic cell, `σ = -f l / V` (B17.8).
 fn stress(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut value = load("bookkeeping")?;
     value["domain"] = json!({ "min": [-5, -5], "max": [5, 5], "periodic": ["x", "y"] });
@@ -323,7 +324,7 @@ fn stress(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks B17.9: a row of bonded disks slides on a slope.
+/// Checks that a row of bonded disks slides on a slope with little friction, and sticks with more (B17.9).
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (slope, gravity, time) = (0.5f64, 9.81, 1.5);
     for (share, slides) in [(0.5, true), (1.03, false)] {

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::analysis::max_or_nan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the Laguerre cells of disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/cells",
     title: "Cells of disks: lattices, a periodic packing, a contact, DEM",
@@ -20,10 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| cells(),
 };
 
-/// Number of rows of a lattice, and of disks in each.
+/// Number of rows of a lattice, and of disks in each row.
 const ROWS: i32 = 12;
 
-/// Largest difference of the solid fraction of a cell of a lattice of touching disks from `exact`.
+/// Largest difference between the solid fractions of the Laguerre cells of a lattice of touching disks and `exact`.
 fn lattice(rise: f64, shift: f64, exact: f64) -> f64 {
     let number = f64::from(ROWS);
     let places: Vec<[f64; 2]> = (0..ROWS * ROWS)
@@ -37,6 +37,7 @@ fn lattice(rise: f64, shift: f64, exact: f64) -> f64 {
     found.area.iter().map(|area| (0.25 * PI / area - exact).abs()).fold(0.0, max_or_nan)
 }
 
+/// Checks Laguerre cells of lattices and of a periodic packing.
 fn cells() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let reason = "B17.6; round-off";

@@ -9,7 +9,7 @@ use crate::benchmarks::dem::case_builders::{method_options, parse_case};
 use crate::benchmarks::dem::representative_disks::{SEEDS, periodic_case, walled_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of the stiffness of disks under linear displacement, in periodic cells, and under uniform traction.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/membranes",
     title: "Stiffness of 300 disks: linear displacement, periodic cells and uniform traction, DEM",
@@ -21,23 +21,26 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Number of disks of a specimen.
 const COUNT: u32 = 300;
-/// Rate of each principal strain, one shortening and one extension, and the difference of both at the end.
+/// Rate of each principal strain: one shortening and one extension.
 const RATE: f64 = 2e-5;
+/// Difference of the principal strains at the end of a test.
 const STRAIN: f64 = 3e-4;
-/// Number of rows until then.
+/// Number of rows of measures until the strain is [`STRAIN`].
 const ROWS: f64 = 30.0;
-/// Width of the border with prescribed motion (mean diameters of the disks): a whole layer of them.
+/// Width of the border with prescribed motion (mean diameters of the disks): one whole layer of disks.
 const BORDER: f64 = 1.2;
-/// Radius of the grains of a membrane, and their approximate distance (mean diameters of the disks).
+/// Radius of the grains of a membrane (mean diameters of the disks).
 const MEMBRANE_GRAIN_SIZE: f64 = 0.1;
+/// Approximate distance of neighbouring grains of a membrane (mean diameters of the disks).
 const APART: f64 = 0.25;
 /// Stiffness of a membrane along it, over the pressure times a diameter.
 const STIFFNESS: f64 = 10.0;
-/// Difference of the pressures on both pairs of sides in successive stages, and the duration of each.
+/// Difference of the pressures on both pairs of sides in successive stages.
 const STEPS: [f64; 2] = [0.0, 0.08];
+/// Duration of each stage of constant pressures.
 const REST_DURATION: f64 = 40.0;
 
-/// Runs a case up to the end of its stage `settle` and returns its specimen.
+/// Runs a case up to the end of its stage `settle`, and returns the report and the specimen.
 fn settled_specimen(mut value: Value, seed: u64) -> Result<(RunReport, String), String> {
     value["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
     method_options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
@@ -48,13 +51,14 @@ fn settled_specimen(mut value: Value, seed: u64) -> Result<(RunReport, String), 
     Ok((report, text))
 }
 
-/// Specimen between rigid walls at rest under a pressure of one: its file, width and height, and the mean stress of its grains.
+/// Specimen at rest between rigid walls under a pressure of one.
 struct ConsolidatedSpecimen {
     file: String,
     size: [f64; 2],
     pressure: f64,
 }
 
+/// Specimen settled between rigid walls, with its size and pressure.
 fn prepared_specimen(seed: u64) -> Result<ConsolidatedSpecimen, String> {
     let (report, text) = settled_specimen(walled_case(COUNT)?, seed)?;
     let last = |name: &str| measure_series(&report, name).last().map(|(_, at)| *at).ok_or("no wall");
@@ -67,7 +71,7 @@ fn prepared_specimen(seed: u64) -> Result<ConsolidatedSpecimen, String> {
     })
 }
 
-/// Writes a file that a case begins with.
+/// Writes a file with which a case begins, and returns its path.
 fn write_input_file(name: &str, text: &str) -> Result<String, String> {
     let folder = crate::root().join("target/validation/specimens");
     let file = folder.join(name);
@@ -76,7 +80,8 @@ fn write_input_file(name: &str, text: &str) -> Result<String, String> {
     Ok(file.display().to_string())
 }
 
-/// Vertical over horizontal stress and the mean of both, compression positive, in the grains selected by `counts` (Pa m²).
+/// Difference of the vertical and the horizontal stress, and mean of both, times the volume of the grains selected by `counts` (Pa m²).
+/// Compression is positive.
 fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2], String> {
     let stress = frame.tensors("stress").ok_or("no stress")?;
     let volumes = scalars(frame, "volume");
@@ -89,7 +94,7 @@ fn stresses(frame: &Snapshot, counts: impl Fn(usize) -> bool) -> Result<[f64; 2]
     Ok(sums)
 }
 
-/// Strain differences and changes of the deviator over the pressure, of a specimen in a periodic cell.
+/// Curve of a specimen in a periodic cell: difference of the strains, and change of the deviator over the pressure.
 fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
     let mut value = shear_case(&write_input_file(&format!("cell-{seed}.json"), text)?, seed)?;
     method_options(&mut value)["stages"] =
@@ -104,7 +109,7 @@ fn periodic_cell(text: &str, seed: u64) -> Result<Vec<(f64, f64)>, String> {
     Ok(deviator[1..].iter().map(row).collect())
 }
 
-/// Case of the stage `shear` alone that begins with a specimen of a periodic cell.
+/// Case of the stage `shear` alone, which begins with a specimen of a periodic cell.
 fn shear_case(file: &str, seed: u64) -> Result<Value, String> {
     let mut value = periodic_case(COUNT, seed)?;
     let duration = 0.5 * STRAIN / RATE;
@@ -115,8 +120,7 @@ fn shear_case(file: &str, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Change of the deviator over the pressure at [`STRAIN`] of the grains within the border of the same cell; the border moves by a linear
-/// displacement.
+/// Change of the deviator over the pressure at [`STRAIN`], of grains within a border that moves by a linear displacement.
 fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     let mut stored: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
@@ -154,7 +158,8 @@ fn linear_displacement(text: &str, seed: u64) -> Result<f64, String> {
     Ok((inner(&report.snapshot)?[0] - start) / pressure)
 }
 
-/// Rows of grains along the four sides, a body each, with equal distances around corners too: the first three columns of their files.
+/// Rows of membrane grains along the four sides, one body each, with equal distances also around corners. They are the first three columns
+/// of point files.
 fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
     let row = |length: f64, place: &dyn Fn(f64) -> [f64; 2]| {
         // From corner to corner; the part cut off at a corner has the length of the other distances.
@@ -176,7 +181,7 @@ fn rows([wide, high]: [f64; 2]) -> [(&'static str, String); 4] {
     ]
 }
 
-/// Boxes that contain such rows.
+/// Boxes that contain the rows of membrane grains of a side.
 fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
     let (low, up) = match side {
         "west" => ([-4.0 * MEMBRANE_GRAIN_SIZE, 0.0], [0.0, high]),
@@ -187,7 +192,7 @@ fn strip(side: &str, [wide, high]: [f64; 2]) -> Value {
     json!({ "kind": "box", "min": low, "max": up })
 }
 
-/// Case of the specimen within membranes.
+/// Case of a specimen within membranes on all sides.
 fn membrane_case(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, String> {
     let mut value = walled_case(COUNT)?;
     let [wide, high] = specimen.size;
@@ -228,7 +233,7 @@ fn membrane_case(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<Value, St
     Ok(value)
 }
 
-/// Difference of the strains along the axes, vertical shortening over horizontal, of the displacements between two frames by the best fit
+/// Difference of the strains along the axes between two frames, positive for vertical shortening and horizontal extension, by the best fit
 /// to the specimen: Green's strain, since the specimen may rotate.
 fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
     let own: Vec<usize> = (0..from.ids.len()).filter(|&i| from.bodies[i] == 0).collect();
@@ -244,7 +249,7 @@ fn strain(from: &Snapshot, to: &Snapshot) -> f64 {
     green(0) - green(1)
 }
 
-/// Strain difference and change of the deviator over the pressure, of a specimen under membranes on all sides.
+/// Difference of the strains and change of the deviator over the pressure, of a specimen under membranes on all sides.
 fn uniform_traction(specimen: &ConsolidatedSpecimen, seed: u64) -> Result<(f64, f64), String> {
     let report = run_in_memory("dem", &parse_case(&membrane_case(specimen, seed)?)?)?;
     let inside = |frame: &Snapshot| stresses(frame, |i| frame.bodies[i] == 0);
@@ -260,6 +265,7 @@ fn value_at(curve: &[(f64, f64)], x: f64) -> f64 {
     low + (high - low) * (x - a) / (b - a)
 }
 
+/// Checks that periodic cells are stiffer than specimens under uniform traction, and softer than those with a linear displacement.
 fn constraints() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut ratios, mut stiffness, mut pressures) = ([0.0; 2], 0.0, Vec::new());

@@ -10,7 +10,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, sphere_solver, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of oblique impacts of disks and spheres on a wall.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/oblique",
     title: "Oblique impacts on a wall, disks and spheres",
@@ -20,10 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Number of steps to π/ω₀: the sheet requires at least 400.
+/// Number of steps in the time π/ω₀; the sheet requires at least 400.
 const STEPS: f64 = 1000.0;
 
-/// Impact at unit normal speed.
+/// Impact of a grain with a normal speed of one.
 #[derive(Clone, Copy)]
 struct Impact {
     sphere: bool,
@@ -35,7 +35,7 @@ struct Impact {
     angle: f64,
 }
 
-/// Rows of the sheet: the impact, and velocity along the wall and spin times radius after it.
+/// Table of the sheet: the impact, and the velocity along the wall and spin times radius after it.
 const TABLE: [(Impact, f64, f64); 10] = [
     (row(false, 0.3, 1.0 / 3.0, 1.0, 0.5), 0.1667, -0.6667),
     (row(false, 0.3, 1.0 / 3.0, 1.0, 1.5), 0.9, -1.2),
@@ -49,10 +49,12 @@ const TABLE: [(Impact, f64, f64); 10] = [
     (row(true, 0.5, 0.5, 0.5, 2.0), 1.2988, -1.7529),
 ];
 
+/// Row of the sheet: shape, friction coefficient, ratio of tangential to normal stiffness, restitution, angle.
 const fn row(sphere: bool, friction: f64, stiffness_ratio: f64, restitution: f64, angle: f64) -> Impact {
     Impact { sphere, friction, stiffness_ratio, restitution, angle }
 }
 
+/// Checks velocity and spin after oblique impacts against the sheet's table.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let reason = "B7: 0.005";
@@ -91,7 +93,8 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks stiffnesses at which the contact lasts half a period of both springs: the contact sticks and rebounds elastically, or slips.
+/// Checks stiffnesses with which the contact lasts half a period of both springs. The contact then sticks and rebounds elastically, or
+/// slips.
 fn check_half_period(
     outcome: &mut BenchmarkOutcome,
     sphere: bool,
@@ -149,6 +152,7 @@ fn rebound(impact: Impact) -> Result<(f64, f64), String> {
     velocity_after_contact(&mut sphere_solver(&value)?, dt)
 }
 
+/// Velocity along the wall and spin times radius after the contact.
 fn velocity_after_contact(solver: &mut impl Solver, dt: f64) -> Result<(f64, f64), String> {
     for _ in 0..(1.2 * STEPS) as usize {
         step(solver, dt)?;

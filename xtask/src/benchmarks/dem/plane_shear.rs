@@ -8,7 +8,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory};
 
-/// Two rates.
+/// Benchmark of plane shear of disks at two shear rates.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/plane-shear",
     title: "Plane shear of 900 disks, μ(I) and φ(I), two rates, DEM",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| rates(&SHEET[2..4], 8.0),
 };
 
-/// The whole table.
+/// Benchmark of plane shear of disks at all shear rates of the sheet.
 pub const TABLE: Benchmark = Benchmark {
     id: "dem/plane-shear-table",
     title: "Plane shear of 900 disks, μ(I) and φ(I), all rates, DEM",
@@ -28,10 +28,10 @@ pub const TABLE: Benchmark = Benchmark {
     run: |_| rates(&SHEET, f64::INFINITY),
 };
 
-/// Inertial number, ratio of stresses, solid fraction, coordination number, and the strain of the shear in the sheet.
+/// Row of the sheet: inertial number, ratio of stresses, solid fraction, coordination number, and strain of the shear.
 type PlaneShearRow = (f64, f64, f64, f64, f64);
 
-/// Table of the sheet, from fast to slow.
+/// Table of the sheet, from fast to slow shear.
 const SHEET: [PlaneShearRow; 8] = [
     (0.3, 0.550, 0.7187, 0.48, 60.0),
     (0.2, 0.486, 0.7514, 0.69, 40.0),
@@ -43,7 +43,7 @@ const SHEET: [PlaneShearRow; 8] = [
     (0.001, 0.269, 0.8143, 2.83, 3.0),
 ];
 
-/// Report of shear at one rate from the compacted state, as in the sheet's code, and the start and end of the shear.
+/// Report of shear at one rate from the compacted state, with the start and end of the shear (s).
 fn shear_report((rate, .., strain): &PlaneShearRow, limit: f64) -> Result<(RunReport, (f64, f64)), String> {
     let mut value = load("plane-shear")?;
     let start = value["stages"][0]["duration"].as_f64().ok_or("no duration")?;
@@ -67,6 +67,7 @@ fn mean(report: &RunReport, name: &str, (start, end): (f64, f64)) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
+/// Checks effective friction and solid fraction in plane shear, at several inertial numbers.
 fn rates(rows: &[PlaneShearRow], limit: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut friction, mut fraction, mut error) = (Vec::new(), Vec::new(), 0.0);
@@ -95,7 +96,7 @@ fn rates(rows: &[PlaneShearRow], limit: f64) -> Result<BenchmarkOutcome, String>
     Ok(outcome)
 }
 
-/// Judges a stage of shear; returns ratio of stresses and solid fraction.
+/// Checks the ratio of stresses and the solid fraction in a stage of shear, and returns both.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     row: &PlaneShearRow,
@@ -125,7 +126,7 @@ fn judge(
     (found, filled)
 }
 
-/// Checks that ratios rise and fractions fall with the rate, down to where the sheet's values scatter.
+/// Checks that the ratio of stresses rises and the solid fraction falls with the rate, above the rates at which the sheet's values scatter.
 fn monotone(outcome: &mut BenchmarkOutcome, friction: &[(f64, f64)], fraction: &[(f64, f64)]) {
     let largest = |curve: &[(f64, f64)], sign: f64| {
         let pairs = curve.windows(2).filter(|pair| pair[1].0 >= 0.01);
@@ -139,9 +140,10 @@ fn monotone(outcome: &mut BenchmarkOutcome, friction: &[(f64, f64)], fraction: &
     outcome.assert_below(name, "rises", largest(fraction, -1.0), 0.0, reason);
 }
 
-/// Curves of this code, the sheet's and da Cruz's.
+/// Curves of this code, of the sheet, and of da Cruz et al.
 type RheologyCurves = (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(f64, f64)>);
 
+/// Draws a quantity over the inertial number, with a law of the literature and the values of the sheet.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     title: &str,

@@ -8,7 +8,7 @@ use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Rigid walls in place of a periodic cell.
+/// Benchmark of biaxial tests of disks between rigid walls and in periodic cells.
 pub const WALLS: Benchmark = Benchmark {
     id: "dem/rigid-walls",
     title: "Biaxial tests of disks between rigid walls and in periodic cells, DEM",
@@ -18,7 +18,7 @@ pub const WALLS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Benchmark of windows cut from a larger specimen of disks.
+/// Benchmark of biaxial tests of windows cut from larger specimens of disks.
 pub const WINDOW_TESTS: Benchmark = Benchmark {
     id: "dem/windows",
     title: "Biaxial tests of windows cut from specimens of 1000 disks, DEM",
@@ -28,7 +28,7 @@ pub const WINDOW_TESTS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Benchmark of this module.
+/// Benchmark of biaxial tests of periodic cells with different numbers of disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/representative-cell",
     title: "Biaxial tests of periodic cells of 75, 300 and 1000 disks, DEM",
@@ -38,12 +38,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| sizes(),
 };
 
-/// Numbers of disks of a cell.
+/// Numbers of disks of the periodic cells.
 const COUNTS: [u32; 3] = [75, 300, 1000];
-/// Number of packings of each.
+/// Number of packings of each kind of cell.
 pub const SEEDS: u64 = 4;
-/// Durations of preparation, settling and shear (times √(m/P)), and the rate of the shear.
+/// Durations of preparation, settling and shear (times √(m/P)).
 const STAGES: [f64; 3] = [150.0, 30.0, 83.0];
+/// Rate of the shear (1/√(m/P)).
 const RATE: f64 = 3e-4;
 
 /// Sine of the friction angle at the peak, and the anisotropy of the contacts before the shear.
@@ -66,14 +67,14 @@ pub fn periodic_case(count: u32, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Side of the box in which `count` disks are generated: 1600 in that of the file.
+/// Side of the square in which `count` disks are generated. The case file has 1600.
 fn box_side(value: &Value, count: u32) -> Result<f64, String> {
     let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
     Ok(whole * (f64::from(count) / 1600.0).sqrt())
 }
 
-/// Sine of the friction angle at the peak after `start`, from the columns of both stresses, the vertical one first, and the anisotropy of
-/// the contacts before.
+/// Sine of the friction angle at the peak after `start`, and the anisotropy of the contacts before. The columns are those of the vertical
+/// and of the lateral stress.
 fn peak_friction(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64, f64), String> {
     let sheared = |name: &str| {
         measure_series(report, name)
@@ -90,7 +91,7 @@ fn peak_friction(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Res
     Ok((peak, anisotropy))
 }
 
-/// Judges the anisotropy of the contacts of about `count` grains before the shear by a bound with its reason.
+/// Checks the anisotropy of the contacts of about `count` grains before the shear.
 pub fn check_isotropy(
     outcome: &mut BenchmarkOutcome,
     name: String,
@@ -109,6 +110,7 @@ pub fn check_isotropy(
 /// Bound of the anisotropy of contacts of disks, and its reason.
 const ANISOTROPY_BOUND: (f64, &str) = (0.15, "B16: below 0.15 for 300 grains and more");
 
+/// Checks that the strength scatters less in cells of more disks.
 fn sizes() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new(
@@ -176,6 +178,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     Ok(peak_friction(&report, STAGES[0] + STAGES[1], ["wall.top.stress", "wall.right.stress"])?.0)
 }
 
+/// Compares the strength of disks between rigid walls with that of periodic cells.
 fn walls() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for count in [300, 1000] {
@@ -212,7 +215,7 @@ fn walls() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Compares specimens of 1000 disks at rest with parts of them, brought to rest again and sheared.
+/// Compares specimens of 1000 disks at rest with smaller windows cut from them, which come to rest again and are sheared.
 fn windows(counts: &[u32]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut all = vec![Vec::new(); counts.len()];
@@ -243,8 +246,8 @@ fn windows(counts: &[u32]) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Anisotropy of two independent normals for each of `count` disks: its square has the mean `8/(2 count)` and an exponential distribution,
-/// since both sums, of cos 2θ and sin 2θ, are normal; `share` is relative to the mean of the square.
+/// Anisotropy that `count` disks with two independent contact normals each would have; `share` is relative to the mean of its square. The
+/// square has the mean `8/(2 count)` and an exponential distribution, since the sums of cos 2θ and sin 2θ are both normal.
 fn random_anisotropy(count: u32, share: f64) -> f64 {
     (4.0 * share / f64::from(count)).sqrt()
 }
@@ -269,7 +272,8 @@ fn specimen(seed: u64) -> Result<(Vec<GrainData>, f64), String> {
     Ok((grains.map(|(x, radius)| (vec![x[0], x[1]], *radius, vec![0.0; 2])).collect(), side))
 }
 
-/// Result of disks cut from a specimen in a periodic cell that no two of them reach across, brought to the pressure again and sheared.
+/// Result of a window of disks cut from a specimen, in a periodic cell that no disk reaches across. It is brought to the pressure again and
+/// sheared.
 fn window(name: &str, grains: &[GrainData], width: f64) -> Result<(f64, f64), String> {
     let mut value = periodic_case(1000, 1)?;
     value["domain"]["max"] = json!([width, width]);

@@ -9,7 +9,7 @@ use crate::benchmarks::dem::case_builders::{GrainData, grain_file, load, method_
 use crate::benchmarks::dem::representative_disks::check_isotropy;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Cells with different numbers of spheres.
+/// Benchmark of triaxial tests of periodic cells with different numbers of spheres.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/representative-spheres",
     title: "Triaxial tests of periodic cells of 75, 311 and 979 spheres, DEM",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| cells(),
 };
 
-/// Benchmark of windows cut from a specimen of spheres.
+/// Benchmark of triaxial tests of windows cut from larger specimens of spheres.
 pub const WINDOW_TESTS: Benchmark = Benchmark {
     id: "dem/windows-spheres",
     title: "Triaxial tests of windows cut from specimens of 979 spheres, DEM",
@@ -29,7 +29,7 @@ pub const WINDOW_TESTS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Rigid walls in place of a periodic cell.
+/// Benchmark of triaxial tests of spheres between rigid walls and in periodic cells.
 pub const WALLS: Benchmark = Benchmark {
     id: "dem/rigid-walls-spheres",
     title: "Triaxial tests of spheres between rigid walls and in periodic cells, DEM",
@@ -39,7 +39,7 @@ pub const WALLS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Numbers of spheres of the specimen of the file, of the source's windows, and of the cells.
+/// Number of spheres of the specimen in the case file.
 const SPECIMEN_GRAINS: u32 = 979;
 /// Numbers of spheres of the windows of the source.
 const WINDOW_GRAINS: [u32; 4] = [619, 413, 311, 75];
@@ -47,15 +47,16 @@ const WINDOW_GRAINS: [u32; 4] = [619, 413, 311, 75];
 const CELL_GRAINS: [u32; 3] = [75, 311, 979];
 /// Number of packings of each cell.
 const SEEDS: u64 = 4;
-/// Durations of preparation and settling of the file, and the rate of the shear (times √(m/(P d))).
+/// Durations of preparation and settling in the case file (times √(m/(P d))).
 const PREPARATION_AND_SHEAR: [f64; 2] = [100.0, 30.0];
+/// Rate of the shear (1/√(m/(P d))).
 const RATE: f64 = 1e-3;
 /// Duration in which a window comes to rest (times √(m/(P d))).
 const EQUILIBRATION_TIME: f64 = 60.0;
 /// Strain over which stresses are averaged.
 const WINDOW: f64 = 2e-3;
 
-/// Result of a test.
+/// Result of a triaxial test of spheres.
 struct SpheresResult {
     /// Deviator at the peak over the lateral stress.
     peak: f64,
@@ -64,8 +65,7 @@ struct SpheresResult {
     porosity: f64,
 }
 
-/// Largest deviator over the lateral stress, averaged over a window of strain, from the columns of stresses: the lateral ones, and the one
-/// along the shortening.
+/// Largest deviator over the lateral stress, averaged over a window of strain. The columns are the two lateral stresses and the axial one.
 fn peak([one, other, down]: &[Vec<f64>; 3]) -> f64 {
     let ratios: Vec<f64> = down
         .iter()
@@ -105,12 +105,13 @@ fn cell(count: u32, seed: u64) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Side of the box in which `count` spheres are generated: all of the file in its own.
+/// Side of the cube in which `count` spheres are generated.
 fn box_side(value: &Value, count: u32) -> Result<f64, String> {
     let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
     Ok(whole * (f64::from(count) / f64::from(SPECIMEN_GRAINS)).cbrt())
 }
 
+/// Sets the edge of the cube that is the domain and the body.
 fn set_box(value: &mut Value, side: f64) {
     value["domain"]["max"] = json!([side, side, side]);
     value["bodies"][0]["shape"]["max"] = json!([side, side, side]);
@@ -128,6 +129,7 @@ fn anisotropy_bound(count: u32) -> (f64, &'static str) {
     )
 }
 
+/// Checks that the strength scatters less in cells of more spheres.
 fn cells() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new(
@@ -210,6 +212,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     Ok(peak(&["right", "back", "top"].map(stress)))
 }
 
+/// Compares the strength of spheres between rigid walls with that of periodic cells.
 fn walls() -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut picture = LineChart::new(
@@ -263,7 +266,8 @@ fn walls() -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Compares specimens of 979 spheres at rest with parts of them, brought to rest again and sheared: means over the specimens.
+/// Compares specimens of 979 spheres at rest with smaller windows cut from them, which come to rest again and are sheared. Results are
+/// means over the specimens.
 fn windows(counts: &[u32], specimens: u64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut all: Vec<Vec<SpheresResult>> = counts.iter().map(|_| Vec::new()).collect();
@@ -304,7 +308,7 @@ fn specimen(seed: u64) -> Result<(Vec<[f64; 3]>, [f64; 3]), String> {
     Ok((report.snapshot.positions.clone(), [side("x")?, side("y")?, side("z")?]))
 }
 
-/// Result of a part of a specimen with about `count` spheres, brought to the pressure again and sheared.
+/// Result of a window of about `count` spheres cut from a specimen, which is brought to the pressure again and sheared.
 fn window(seed: u64, count: u32, places: &[[f64; 3]], sides: [f64; 3]) -> Result<SpheresResult, String> {
     let share = (f64::from(count) / f64::from(SPECIMEN_GRAINS)).cbrt();
     let widths = sides.map(|side| share * side);

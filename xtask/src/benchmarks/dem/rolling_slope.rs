@@ -11,7 +11,7 @@ use crate::benchmarks::dem::case_builders::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a disk and a sphere that slide and roll on a slope.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/slope",
     title: "A disk and a sphere slide and roll on a slope, DEM",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Rolling resistance.
+/// Benchmark of rolling resistance, which stops and holds grains.
 pub const ROLLING: Benchmark = Benchmark {
     id: "dem/rolling",
     title: "Resistance against rolling stops and holds grains, DEM",
@@ -31,7 +31,9 @@ pub const ROLLING: Benchmark = Benchmark {
     run: rolling,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Duration of the motion (s).
 const TIME: f64 = 0.2;
 
 /// Friction angle (degrees), mean friction over weight, acceleration over gravity, rotation (rad) and displacement (m) after 0.2 s.
@@ -60,6 +62,7 @@ struct RollingMotion {
     friction: f64,
 }
 
+/// Checks sliding and rolling of a disk and a sphere on slopes against rigid-body dynamics.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut found = Vec::new();
@@ -147,6 +150,7 @@ fn slide(friction: f64, sphere: bool) -> Result<RollingMotion, String> {
     motion_after(&mut disk_solver(&value)?, dt, mass)
 }
 
+/// Motion of a grain after 20,000 steps.
 fn motion_after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingMotion, String> {
     for _ in 0..20_000 {
         step(solver, dt)?;
@@ -164,6 +168,7 @@ fn motion_after(solver: &mut impl Solver, dt: f64, mass: f64) -> Result<RollingM
     })
 }
 
+/// Checks that rolling resistance stops a grain on a level floor and holds it on a slope.
 fn rolling(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let reason = "B8: 1 %";
@@ -219,7 +224,7 @@ fn rolling(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Path of a grain of radius 0.5 m that rolls on a rough wall of slope `slope`.
+/// Path of a grain of radius 0.5 m that rolls on a rough plane with the gradient `slope`.
 fn roll(resistance: f64, slope: f64, speed: f64, sphere: bool, time: f64) -> Result<Vec<(f64, f64)>, String> {
     let mut value = load(if sphere { "wall-sphere" } else { "wall" })?;
     let cosine = 1.0 / (1.0 + slope * slope).sqrt();
@@ -243,6 +248,7 @@ fn roll(resistance: f64, slope: f64, speed: f64, sphere: bool, time: f64) -> Res
     path(&mut sphere_solver(&value)?, time)
 }
 
+/// Path of a grain: time (s) and position along the floor (m).
 fn path(solver: &mut impl Solver, time: f64) -> Result<Vec<(f64, f64)>, String> {
     let mut path = Vec::new();
     while solver.time() < time {

@@ -7,7 +7,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::dem::case_builders::{disk_solver, load, method_options, step};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of grains at rest: a stack of disks and a pile of three.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/rest",
     title: "A stack of disks, linear and after Hertz; a pile of three, DEM",
@@ -17,9 +17,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Number of disks of the stack.
 const COUNT: u32 = 10;
 
+/// Checks the overlaps of a stack of disks and the contact forces of a pile of three.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     stack(&mut outcome, "linear", None, &|i| f64::from(i) * GRAVITY / 1e6)?;
@@ -34,7 +37,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks B5: overlaps from the weight above.
+/// Checks the overlaps of a stack of disks, which follow from the weight above (B5).
 fn stack(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -84,7 +87,7 @@ fn stack(
     Ok(())
 }
 
-/// Checks B9: the pile is stable above both thresholds and collapses below either.
+/// Checks that the pile is stable above both thresholds and collapses below one of them (B9).
 fn pile(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (grain, wall) = (2.0 - 3f64.sqrt(), (2.0 - 3f64.sqrt()) / 3.0);
     let reason = "B9: stands at 1.03 of both thresholds and falls at 0.97 of either; 1.366 m at the start";

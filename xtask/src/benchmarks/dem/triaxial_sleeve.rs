@@ -10,7 +10,7 @@ use crate::analysis::{max_or_nan, mean_and_deviation};
 use crate::benchmarks::dem::case_builders::{method_options, parse_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, run_in_memory, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of triaxial compression of spheres in a flexible sleeve.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/triaxial-sleeve",
     title: "Triaxial compression in a sleeve, dense and loose spheres, DEM",
@@ -24,24 +24,25 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const PRESSURE: f64 = 2e4;
 /// Durations of the stages before the shear (s).
 const STAGE_DURATIONS: [f64; 2] = [0.1, 0.05];
-/// Strain of the shear in the short and in the full form, and strain over which stresses are averaged.
+/// Axial strain at the end of the shear, in the short and in the full form.
 const SHEAR_STRAINS: [f64; 2] = [0.12, 0.2];
+/// Strain at the end of the shear over which stresses are averaged.
 const WINDOW: f64 = 0.01;
 /// Time between rows (s), a divisor of the stages before the shear.
 const ROW: f64 = 0.0025;
-/// Friction of grains during the compression of the loose specimen; the dense one is compressed without friction.
+/// Friction coefficient of grains during the compression of the loose specimen. The dense one is compressed without friction.
 const LOOSE_FRICTION: f64 = 1.0;
 /// Seeds of packings, whose results are averaged.
 const SEEDS: [u64; 3] = [1, 2, 3];
 /// Solid fraction of the generated loose specimen.
 const LOOSE_SOLID_FRACTION: f64 = 0.52;
 
-/// Number of grains of a ring.
+/// Number of grains of a ring of the sleeve.
 fn columns(quick: bool) -> usize {
     if quick { 74 } else { 98 }
 }
 
-/// Case of the file with a seed, compressed with this friction and sheared at a rate.
+/// Case of a specimen with a seed, which is compressed with a friction coefficient and sheared.
 fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     let text = colluvium::template("triaxial-sleeve").ok_or("no template")?;
     let mut value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
@@ -81,7 +82,7 @@ fn test(friction: f64, seed: u64, quick: bool) -> Result<Value, String> {
     Ok(value)
 }
 
-/// Time series of a test.
+/// Curves of a triaxial test over axial strain.
 struct TriaxialRecord {
     /// Axial strain from the start of the shear, logarithmic, shortening positive.
     strain: Vec<f64>,
@@ -101,6 +102,7 @@ fn solid(frame: &Snapshot, body: u32) -> f64 {
     (0..frame.ids.len()).filter(|&i| frame.bodies[i] == body).map(|i| 4.0 / 3.0 * PI * radii[i].powi(3)).sum()
 }
 
+/// Curves of stress ratio, volume and porosity over axial strain.
 fn rows(report: &RunReport) -> Result<TriaxialRecord, String> {
     let start = STAGE_DURATIONS[0] + STAGE_DURATIONS[1];
     let sheared = |name: &str| -> Vec<f64> {
@@ -125,7 +127,7 @@ fn rows(report: &RunReport) -> Result<TriaxialRecord, String> {
     })
 }
 
-/// Mean of a column over the last [`WINDOW`] of strain.
+/// Mean of a column over the last [`WINDOW`] of the strain.
 fn last(strain: &[f64], column: &[f64]) -> f64 {
     let end = strain.last().copied().unwrap_or(0.0);
     let own: Vec<f64> =
@@ -133,7 +135,7 @@ fn last(strain: &[f64], column: &[f64]) -> f64 {
     own.iter().sum::<f64>() / own.len() as f64
 }
 
-/// Balance of internal forces and applied pressures at a time, relative to the closed form.
+/// Balance of internal forces and applied pressures at a time, each over its value in equilibrium.
 struct ForceBalance {
     /// Radial and axial sums over the contacts of specimen and sleeve, over those of the applied pressures.
     total: [f64; 2],
@@ -143,8 +145,8 @@ struct ForceBalance {
     platen: f64,
 }
 
-/// Radial (mean of both directions) and axial sum of force times position (J) of the pressure on a sheet of closed rows, inwards positive:
-/// per piece between four of its grains the pressure times half the cross product of the diagonals, a quarter on each grain.
+/// Radial and axial sum of force times position (J) of a pressure on a sheet of closed rows of grains, inwards positive. A piece between
+/// four grains has the pressure times half the cross product of its diagonals, a quarter on each grain.
 fn pressure_virial(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (low, high) in sheet.chunks(columns).zip(sheet.chunks(columns).skip(1)) {
@@ -165,8 +167,8 @@ fn pressure_virial(sheet: &[[f64; 3]], columns: usize) -> [f64; 2] {
     sums
 }
 
-/// Force balance: in equilibrium the sum of force times branch over all contacts and bonds equals force times position of the external
-/// actions: the pressure on the sleeve, and the force on the platen times the height.
+/// Balance of forces at a time. In equilibrium the sum of force times branch vector over all contacts and bonds equals force times position
+/// of the external actions.
 fn force_balance(report: &RunReport, columns: usize, time: f64) -> Result<ForceBalance, String> {
     let frame = report.frames.iter().find(|frame| (frame.time - time).abs() < 1e-6).ok_or("no frame")?;
     let value = |name: &str| value_at(&measure_series(report, name), time);
@@ -198,6 +200,7 @@ fn value_at(series: &[(f64, f64)], time: f64) -> f64 {
     near.map_or(f64::NAN, |(_, value)| *value)
 }
 
+/// Checks that the platen, the contacts and the sleeve have the same pressure before the shear.
 fn equilibrium(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -223,6 +226,7 @@ fn equilibrium(
     Ok(())
 }
 
+/// Checks the equilibrium of specimens in a sleeve, and compares dense with loose ones in triaxial compression.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut pictures = [
@@ -262,6 +266,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Adds the curves of a specimen to the charts of stress and volume.
 fn draw(pictures: &mut [LineChart; 2], name: &str, own: &TriaxialRecord) {
     for (picture, column) in pictures.iter_mut().zip([&own.ratio, &own.dilation]) {
         let curve = own.strain.iter().copied().zip(column.iter().copied()).collect();
@@ -274,11 +279,12 @@ fn angle(ratio: f64) -> f64 {
     ((ratio - 1.0) / (ratio + 1.0)).asin().to_degrees()
 }
 
-/// Mean and standard deviation of a number over the packings of a specimen.
+/// Mean and standard deviation of a number over packings.
 fn packing_statistics(all: &[TriaxialRecord], of: impl Fn(&TriaxialRecord) -> f64) -> (f64, f64) {
     mean_and_deviation(&all.iter().map(of).collect::<Vec<_>>())
 }
 
+/// Compares peak strength, final strength and porosity of dense and loose specimens.
 fn compare(outcome: &mut BenchmarkOutcome, dense: &[TriaxialRecord], loose: &[TriaxialRecord]) {
     let peaks = |all: &[TriaxialRecord]| {
         packing_statistics(all, |own| angle(own.ratio.iter().copied().fold(0.0, max_or_nan)))

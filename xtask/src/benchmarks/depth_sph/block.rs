@@ -15,7 +15,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of single sliding columns: consolidation, racks, erosion, curvature and travel angle.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/block",
     title: "Sliding blocks: consolidation, racks, erosion, curvature, travel angle",
@@ -25,8 +25,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks single columns: consolidation, racks, erosion, curvature of the bed, energy and travel angle.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     consolidation(&mut outcome)?;
@@ -38,7 +40,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Grains in water on a tilted bed of 35 degrees of friction, with a column.
+/// Settings of grains in water on a tilted bed with a friction angle of 35 degrees, with a pore-pressure column.
 fn saturated_block(slope: f64, excess: f64, consolidation: f64) -> Result<FlowSettings<1>, String> {
     let mut settings = FlowSettings::single_phase(2050.0);
     settings.material = grains_in_water(0.3);
@@ -66,7 +68,7 @@ fn state(flow: &Flow<1>) -> (f64, f64) {
     (nodes.velocity[0][0], nodes.position[0][0] - nodes.origin[0][0])
 }
 
-/// Checks V21: a liquefied block whose base drains by a single exponential.
+/// Checks a liquefied block whose base drains by a single exponential (V21).
 fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new("Block on consolidating ground", "time (s)", "velocity (m/s)");
     // A quarter of a cosine with the whole weight at the base is more than liquefied above it. Finite differences limit such a column at
@@ -121,7 +123,7 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V21: a liquefied block regains its friction while its base drains.", &chart)
 }
 
-/// Block 2 m high whose basal pore pressure decays as `exp(-t/fade)`: `dv/dt = gain + loss exp(-t/fade)`.
+/// Block 2 m high whose basal pore pressure decays exponentially: `dv/dt = gain + loss exp(-t/fade)`.
 struct SlidingBlock {
     slope: f64,
     share: f64,
@@ -131,10 +133,12 @@ struct SlidingBlock {
 }
 
 impl SlidingBlock {
+    /// Depth of the block (m).
     const DEPTH: f64 = 2.0;
+    /// Coefficient of consolidation (m²/s).
     const CONSOLIDATION: f64 = 0.5;
 
-    /// Slope (degrees) and liquefaction ratio at the start.
+    /// Block on a slope (degrees) with a liquefaction ratio at the start.
     fn new(slope: f64, share: f64) -> Self {
         let (sin, cos) = slope.to_radians().sin_cos();
         let held = 1050.0 / 2050.0 * cos * 35f64.to_radians().tan();
@@ -142,15 +146,18 @@ impl SlidingBlock {
         Self { slope, share, gain: GRAVITY * (sin - held), loss: share * GRAVITY * held, decay_time }
     }
 
+    /// Velocity at a time, in closed form (m/s).
     fn speed(&self, t: f64) -> f64 {
         self.gain * t + self.loss * self.decay_time * (1.0 - (-t / self.decay_time).exp())
     }
 
+    /// Travelled distance at a time, in closed form (m).
     fn path(&self, t: f64) -> f64 {
         0.5 * self.gain * t * t
             + self.loss * self.decay_time * (t - self.decay_time * (1.0 - (-t / self.decay_time).exp()))
     }
 
+    /// Layer without end, with the excess pore pressure of the first mode of consolidation.
     fn flow(&self, profile: PressureProfile) -> Result<Flow<1>, String> {
         let mut settings = saturated_block(self.slope, 1.0, Self::CONSOLIDATION)?;
         settings.column.iter_mut().for_each(|column| column.profile = profile);
@@ -164,7 +171,7 @@ impl SlidingBlock {
     }
 }
 
-/// Checks V32: a liquefied block that slides onto a drained part of the bed.
+/// Checks a liquefied block that slides onto a drained part of the bed (V32).
 fn check_drained_rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rows = [
         ("base to the air", Drainage::Atmospheric, 4.148_111, 6.838_6),
@@ -215,7 +222,7 @@ fn check_drained_rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V24: a block that only its own growth decelerates.
+/// Checks a block that is decelerated only by the material that it erodes (V24).
 fn erosion(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut settings = FlowSettings::single_phase(2000.0);
     settings.zones[0].erosion = Some(Erosion::Hungr { rate: 0.0011, plan_speed: false });
@@ -260,7 +267,7 @@ fn speeds_at(flow: &mut Flow<1>, longest: f64, places: &[f64]) -> Result<Vec<f64
     Ok(found)
 }
 
-/// Checks V25: a block on a circular arc with friction.
+/// Checks the speed of a block on a circular arc with friction (V25).
 fn arc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let radius = 50.0;
     let friction = 0.3f64.atan().to_degrees();
@@ -288,7 +295,7 @@ fn arc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V25b: a block on a parabola without friction.
+/// Checks the energy of a block on a parabola without friction (V25b).
 fn energy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let half = (2.0 * GRAVITY * 1200.0 / 60.0f64).sqrt();
     for (name, integration, step) in
@@ -305,7 +312,7 @@ fn energy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V26: a block down a slope, an arc and out on the flat.
+/// Checks the travel angle of a block that slides down a slope and an arc, and out on the flat (V26).
 fn travel_angle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (radius, slope) = (25.0f64, 30f64.to_radians());
     // The arc ends at x = 0 on the flat and begins where it is as steep as the slope.

@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::benchmarks::{scalars, vectors};
 
-/// Points of a fixed grid on which a profile is compared (sheet: depth-sph §5).
+/// Number of points of a fixed grid on which a profile is compared (sheet: depth-sph §5).
 const GRID_POINTS: usize = 500;
 
 /// Reads the case `validation/depth-sph/<folder>/case.json`.
@@ -46,18 +46,18 @@ pub fn step_flow_until<const D: usize>(flow: &mut Flow<D>, end: f64) -> Result<(
     Ok(())
 }
 
-/// Node along a line.
+/// Node on a line, with a velocity (m/s) and a volume (m²).
 pub fn line_node(x: f64, velocity: f64, volume: f64, spacing: f64) -> NewNode<1> {
     NewNode { body: 0, position: [x], velocity: [velocity], volume, length: 1.5 * spacing, scale: 1.5 }
 }
 
-/// Nodes of depth `depth` (m) every `spacing` (m) from `from` to `to`.
+/// Nodes of a layer of `depth` (m), every `spacing` (m) from `from` to `to`.
 pub fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<NewNode<1>> {
     let count = ((to - from) / spacing).round() as usize;
     (0..count).map(|k| line_node(from + spacing * (k as f64 + 0.5), 0.0, depth * spacing, spacing)).collect()
 }
 
-/// Nodes of a line as terms of SPH sums.
+/// Nodes of a line, from which profiles are computed by SPH sums.
 pub struct NodeProfile {
     /// Position (m), velocity (m/s), volume (m²), smoothing length (m).
     nodes: Vec<[f64; 4]>,
@@ -66,6 +66,7 @@ pub struct NodeProfile {
 }
 
 impl NodeProfile {
+    /// Profile of the nodes and of their mirror images behind the walls.
     fn new(nodes: impl Iterator<Item = [f64; 4]>, walls: &[f64]) -> Self {
         let mut nodes: Vec<[f64; 4]> = nodes.collect();
         let mirrored: Vec<[f64; 4]> = walls
@@ -78,7 +79,7 @@ impl NodeProfile {
         Self { nodes, max_smoothing_length: longest }
     }
 
-    /// Profile of the nodes of a phase in a snapshot; of all where there is one phase. Mirrored in `walls` (m).
+    /// Profile of the nodes of a phase in a snapshot; of all nodes where there is one phase. Mirrored in `walls` (m).
     pub fn from_snapshot(snapshot: &Snapshot, phase: usize, walls: &[f64]) -> Self {
         let velocity = vectors(snapshot, "velocity");
         let (volume, length) = (scalars(snapshot, "volume"), scalars(snapshot, "smoothing_length"));
@@ -102,7 +103,7 @@ impl NodeProfile {
         Self { nodes, max_smoothing_length: self.max_smoothing_length }
     }
 
-    /// Height (m) and velocity (m/s) at `x` (m), by SPH sums over the nodes; no velocity where there is no height.
+    /// Height (m) and velocity (m/s) at `x` (m), by SPH sums over the nodes. The velocity is zero where there is no height.
     pub fn height_and_velocity_at(&self, x: f64) -> (f64, f64) {
         let kernel = Kernel::CubicSpline;
         let reach = kernel.support() * self.max_smoothing_length;
@@ -138,7 +139,7 @@ impl NodeProfile {
         sum
     }
 
-    /// First position after `low` (m), before `high`, at which the height falls through `level` (m).
+    /// First position between `low` and `high` (m) at which the height falls below `level` (m).
     pub fn downcrossing(&self, level: f64, low: f64, high: f64) -> f64 {
         let mut before: Option<(f64, f64)> = None;
         for x in (0..20 * GRID_POINTS).map(|k| low + (high - low) * k as f64 / (20 * GRID_POINTS) as f64) {
@@ -171,12 +172,12 @@ pub fn cell_centres(low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..GRID_POINTS).map(move |k| low + (high - low) * (k as f64 + 0.5) / GRID_POINTS as f64)
 }
 
-/// Chart over the length.
+/// Chart of a quantity over the position.
 pub fn chart(title: &str, y_label: &str) -> LineChart {
     LineChart::new(title, "x (m)", y_label)
 }
 
-/// Closed form on a grid, as a broken line.
+/// Closed form on a grid, as a broken line of a chart.
 pub fn closed_form_series(
     label: impl Into<String>,
     low: f64,
@@ -201,7 +202,7 @@ pub fn grains_in_water(porosity: f64) -> Mixture {
 /// Ratio of smoothing length to spacing at which sums over a lattice are uniform.
 const UNIFORM_SUM_RATIO: f64 = 2.0;
 
-/// Periodic layer of one depth (m): eight nodes, a metre apart; `shares` are those of the phases.
+/// Periodic layer of a constant depth (m) of eight nodes a metre apart. `shares` are the shares of the phases.
 pub fn endless_layer(mut settings: FlowSettings<1>, depth: f64, shares: &[f64]) -> Result<Flow<1>, String> {
     let count = 8;
     settings.numerics.variable_length = false;
@@ -216,7 +217,7 @@ pub fn endless_layer(mut settings: FlowSettings<1>, depth: f64, shares: &[f64]) 
     Flow::new(settings, Bed::Flat(0.0), ends, &sets).map_err(|failure| failure.to_string())
 }
 
-/// Single node: a block of one depth (m), at `x` (m) with the plan velocity `velocity` (m/s).
+/// Flow of a single node: a block of a depth (m), at `x` (m) with the plan velocity `velocity` (m/s).
 pub fn block(
     mut settings: FlowSettings<1>,
     bed: Bed<1>,

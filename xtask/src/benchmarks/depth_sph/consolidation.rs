@@ -13,7 +13,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::depth_sph::common_cases::{load as load_case, start, step_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of the consolidation of a pore-pressure column.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/column",
     title: "Consolidation of the pore-pressure column",
@@ -23,6 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks excess pore pressures of a column against the series solutions of consolidation.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     series(&mut outcome)?;
@@ -42,6 +43,7 @@ enum ConsolidationKind {
 }
 
 impl ConsolidationKind {
+    /// Row of the sheet, with initial profile and drainage.
     fn name(self) -> &'static str {
         match self {
             Self::UniformSealed => "V13a uniform, sealed",
@@ -50,15 +52,17 @@ impl ConsolidationKind {
         }
     }
 
+    /// Condition of the excess pressure at the base.
     fn base_condition(self) -> BaseCondition {
         if self == Self::TriangleDrained { BaseCondition::Head(0.0) } else { BaseCondition::Sealed }
     }
 
+    /// Excess pressure at the start, over that at the base, at a relative height `zeta`.
     fn start(self, zeta: f64) -> f64 {
         if self == Self::UniformSealed { 1.0 } else { 1.0 - zeta }
     }
 
-    /// Terzaghi's series at `zeta` of the depth over the base and time factor `t`.
+    /// Excess pressure by Terzaghi's series at the relative height `zeta` and the time factor `t`, over that at the base at the start.
     fn exact(self, zeta: f64, t: f64) -> f64 {
         let half = |k: i32| f64::from(2 * k + 1) * PI / 2.0;
         let term = |k: i32| match self {
@@ -78,7 +82,7 @@ impl ConsolidationKind {
         (0..300).map(term).sum()
     }
 
-    /// Largest errors at the nodes over all time factors of 0.05 and more, and profiles at some of them.
+    /// Largest error at the nodes for time factors of 0.05 and more, and profiles at some time factors.
     fn run(self, cells: usize, weight: f64, step: f64) -> (f64, Vec<(f64, Vec<f64>)>) {
         let zeta = |k: usize| k as f64 / cells as f64;
         let mut head: Vec<f64> = (0..=cells).map(|k| self.start(zeta(k))).collect();
@@ -100,7 +104,7 @@ impl ConsolidationKind {
     }
 }
 
-/// Checks V13a to V13c.
+/// Checks the excess pressures of columns with three initial profiles and drainages (V13a to V13c).
 fn series(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for kind in [
         ConsolidationKind::UniformSealed,
@@ -140,6 +144,7 @@ fn series(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     draw(outcome)
 }
 
+/// Draws profiles of excess pressure beside those of the closed form.
 fn draw(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for kind in [ConsolidationKind::TriangleSealed, ConsolidationKind::TriangleDrained] {
         let mut chart = LineChart {
@@ -160,7 +165,7 @@ fn draw(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V13d: a column that passes over a drained rack.
+/// Checks the pressure of a column that passes over a drained rack (V13d).
 fn check_drained_rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.05, [0.747_695, 0.484_632, 0.450_022]),
@@ -219,7 +224,7 @@ fn check_drained_rack(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V13d: drained from 0.05 to 0.07; the pressure comes back from above.", &chart)
 }
 
-/// Checks V14: pressures change with the depth.
+/// Checks that excess pressures change with the depth where they cannot drain (V14).
 fn check_undrained(outcome: &mut BenchmarkOutcome) {
     let mut head = vec![0.0; 21];
     set_linear_profile(&mut head, 2.0);
@@ -236,7 +241,7 @@ fn check_undrained(outcome: &mut BenchmarkOutcome) {
     outcome.assert_close("V14: head at the base after growth (m)", 1.55, 1e-12, head[0], "V14: 1e-12");
 }
 
-/// Checks V14b: a column that becomes thinner while it drains.
+/// Checks a column that becomes thinner while it drains (V14b).
 fn thinning(outcome: &mut BenchmarkOutcome) {
     let run = |steps: usize| {
         let mut head = vec![0.0; 81];
@@ -279,7 +284,7 @@ fn thinning(outcome: &mut BenchmarkOutcome) {
     );
 }
 
-/// Checks V13b and V13c in a case: a layer at rest between walls.
+/// Checks excess pressures in a case: a layer at rest between walls (V13b and V13c).
 fn layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let sealed = load_case("column")?;
     for (base, drainage, exact) in [("sealed", "sealed", 0.747_687), ("drained", "hydrostatic", 0.0)] {

@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
-/// Benchmark of mud.
+/// Benchmark of the dam break of a Bingham fluid and of its deposit.
 pub const MUD: Benchmark = Benchmark {
     id: "depth-sph/yield-stress",
     title: "Dam break of a Bingham fluid and its deposit, depth-integrated",
@@ -20,7 +20,7 @@ pub const MUD: Benchmark = Benchmark {
     run: mud,
 };
 
-/// Benchmark of grains in water.
+/// Benchmark of the dam break of grains, dry and saturated.
 pub const SATURATED_DEPOSIT: Benchmark = Benchmark {
     id: "depth-sph/saturated-dam",
     title: "Dam break of a frictional saturated material, depth-integrated",
@@ -30,7 +30,7 @@ pub const SATURATED_DEPOSIT: Benchmark = Benchmark {
     run: run_saturated,
 };
 
-/// Runs V23: mud that its yield stress brings to rest.
+/// Checks the deposit of mud that its yield stress brings to rest (V23).
 fn mud(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut solver = start(&load("yield-stress")?)?;
@@ -76,7 +76,7 @@ fn mud(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Scalar output of the solver.
+/// Scalar output of a solver.
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
     solver
         .scalar_outputs()
@@ -85,7 +85,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
         .map_or(f64::NAN, |(_, _, value)| value)
 }
 
-/// Run of B2.
+/// Kind of material of a run of the saturated dam break (B2).
 #[derive(Clone, Copy, PartialEq)]
 enum BedStopRun {
     Dry,
@@ -95,7 +95,7 @@ enum BedStopRun {
 }
 
 impl BedStopRun {
-    /// Least duration of the run (s).
+    /// Shortest duration of the run (s).
     fn min_duration(self) -> f64 {
         match self {
             Self::Full => 4.5,
@@ -105,7 +105,7 @@ impl BedStopRun {
     }
 }
 
-/// Result of a run.
+/// Result of a run of the dam break.
 struct DepositResult {
     /// Run-out of the last node of grains, and of fluid where there is one (m).
     runout: [f64; 2],
@@ -122,6 +122,7 @@ struct DepositResult {
 }
 
 impl DepositResult {
+    /// Time (s), excess head (m) and depth (m) in the middle of the reservoir, interpolated between its records.
     fn middle_at(&self, time: f64) -> [f64; 3] {
         let after = self
             .reservoir_middle
@@ -133,6 +134,7 @@ impl DepositResult {
     }
 }
 
+/// Case of a dam break that basal friction stops.
 fn case(run: BedStopRun, angle: f64, spacing: f64) -> Result<Case, String> {
     let mut case = load("saturated-dam")?;
     set_method_option(&mut case, "depth-sph", "spacing", spacing);
@@ -156,10 +158,10 @@ fn case(run: BedStopRun, angle: f64, spacing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Time at which all dry material is at rest (s): its shoulder moves for a while after the front has stopped.
+/// Time at which all dry material is at rest (s). Its shoulder moves for a while after the front has stopped.
 const AT_REST: f64 = 5.0;
 
-/// Runs until the first node of grains at the front has stopped, and on to `end` (s).
+/// Runs a dam break until the first node of grains at the front has stopped, and on to `end` (s).
 fn compute(run: BedStopRun, angle: f64, spacing: f64, end: f64) -> Result<DepositResult, String> {
     let mut solver = start(&case(run, angle, spacing)?)?;
     let first = solver.snapshot();
@@ -225,7 +227,7 @@ fn calibrated_friction_angle(spacing: f64) -> Result<f64, String> {
     Ok(0.5 * (low + high))
 }
 
-/// Runs B2: four run-outs with the angle that gives the first.
+/// Checks four run-outs of the saturated dam break, with the friction angle that gives the first one (B2).
 fn run_saturated(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let spacing = if quick { 0.08 } else { 0.04 };
@@ -270,7 +272,7 @@ fn run_outs(outcome: &mut BenchmarkOutcome, [dry, drained, full, plain]: [&Depos
     outcome.assert_all_close(stops, 0.2, "B2: ±20 %");
 }
 
-/// Checks B2 (c): both fronts, and the column that began in the middle of the reservoir.
+/// Checks the fronts of grains and fluid, and the column that began in the middle of the reservoir (B2 (c)).
 fn check_fronts_and_middle(outcome: &mut BenchmarkOutcome, full: &DepositResult) {
     let apart = (full.runout[0] - full.runout[1]).abs() / full.runout[0];
     outcome.assert_below(
@@ -309,8 +311,8 @@ fn check_fronts_and_middle(outcome: &mut BenchmarkOutcome, full: &DepositResult)
     );
 }
 
-/// Checks V23b: no surface of a deposit is steeper than its friction angle; at the shoulder, where the slope begins, less so with finer
-/// nodes. Judged in the full form: the short form has the friction angle fitted with half as many nodes.
+/// Checks that no surface of a deposit is steeper than its friction angle (V23b). At the shoulder, where the slope begins, it is less steep
+/// with finer nodes. Judged in the full form: the short form has the friction angle fitted with half as many nodes.
 fn check_surface_slope(
     outcome: &mut BenchmarkOutcome,
     dry: &DepositResult,
@@ -353,6 +355,7 @@ fn steepest(profile: &[(f64, f64)]) -> [f64; 3] {
     })
 }
 
+/// Draws the deposits and the positions of the fronts.
 fn draw(outcome: &mut BenchmarkOutcome, found: &[DepositResult]) -> Result<(), String> {
     let names =
         ["(a) dry", "(b) saturated, drained", "(c) two phases, pore pressure", "(d) two phases, no column"];

@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a frictional dam break on an incline.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/incline",
     title: "Frictional dam break on an incline, depth-integrated",
@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Time (s).
 const TIME: f64 = 2.0;
 
-/// Flow on the incline: slope and friction angle (degrees), depth (m).
+/// Dam break on an incline: slope and friction angle (degrees), depth (m).
 struct InclineFlow {
     slope: f64,
     friction: f64,
@@ -31,13 +31,14 @@ struct InclineFlow {
 }
 
 impl InclineFlow {
-    /// Gravity normal to the bed, and net acceleration along it when friction acts on `share` of the weight (m/s²).
+    /// Gravity normal to the bed, and net acceleration along the bed (m/s²). Friction acts on `share` of the weight.
     fn forces(&self, share: f64) -> (f64, f64) {
         let normal = 9.81 * self.slope.to_radians().cos();
         let net = self.slope.to_radians().tan() - share * self.friction.to_radians().tan();
         (normal, normal * net)
     }
 
+    /// Case of the dam break on the incline.
     fn case(&self) -> Result<Case, String> {
         let mut case = load("incline")?;
         let (sin, cos) = self.slope.to_radians().sin_cos();
@@ -51,6 +52,7 @@ impl InclineFlow {
     }
 }
 
+/// Checks depth and velocity of frictional dam breaks on inclines against the closed form.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let slab = InclineFlow { slope: 22.0, friction: 12.0, depth: 10.0 };
@@ -70,7 +72,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     check_saturated(&mut outcome, &slab).map(|()| outcome)
 }
 
-/// Checks grains in water on this bed: buoyant and drained, and liquefied without drainage.
+/// Checks grains in water on the incline: with buoyancy and drainage, and liquefied without drainage.
 fn check_saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result<(), String> {
     let mut case = slab.case()?;
     set_material(&mut case, "sand", &[("density", json!(2050.0))])?;
@@ -95,6 +97,7 @@ fn check_saturated(outcome: &mut BenchmarkOutcome, slab: &InclineFlow) -> Result
     Ok(())
 }
 
+/// Checks depth and velocity of one dam break after two seconds.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     name: &str,

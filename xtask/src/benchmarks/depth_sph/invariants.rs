@@ -12,7 +12,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::depth_sph::common_cases::line_node;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of kernels, smoothing lengths, momentum and independence of the frame of reference.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/invariants",
     title: "Kernels, smoothing lengths, momentum and frames, depth-integrated",
@@ -22,6 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks kernels, smoothing lengths in a stretched flow, momentum, and independence of the direction of the axes.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     kernels(&mut outcome);
@@ -42,7 +43,7 @@ fn integral(end: f64, f: impl Fn(f64) -> f64) -> f64 {
     (0..count).map(cell).sum()
 }
 
-/// Sum of a kernel and size of the sum of its gradients over a square lattice, with η = 1.3.
+/// Sum of a kernel over a square lattice with η = 1.3, and the size of the sum of its gradients.
 fn lattice_sums(kernel: Kernel) -> (f64, f64) {
     let (mut sum, mut gradient) = (0.0, [0.0f64; 2]);
     for i in -4..=4 {
@@ -58,7 +59,7 @@ fn lattice_sums(kernel: Kernel) -> (f64, f64) {
     (sum, gradient[0].hypot(gradient[1]))
 }
 
-/// Checks V31.
+/// Checks the normalisation and the lattice sums of the kernels (V31).
 fn kernels(outcome: &mut BenchmarkOutcome) {
     let all = [
         ("cubic spline", Kernel::CubicSpline),
@@ -87,7 +88,7 @@ fn kernels(outcome: &mut BenchmarkOutcome) {
     }
 }
 
-/// Checks V33: smoothing lengths follow a uniform stretch.
+/// Checks that smoothing lengths follow a uniform stretch (V33).
 fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let line = |factor: f64| -> Result<f64, String> {
         let nodes = (0..20).map(|k| line_node(factor * (f64::from(k) + 0.5), 0.0, 1.0, 1.0)).collect();
@@ -138,7 +139,7 @@ fn stretch(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Frame of reference: rotated and with a uniform velocity.
+/// Frame of reference in plan, rotated by an angle and moving with a uniform velocity.
 #[derive(Clone, Copy)]
 struct PlanFrame {
     angle: f64,         // of the rotation (rad)
@@ -146,12 +147,13 @@ struct PlanFrame {
 }
 
 impl PlanFrame {
+    /// Position rotated by an angle (radians).
     fn rotated_position(angle: f64, x: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = angle.sin_cos();
         [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
     }
 
-    /// Heap of nodes with disordered positions and velocities, equal in every frame.
+    /// Heap of nodes with disordered positions and velocities, which are equal in every frame of reference.
     fn heap(self) -> Result<Flow<2>, String> {
         let PlanFrame { angle, velocity: along } = self;
         let noise = |k: i32, c: f64| ((f64::from(k) * 12.9898 + c * 78.233).sin() * 43_758.545_3).fract();
@@ -167,7 +169,8 @@ impl PlanFrame {
             .map_err(|failure| failure.to_string())
     }
 
-    /// Velocities of the nodes after a step (m/s), in the initial frame and in the order of ids, and the change of momentum over the mass.
+    /// Velocities of the nodes after a step (m/s), in the initial frame of reference and in the order of ids, and the change of momentum
+    /// over the mass.
     fn step(self) -> Result<(Vec<[f64; 2]>, f64), String> {
         let PlanFrame { angle, velocity: along } = self;
         let mut flow = self.heap()?;
@@ -186,7 +189,7 @@ impl PlanFrame {
     }
 }
 
-/// Checks V34: a heap in plan, in its initial frame, rotated, and with a uniform velocity.
+/// Checks that the motion of a heap in plan is equal in frames of reference that are rotated or in uniform motion (V34).
 fn frames(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (plain, change) = PlanFrame { angle: 0.0, velocity: [0.0; 2] }.step()?;
     let name = "V34: change of momentum of a step over the mass (m/s)";

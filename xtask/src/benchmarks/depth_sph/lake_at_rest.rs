@@ -11,7 +11,7 @@ use colluvium::plots::{Series, Style};
 use crate::benchmarks::depth_sph::common_cases::{chart, closed_form_series, line_node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of lakes at rest over level and uneven beds.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/lake",
     title: "Lakes at rest over level and uneven beds, depth-integrated",
@@ -21,12 +21,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Half of the length of the lake (m).
 const HALF_LENGTH: f64 = 5.0;
+/// Spacing of the nodes (m).
 const SPACING: f64 = 0.05;
-/// Time of rest (s).
+/// Duration of the rest (s).
 const TIME: f64 = 10.0;
 
+/// Checks that lakes over level and uneven beds remain at rest.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let flat = speed(&mut lake(&Bed::Flat(0.0), LakeKind::Plain)?)?;
@@ -73,7 +77,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Variant of the computation of a lake.
+/// Numerical variant with which a lake is computed.
 #[derive(Clone, Copy)]
 enum LakeKind {
     Plain,
@@ -114,7 +118,7 @@ fn lake(bed: &Bed<1>, kind: LakeKind) -> Result<Flow<1>, String> {
     Flow::new(settings, bed.clone(), ends, &sets).map_err(|failure| failure.to_string())
 }
 
-/// Largest speed over the celerity of the depth after ten seconds.
+/// Largest speed over the celerity of the depth, after ten seconds.
 fn speed(flow: &mut Flow<1>) -> Result<f64, String> {
     step_flow_until(flow, TIME)?;
     let all = flow.nodes.sets.iter().flat_map(|set| set.nodes.velocity.iter().zip(&set.nodes.depth));

@@ -9,7 +9,7 @@ use colluvium::plots::{Series, Style};
 use crate::benchmarks::depth_sph::common_cases::{chart, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of waves that leave a channel through an open end.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/open-end",
     title: "Waves that leave through an open end, depth-integrated",
@@ -19,12 +19,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 /// Length of the channel (m).
 const LENGTH: f64 = 40.0;
-/// Times (s) at which the incoming and the reflected wave are evaluated: the hump is at 31 m, and would be at 30.6 m.
+/// Times (s) at which the incoming and the reflected wave are evaluated. The hump is then at 31 m, and would be at 30.6 m after reflection.
 const TIMES: [f64; 2] = [2.0, 7.8];
 
+/// Checks the share of a wave that an open end of a channel reflects, in water at rest and in a rapid stream.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let spacing = if quick { 0.05 } else { 0.025 };

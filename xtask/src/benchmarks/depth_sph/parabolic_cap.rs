@@ -14,7 +14,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of parabolic caps of sand that slide and spread.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/cap",
     title: "Parabolic caps that slide and spread, depth-integrated",
@@ -27,6 +27,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Initial speed of the cap, so that all of it moves down (m/s).
 const SPEED: f64 = 2.0;
 
+/// Checks parabolic caps of sand that slide and spread, along a line and in plan.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     line(&mut outcome)?;
@@ -35,7 +36,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Case of V8 with the cap as a polygon of many sides.
+/// Case of the parabolic cap (V8), which is a polygon of many sides.
 fn cap() -> Result<Case, String> {
     let mut case = load("cap")?;
     let count = 200;
@@ -49,6 +50,7 @@ fn cap() -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks the length and the velocity of a cap along a line against the similarity solution.
 fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let slope = 35f64.to_radians();
     let gravity = 9.81 * slope.cos();
@@ -107,7 +109,7 @@ fn line(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V8: depth along the bed, and the similarity solution (broken).", &shown)
 }
 
-/// Nodes of a cap of this radius and depth (m).
+/// Nodes of a parabolic cap of this radius and depth (m).
 fn heap(radius: f64, depth: f64, spacing: f64) -> Vec<NewNode<2>> {
     let mut nodes = Vec::new();
     let count = (radius / spacing) as i32 + 1;
@@ -128,7 +130,7 @@ fn heap(radius: f64, depth: f64, spacing: f64) -> Vec<NewNode<2>> {
     nodes
 }
 
-/// Checks the cap of V9 on a plane of 35° without friction, in plan and vertical depths: equal to that on a level plane under `g cos θ`.
+/// Checks a cap on a plane of 35° without friction, in plan and vertical depths. It equals that on a level plane under `g cos θ` (V9).
 fn check_steep_plane(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let angle = 35f64.to_radians();
     let (sin, cos) = angle.sin_cos();
@@ -174,7 +176,7 @@ fn central_moments(flow: &Flow<2>) -> [f64; 2] {
     })
 }
 
-/// Checks V9: a cap on a level plane, in plan.
+/// Checks a cap on a level plane, in plan (V9).
 fn plan(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let radius = 10.0;
     let nodes = heap(radius, 2.0, 0.4);

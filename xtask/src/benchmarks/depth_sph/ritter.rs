@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a dam break on a dry bed.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/dry-bed",
     title: "Dam break on a dry bed, depth-integrated",
@@ -20,9 +20,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Depth of the reservoir (m).
 const DEPTH: f64 = 10.0;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks the dam break on a dry bed, of one phase and of two, against Ritter's solution.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     run_single_phase(&mut outcome, quick)?;
@@ -30,8 +33,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Errors of a run of the case: mean error of height over the depth, of velocity over the celerity, discharge at the dam, lag of the last
-/// node.
+/// Errors of a dam break against Ritter's solution, and the lag of the front.
 struct RitterErrors {
     height: f64,
     velocity: f64,
@@ -40,6 +42,7 @@ struct RitterErrors {
     profile: NodeProfile,
 }
 
+/// Errors of depth and velocity of a phase after one second; `share` is the part of the depth that the phase has.
 fn measure(case: &Case, phase: usize, share: f64) -> Result<RitterErrors, String> {
     let mut solver = start(case)?;
     let before = solver.totals().mass;
@@ -67,7 +70,7 @@ fn measure(case: &Case, phase: usize, share: f64) -> Result<RitterErrors, String
     })
 }
 
-/// Checks V5.
+/// Checks the dam break of one phase against Ritter's solution (V5).
 fn run_single_phase(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let counts: &[u32] = if quick { &[200, 400] } else { &[100, 200, 400, 800] };
     let mut before = f64::INFINITY;
@@ -126,7 +129,7 @@ fn run_single_phase(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), S
     outcome.svg("V5: velocity after 1 s.", &speeds)
 }
 
-/// Checks V17: two phases of equal porosity everywhere equal one phase, with any drag.
+/// Checks that two phases of equal porosity everywhere move as one phase, with any drag (V17).
 fn run_two_phases(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let drags: &[(&str, Value)] = &[
         ("V_T = 1 mm/s", json!({ "law": "anderson", "settling_velocity": 1e-3 })),

@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, step_flow_until, step_with_limit};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the energy of flows over rough terrain.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/rough-terrain",
     title: "Energy of flows over rough terrain",
@@ -24,10 +24,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
-/// Seed of the waves.
+/// Seed of the waves of the rough slope.
 const SEED: u64 = 20_261_128;
 
+/// Checks the energy that frictionless layers keep on rough slopes and over steps.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let spacing = if quick { 5.0 } else { 2.5 };
@@ -75,7 +77,7 @@ fn layer(low: [f64; 2], high: [f64; 2], spacing: f64, depth: impl Fn([f64; 2]) -
     (0..counts[0] * counts[1]).map(place).filter(|x| depth(*x) > 0.0).map(node).collect()
 }
 
-/// Checks a layer of 0.05 m without friction until its first node is near the end of the terrain.
+/// Checks the energy of a frictionless layer of 0.05 m until its first node is near the end of the terrain.
 fn slide(outcome: &mut BenchmarkOutcome, name: &str, raster: &Raster, spacing: f64) -> Result<(), String> {
     let end = raster.last_node_position()[0] - 30.0;
     let bed = bed(raster)?;
@@ -123,7 +125,7 @@ fn slide(outcome: &mut BenchmarkOutcome, name: &str, raster: &Raster, spacing: f
     account(outcome, name, &flow)
 }
 
-/// Checks that the energy balance closes.
+/// Checks that the energy balance of a flow closes.
 fn account(outcome: &mut BenchmarkOutcome, name: &str, flow: &Flow<2>) -> Result<(), String> {
     let account = flow.energy_balance_summary();
     let off = account.error.abs() / account.exchanged_energy;
@@ -132,7 +134,7 @@ fn account(outcome: &mut BenchmarkOutcome, name: &str, flow: &Flow<2>) -> Result
     Ok(())
 }
 
-/// Checks the order of convergence of the position of a single node, in steps that halve.
+/// Checks the order of convergence of the position of a single node, with steps that are halved.
 fn order(outcome: &mut BenchmarkOutcome, raster: &Raster) -> Result<(), String> {
     let place = |dt: f64| -> Result<[f64; 2], String> {
         let mut settings = FlowSettings::<2>::single_phase(1000.0);
@@ -191,7 +193,7 @@ fn check_frictional_layer(
     Ok(())
 }
 
-/// Checks that a lake in a rough bowl comes to rest no worse than with unmodified gradients.
+/// Checks that a lake in a rough bowl comes to rest at least as well as with unmodified gradients.
 fn lake(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let waves = RoughSlope::new(0.0, -200.0, [20.0, 100.0], 0.2, SEED);
     let level = |x: f64, y: f64| 0.004 * (x * x + y * y) + waves.level(x, y);

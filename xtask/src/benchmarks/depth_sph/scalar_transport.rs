@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of convection, diffusion and Burgers' equation on moving nodes.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/scalar",
     title: "Convection, diffusion and Burgers' equation on moving nodes",
@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks convection, diffusion, and solutions of Burgers' equation with rarefaction, steepening and shock.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     convection(&mut outcome);
@@ -33,11 +34,12 @@ fn cells(count: u32, low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| low + (high - low) * (f64::from(k) + 0.5) / f64::from(count))
 }
 
+/// Gaussian curve with a standard deviation of 0.1.
 fn gauss(x: f64) -> f64 {
     (-0.5 * (x / 0.1).powi(2)).exp()
 }
 
-/// Largest difference from a formula at the nodes.
+/// Largest difference of the values at the nodes from a formula.
 fn max_difference(line: &ScalarNodes, exact: impl Fn(f64) -> f64) -> f64 {
     line.positions.iter().zip(&line.values).map(|(x, value)| (value - exact(*x)).abs()).fold(0.0, f64::max)
 }
@@ -48,7 +50,7 @@ fn mean_difference(line: &ScalarNodes, [low, high]: [f64; 2], exact: impl Fn(f64
     cells(count, low, high).map(|x| (line.value_at(x) - exact(x)).abs()).sum::<f64>() / f64::from(count)
 }
 
-/// Checks V1 and V2b.
+/// Checks that convection is exact, for the profiles of V1 and V2b.
 fn convection(outcome: &mut BenchmarkOutcome) {
     let pulse = |x: f64| if (0.3..0.5).contains(&x) { 1.0 } else { 0.0 };
     let reason = "V1: 1e-12";
@@ -91,7 +93,7 @@ fn convection(outcome: &mut BenchmarkOutcome) {
     outcome.assert_below("V1c: largest error of what has flowed in after 1 s", "0", found, 1e-3, "V1: 1e-3");
 }
 
-/// Checks V2: peak, the value at ± 0.2, and the order.
+/// Checks the diffusion of a Gaussian profile: its peak, its value at ± 0.2, and the order of convergence (V2).
 fn diffusion(outcome: &mut BenchmarkOutcome) {
     let (speed, diffusivity, sink, start) = (1.0, 0.01, 0.1, 0.5);
     let exact = |x: f64, t: f64| {
@@ -134,7 +136,7 @@ fn diffusion(outcome: &mut BenchmarkOutcome) {
     );
 }
 
-/// Checks V3.
+/// Checks a rarefaction of Burgers' equation (V3).
 fn rarefaction(outcome: &mut BenchmarkOutcome) {
     let mut line = ScalarNodes::new(cells(200, -1.0, 1.0), |x| if x < 0.0 { 0.0 } else { 1.0 });
     line.steepen(0.5);
@@ -142,7 +144,7 @@ fn rarefaction(outcome: &mut BenchmarkOutcome) {
     outcome.assert_below("V3: mean error of a rarefaction after 0.5 s", "0", found, 0.01, "V3: L1 below 1 %");
 }
 
-/// Checks V4a: until just before the wave breaks.
+/// Checks the steepening of a wave of Burgers' equation until just before it breaks (V4a).
 fn steepening(outcome: &mut BenchmarkOutcome) {
     let rows = [
         (0.2, [0.192_196, 0.470_453, 0.858_130, 0.986_306, 0.671_284]),
@@ -163,7 +165,7 @@ fn steepening(outcome: &mut BenchmarkOutcome) {
     }
 }
 
-/// Checks V4b, without viscosity: nodes that collide merge.
+/// Checks a shock of Burgers' equation without viscosity, in which nodes that collide merge (V4b).
 fn shock(outcome: &mut BenchmarkOutcome) {
     let mut line = ScalarNodes::new(cells(400, -2.0, 2.0), |x| if x < 0.0 { 1.0 } else { 0.0 });
     let front = |line: &ScalarNodes| {
@@ -179,7 +181,8 @@ fn shock(outcome: &mut BenchmarkOutcome) {
     outcome.assert_below("V4b: mean error behind and before it after 1 s", "0", found, 0.02, "V4b: L1 2 %");
 }
 
-/// Checks V4c: a pulse whose rarefaction reaches its shock. Values are between 0 and 1 at its edge: nodes a billionth of a metre wide.
+/// Checks a triangular pulse of Burgers' equation whose rarefaction reaches its shock (V4c). Values are between 0 and 1 at its edge: nodes
+/// a billionth of a metre wide.
 fn triangle(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let count = 200;
     let ramp = (0..count).map(|k| 1e-9 * (f64::from(k) / f64::from(count) - 1.0));

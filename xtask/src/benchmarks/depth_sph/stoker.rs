@@ -13,7 +13,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a dam break on a wet bed and of the reflected bore.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/wet-bed",
     title: "Dam break on a wet bed and reflected bore, depth-integrated",
@@ -23,8 +23,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks the dam break on a wet bed against Stoker's solution, and the bore that a wall reflects.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     // The other pairs of the sheet, 10 m over 5 m and over 1 m, are these at ten times the length.
@@ -38,22 +40,22 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Half of the length of the basin over the larger depth, and time over the square root of that depth over gravity: no wave has reached a
-/// wall.
+/// Half of the length of the basin over the larger depth.
 const HALF_LENGTH_AND_END: f64 = 5.0;
+/// Time of the comparison, over the square root of the larger depth over gravity. No wave has reached a wall then.
 const TIME: f64 = 3.132_092;
 
-/// Time at which a basin of left depth `left` (m) is compared (s).
+/// Time at which the profiles of a dam break with the larger depth `left` (m) are compared (s).
 fn end(left: f64) -> f64 {
     TIME * (left / GRAVITY).sqrt()
 }
 
-/// Number of nodes on half of the basin: a wave over a shallow bed has few nodes.
+/// Number of nodes on half of the basin. A wave over a shallow bed has few nodes.
 fn nodes(left: f64, right: f64) -> f64 {
     if left > 20.0 * right { 1000.0 } else { 250.0 }
 }
 
-/// Case with other depths; lengths are proportional to the left one.
+/// Case with the depths `left` and `right` (m); its lengths are proportional to the left depth.
 fn case(left: f64, right: f64) -> Result<Case, String> {
     let mut case = load("wet-bed")?;
     let half = HALF_LENGTH_AND_END * left;
@@ -94,7 +96,7 @@ fn equal_volume_profile(left: f64, right: f64) -> Result<NodeProfile, String> {
     Ok(NodeProfile::of_set(&flow.nodes.sets[0], &[-half, half]))
 }
 
-/// Checks V6.
+/// Checks the profiles of one dam break on a wet bed against Stoker's solution (V6).
 fn judge(
     outcome: &mut BenchmarkOutcome,
     left: f64,
@@ -132,7 +134,7 @@ fn judge(
     Ok(())
 }
 
-/// Checks V29: the state behind the bore reflected by the wall.
+/// Checks the state behind the bore that the wall reflects (V29).
 fn reflect(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     for right in [0.5, 0.1].into_iter().take(if quick { 1 } else { 2 }) {
         let exact = Stoker::new(GRAVITY, 1.0, right);

@@ -18,7 +18,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, step_flow_until, step_with_limit};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of rasters as beds.
+/// Benchmark of beds from rasters: energy of a flow down a parabola, and a dammed channel.
 pub const RASTER: Benchmark = Benchmark {
     id: "depth-sph/raster",
     title: "Beds from rasters: energy down a parabola and a dammed channel",
@@ -28,7 +28,7 @@ pub const RASTER: Benchmark = Benchmark {
     run: raster,
 };
 
-/// Benchmark of a debris flow.
+/// Benchmark of a debris flow down a channel, without a case file.
 pub const DEBRIS: Benchmark = Benchmark {
     id: "depth-sph/debris-flow",
     title: "Debris flow down a channel, after Yu Tung Road",
@@ -38,8 +38,10 @@ pub const DEBRIS: Benchmark = Benchmark {
     run: debris,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks flow over beds from rasters: energy down a parabola, and a dammed channel.
 fn raster(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     formula(&mut outcome)?;
@@ -73,7 +75,7 @@ fn raster(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Bed from heights at nodes `spacing` (m) apart.
+/// Bed of a raster with the levels `level(x, y)` at nodes `spacing` (m) apart.
 fn of_raster(
     low: [f64; 2],
     high: [f64; 2],
@@ -86,7 +88,7 @@ fn of_raster(
     Ok(Bed::Surface(Arc::new(terrain)))
 }
 
-/// Level of the sheet's channel (m): `x` along it, `y` across.
+/// Level of the bed of the sheet's channel (m), with `x` along it and `y` across.
 pub fn channel_bed(x: f64, y: f64) -> f64 {
     let drop = 155.92 / (1.0 - 0.15f64.powf(2.5));
     let smooth = |from: f64, to: f64| {
@@ -97,7 +99,7 @@ pub fn channel_bed(x: f64, y: f64) -> f64 {
     drop * (1.0 - x.clamp(-60.0, 600.0) / 600.0).powf(2.5) + 8.0 * deep * (1.0 - (-y * y / 128.0).exp())
 }
 
-/// Checks the sheet's values of the channel.
+/// Checks the levels and slopes of the channel against values of the sheet.
 fn formula(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.0, 157.2907, 158.0776),
@@ -120,7 +122,7 @@ fn formula(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V12b as amended: water behind a dam across the channel.
+/// Checks water at rest behind a dam across the channel, and its dam break (V12b as amended).
 fn check_dam_break(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dam = 255.0;
     let level = channel_bed(dam, 0.0) + 2.0;
@@ -168,7 +170,7 @@ fn check_dam_break(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Debris flow of the sheet: a locked mixture with pore-pressure columns over a raster of 2 m.
+/// Flow of the sheet's debris flow: a mixture of locked phases with pore-pressure columns, over a raster of 2 m.
 fn release() -> Result<Flow<2>, String> {
     let spacing: f64 = (std::f64::consts::PI * 35.0 * 17.0 / 1472.0).sqrt();
     let mut nodes = Vec::new();
@@ -230,7 +232,7 @@ fn front(flow: &Flow<2>) -> (f64, f64) {
     (place, leading.iter().map(speed).sum::<f64>() / leading.len() as f64)
 }
 
-/// Runs B3.
+/// Checks the debris flow down a channel against the values of the source (B3).
 fn debris(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = [
@@ -325,8 +327,10 @@ fn check_front(outcome: &mut BenchmarkOutcome, found: &FrontRanges) {
     );
 }
 
+/// Front at several times (s): position (m) and speed (m/s).
 type FrontRanges = [(f64, (f64, f64))];
 
+/// Draws the speed of the front, and the nodes in plan.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     flow: &Flow<2>,

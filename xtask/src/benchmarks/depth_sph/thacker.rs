@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::benchmarks::depth_sph::common_cases::{basal_law, line_node, step_flow_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of water that oscillates in a parabolic canal and in a parabolic bowl.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/basin",
     title: "Water that swings in a parabolic canal and bowl, depth-integrated",
@@ -24,8 +24,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks oscillations in parabolic basins against closed forms, with and without resistance.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Middle of the water in a canal", "time (s)", "x (m)");
@@ -41,7 +43,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Canal of V10, 100 m to the shore of the still water and 10 m deep, its water displaced by 20 m.
+/// Flow in the canal of V10. It is 100 m from the middle to the shore of the still water and 10 m deep; the water is displaced by 20 m.
 fn canal(friction: f64) -> Result<Flow<1>, String> {
     let spacing = 0.5;
     let nodes: Vec<NewNode<1>> = (0..400)
@@ -69,6 +71,7 @@ fn water_centre<const D: usize>(flow: &Flow<D>) -> [f64; D] {
     std::array::from_fn(sum)
 }
 
+/// Checks V10 (i): the period and the amplitude without friction.
 fn check_frictionless(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
     let period = TAU / omega;
@@ -105,8 +108,10 @@ fn check_frictionless(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> 
     Ok(())
 }
 
-/// Checks V10 (ii): resistance of 0.05/s times the velocity, which no basal law has; it is integrated exactly after each step.
+/// Checks oscillations with a resistance of 0.05/s times the velocity (V10 (ii)). No basal law has it; it is integrated exactly after each
+/// step.
 fn check_linear_resistance(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
+    /// Resistance over velocity (1/s).
     const RATE: f64 = 0.05;
     let mut flow = canal(0.0)?;
     let mut found = vec![(0.0, 20.0)];
@@ -139,7 +144,7 @@ fn check_linear_resistance(outcome: &mut BenchmarkOutcome, chart: &mut LineChart
     Ok(())
 }
 
-/// Checks V10 (iii): friction reduces the amplitude by 5 m in each half period.
+/// Checks that friction reduces the amplitude by 5 m in each half period (V10 (iii)).
 fn check_frictional(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
     let mut flow = canal(0.005)?;
@@ -171,7 +176,7 @@ fn check_frictional(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Re
     Ok(())
 }
 
-/// Nodes of a bowl, 10 m to the shore of the still water and 1 m deep, with a depth and a velocity at each position.
+/// Flow in a bowl, 10 m from the middle to the shore of the still water and 1 m deep, with a depth and a velocity at each position.
 fn bowl(quick: bool, state: impl Fn([f64; 2]) -> (f64, [f64; 2])) -> Result<Flow<2>, String> {
     let spacing = if quick { 0.3 } else { 0.25 };
     let mut nodes = Vec::new();
@@ -219,7 +224,7 @@ fn error(flow: &Flow<2>, centre: [f64; 2], radius: f64, exact: impl Fn([f64; 2])
     (0..500).map(at).sum::<f64>() / 500.0
 }
 
-/// Checks V11: the surface stays plane and rotates.
+/// Checks that the surface of water in a bowl remains plane and rotates (V11).
 fn check_rotating_surface(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let (omega, away) = ((2.0 * GRAVITY).sqrt() / 10.0, 2.0);
     let still = move |x: [f64; 2], centre: [f64; 2]| {
@@ -261,7 +266,7 @@ fn check_rotating_surface(outcome: &mut BenchmarkOutcome, quick: bool) -> Result
     outcome.svg("V11: the middle of water with a plane surface goes round in a circle.", &chart)
 }
 
-/// Checks V11: the water rises and falls in the middle.
+/// Checks the axisymmetric oscillation of water in a bowl (V11).
 fn check_axisymmetric_oscillation(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let (omega, a) = ((8.0 * GRAVITY).sqrt() / 10.0, 0.25f64);
     let root = (1.0 - a * a).sqrt();

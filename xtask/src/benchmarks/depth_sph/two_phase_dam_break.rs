@@ -10,7 +10,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, patched_case, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of a dam break of grains and fluid, with strong drag and without drag.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/two-phase-dam",
     title: "Dam break of grains and fluid with strong drag and without, depth-integrated",
@@ -20,10 +20,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Half of the distance of the walls (m).
 const HALF_LENGTH: f64 = 10.0;
+/// Positions of the walls (m).
 const WALLS: [f64; 2] = [-HALF_LENGTH, HALF_LENGTH];
 
+/// Checks the dam break of a mixture against closed forms: with strong drag and without drag.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_strong_drag(&mut outcome, 0.3, if quick { 2.0 } else { 6.0 })?;
@@ -55,18 +59,22 @@ fn volumes(snapshot: &Snapshot) -> [f64; 2] {
 struct PhaseProfiles([NodeProfile; 2]);
 
 impl PhaseProfiles {
+    /// Profiles of grains and fluid.
     fn from_snapshot(snapshot: &Snapshot) -> Self {
         Self([0, 1].map(|phase| NodeProfile::from_snapshot(snapshot, phase, &WALLS)))
     }
 
+    /// Total depth at a position (m).
     fn depth(&self, x: f64) -> f64 {
         self.0[0].height_and_velocity_at(x).0 + self.0[1].height_and_velocity_at(x).0
     }
 
+    /// Velocities of grains and fluid at a position (m/s).
     fn velocities(&self, x: f64) -> [f64; 2] {
         [self.0[0].height_and_velocity_at(x).1, self.0[1].height_and_velocity_at(x).1]
     }
 
+    /// Share of the fluid in the depth at a position.
     fn porosity(&self, x: f64) -> f64 {
         self.0[1].height_and_velocity_at(x).0 / self.depth(x)
     }
@@ -87,7 +95,7 @@ impl PhaseProfiles {
     }
 }
 
-/// Checks B1: the drag of settling at 1 mm/s locks the phases.
+/// Checks a dam break in which the drag of a settling velocity of 1 mm/s locks the phases (B1).
 fn check_strong_drag(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> Result<(), String> {
     let exact = LockedDam::new(GRAVITY, [1360.0 / 1.04, 2220.0 / 1.38], [1.04, 1.38]);
     let mut solver = solver(&[("courant", json!(courant))])?;
@@ -112,7 +120,7 @@ fn check_strong_drag(outcome: &mut BenchmarkOutcome, courant: f64, end: f64) -> 
     Ok(())
 }
 
-/// Checks depth, velocity and slip against the closed form.
+/// Checks depth, velocity and slip of the phases against the closed form.
 fn mean_errors(
     outcome: &mut BenchmarkOutcome,
     both: &PhaseProfiles,
@@ -166,6 +174,7 @@ fn wave_positions(
     near("head of the rarefaction (m)", head, found, 0.15, reason);
 }
 
+/// Draws depth, velocity and porosity after two seconds beside the closed form.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     snapshot: &Snapshot,
@@ -206,7 +215,7 @@ fn check_reflection(outcome: &mut BenchmarkOutcome, solver: &mut dyn Solver) -> 
     Ok(())
 }
 
-/// Checks B1b: phases without mutual drag.
+/// Checks a dam break of phases without mutual drag (B1b).
 fn check_no_drag(outcome: &mut BenchmarkOutcome, momentum: &str, bound: f64) -> Result<(), String> {
     let none = json!({ "law": "none" });
     let mut solver = solver(&[("mixture/drag", none), ("momentum", json!(momentum))])?;

@@ -13,7 +13,7 @@ use crate::benchmarks::depth_sph::common_cases::{
 };
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of uniform flows down planes, and of the drag between two phases.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/uniform",
     title: "Uniform flows down planes and drag of two phases",
@@ -23,8 +23,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 
+/// Checks the velocities of uniform flows by several basal laws, and the drag between two phases.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     drag(&mut outcome)?;
@@ -35,7 +37,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks V15: the slip relaxes, with any step.
+/// Checks that the slip between the phases relaxes exponentially with steps of any size (V15).
 fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let exact = |t: f64| {
         let beta = InterphaseDrag::Anderson { settling_velocity: 0.1.into(), exponent: 1.0 }.relaxation(
@@ -76,7 +78,7 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V22: the speed at which basal resistance balances the weight.
+/// Checks the speeds at which basal resistance balances the weight (V22).
 fn laws(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let viscous = |consistency: f64, exponent: f64| json!({ "model": "viscous-frictional", "friction_angle": 10, "consistency": consistency, "exponent": exponent });
     let rows = [
@@ -107,7 +109,7 @@ fn laws(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V22: the transition to the steady speed of Voellmy's law.
+/// Checks the transition to the steady speed of Voellmy's law (V22).
 fn voellmy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load("uniform")?;
     set_method_option(&mut case, "depth-sph", "max_time_step", 2e-3);
@@ -137,7 +139,7 @@ fn voellmy(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V22: from rest to the steady speed.", &chart)
 }
 
-/// Checks V22b, and the plug of V22.
+/// Checks the quadratic approximation of the Bingham law (V22b), and the plug of a Bingham layer (V22).
 fn quadratic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let a = 6.0 * 100.0 * 7.443_834 / 2000.0;
     outcome.assert_close(
@@ -165,7 +167,7 @@ fn quadratic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V16 as amended: two phases down a plane with their slip, with two step lengths.
+/// Checks the steady slip of two phases that flow down a plane, with two step sizes (V16 as amended).
 fn check_slip(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let rows: &[(f64, f64, f64)] =
         &[(0.2, 11.312_248, 11.325_275), (2.0, 11.289_565, 11.416_578), (20.0, 11.107_454, 12.118_465)];
@@ -189,7 +191,7 @@ fn check_slip(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String>
     Ok(())
 }
 
-/// Steady velocities of grains and fluid on 25 degrees (m/s).
+/// Steady velocities of grains and fluid on a slope of 25 degrees (m/s).
 fn steady_velocities(settling: f64, step: f64, fluid_bed: bool) -> Result<[f64; 2], String> {
     let mut case = load("uniform")?;
     let (sin, cos) = 25f64.to_radians().sin_cos();

@@ -8,7 +8,7 @@ use super::terrain::channel_bed;
 use crate::benchmarks::depth_sph::common_cases::{load, start, step_until};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of the debris flow of Yu Tung Road from its case file.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "depth-sph/yu-tung",
     title: "Debris flow after Yu Tung Road from a case file: speeds, reach, erosion and what they depend on",
@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Spacing of the nodes in the short form and for comparisons between runs (m).
 const COARSE: f64 = 1.6;
 
-/// Front at a time.
+/// Position and speed of the front at a time.
 #[derive(Clone, Copy)]
 struct FrontPosition {
     time: f64,
@@ -32,6 +32,7 @@ struct FrontPosition {
 }
 
 impl FrontPosition {
+    /// Position and speed of the front of the grains: 99 % quantile along the channel, and mean of the leading 5 %.
     fn from_snapshot(snapshot: &Snapshot) -> Self {
         let (velocity, phase) = (vectors(snapshot, "velocity"), scalars(snapshot, "phase"));
         let grains = |i: &usize| phase.get(*i).is_none_or(|phase| *phase < 0.5);
@@ -49,7 +50,7 @@ impl FrontPosition {
     }
 }
 
-/// Results of a run: the front every half second, rasters after 40 s and at the end, and volumes.
+/// Results of a run: fronts every half second, rasters after 40 s and at the end, and volumes.
 struct YuTungRun {
     fronts: Vec<FrontPosition>,
     eroded: Vec<PlanRaster>,
@@ -59,6 +60,7 @@ struct YuTungRun {
 }
 
 impl YuTungRun {
+    /// Runs the case, with the position of the front every half second.
     fn from_case(case: &Case) -> Result<Self, String> {
         let mut solver = start(case)?;
         let volume = |solver: &dyn Solver| scalars(&solver.snapshot(), "volume").iter().sum::<f64>();
@@ -86,12 +88,13 @@ impl YuTungRun {
         self.fronts[(2.0 * time).round() as usize]
     }
 
+    /// Raster of the run.
     fn raster(&self, name: &str) -> Result<&PlanRaster, String> {
         self.rasters.iter().find(|raster| raster.name == name).ok_or_else(|| format!("no raster {name}"))
     }
 }
 
-/// Case with a node spacing (m) and other options.
+/// Case with a node spacing (m) and other options of the method.
 fn case(spacing: f64, more: &[(&str, Value)]) -> Result<Case, String> {
     let mut case = load("debris-flow")?;
     set_method_option(&mut case, "depth-sph", "spacing", spacing);
@@ -99,6 +102,7 @@ fn case(spacing: f64, more: &[(&str, Value)]) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks speeds, reach and erosion of the debris flow against the values of the source.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let fine = 120.0 / 106.0;
@@ -234,6 +238,7 @@ fn map(title: &str, label: &str, raster: &PlanRaster, sign: f64) -> TerrainMap {
     }
 }
 
+/// Draws the speed of the front, and the depths in plan.
 fn draw(outcome: &mut BenchmarkOutcome, run: &YuTungRun) -> Result<(), String> {
     let speeds = LineChart {
         series: vec![

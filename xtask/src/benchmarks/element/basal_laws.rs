@@ -10,14 +10,14 @@ use crate::benchmarks::element::flow_laws::{DIGITS, GRAVITY, MACHINE};
 /// Unit weight of the debris (N/m³).
 const UNIT_WEIGHT: f64 = 2000.0 * GRAVITY;
 
-/// A basal law of a case as a function of the flow.
+/// Basal shear stress of a law as a function of the flow.
 pub fn basal(value: Value) -> Result<impl Fn(&BasalFlow) -> Result<f64, String>, String> {
     let spec: BasalSpec = serde_json::from_value(value).map_err(|error| error.to_string())?;
     let law = spec.build().map_err(|error| error.to_string())?;
     Ok(move |flow: &BasalFlow| law.shear_stress(flow).map_err(|error| error.to_string()))
 }
 
-/// Flow of debris 1.5 m deep on a slope of 20°, at a depth-averaged speed (m/s).
+/// State of a flow of debris 1.5 m deep on a slope of 20°, at a depth-averaged speed (m/s).
 fn debris(speed: f64) -> BasalFlow {
     let slope = 20f64.to_radians();
     BasalFlow {
@@ -30,7 +30,7 @@ fn debris(speed: f64) -> BasalFlow {
     }
 }
 
-/// Checks the Bingham base: table of the sheet, plug, and limits of rest and of no strength.
+/// Checks the basal law of a Bingham fluid: the sheet's table, the plug, and the limits of rest and of no strength.
 pub fn bingham(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = |yield_stress: f64, viscosity: f64, solution: &str| {
         basal(json!({
@@ -63,7 +63,7 @@ pub fn bingham(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks the viscous-frictional, the Voellmy and the Coulomb base.
+/// Checks the viscous-frictional, the Voellmy and the Coulomb basal law.
 pub fn friction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let sliding = basal(json!({
         "model": "viscous-frictional", "friction_angle": 45.0, "consistency": 0.8, "exponent": 2.0
@@ -79,7 +79,7 @@ pub fn friction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks that the shear stress of no law falls with the speed, and draws the laws.
+/// Checks that the basal shear stress of no law decreases with the speed, and draws the laws.
 pub fn monotone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let speeds = || (0..=100).map(|i| 10f64.powf(-2.0 + 0.04 * f64::from(i)));
     let mut chart = LineChart::new(
@@ -104,7 +104,7 @@ pub fn monotone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Basal laws over speed.", &chart)
 }
 
-/// Checks the error of the quadratic approximation of the Bingham base.
+/// Checks the error of the quadratic approximation of the basal law of a Bingham fluid.
 pub fn quadratic(outcome: &mut BenchmarkOutcome) {
     let errors = |a: f64| 100.0 * (plug_ratio(a) / plug_ratio_quadratic(a) - 1.0);
     let range = (-320..=320).map(|i| 10f64.powf(f64::from(i) / 80.0)).map(errors);

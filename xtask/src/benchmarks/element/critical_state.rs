@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of Cam-clays and critical-state sand in element tests.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/critical-state",
     title: "Cam-clays and critical-state sand in element tests",
@@ -19,13 +19,20 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of a tolerance of 10⁻⁵ for paths with a closed form.
 const CLOSED_FORM: &str = "closed form; the sheet's 10⁻⁵ for 1000 steps";
+/// Reason of a tolerance of 10⁻⁴ for the slopes of compression lines.
 const FIRST_ORDER: &str = "closed form; the step is first order in the specific volume it freezes";
+/// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the sheet's digits";
+/// Reason of a tolerance of 1 % for values that the sheet has integrated.
 const TABLE: &str = "the sheet's 1 % against its own integration with 4000 steps";
+/// Reason of a tolerance of 1 % for a limit that is not quite reached.
 const NEAR_CRITICAL_STATE_REASON: &str = "closed form, not quite reached at 60 % strain: 1 %";
+/// Reason of a tolerance of 1.5 % at the critical state.
 const SLOW_APPROACH_REASON: &str = "the sheet's 1.5 %: the critical state is approached slowly";
 
+/// Checks Cam-clays and critical-state sand in element tests.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     single_step(&mut outcome)?;
@@ -37,7 +44,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Clay of the sheet with `p_c` in Pa.
+/// Clay of the sheet with a preconsolidation pressure (Pa).
 fn clay(model: &str, preconsolidation_pressure: f64) -> Result<MaterialSpec, String> {
     let value = json!({
         "model": model, "density": 1800.0, "critical_state_slope": 1.0, "compression_slope": 0.2,
@@ -47,7 +54,7 @@ fn clay(model: &str, preconsolidation_pressure: f64) -> Result<MaterialSpec, Str
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Sand of Bui & Nguyen's Table 1.
+/// Sand of Table 1 of Bui & Nguyen, at a void ratio.
 fn sand(void_ratio: f64) -> MaterialSpec {
     MaterialSpec::Simsand(SimsandSpec::bui_nguyen(void_ratio))
 }
@@ -65,6 +72,7 @@ fn test(material: MaterialSpec, paths: &[(LoadingPath, usize)]) -> Result<Elemen
     test.run().map_err(|error| error.to_string())
 }
 
+/// Column of a path; empty where there is none.
 fn column(run: &ElementPath, name: &str) -> Vec<f64> {
     run.column(name).unwrap_or_default()
 }
@@ -79,6 +87,7 @@ fn off_path(run: &ElementPath, exact: impl Fn(f64) -> f64) -> f64 {
     pairs(run, "p", "q").into_iter().map(|(p, q)| (p / exact(q / p) - 1.0).abs()).max_or_nan()
 }
 
+/// Checks the stress of modified Cam-clay after a single step.
 fn single_step(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // The law alone: a material divides steps of this size (§3.8).
     let MaterialSpec::CamClay(spec) = clay("modified-cam-clay", 120e3)? else {
@@ -99,6 +108,7 @@ fn single_step(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks strength of clays in undrained triaxial compression.
 fn undrained_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut paths =
         LineChart::new("Undrained triaxial compression of clays from 100 kPa", "p (Pa)", "q (Pa)");
@@ -133,6 +143,7 @@ fn undrained_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("All paths end on the critical state line, each at the pressure its volume allows.", &paths)
 }
 
+/// Checks stresses of clays in drained triaxial compression.
 fn drained_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut curves =
         LineChart::new("Drained triaxial compression of clays from 100 kPa", "axial compression", "q (Pa)");
@@ -153,6 +164,7 @@ fn drained_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Soft clay hardens, stiff clay softens to the same critical state.", &curves)
 }
 
+/// Checks the slopes of compression and swelling lines in isotropic compression.
 fn compressed_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let isotropic = |pressure: f64| (LoadingPath::Isotropic { pressure }, 1000);
     let clay = || clay("modified-cam-clay", 100e3);
@@ -190,7 +202,7 @@ fn compressed_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// State of the sand and its results in the sheet, in kPa.
+/// Initial state of a sand and its results in the sheet (kPa).
 struct SandReferenceState {
     name: &'static str,
     void_ratio: f64,
@@ -204,6 +216,7 @@ struct SandReferenceState {
     critical: (f64, f64),
 }
 
+/// Reference results of sands of three void ratios.
 const SANDS: [SandReferenceState; 3] = [
     SandReferenceState {
         name: "dense",
@@ -252,12 +265,13 @@ const SANDS: [SandReferenceState; 3] = [
     },
 ];
 
-/// Simple shear at constant volume without spin, 4000 steps.
+/// Simple shear at constant volume, without spin, in 4000 steps.
 fn shear_test(void_ratio: f64, shear: f64) -> Result<ElementPath, String> {
     let path = LoadingPath::Strain { increment: [0.0, 0.0, 0.0, 0.5 * shear, 0.0, 0.0] };
     test(sand(void_ratio), &[(path, 4000)])
 }
 
+/// Checks stresses of sand in simple shear at constant volume.
 fn sheared_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let title = "Sand in simple shear at constant volume from 100 kPa";
     let mut curves = LineChart::new(title, "shear strain", "shear stress (Pa)");
@@ -307,6 +321,7 @@ fn sheared_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("The same tests as stress paths.", &paths)
 }
 
+/// Checks stresses of sand in drained triaxial compression.
 fn drained_sand(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut curves =
         LineChart::new("Sand in drained triaxial compression at 100 kPa", "axial compression", "q (Pa)");

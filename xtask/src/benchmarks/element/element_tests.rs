@@ -9,7 +9,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::element::elastic_tests;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, merged};
 
-/// Benchmark of this module.
+/// Benchmark of element tests of every material model.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/elements",
     title: "Element tests of every model",

@@ -14,7 +14,7 @@ use super::element_tests::material;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, merged};
 
-/// Benchmark of this module.
+/// Benchmark of finite-strain elasticity, Cohesive Cam Clay, weak layers and snow.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/finite-strain",
     title: "Finite-strain elasticity, Cohesive Cam Clay, weak layers and snow",
@@ -24,10 +24,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the digits the sheet gives";
+/// Reason of the tolerance of values in closed form.
 const MACHINE: &str = "closed form, solved to machine precision";
+/// Reason of a tolerance of 10⁻³ for paths of 2000 steps.
 const PATH: &str = "the sheet's 10⁻³ for 2000 steps";
 
+/// Checks finite-strain elasticity, Cohesive Cam Clay, weak layers and snow.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     table(&mut outcome)?;
@@ -38,11 +42,12 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Material from its keys.
 fn spec(value: Value) -> Result<MaterialSpec, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Material point on a path; its stress is Kirchhoff's.
+/// Material point on a strain path, with its Kirchhoff stress.
 struct FiniteStrainPoint {
     law: Arc<dyn Material>,
     stress: Vec<SymTensor>,
@@ -51,6 +56,7 @@ struct FiniteStrainPoint {
 }
 
 impl FiniteStrainPoint {
+    /// Material point without stress.
     fn new(spec: &MaterialSpec) -> Result<Self, String> {
         let law = spec.build().map_err(|error| error.to_string())?;
         let start = InitialCondition { stress: SymTensor::ZERO, density: spec.density() };
@@ -69,6 +75,7 @@ impl FiniteStrainPoint {
         Ok(self.stress[0] * f.determinant())
     }
 
+    /// Output scalars of the point.
     fn outputs(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.law.output_names().len()];
         self.law.outputs(&self.stress, &self.states.blocks()[0], &mut out);
@@ -76,7 +83,7 @@ impl FiniteStrainPoint {
     }
 }
 
-/// Elastic laws of the table, in the order of its columns.
+/// Elastic laws of the sheet's table, in the order of its columns.
 fn elastic_laws() -> Result<[(&'static str, MaterialSpec); 4], String> {
     Ok([
         ("Hencky", material("linear-elastic", json!({ "strain_measure": "hencky" }))?),
@@ -86,8 +93,10 @@ fn elastic_laws() -> Result<[(&'static str, MaterialSpec); 4], String> {
     ])
 }
 
+/// Shear modulus (Pa).
 const SHEAR_MODULUS: f64 = 20e6 / 2.6;
 
+/// Checks the Kirchhoff stresses of elastic laws at three deformations.
 fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let shear = Mat3([[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let stretch = Mat3([[1.0, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 1.0]]);
@@ -129,7 +138,7 @@ fn table(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Four elastic laws with the same moduli at small strain.", &chart)
 }
 
-/// Work of `spec` around a closed path of large strain and rotation, in units of G, at every step.
+/// Work of a law around a closed path of large strain and rotation, over G, at every step.
 fn work(spec: &MaterialSpec) -> Result<Vec<(f64, f64)>, String> {
     let a = Mat3([[0.1, 0.4, 0.0], [-0.1, -0.1, 0.2], [0.1, 0.0, 0.15]]);
     let b = Mat3([[0.05, -0.1, 0.2], [0.3, 0.1, 0.0], [0.0, 0.15, -0.1]]);
@@ -155,6 +164,7 @@ fn work(spec: &MaterialSpec) -> Result<Vec<(f64, f64)>, String> {
     Ok(points)
 }
 
+/// Checks that hyperelastic laws have no work around a closed strain path, and that a hypoelastic one has.
 fn closed_path(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Work around a closed strain path",
@@ -189,7 +199,7 @@ fn closed_path(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A closed path gives all work back, except in rate form.", &chart)
 }
 
-/// Cohesive Cam Clay of §2.15 with other entries replaced.
+/// Cohesive Cam Clay of §2.15 with some keys replaced.
 fn cam_clay(more: Value) -> Result<MaterialSpec, String> {
     let base = json!({
         "model": "cohesive-cam-clay", "density": 250.0, "youngs_modulus": 5e6, "poissons_ratio": 0.3,
@@ -199,11 +209,13 @@ fn cam_clay(more: Value) -> Result<MaterialSpec, String> {
     spec(merged(base, more))
 }
 
+/// Deformation gradient of principal logarithmic strains.
 fn exponential(strain: [f64; 3]) -> Mat3 {
     let [a, b, c] = strain.map(f64::exp);
     Mat3([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
 }
 
+/// Checks the return map of Cohesive Cam Clay at constant strength.
 fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = Elasticity::new(5e6, 0.3).map_err(|error| error.to_string())?;
     let ellipse = YieldEllipse { slope: 0.8, cohesion_ratio: 0.1, strength: 10e3 };
@@ -258,19 +270,21 @@ fn cam_clay_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Path of an element test without initial stress.
 fn driven(material: MaterialSpec, path: LoadingPath, steps: usize) -> Result<ElementPath, String> {
     let stages = vec![TestStage { path, steps, duration: 1.0 }];
     let test = ElementTest { title: String::new(), material, initial_stress: [0.0; 6], stages };
     test.run().map_err(|error| error.to_string())
 }
 
-/// Kirchhoff values of a column against compression of the volume.
+/// Kirchhoff values of a column over the compression of the volume.
 fn kirchhoff(run: &ElementPath, name: &str) -> Vec<(f64, f64)> {
     let strain = run.column("volumetric_strain").unwrap_or_default();
     let values = run.column(name).unwrap_or_default();
     strain.into_iter().zip(values).map(|(e, value)| (-e, value * e.exp())).collect()
 }
 
+/// Checks weak layers and slabs in hydrostatic and in uniaxial compression.
 fn weak_layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let layer = |hardening: Value| {
         cam_clay(json!({
@@ -282,7 +296,7 @@ fn weak_layer(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     uniaxial(outcome, weak()?, layer(json!({ "kind": "slab" }))?)
 }
 
-/// Checks the pressure of a weak layer over hydrostatic compression: peak, collapse and packing.
+/// Checks the pressure of a weak layer in hydrostatic compression: peak, collapse and compaction.
 fn hydrostatic_weak_layer(outcome: &mut BenchmarkOutcome, weak: MaterialSpec) -> Result<(), String> {
     let third = -0.02 / 3.0;
     let path = LoadingPath::Strain { increment: [third, third, third, 0.0, 0.0, 0.0] };
@@ -328,6 +342,7 @@ fn hydrostatic_weak_layer(outcome: &mut BenchmarkOutcome, weak: MaterialSpec) ->
     outcome.svg("Elastic, peak, loss of strength, collapse, packing.", &chart)
 }
 
+/// Checks that a weak layer loses half of its peak stress in uniaxial compression, and that a slab hardens throughout.
 fn uniaxial(outcome: &mut BenchmarkOutcome, weak: MaterialSpec, slab: MaterialSpec) -> Result<(), String> {
     let mut chart =
         LineChart::new("Uniaxial compression", "logarithmic compression", "Kirchhoff stress (Pa)");
@@ -361,6 +376,7 @@ fn uniaxial(outcome: &mut BenchmarkOutcome, weak: MaterialSpec, slab: MaterialSp
     outcome.svg("The weak layer gives way where the slab hardens.", &chart)
 }
 
+/// Checks plastic volume ratio and stress of snow beyond its critical compression and stretch.
 fn snow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = |elastic_law: &str| {
         spec(json!({
@@ -414,7 +430,7 @@ fn snow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Torn snow softens, packed snow stiffens, with the excess over the bounds.", &chart)
 }
 
-/// Checks the step of §2.14 from rest, its stress scaled by the earlier plastic volume.
+/// Checks the stress of a single step of §2.14 from rest, whose stiffness depends on the earlier plastic volume.
 fn reference_step(outcome: &mut BenchmarkOutcome, laws: &[(&str, MaterialSpec); 2]) -> Result<(), String> {
     let trial = Mat3([[1.01, 0.02, 0.0], [-0.015, 0.96, 0.01], [0.0, 0.005, 1.002]]);
     let exact = [-4_182.833_577, -4_333.691_282];

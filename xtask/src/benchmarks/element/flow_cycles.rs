@@ -8,17 +8,21 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::BenchmarkOutcome;
 use crate::benchmarks::element::flow_laws::sand;
 
+/// Pressure (Pa).
 const PRESSURE: f64 = 1000.0;
+/// Shear rate (1/s).
 const RATE: f64 = 100.0;
+/// Amplitude of the shear strain.
 const AMPLITUDE: f64 = 0.05;
+/// Shear modulus (Pa).
 const SHEAR_MODULUS: f64 = 2e6;
-/// Steps of a quarter of a cycle.
+/// Number of steps of a quarter of a cycle.
 const QUARTER_CYCLE_STEPS: usize = 5000;
 
-/// Steps after a reversal in which the rate-dependent excess over the static friction relaxes.
+/// Number of steps after a reversal in which the rate-dependent excess over the static friction relaxes.
 const RELAXATION_STEPS: usize = 4;
 
-/// Record of three cycles of shear.
+/// Stress–strain curve of three cycles of shear.
 #[derive(Default)]
 struct ShearCycles {
     /// Work of each cycle (J/m³).
@@ -60,8 +64,8 @@ impl ShearCycles {
     }
 }
 
-/// Checks cyclic shear at constant rate and pressure: a parallelogram of `±μ(I) p` and the elastic slope, whose area `4 τ (γ_a - τ/G)` is
-/// dissipated in every cycle.
+/// Checks the loop of cyclic shear at constant rate and pressure: a parallelogram between `±μ(I) p` with the elastic slope. Its area `4 τ
+/// (γ_a - τ/G)` is dissipated in every cycle.
 pub fn cyclic_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let ShearCycles { work, third_cycle, reversal } = ShearCycles::run()?;
     let friction = 0.439_590_075_2 * PRESSURE;

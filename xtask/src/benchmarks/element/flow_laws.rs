@@ -11,7 +11,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::element::basal_laws::{self, basal};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of flow laws at a point, in films, and as basal laws of depth-averaged flow.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/flow",
     title: "Flow laws: a point, films, the base of depth-averaged flow",
@@ -23,13 +23,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Reason of the tolerance of a closed form.
 pub(super) const MACHINE: &str = "closed form, machine precision";
-/// Reason of the tolerance of a printed value.
+/// Reason of the tolerance of values printed in the sheet.
 pub(super) const DIGITS: &str = "the sheet's digits";
+/// Reason of a tolerance of 10⁻⁵: error of the co-rotational frame.
 const FRAME: &str = "the turning frame leaves the square of the elastic strain";
+/// Reason of the tolerance of values of films of sand.
 const FILM: &str = "the sheet's digits; the law is inverted for the shear rate at 41 depths";
 /// Acceleration of gravity (m/s²).
 pub(super) const GRAVITY: f64 = 9.81;
 
+/// Checks flow laws at a point, in films down an incline, in a column at rest and as basal laws.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     sand_at_a_point(&mut outcome)?;
@@ -46,30 +49,33 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Flow law with its density, from which points are made.
+/// Flow law with its density, which updates the stress of points.
 pub(super) struct FlowLaw {
     law: Arc<dyn Material>,
     density: f64,
 }
 
+/// Stress and state of a material point.
 pub(super) struct FlowPoint {
     stress: [SymTensor; 1],
     states: States,
 }
 
 impl FlowLaw {
+    /// Law from its keys, with its density.
     fn new(value: Value) -> Result<Self, String> {
         let spec: MaterialSpec = serde_json::from_value(value).map_err(|error| error.to_string())?;
         Ok(Self { law: spec.build().map_err(|error| error.to_string())?, density: spec.density() })
     }
 
+    /// Point with an initial stress.
     pub(super) fn start(&self, stress: SymTensor) -> Result<FlowPoint, String> {
         let start = InitialCondition { stress, density: self.density };
         let (stresses, states) = self.law.initial(&[start]).map_err(|error| error.to_string())?;
         Ok(FlowPoint { stress: [stresses[0]], states })
     }
 
-    /// Makes a step at constant density.
+    /// Updates a point by a step at constant density.
     pub(super) fn step(&self, walker: &mut FlowPoint, l: &Mat3, dt: f64) -> Result<(), String> {
         let motion =
             Motion::from_velocity_gradient(l, dt, self.density, 1.0).ok_or("the step is too large")?;
@@ -82,12 +88,14 @@ impl FlowLaw {
         walker.stress[0][3]
     }
 
+    /// P-wave modulus of a point (Pa).
     fn wave_modulus(&self, walker: &FlowPoint) -> f64 {
         let mut modulus = [0.0];
         self.law.wave_moduli(&walker.stress, &walker.states.blocks()[0], &mut modulus);
         modulus[0]
     }
 
+    /// Output scalar of a point.
     fn output(&self, walker: &FlowPoint, name: &str) -> f64 {
         let names = self.law.output_names();
         let mut out = vec![f64::NAN; names.len()];
@@ -95,8 +103,7 @@ impl FlowLaw {
         names.iter().position(|n| *n == name).map_or(f64::NAN, |i| out[i])
     }
 
-    /// Shear stress of steady simple shear at `rate` and `pressure`: after a strain of many times that to
-    /// yield, in small steps.
+    /// Shear stress of steady simple shear at a rate and a pressure, after a strain of many times that at yield.
     fn steady(&self, rate: f64, pressure: f64) -> Result<f64, String> {
         let mut walker = self.start(SymTensor::isotropic(-pressure))?;
         let l = Mat3([[0.0, rate, 0.0], [0.0; 3], [0.0; 3]]);
@@ -116,7 +123,7 @@ impl FlowLaw {
         Ok(last)
     }
 
-    /// Shear rate of steady flow under the shear stress `shear`: zero below yield.
+    /// Shear rate of steady flow under a shear stress; zero below yield.
     fn rate(&self, shear: f64, pressure: f64) -> Result<f64, String> {
         let (mut low, mut high) = (1e-6f64, 1e5f64);
         if self.steady(low, pressure)? >= shear {
@@ -130,7 +137,7 @@ impl FlowLaw {
     }
 }
 
-/// Law of the parameter set of §2.9.
+/// Law of the sand of §2.9 in one of its forms.
 pub(super) fn sand(form: &Value) -> Result<FlowLaw, String> {
     // A viscous form has no shear modulus.
     let shear_modulus = (form["kind"] == "elasto-viscoplastic").then_some(2e6);
@@ -141,6 +148,7 @@ pub(super) fn sand(form: &Value) -> Result<FlowLaw, String> {
     }))
 }
 
+/// Checks friction coefficient and viscosity of the μ(I) law at a point in steady shear.
 fn sand_at_a_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let viscoplastic = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
     let capped = sand(&json!({ "kind": "capped", "max_viscosity": 1e9 }))?;
@@ -191,6 +199,7 @@ fn sand_at_a_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Both forms of the law flow with the friction of their inertial number.", &chart)
 }
 
+/// Checks the relaxation of the shear stress in one step of the μ(I) law.
 fn sand_relaxes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // Δt, trial, τ, γ̇ᵖ at p = 1000 Pa, G = 1 MPa.
     let table = [
@@ -221,18 +230,18 @@ fn sand_relaxes(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Speeds over depth of a film on a slope, from the shear rates of the law under the stress of the film: pairs (height, speed), and the
-/// mean speed. `weight` and `driving_force` are the normal and the tangential component of the unit weight.
+/// Steady profile of a film on a slope, from the shear rates of a law: pairs of height (m) and velocity (m/s), and the mean velocity.
 struct FilmProfile {
     profile: Vec<(f64, f64)>,
     rates: Vec<f64>,
     mean: f64,
 }
 
-/// Intervals of the film, an even number.
+/// Number of intervals over the depth of a film, an even number.
 const FILM_INTERVALS: usize = 40;
 
-/// Profile of a film by Simpson's rule in the square root of the depth below the surface, in which profiles are smooth.
+/// Profile of a film. Shear rates are integrated by Simpson's rule in the square root of the depth below the surface, in which profiles are
+/// smooth.
 fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfile, String> {
     let root = |i: usize| height.sqrt() * (1.0 - i as f64 / FILM_INTERVALS as f64);
     let mut rates = Vec::with_capacity(FILM_INTERVALS + 1);
@@ -255,15 +264,18 @@ fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfi
 }
 
 impl FilmProfile {
+    /// Velocity of the surface (m/s).
     fn surface(&self) -> f64 {
         self.profile.last().map_or(f64::NAN, |p| p.1)
     }
 }
 
+/// Profile with velocity and height exchanged, for charts.
 fn flipped(profile: &[(f64, f64)]) -> Vec<(f64, f64)> {
     profile.iter().map(|(z, v)| (*v, *z)).collect()
 }
 
+/// Checks the velocity of a film of sand on an incline.
 fn sand_film(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = sand(&json!({ "kind": "elasto-viscoplastic" }))?;
     let (angle, height, weight) = (26f64.to_radians(), 0.02, 0.6 * 2450.0 * GRAVITY);
@@ -291,7 +303,7 @@ fn sand_film(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("The law, integrated over the depth, gives the profile in closed form.", &chart)
 }
 
-/// Film of fluid on a slope of 10°, with its unit weight along the slope and normal to it.
+/// Film of a fluid on a slope of 10°, with the components of its unit weight along the slope and normal to it.
 struct LiquidFilm {
     height: f64,        // h (m)
     density: f64,       // ρ (kg/m³)
@@ -301,6 +313,7 @@ struct LiquidFilm {
 }
 
 impl LiquidFilm {
+    /// Film of mud on an incline of 10°.
     fn new() -> Self {
         let (angle, height, density, viscosity) = (10f64.to_radians(), 0.5, 1800.0, 50.0);
         let driving_force = density * GRAVITY * angle.sin();
@@ -308,12 +321,12 @@ impl LiquidFilm {
         Self { height, density, viscosity, driving_force, weight }
     }
 
-    /// Profile of the film by a law.
+    /// Profile of the film with a law.
     fn of_law(&self, law: Value) -> Result<FilmProfile, String> {
         film(&FlowLaw::new(law)?, self.height, self.weight, self.driving_force)
     }
 
-    /// Closed form of the speed (m/s) over height (m), drawn at 51 heights.
+    /// Curve of a velocity (m/s) over height (m) in closed form, at 51 heights.
     fn curve(&self, speed: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         let heights = (0..=50).map(|i| self.height * f64::from(i) / 50.0);
         flipped(&heights.map(|z| (z, speed(z))).collect::<Vec<_>>())
@@ -327,6 +340,7 @@ fn liquid_films(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     bingham_film(outcome, &mut chart)
 }
 
+/// Checks the velocity profile of a Newtonian film on an incline.
 fn newtonian_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let liquid = LiquidFilm::new();
     let LiquidFilm { height, density, viscosity, driving_force, .. } = liquid;
@@ -345,6 +359,7 @@ fn newtonian_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Resu
     Ok(())
 }
 
+/// Checks the velocity profile of a Bingham film on an incline, and its plug.
 fn bingham_film(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let liquid = LiquidFilm::new();
     let LiquidFilm { height, density, viscosity, driving_force, .. } = liquid;
@@ -404,6 +419,7 @@ fn check_rest(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks that a column of liquid at rest has the hydrostatic pressure of its equation of state.
 fn liquid_column(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (density, modulus) = (1000.0, 2.15e9);
     let water =

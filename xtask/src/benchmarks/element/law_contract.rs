@@ -11,7 +11,7 @@ use crate::analysis::max_or_nan;
 use crate::benchmarks::element::return_mappings::RandomSequence;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of objectivity and tangents of every law, Biot's constants and strength reduction.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/contract",
     title: "Objectivity and tangents of every law, Biot's constants, strength reduction",
@@ -24,6 +24,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Number of random paths per law.
 const PATHS: usize = 40;
 
+/// Checks objectivity, tangents and the contract of every law, Biot's modulus and strength reduction.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     biot(&mut outcome)?;
@@ -34,6 +35,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks Biot's modulus against published values.
 fn biot(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (porosity, coefficient, exact) in [(0.375, 0.976, 179.5e6), (0.427, 0.983, 167.9e6)] {
         let biot = Biot::with_coefficient(coefficient, 0.33e9, 0.1e9, porosity).map_err(|e| e.to_string())?;
@@ -43,6 +45,7 @@ fn biot(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks that a law with reduced strength yields at the reduced friction and cohesion.
 fn strength_reduction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let factor = 1.4;
     for model in ["mohr-coulomb", "drucker-prager"] {
@@ -75,7 +78,7 @@ fn strength_reduction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Single point of a law.
+/// Material point of a law, with its stress and state.
 #[derive(Clone)]
 struct ContractPoint {
     law: Arc<dyn Material>,
@@ -85,6 +88,7 @@ struct ContractPoint {
 }
 
 impl ContractPoint {
+    /// Point with an initial stress.
     fn new(spec: &MaterialSpec, stress: SymTensor) -> Result<Self, String> {
         let law = spec.build().map_err(|error| error.to_string())?;
         let start = InitialCondition { stress, density: spec.density() };
@@ -98,6 +102,7 @@ impl ContractPoint {
         Self::new(spec, start).or_else(|_| Self::new(spec, SymTensor::isotropic(start.trace() / 3.0)))
     }
 
+    /// Point after a motion.
     fn after_motion(&self, motion: &Motion) -> Result<Self, String> {
         let mut new = self.clone();
         let mut stress = [self.stress];
@@ -108,24 +113,27 @@ impl ContractPoint {
         Ok(new)
     }
 
+    /// P-wave modulus (Pa).
     fn modulus(&self) -> f64 {
         let mut out = [0.0];
         self.law.wave_moduli(&[self.stress], &self.states.blocks()[0], &mut out);
         out[0]
     }
 
+    /// Value of the yield function.
     fn yield_value(&self) -> f64 {
         let mut out = [0.0];
         self.law.yield_values(&[self.stress], &self.states.blocks()[0], &mut out);
         out[0]
     }
 
-    /// Magnitude of the stress in a step: of its start and its elastic trial.
+    /// Magnitude of the stresses in a step, of the initial one and of the elastic trial.
     fn stress_magnitude(&self, motion: &Motion) -> f64 {
         self.stress.norm() + self.modulus() * motion.velocity_gradient_dt.sym().norm()
     }
 }
 
+/// Random velocity gradient with entries up to `size`.
 fn gradient(random: &mut RandomSequence, size: f64) -> Mat3 {
     Mat3(std::array::from_fn(|_| std::array::from_fn(|_| size * (2.0 * random.next_number() - 1.0))))
 }
@@ -139,11 +147,12 @@ fn motion(a: &Mat3, density: f64) -> Result<Motion, String> {
     Ok(motion)
 }
 
+/// Examples of all laws, wrapped laws included.
 fn every_law() -> Vec<MaterialSpec> {
     MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()).collect()
 }
 
-/// Largest value of each model, in the order of the list.
+/// Largest value of each model over its examples, in the order of the list.
 fn worst_of_models(
     mut measure: impl FnMut(&MaterialSpec, &mut RandomSequence) -> Result<f64, String>,
 ) -> Result<Vec<(&'static str, usize, f64)>, String> {
@@ -161,6 +170,7 @@ fn worst_of_models(
     Ok(worst)
 }
 
+/// Checks that the stress of a rotated motion is the rotated stress.
 fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let worst = worst_of_models(|spec, random| {
         let mut worst = 0f64;
@@ -192,10 +202,10 @@ fn objectivity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Components xx yy zz xy yz zx.
+/// Indices of the components xx yy zz xy yz zx.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
 
-/// Largest difference between the tangent of a step and central differences of the update, over the stiffer of wave modulus and tangent.
+/// Largest difference between the tangent of a step and central differences of the update, over the larger of wave modulus and tangent.
 /// Entries at which two differences disagree lie on a change of region and are left out.
 fn tangent_error(walker: &ContractPoint, a: &Mat3, size: f64) -> Result<(f64, usize), String> {
     let at = motion(a, walker.density)?;
@@ -230,6 +240,7 @@ fn tangent_error(walker: &ContractPoint, a: &Mat3, size: f64) -> Result<(f64, us
     Ok((worst, compared))
 }
 
+/// Checks tangents against difference quotients of the stress.
 fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut compared = 0;
     let worst = worst_of_models(|spec, random| {
@@ -257,7 +268,7 @@ fn tangents(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Counts the parameter sets of the property tests, which run by `cargo test`, not here.
+/// Shows the number of parameter sets of the property tests, which run by `cargo test`, not here.
 fn obligations(outcome: &mut BenchmarkOutcome) {
     let laws = every_law().len() as f64;
     for (obligation, test) in [

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of hypoplasticity, and of a cohesive band in an elastic point.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/localisation",
     title: "Hypoplasticity, and a cohesive band in an elastic point",
@@ -21,9 +21,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of a tolerance of 5·10⁻⁴.
 const SHEET: &str = "the sheet's 5·10⁻⁴";
+/// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the sheet's digits";
 
+/// Checks the hypoplastic law, its viscous part, and a cohesive band in an elastic point.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     calibration(&mut outcome)?;
@@ -35,11 +38,12 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Material from its keys.
 fn material(value: Value) -> Result<MaterialSpec, String> {
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
-/// Soil of V-16, with or without the critical state, with other entries added.
+/// Hypoplastic soil of V-16 with or without the critical state, and with a viscous mode.
 fn soil(void_ratio: f64, critical: bool, viscous: Option<&str>) -> Result<MaterialSpec, String> {
     let mut value = json!({
         "model": "hypoplastic", "density": 1700.0, "void_ratio": void_ratio,
@@ -56,6 +60,7 @@ fn soil(void_ratio: f64, critical: bool, viscous: Option<&str>) -> Result<Materi
     material(value)
 }
 
+/// Path of an element test from an isotropic pressure (Pa).
 fn test(
     material: MaterialSpec,
     pressure: f64,
@@ -75,10 +80,12 @@ fn test(
     test.run().map_err(|error| error.to_string())
 }
 
+/// Column of a path; empty where there is none.
 fn column(run: &ElementPath, name: &str) -> Vec<f64> {
     run.column(name).unwrap_or_default()
 }
 
+/// Checks constants calibrated from friction angle and stiffness, stationary states, and a single stress rate.
 fn calibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let calibrate = |friction_angle: f64, youngs_modulus: f64| {
         HypoplasticConstants::calibrate(&Calibration {
@@ -127,6 +134,7 @@ fn calibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks peak stress ratio and void ratio in drained triaxial compression.
 fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Hypoplasticity in drained triaxial compression, 100 kPa",
@@ -187,7 +195,7 @@ fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Dense soil opens, loose soil hardly changes.", &voids)
 }
 
-/// The constants of Table 1 of the source.
+/// Constants of viscosity of Table 1 of the source.
 const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
     a: -8e-4,
     m1: 0.5,
@@ -197,6 +205,7 @@ const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
     mode: ViscousMode::RateMaterial,
 };
 
+/// Checks the viscous part of the stress against the sheet's table.
 fn viscous(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (x, exact) in [(1.0, -5.658_739_302e-4), (50.0, -0.044_409_196_67), (500.0, -3.189_477_682)] {
         outcome.assert_close(format!("V-17 Φ({x} 1/s)"), exact, 1e-9, VISCOSITY.phi(x), DIGITS);
@@ -241,13 +250,14 @@ fn viscous(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("The viscous stress raises friction and carries part of the normal stress.", &chart)
 }
 
-/// Slow shear to the critical state, then at a given rate: `(τ/P, e)`.
+/// Ratio of shear stress to normal stress and void ratio in shear at a rate, after slow shear to the critical state.
 fn shear_at_rate(rate: f64, mode: &str) -> Result<(f64, f64), String> {
     let stage = |rate: f64| (LoadingPath::SimpleShearConstantNormalStress { shear: 1.0 }, 500, 1.0 / rate);
     let run = test(soil(0.7, true, Some(mode))?, 100e3, &[stage(0.1), stage(rate)])?;
     Ok((run.last("stress_xy") / -run.last("stress_yy"), run.last("void_ratio")))
 }
 
+/// Checks that shear stress and void ratio grow with the shear rate.
 fn fast_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart =
         LineChart::new("Simple shear at constant normal stress of 100 kPa", "shear rate (1/s)", "τ/P");
@@ -270,6 +280,7 @@ fn fast_shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Friction rises with the rate in both modes of the viscous part.", &chart)
 }
 
+/// Checks the response of a point with a band against the sheet, and its limits: a vanishing band, and one as thick as the point.
 fn band(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let stiffness = |e: f64, nu: f64| {
         Elasticity::new(e, nu).map(|elasticity| elasticity.tangent()).map_err(|error| error.to_string())
@@ -307,7 +318,7 @@ fn band(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Tension test of the bar of V-23: elongation, stress and crack opening.
+/// Results of a tension test of the bar of V-23: elongation (m), stress (Pa) and crack opening (m).
 fn tension_test(size: f64) -> Result<Vec<[f64; 3]>, String> {
     let spec = material(json!({
         "model": "double-scale", "density": 2400.0, "youngs_modulus": 30e9, "poissons_ratio": 0.2, "size": size,
@@ -324,6 +335,7 @@ fn tension_test(size: f64) -> Result<Vec<[f64; 3]>, String> {
     Ok((0..run.rows.len()).map(|i| [columns[0][i] * size, columns[1][i], columns[2][i]]).collect())
 }
 
+/// Checks the stress–elongation curve of a cohesive bar of one point.
 fn check_bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new("Cohesive bar of one point", "elongation (m)", "stress (Pa)");
     let reference = [

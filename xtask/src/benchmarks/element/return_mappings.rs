@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::analysis::{MaxOrNan, max_or_nan};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of return mappings to cone, pyramid and prism.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "constitutive/returns",
     title: "Return mappings to cone, pyramid and prism",
@@ -20,12 +20,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the digits the sheet gives";
-/// Number of trials of each random test.
+/// Number of trial stresses of each random test.
 const TRIALS: usize = 10_000;
 /// Reference pressure of the sheet's tolerances (kPa).
 const REFERENCE: f64 = 100.0;
 
+/// Checks return mappings to cone, pyramid and prism.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     cone_returns(&mut outcome)?;
@@ -37,21 +39,23 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Elasticity of set R1 in kPa.
+/// Elasticity of the parameter set R1 (kPa).
 fn r1() -> Result<Elasticity, String> {
     Elasticity::new(20_000.0, 0.3).map_err(|error| error.to_string())
 }
 
-/// Random numbers in 0..1, the same in every run.
+/// Sequence of random numbers in 0..1, equal in every run.
 pub(super) struct RandomSequence(pub u64);
 
 impl RandomSequence {
+    /// Next number, uniform in 0..1.
     pub fn next_number(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 
+/// Drucker–Prager law of the tests with a dilatancy angle (degrees).
 fn cone_law(dilatancy: f64) -> Result<DruckerPrager, String> {
     let spec: DruckerPragerSpec = serde_json::from_value(json!({
         "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "friction_angle": 30.0, "cohesion": 10.0,
@@ -61,7 +65,7 @@ fn cone_law(dilatancy: f64) -> Result<DruckerPrager, String> {
     spec.law().map_err(|error| error.to_string())
 }
 
-/// Stress and plastic strain `κ` of the return of a trial stress: a step without strain.
+/// Stress and plastic strain `κ` after the return of a trial stress.
 fn returned_stress(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, f64), String> {
     let still = Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).ok_or("singular motion")?;
     let old = Point { stress: trial, state: Default::default() };
@@ -69,6 +73,7 @@ fn returned_stress(law: &DruckerPrager, trial: SymTensor) -> Result<(SymTensor, 
     Ok((new.stress, new.state.deviatoric))
 }
 
+/// Checks returns to the flank and to the apex of the cone.
 fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let law = cone_law(10.0)?;
     let (stress, kappa) = returned_stress(&law, SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]))?;
@@ -91,8 +96,7 @@ fn cone_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Violation of the Karush–Kuhn–Tucker conditions by an associated return, relative to the plastic strain: the plastic strain lies in the
-/// normal cone of the surface at the stress.
+/// Violation of the Karush–Kuhn–Tucker conditions by an associated return, relative to the plastic strain.
 fn optimality(cone: &Cone, elasticity: &Elasticity, trial: &SymTensor, stress: &SymTensor) -> f64 {
     let plastic = elasticity.strain(&(*trial - *stress));
     let deviator = plastic.deviator();
@@ -107,6 +111,7 @@ fn optimality(cone: &Cone, elasticity: &Elasticity, trial: &SymTensor, stress: &
     (deviator.norm() - multiplier / 2f64.sqrt()).max(0.0) / size
 }
 
+/// Checks optimality and yield condition of random returns to the cone.
 fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
     for dilatancy in [0.0, 10.0, 30.0] {
@@ -151,9 +156,10 @@ fn random_cone(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Trial stress, the region of its return, and the returned stress for ψ = 0, 10°, 30° with the tolerance of the digits.
+/// Trial stress, the region to which it returns, and the returned stresses for ψ = 0, 10°, 30° with tolerances.
 type ReturnRow = ([f64; 3], YieldRegion, [([f64; 3], f64); 3]);
 
+/// Returns to plane, edges and apex of the pyramid: trial stress, region, returned stresses (kPa).
 const PYRAMID_RETURNS: [ReturnRow; 4] = [
     (
         [-50.0, -120.0, -400.0],
@@ -185,6 +191,7 @@ const PYRAMID_RETURNS: [ReturnRow; 4] = [
     ([60.0, 50.0, 40.0], YieldRegion::Apex, [([17.320_508_08; 3], 6e-9); 3]),
 ];
 
+/// Checks returns to planes, edges and apex of the pyramid.
 fn pyramid_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
     let mut check = |trial: [f64; 3], psi: f64, region: YieldRegion, exact: [f64; 3], digits: f64| {
@@ -207,7 +214,7 @@ fn pyramid_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     full_tensor_return(outcome)
 }
 
-/// Checks the return of a stress that is not along the axes.
+/// Checks the return of a stress whose principal directions are not along the axes.
 fn full_tensor_return(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let spec: MohrCoulombSpec = serde_json::from_value(json!({
         "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "friction_angle": 30.0, "cohesion": 10.0,
@@ -225,6 +232,7 @@ fn full_tensor_return(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks returns to the pyramid with a tension cut-off.
 fn cut_off_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (2.0, [20.0, -15.0, -20.0], [2.0, -22.714_286, -27.714_286]),
@@ -244,6 +252,7 @@ fn cut_off_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks returns to Tresca's prism.
 fn prism_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let third = 1.0 / 3.0;
     let table = [
@@ -261,7 +270,7 @@ fn prism_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// All six planes of a pyramid: at the apex those of the reversed order are active too.
+/// All six planes of a pyramid, since those of the reversed order of stresses are active too at the apex.
 fn check_six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
     let pairs = [[0, 2], [0, 1], [1, 2], [1, 0], [2, 1], [2, 0]];
     pairs.map(|[i, j]| {
@@ -278,6 +287,7 @@ fn check_six_planes(pyramid: &Pyramid) -> [YieldPlane; 6] {
     })
 }
 
+/// Checks optimality and yield condition of random returns to the pyramid.
 fn random_pyramid(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let elasticity = r1()?;
     let regions =

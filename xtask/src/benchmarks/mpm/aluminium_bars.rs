@@ -11,7 +11,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aluminium bars by MPM and GIMP.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/aluminium-bars",
     title: "Aluminium-bar column, MPM and GIMP",
@@ -21,10 +21,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Height of the column (m), and distance from the wall in which the top edge does not move in an implicit code (m).
+/// Height of the column (m).
 const HEIGHT: f64 = 0.1;
+/// Distance from the wall within which the top edge does not move in an implicit code (m).
 const REST_SPEED: f64 = 0.07;
 
+/// Checks the deposit of a column of aluminium bars against an implicit code.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     against_implicit(&mut outcome)?;
@@ -34,7 +36,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks V16: the bulk of the deposit against an independent explicit code on the same squares.
+/// Checks the bulk of the deposit against an independent explicit code on equal squares (V16).
 fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut surfaces =
         LineChart::new("Aluminium-bar column 0.2 m × 0.1 m after 0.6 s", "x (m)", "height (m)");
@@ -73,7 +75,7 @@ fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Surface of the deposit; markers are the sheet's prototype on triangles.", &surfaces)
 }
 
-/// Checks §5.2: in an implicit code the top edge does not move for x ≤ 0.07 m. It does here; see docs/validation.md.
+/// Checks that the top edge does not move for x ≤ 0.07 m, as in an implicit code (§5.2). It does here; see docs/validation.md.
 fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
     let moved = vectors(snapshot, "displacement");
     let falls: Vec<f64> = snapshot
@@ -98,7 +100,7 @@ fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
     outcome.info(format!("{method}: mean fall of the top edge at x ≤ 0.07 m (mm)"), claim, mean, reason);
 }
 
-/// Compares heights of the surface with those on triangles.
+/// Compares heights of the deposit with those of a computation on triangles.
 fn heights(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot, triangles: &[(f64, f64)]) {
     let height = |x: f64| {
         let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| (p[0] - x).abs() < 0.005);
@@ -111,7 +113,7 @@ fn heights(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot, tr
     }
 }
 
-/// Shows set S1 of the SPH sheet: results of another method for this column.
+/// Shows the results for the column of set S1 of the SPH sheet, for which the sheet has results of another method.
 fn set_s1(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut advance = LineChart::new("Set S1: end of the deposit", "time (s)", "x (m)");
     let table = reference_table("mpm/aluminium-bars-s1/reference.csv")?;
@@ -132,6 +134,7 @@ fn set_s1(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         .svg("The column of set S1, with the end of the deposit that the sheet's SPH code finds.", &advance)
 }
 
+/// Shows the results beside the values of SPH for the same column.
 fn s1_values(outcome: &mut BenchmarkOutcome, method: &str, report: &RunReport, sph: f64) {
     let reason = "not judged: the sheet's numbers and bands are of SPH with artificial viscosity 0.1, and vary with it \
                   from 0.32 m to 0.49 m; MPM has none";

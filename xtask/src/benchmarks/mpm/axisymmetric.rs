@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::crest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm};
 
-/// Benchmark of this module.
+/// Benchmark of the axisymmetric collapse of granular columns.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-axisymmetric",
     title: "Axisymmetric granular column collapse",
@@ -18,8 +18,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Radius of the column (m).
 const RADIUS: f64 = 0.1;
+/// Cell size (m).
 const CELL: f64 = 0.005;
 
+/// Case of a column with an aspect ratio.
 fn column(aspect: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/column-axisymmetric")?;
     let height = aspect * RADIUS;
@@ -33,12 +35,13 @@ fn column(aspect: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Run-out and height at rest over radius (Lube et al. 2004, who give no height between 1 and 1.7).
+/// Run-out and final height over the radius by the laws of Lube et al. (2004), who have no height for aspect ratios between 1 and 1.7.
 fn laws(aspect: f64) -> [f64; 2] {
     let run_out = if aspect < 1.7 { 1.24 * aspect } else { 1.6 * aspect.sqrt() };
     [run_out, if aspect < 1.7 { aspect } else { 0.88 * aspect.powf(1.0 / 6.0) }]
 }
 
+/// Checks run-out and height of axisymmetric columns against the laws of Lube et al.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut advance =

@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of an oscillating elastic bar: frequency, energy and order of convergence.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/bar",
     title: "Oscillating elastic bar: frequency, energy, order",
@@ -21,9 +21,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Length of the bar (m).
 const LENGTH: f64 = 25.0;
+/// Wave speed of the bar (m/s).
 const SPEED: f64 = 10.0;
 
+/// Checks period, energy and damping of a vibrating bar.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     vibration(&mut outcome)?;
@@ -33,8 +36,8 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the first mode with two points a cell: the grid resolves `(5 + 3 cos βh)/8` of the mass of the mode. With lumped mass the points
-/// respond by that much less, with the consistent one more.
+/// Checks the frequency of the first mode with two points in a cell. The grid represents `(5 + 3 cos βh)/8` of the mass of the mode. With
+/// lumped mass the points respond by that much less, with the consistent one more.
 fn consistent(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell) = (PI / (2.0 * LENGTH), LENGTH / 13.0);
     let wave = (beta * cell).cos();
@@ -61,8 +64,8 @@ fn consistent(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks the first mode under Rayleigh damping: `e^{-ζt}(cos ω_d t - (ζ/ω_d) sin ω_d t)` with `ζ = λ α_R/2` and `λ = cos²(βh/2)`, the
-/// share of the mode on the grid.
+/// Checks the decay of the first mode under Rayleigh damping: `e^{-ζt}(cos ω_d t - (ζ/ω_d) sin ω_d t)` with `ζ = λ α_R/2`, where `λ =
+/// cos²(βh/2)` is the share of the mode on the grid.
 fn check_rayleigh_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (beta, cell, damping) = (PI / (2.0 * LENGTH), LENGTH / 13.0, 0.2);
     let mut case = load_case("mpm/bar")?;
@@ -93,7 +96,7 @@ fn check_rayleigh_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> 
     Ok(())
 }
 
-/// Checks a bar of 13, 26 and 52 cells in its first mode.
+/// Checks the period and the energy of a bar in its first mode on 13, 26 and 52 cells.
 fn vibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let beta = PI / (2.0 * LENGTH);
     let omega = beta * SPEED;
@@ -135,7 +138,7 @@ fn vibration(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     )
 }
 
-/// Checks the band of the energy over that at the start.
+/// Checks the range of the energy over that at the start.
 fn energy_band(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let energy: Vec<f64> = measure_series(report, "kinetic_energy")
         .into_iter()
@@ -162,7 +165,7 @@ fn frequency(signal: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// Checks one point in one cell: the three stress updates and their energy.
+/// Checks the motion of one point in one cell by three stress updates, and its energy.
 fn single_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let omega = 2.0 * PI;
     let mut chart = LineChart::new("One point in one cell", "time (s)", "energy over initial energy");
@@ -209,7 +212,7 @@ fn single_point(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Updating stress last from the solved velocities loses energy; the other two do not.", &chart)
 }
 
-/// Check of the position of the single point against two problems: The first has a closed form; the second is integrated here.
+/// Checks the position of the single point against two problems: The first has a closed form; the second is integrated here.
 fn check_single_point(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let omega = 2.0 * PI;
     let largest = |exact: &dyn Fn(f64) -> f64| {
@@ -232,8 +235,8 @@ fn check_single_point(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     );
 }
 
-/// Solution `u(t)` of `u'' = -ω² u eᵘ` from rest at zero with velocity `speed`: logarithmic strain of a point whose volume follows it.
-/// Fourth-order Runge–Kutta; its error here is below 1e-12.
+/// Solution `u(t)` of `u'' = -ω² u eᵘ` from zero with the velocity `speed`. It is the logarithmic strain of a point whose volume follows
+/// its strain. Fourth-order Runge–Kutta; its error here is below 1e-12.
 fn stretching_point(omega: f64, speed: f64, time: f64) -> f64 {
     let steps = (time / 1e-3).ceil().max(1.0);
     let dt = time / steps;

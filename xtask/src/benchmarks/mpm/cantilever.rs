@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a cantilever at large deflection against the elastica.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/cantilever",
     title: "Cantilever at large deflection: convected domains against the elastica",
@@ -16,10 +16,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Length and height (m), bending stiffness (N m²) and mass over length (kg/m) of the case.
+/// Length of the beam (m).
 const LENGTH: f64 = 10.0;
+/// Height of the beam (m).
 const HEIGHT: f64 = 1.0;
+/// Bending stiffness (N m²).
 const STIFFNESS: f64 = 1e6;
+/// Mass over length (kg/m).
 const MASS: f64 = 1000.0;
 
 /// Cell size of the case (m).
@@ -35,6 +38,7 @@ enum CantileverLoad {
 }
 
 impl CantileverLoad {
+    /// Dimensionless load as text.
     fn name(self) -> String {
         match self {
             Self::Tip(load) => format!("PL²/EI = {load}"),
@@ -42,7 +46,7 @@ impl CantileverLoad {
         }
     }
 
-    /// Load (EI/L²) beyond a position along the beam (L).
+    /// Load (EI/L²) on the part of the beam beyond a position (L).
     fn load_beyond(self, place: f64) -> f64 {
         match self {
             Self::Tip(load) => load,
@@ -51,6 +55,7 @@ impl CantileverLoad {
     }
 }
 
+/// Checks deflections of a cantilever against the elastica.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Deflected axis", "along the beam at rest (m)", "down (m)");
@@ -123,7 +128,7 @@ fn loaded_case(bending: CantileverLoad, cell: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Axis of the deflected beam (m), and shortening and deflection of its tip over the length.
+/// Axis of the deflected beam (m), with the shortening and deflection of its tip over the length.
 fn deflected_axis(bending: CantileverLoad, cell: f64) -> Result<(DeflectionLine, [f64; 2]), String> {
     let report = run_mpm(&loaded_case(bending, cell)?)?;
     let axis = axis(&report.snapshot);
@@ -151,8 +156,8 @@ fn axis(snapshot: &Snapshot) -> Vec<(f64, [f64; 2])> {
     columns.into_values().map(|(x, sum, count)| (x, sum.map(|c| c / count))).collect()
 }
 
-/// Axis (m) of `EI θ'' = -P cos θ`, or `-q (L - s) cos θ`, with `θ(0) = 0`, `θ'(L) = 0`, downwards: shooting for the
-/// curvature at the wall, fourth-order Runge–Kutta.
+/// Axis of the elastica (m): `EI θ'' = -P cos θ`, or `-q (L - s) cos θ`, with `θ(0) = 0`, `θ'(L) = 0`, downwards. It is solved by shooting
+/// for the curvature at the wall, with the fourth-order Runge–Kutta method.
 fn elastica(bending: CantileverLoad) -> Vec<(f64, f64)> {
     let steps = 2000;
     let shoot = |curvature: f64| {

@@ -13,7 +13,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, scalars, set_mpm_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of cuts and slopes in Tresca clay: stability and run-out.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-failure",
     title: "Vertical cut and slopes in Tresca clay: stability and run-out",
@@ -23,25 +23,30 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Unit weight (N/m³), height (m), and positions of the cut and its foot (m).
+/// Unit weight (N/m³).
 const WEIGHT: f64 = 2e4;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 10.0;
+/// Height of the cut (m).
 const HEIGHT: f64 = 1.0;
+/// Position of the face of the cut (m).
 const FACE: f64 = 1.5;
+/// Height of the foot of the cut (m).
 const FOOT: f64 = 0.5;
-/// Duration of the free fall of the unstable cut, and duration of the undamped observation at rest (s).
+/// Duration of the free fall of the unstable cut (s).
 const FALL_AND_REST_DURATIONS: f64 = 3.0;
+/// Duration of the undamped observation at rest (s).
 const REST_SPEED: f64 = 0.05;
-/// Interval of the frames of the fall (s).
+/// Time between frames of the fall (s).
 const FRAME: f64 = 0.02;
-/// Largest settlement of a stable crest (m).
+/// Largest settlement of a crest that counts as stable (m).
 const CREST: f64 = 0.05 * HEIGHT;
-/// Largest height of a vertical face in c_u/γ: the sheet's bound for the remains of a cut at rest.
+/// Largest height of a vertical face that may remain of a cut, over c_u/γ.
 const FACE_BOUND: f64 = 3.83;
-/// Least angle of a near-vertical face (degrees).
+/// Smallest angle of a near-vertical face (degrees).
 const NEAR_VERTICAL: f64 = 75.0;
 
-/// Sets the clay to a stability number γH/c_u; `strong` clay does not yield.
+/// Sets the strength of the clay by a stability number γH/c_u. `strong` clay does not yield.
 fn clay(case: &mut Case, number: f64, strong: bool) -> Result<(), String> {
     let strength = WEIGHT * HEIGHT / number;
     let clay = json!({ "model": "tresca", "density": 2000, "youngs_modulus": 500.0 * strength, "poissons_ratio": 0.3,
@@ -52,8 +57,8 @@ fn clay(case: &mut Case, number: f64, strong: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// Slope at an angle (degrees) on a layer `depth` thick. The layer would settle by more than a cell: the points keep their positions, as in
-/// the theory of Taylor's numbers.
+/// Case of a slope at an angle (degrees) on a layer `depth` (m) thick. The layer would settle by more than a cell: the points keep their
+/// positions, as in the theory of Taylor's numbers.
 fn slope(angle: f64, depth: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/vertical-cut")?;
     let back = HEIGHT / angle.to_radians().tan();
@@ -87,13 +92,14 @@ fn sinking(case: &Case, number: f64, strong: bool) -> Result<f64, String> {
     }
 }
 
-/// Whether a slope comes to rest under its weight, with its crest at most 5 % of the height below that of elastic clay: the deep layer
-/// settles by 3 % of it.
+/// Whether a slope comes to rest under its weight with its crest at most 5 % of the height below that of elastic clay. The deep layer
+/// settles by 3 % of the height.
 fn is_slope_stable(case: &Case, number: f64) -> Result<bool, String> {
     let settlement = sinking(case, number, false)?;
     Ok(settlement.is_finite() && settlement - sinking(case, number, true)? <= CREST)
 }
 
+/// Checks stability numbers of clay cuts, slopes near Taylor's numbers, and the run-out of an unstable cut.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_stability_numbers(&mut outcome, quick)?;
@@ -104,7 +110,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks (i): the largest stable number and the smallest unstable one.
+/// Checks the largest stability number at which a cut is stable, and the smallest at which it fails ((i) of the sheet).
 fn check_stability_numbers(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let case = load_case("mpm/vertical-cut")?;
     let numbers: &[f64] = if quick { &[3.6, 4.1] } else { &[3.6, 3.7, 3.8, 3.9, 4.0, 4.1] };
@@ -136,7 +142,7 @@ fn check_stability_numbers(outcome: &mut BenchmarkOutcome, quick: bool) -> Resul
     Ok(())
 }
 
-/// Checks (ii): slopes of φ = 0 are stable 8 % on one side of Taylor's number and fail 8 % on the other.
+/// Checks that slopes of φ = 0 are stable 8 % on one side of Taylor's number and fail 8 % on the other ((ii) of the sheet).
 fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (angle, depth, number) in [(60.0, 0.5, 0.191), (45.0, 2.0, 0.181)] {
         let case = slope(angle, depth)?;
@@ -151,7 +157,7 @@ fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks the released energy against plastic dissipation and remaining kinetic energy, at the end of the fall.
+/// Checks that the released potential energy equals plastic dissipation and remaining kinetic energy at the end of the fall.
 fn balance(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) {
     let at = |name: &str| {
         let rows = measure_series(report, name);
@@ -179,7 +185,7 @@ fn balance(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) {
 }
 
 /// Height of the highest near-vertical face of a surface (m): its largest drop over the width that a face of height `bound` (m) has at the
-/// least angle.
+/// smallest angle.
 fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
     let width = bound / NEAR_VERTICAL.to_radians().tan();
     let surface = profile(snapshot, 0, 1, bin);
@@ -190,8 +196,8 @@ fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
     falls.max_or_nan()
 }
 
-/// Checks the worst column of cells, observed without damping: out-of-balance force, from the change of momentum between two frames, over
-/// weight; kinetic energy over the work of the weight.
+/// Checks out-of-balance force and kinetic energy of the worst column of cells, without damping. The out-of-balance force follows from the
+/// change of momentum between two frames and is relative to the weight; the kinetic energy is relative to the work of the weight.
 fn columns_at_rest(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) -> Result<(), String> {
     // The last frame may have any distance from the one before.
     let [.., before, after, _] = &report.frames[..] else { return Err("too few frames".to_owned()) };
@@ -219,7 +225,7 @@ fn columns_at_rest(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64
     Ok(())
 }
 
-/// Case of a cut with `γH/c_u = number` that falls, comes to rest and is at rest, on cells of `cell` (m).
+/// Case of a cut with `γH/c_u = number` that falls and comes to rest, on cells of `cell` (m).
 fn failing_cut(number: f64, cell: f64) -> Result<Case, String> {
     let mut case = load_case("mpm/vertical-cut")?;
     clay(&mut case, number, false)?;
@@ -236,7 +242,7 @@ fn failing_cut(number: f64, cell: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Checks (iii): the cut with γH/c_u = 6 runs out and stops.
+/// Checks that the cut with γH/c_u = 6 runs out and stops ((iii) of the sheet).
 fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let number = 6.0;
     let mut ends = Vec::new();

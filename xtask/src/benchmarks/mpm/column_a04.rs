@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aspect ratio 0.4 by standard MPM and by GIMP.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-a04",
     title: "Column collapse, a = 0.4: standard MPM against GIMP",
@@ -21,18 +21,20 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Length and height of the column (m).
+/// Length of the column (m).
 const LENGTH: f64 = 0.1;
+/// Height of the column (m).
 const HEIGHT: f64 = 0.04;
 
 /// Shape functions and their names in the report.
 const METHODS: [(&str, &str); 2] = [("linear", "MPM"), ("ugimp", "GIMP")];
 
-/// Coefficients of friction of the base and their names in the report; the source's first.
+/// Friction coefficients of the base and their names in the report. The first one is that of the source.
 const BASES: [(f64, &str); 2] = [(0.466, "friction 0.466"), (1.0, "rough base")];
 
-/// Time step of the source (s), on its grid of 1 mm, and its Courant number.
+/// Time step of the source on its grid of 1 mm (s).
 const STEP: f64 = 1e-6;
+/// Courant number of the time step of the source.
 const STEP_COURANT: f64 = 0.0345;
 /// Courant number of the case.
 const COURANT: f64 = 0.3;
@@ -45,6 +47,7 @@ fn scale() -> f64 {
     (HEIGHT / 9.81).sqrt()
 }
 
+/// Checks the collapse of a column of aspect ratio 0.4 by standard MPM and by GIMP against published figures.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = published_chart()?;
@@ -66,8 +69,8 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the whole collapse by both methods: (iii), (iv) and the end of (ii). The sheet's grid is 1 mm, and its bands for (iv) are from
-/// grids of 2 mm and 4 mm; with `compare` the methods are judged against each other.
+/// Checks the whole collapse by both methods: front, crest and final run-out ((iii), (iv) and the end of (ii) of the sheet). The sheet's
+/// grid is 1 mm, and its bands for (iv) are from grids of 2 mm and 4 mm; with `compare` the methods are judged against each other.
 fn check_collapse(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
@@ -108,7 +111,7 @@ fn check_collapse(
     Ok(())
 }
 
-/// Checks (iv).
+/// Checks the final run-out against the range `band` of the sheet (iv).
 fn level(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, band: (f64, f64)) {
     let claim = format!("{} to {}", band.0, band.1);
     outcome.assert_within(
@@ -139,7 +142,7 @@ fn measure_at(report: &RunReport, measure: &str, time: f64) -> f64 {
     measure_series(report, measure).into_iter().find(near).map_or(f64::NAN, |(_, value)| value)
 }
 
-/// Run of the column on cells of edge `cell` (m), for `duration` times `sqrt(H/g)`.
+/// Runs the column on cells of edge `cell` (m), for `duration` times `sqrt(H/g)`.
 fn column(shape: &str, cell: f64, friction: f64, duration: f64) -> Result<RunReport, String> {
     run_mpm(&column_case(shape, cell, friction, duration, None)?)
 }
@@ -189,7 +192,7 @@ fn published_chart() -> Result<LineChart, String> {
     })
 }
 
-/// Run-out over initial length against time over `sqrt(H/g)`, the front by the binding definition (sheet: mpm §3.9).
+/// Run-out over the initial length, over time in `sqrt(H/g)`. The front is that of the definition in sheet: mpm §3.9.
 fn advance(report: &RunReport) -> Vec<(f64, f64)> {
     measure_series(report, "front").into_iter().map(|(t, value)| (t / scale(), value)).collect()
 }
@@ -199,8 +202,7 @@ fn run_out(report: &RunReport) -> f64 {
     advance(report).last().map_or(f64::NAN, |row| row.1)
 }
 
-/// Checks the start of the collapse, to the last of `times` (in `sqrt(H/g)`): (i) and the first part of (ii), with the source's step or the
-/// Courant number of the case.
+/// Checks the start of the collapse up to the last of `times` (in `sqrt(H/g)`), against (i) and the first part of (ii) of the sheet.
 fn start(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
@@ -245,7 +247,7 @@ fn start(
     Ok(())
 }
 
-/// Checks (iii).
+/// Checks the final height of the crest ((iii) of the sheet).
 fn crest_check(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, cell: f64) {
     let height = crest(&report.snapshot, 2.0 * cell) / HEIGHT;
     let reason = "the sheet's bound: the deposit is truncated";
@@ -258,7 +260,7 @@ fn crest_check(outcome: &mut BenchmarkOutcome, label: &str, report: &RunReport, 
     );
 }
 
-/// RMS difference (Pa) of (v) of the vertical stress from its mean in each cell, over the points that `wanted` selects.
+/// RMS difference of the vertical stress from its mean in each cell (Pa), over the points that `wanted` selects ((v) of the sheet).
 fn noise(snapshot: &Snapshot, cell: f64, wanted: impl Fn(&[f64; 3]) -> bool) -> f64 {
     let mut cells: BTreeMap<(i64, i64), Vec<f64>> = BTreeMap::new();
     for (x, stress) in snapshot.positions.iter().zip(stresses(snapshot)).filter(|(x, _)| wanted(x)) {
@@ -274,6 +276,7 @@ fn noise(snapshot: &Snapshot, cell: f64, wanted: impl Fn(&[f64; 3]) -> bool) -> 
     (sum / count as f64).sqrt()
 }
 
+/// Shows the noise of the vertical stress in the core and in the flowing part.
 fn show_noise(outcome: &mut BenchmarkOutcome, reports: &[(&str, RunReport)], cell: f64) {
     let core = |x: &[f64; 3]| x[0] < 0.3 * LENGTH && x[1] < 0.5 * HEIGHT;
     let flowed = |x: &[f64; 3]| x[0] > LENGTH;
@@ -298,8 +301,8 @@ fn show_noise(outcome: &mut BenchmarkOutcome, reports: &[(&str, RunReport)], cel
     }
 }
 
-/// Checks the published figure, with the dissipation calibrated by the sheet: its prototype ends at 0.69 and 0.61 with rates of 100/s and
-/// 150/s on cells of 4 mm.
+/// Checks the published figure, with the dissipation that the sheet has calibrated. The sheet's prototype ends at 0.69 and 0.61 with rates
+/// of 100/s and 150/s on cells of 4 mm.
 fn check_published_figure(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let (name, report) = dissipative(chart, 0.004, 3e-5, 6.0)?;
     outcome.assert_close(
@@ -318,7 +321,7 @@ fn check_published_figure(outcome: &mut BenchmarkOutcome, chart: &mut LineChart)
     Ok(())
 }
 
-/// Checks the start of the published figure on its own grid of 1 mm, with equal dissipation.
+/// Checks the start of the published figure on its grid of 1 mm, with the calibrated dissipation.
 fn calibrated_start(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let (name, report) = dissipative(chart, 0.001, 8e-6, 1.0)?;
     outcome.assert_within(
@@ -331,7 +334,7 @@ fn calibrated_start(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Re
     Ok(())
 }
 
-/// GIMP with PIC at the rate `λ = DISSIPATION/cell²`, and the names of its checks. `duration` in `sqrt(H/g)`.
+/// Run of GIMP with PIC at the rate `λ = DISSIPATION/cell²`, with the names of its checks.
 fn dissipative(
     chart: &mut LineChart,
     cell: f64,

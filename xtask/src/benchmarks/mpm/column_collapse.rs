@@ -9,7 +9,7 @@ use crate::benchmarks::{
     run_mpm, set_mpm_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the plane collapse of granular columns by MPM and GIMP.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/column-collapse",
     title: "Planar granular column collapse, MPM and GIMP",
@@ -19,8 +19,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Initial width of the columns (m).
 const WIDTH: f64 = 0.1;
 
+/// Checks run-outs of sand columns against published laws.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     sand(&mut outcome, quick)?;
@@ -42,6 +44,7 @@ fn sand_column(aspect: f64) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks run-out, height and time of the collapse of sand columns.
 fn sand(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let aspects: &[f64] = if quick { &[0.5, 1.0, 2.0] } else { &[0.5, 1.0, 2.0, 4.0, 6.0] };
     let mut laws = run_out_laws()?;
@@ -77,7 +80,7 @@ fn sand(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     outcome.svg("The flow starts after about one and ends after about four times sqrt(H/g).", &advance)
 }
 
-/// Checks the height of a flat deposit at the wall, and figure and mass of that of the column with a = 1.
+/// Checks the height of a flat deposit at the wall. For the column with a = 1 it also draws the deposit and checks its mass.
 fn deposit(outcome: &mut BenchmarkOutcome, report: &RunReport, aspect: f64) -> Result<(), String> {
     let height = crest(&report.snapshot, 0.005);
     if aspect <= 1.0 {
@@ -111,7 +114,7 @@ fn judge(outcome: &mut BenchmarkOutcome, name: String, aspect: f64, run_out: f64
     outcome.assert_within(name, &claim, run_out, band, reason);
 }
 
-/// Checks the slope of the run-out against the sheet's bands, for columns up to a = 2 and from a = 4.
+/// Checks the exponent of the run-out over the aspect ratio against the ranges of the sheet, for columns up to a = 2 and from a = 4.
 fn slopes(outcome: &mut BenchmarkOutcome, name: &str, run_outs: &[(f64, f64)]) {
     let slope = |points: &[(f64, f64)]| {
         let (first, last) = (points[0], points[points.len() - 1]);
@@ -141,6 +144,7 @@ fn standard(outcome: &mut BenchmarkOutcome, laws: &mut LineChart) -> Result<(), 
     Ok(())
 }
 
+/// Chart of the published run-out laws.
 fn run_out_laws() -> Result<LineChart, String> {
     let table = reference_table("mpm/column-collapse/laws.csv")?;
     let labels = [

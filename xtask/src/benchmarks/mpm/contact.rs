@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, set_mpm_option, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of contact: bodies that collide, slide, stick, roll and separate.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/contact",
     title: "Bodies that meet, slide, stick, roll and part",
@@ -16,6 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Checks contact of bars, of a block on a base and on an incline, and of a disk.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_bars(&mut outcome, "A-13 bars", &run_mpm(&load_case("mpm/contact-bars")?)?)?;
@@ -40,7 +41,7 @@ pub(super) fn mean(snapshot: &Snapshot, field: &str, body: u32, component: usize
     sum / count
 }
 
-/// Mean of a component over a body over time, relative to `start`.
+/// Mean of a component of a field over a body, over time and relative to `start`.
 pub(super) fn history(report: &RunReport, field: &str, body: u32, start: f64) -> Vec<(f64, f64)> {
     let frames = report.frames.iter().filter(|frame| frame.time >= start - 1e-9);
     frames.map(|frame| (frame.time - start, mean(frame, field, body, 0))).collect()
@@ -60,7 +61,7 @@ fn mean_bar_stress(snapshot: &Snapshot, from: f64, to: f64) -> f64 {
     sum / count
 }
 
-/// Checks two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
+/// Checks two equal bars that collide: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
 pub(super) fn check_bars(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -97,7 +98,7 @@ pub(super) fn check_bars(
     )
 }
 
-/// Checks that no tension acts on the bars after the time `part` (s) of their separation.
+/// Checks that no tension acts between the bars after the time `part` (s) of their separation.
 fn tension_after_separation(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport, part: f64) {
     for (body, bar, outwards) in [(0, "left", 1.0), (1, "right", -1.0)] {
         // No other force acts on a bar: a tensile contact force changes its mean speed.
@@ -118,12 +119,12 @@ fn tension_after_separation(outcome: &mut BenchmarkOutcome, name: &str, report: 
     }
 }
 
-/// Removes the prescribed normal of the first contact.
+/// Removes the prescribed normal of the first contact of the case.
 fn forget_normal(case: &mut Case) {
     contact(case, "normal", serde_json::Value::Null);
 }
 
-/// Checks a block that slides to rest, A-31: 1 m/s, friction 0.4, 10 m/s².
+/// Checks a block that slides to rest, with 1 m/s, a friction coefficient of 0.4 and 10 m/s².
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new("Block sliding to rest", "time (s)", "mean velocity (m/s)");
     chart.series.push(Series::new("closed form", vec![(0.0, 1.0), (0.25, 0.0), (0.5, 0.0)], Style::Dashed));
@@ -166,7 +167,7 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A block on a flat base: Coulomb's law takes its speed in a straight line.", &chart)
 }
 
-/// Checks the block on a frictional plane (§3.7), with friction in impulses or in accelerations.
+/// Checks the block on a frictional plane, with friction applied to impulses or to accelerations (§3.7).
 fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) -> Result<(), String> {
     let mut case = load_case("mpm/contact-block")?;
     case.bodies.remove(0);
@@ -196,7 +197,7 @@ fn plane(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, friction: &str) 
     Ok(())
 }
 
-/// Checks a block on an incline, A-14.
+/// Checks the acceleration of a block on an incline.
 fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart =
         LineChart::new("Block on an incline of 30°", "time (s)", "mean velocity along the incline (m/s)");
@@ -255,7 +256,7 @@ fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Velocity of the block for five coefficients of friction, with adhesion, and with normals from the bodies.", &chart)
 }
 
-/// Checks a disk on an incline, A-15.
+/// Checks the acceleration of a disk on an incline.
 fn disk(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (sine, cosine) = (0.5, 0.75f64.sqrt());
     let mut chart = LineChart::new("Disk on an incline of 30°", "time (s)", "way (m)");

@@ -11,7 +11,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of exact properties of shape functions, conservation, filters, supports and equilibrium.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/units",
     title: "Shape functions, conservation, filters, supports, equilibrium",
@@ -21,6 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Checks exact properties of shape functions, transfers, filters and boundary conditions.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     shape_functions::shape_functions(&mut outcome);
@@ -47,12 +48,13 @@ fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     Ok(solver)
 }
 
+/// Advances a solver by its largest stable step.
 fn step(solver: &mut dyn Solver) -> Result<(), String> {
     let dt = solver.limit().dt;
     solver.step(dt).map(drop).map_err(|error| error.to_string())
 }
 
-/// Checks S-04 with integration by cells: cells with three, two and three points under one stress, free at both ends.
+/// Checks integration by cells: cells with three, two and three points under a uniform stress, free at both ends (S-04).
 fn integration_by_cells(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for integration in ["points", "mixed", "gauss"] {
         let mut bar = load_case("mpm/crossing-bar")?;
@@ -76,7 +78,7 @@ fn integration_by_cells(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-02: conservation of momentum over steps.
+/// Checks the conservation of momentum over steps.
 fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let change = |before: &Budget, after: &Budget| {
         (0..2).map(|c| (after.momentum[c] - before.momentum[c]).abs()).max_or_nan()
@@ -110,7 +112,7 @@ fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-02: conservation of angular momentum by APIC.
+/// Checks the conservation of angular momentum by APIC.
 fn angular_momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["quadratic", "cubic"] {
         let mut case = load_case("mpm/spinning-block")?;
@@ -134,7 +136,7 @@ fn angular_momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-03: reduction of a mode by one step on a line with one point in the middle of each cell.
+/// Checks the reduction of a velocity mode by one step, with one point in the middle of each cell.
 fn filters(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let eighth = std::f64::consts::PI / 8.0;
     let rows = [
@@ -169,7 +171,7 @@ fn filters(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Check A-03: a step of APIC preserves a linear velocity field.
+/// Checks that a step of APIC preserves a linear velocity field.
 fn check_affine_velocity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["quadratic", "cubic"] {
         let mut case = load_case("mpm/patch")?;
@@ -189,7 +191,7 @@ fn check_affine_velocity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-17: a point in a cell with local damping.
+/// Checks the motion of a point in a cell with local damping.
 fn oscillator(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rows = [
         (0.05, 0.951_190, 3.144_543),
@@ -238,7 +240,7 @@ fn oscillator(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A degree of freedom under local damping.", &chart)
 }
 
-/// Checks S-08: supports constrain nodes before material reaches them; without them the block leaves the domain.
+/// Checks that supports constrain nodes before material reaches them; without them the block leaves the domain (S-08).
 fn floor_without_material(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let patch = load_case("mpm/drop")?;
     let mut free = patch.clone();
@@ -289,7 +291,7 @@ fn lowest_position(case: &Case) -> Result<(f64, Option<String>), String> {
     Ok((lowest, None))
 }
 
-/// Checks S-08: momentum from a traction in a step.
+/// Checks the momentum that a traction adds in a step (S-08).
 fn traction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for shape in ["linear", "ugimp", "quadratic"] {
         let mut case = load_case("mpm/drop")?;
@@ -330,7 +332,7 @@ fn traction(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-32: a column settles to equilibrium, and a run that does not is reported.
+/// Checks that a column settles to equilibrium, and that a run that does not is reported.
 fn settling(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load_case("mpm/settling-column")?;
     let report = run_mpm(&case)?;
@@ -357,7 +359,7 @@ fn settling(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-33: mass scaling changes the time step and not the settlement.
+/// Checks that mass scaling changes the time step and not the settlement.
 fn mass_scaling(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let settlement = |case: &Case| -> Result<f64, String> {
         let displacement = vectors(&run_mpm(case)?.snapshot, "displacement");

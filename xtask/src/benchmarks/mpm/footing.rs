@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of the bearing capacity of a strip footing on Tresca clay.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/footing",
     title: "Strip footing on Tresca clay",
@@ -17,31 +17,34 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Undrained strength (Pa), half width of the footing (m), settlement at the end (m).
+/// Undrained strength of the clay (Pa).
 const STRENGTH: f64 = 1e4;
+/// Half width of the footing (m).
 const HALF_WIDTH: f64 = 1.0;
+/// Settlement at the end (m).
 const SETTLEMENT: f64 = 0.12;
 
-/// Prandtl's pressure over the strength.
+/// Prandtl's bearing capacity over the undrained strength.
 const PRANDTL: f64 = 2.0 + std::f64::consts::PI;
 
-/// Cases: that of the sheet with points that keep their positions, and one whose footing sinks: points move, and the clay beside it heaves.
-const FIXED_POINTS: &str = "mpm/footing";
-const SINKING: &str = "mpm/footing-sinking";
+/// Id of the case of the sheet, whose points keep their positions.
+const FIXED_POINTS_ID: &str = "mpm/footing";
+/// Id of the case whose footing sinks into the clay: points move, and the clay beside it heaves.
+const SINKING_FOOTING_ID: &str = "mpm/footing-sinking";
 
-/// Case with a number of cells under half the footing.
+/// Case of a footing with a number of cells under half of it.
 fn footing(folder: &str, cells: usize) -> Result<Case, String> {
     let mut case = load_case(folder)?;
     set_mpm_option(&mut case, "cell_size", HALF_WIDTH / cells as f64);
     Ok(case)
 }
 
-/// Numbers of cells in the runs.
+/// Numbers of cells under half of the footing in the runs.
 fn levels(quick: bool) -> &'static [usize] {
     if quick { &[8] } else { &[4, 8, 16] }
 }
 
-/// Pressure under the footing over the strength against settlement (m).
+/// Pressure under the footing over the strength, over the settlement (m).
 fn curve(report: &RunReport) -> Vec<(f64, f64)> {
     // Mean force between two rows, from the impulse.
     let impulse = measure_series(report, "footing.impulse.y");
@@ -62,16 +65,17 @@ fn mean_pressure_between(curve: &[(f64, f64)], low: f64, high: f64) -> f64 {
     inside.iter().sum::<f64>() / inside.len() as f64
 }
 
-/// Mean pressure over the last 10 mm.
+/// Mean pressure over the last 10 mm of settlement.
 fn at_the_end(curve: &[(f64, f64)]) -> f64 {
     mean_pressure_between(curve, SETTLEMENT - 0.01, SETTLEMENT)
 }
 
-/// Rise of the pressure over the last 20 mm.
+/// Relative rise of the pressure over the last 20 mm of settlement.
 fn final_pressure_rise(curve: &[(f64, f64)]) -> f64 {
     at_the_end(curve) / mean_pressure_between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
 }
 
+/// Checks the pressure under a strip footing on clay against Prandtl's bearing capacity.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
@@ -80,7 +84,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     };
     let of_eight = check_smoothed(&mut outcome, &mut chart, quick)?;
 
-    let mut plain = footing(FIXED_POINTS, 8)?;
+    let mut plain = footing(FIXED_POINTS_ID, 8)?;
     set_mpm_option(&mut plain, "volumetric_strain", "point");
     let plain = curve(&run_mpm(&plain)?);
     let (reason, name) = ("the sheet: it locks", "A-29 not smoothed over smoothed, 8 cells");
@@ -88,7 +92,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     outcome.assert_within(name, "above 1 (prototype 1.16)", ratio, (1.0, f64::INFINITY), reason);
     chart.series.push(Series::new("not smoothed, 8 cells", plain, Style::Line));
 
-    let mut smooth = footing(FIXED_POINTS, 8)?;
+    let mut smooth = footing(FIXED_POINTS_ID, 8)?;
     smooth.stages[0].motions[0].velocity[0] = None;
     let smooth = at_the_end(&curve(&run_mpm(&smooth)?));
     let claim = "5.142 (prototype 5.300)";
@@ -109,11 +113,11 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks of the sheet; returns the pressure at the end with 8 cells.
+/// Checks the pressures with averaged volumetric strains, and returns the pressure at the end with 8 cells.
 fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
     let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
     for &cells in levels(quick) {
-        let report = run_mpm(&footing(FIXED_POINTS, cells)?)?;
+        let report = run_mpm(&footing(FIXED_POINTS_ID, cells)?)?;
         let curve = curve(&report);
         let last = at_the_end(&curve);
         pressures.push(last);
@@ -171,9 +175,9 @@ fn check_smoothed(outcome: &mut BenchmarkOutcome, chart: &mut LineChart, quick: 
     Ok(of_eight)
 }
 
-/// Checks triangles, two to a square, with a point in each and strains averaged by nodes: the source's elements.
+/// Checks triangles with one point each and nodal averages of strains, the elements of the source.
 fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
-    let mut case = footing(FIXED_POINTS, 8)?;
+    let mut case = footing(FIXED_POINTS_ID, 8)?;
     set_mpm_option(&mut case, "mesh", json!({ "kind": "box" }));
     set_mpm_option(&mut case, "points_per_cell", 1);
     set_mpm_option(&mut case, "volumetric_strain", "nodal");
@@ -189,12 +193,12 @@ fn triangles(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<()
     Ok(())
 }
 
-/// Checks a circular footing of equal radius.
+/// Checks the bearing capacity of a circular footing of equal radius.
 fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new("Circular footing on Tresca clay", "settlement (m)", "pressure over c_u");
     for (kind, exact) in [("smooth", 5.69), ("rough", 6.05)] {
         for cells in [8, 16] {
-            let mut case = footing(FIXED_POINTS, cells)?;
+            let mut case = footing(FIXED_POINTS_ID, cells)?;
             case.space = Space::Axisymmetric;
             if kind == "smooth" {
                 case.stages[0].motions[0].velocity[0] = None;
@@ -223,14 +227,14 @@ fn circular(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Pressure under a circular footing.", &chart)
 }
 
-/// Checks a footing that sinks, with points that move and clay that heaves beside it.
+/// Checks a footing that sinks into clay, which heaves beside it.
 fn check_sinking_footing(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,
     quick: bool,
 ) -> Result<(), String> {
     for &cells in levels(quick) {
-        let curve = curve(&run_mpm(&footing(SINKING, cells)?)?);
+        let curve = curve(&run_mpm(&footing(SINKING_FOOTING_ID, cells)?)?);
         let name = format!("A-29 with points that move, {cells} cells: pressure at the end over c_u");
         let last = at_the_end(&curve);
         let reason = "the sheet's figures are those of the geometry at the start";

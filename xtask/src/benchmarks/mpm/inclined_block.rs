@@ -7,7 +7,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::{MaxOrNan, regression_slope};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of a block on an inclined obstacle.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/inclined-block",
     title: "Block on an inclined plane as an obstacle",
@@ -19,10 +19,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Angle of the plane (degrees).
 pub const ANGLE: f64 = 30.0;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
-/// Time at which gravity is complete (s).
+/// Time at which the gravity ramp ends (s).
 pub const GRAVITY_END: f64 = 0.2;
 
+/// Checks the acceleration of a block on an inclined obstacle with several shape functions and forms of the plane.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Velocity along the plane, 30°", "time (s)", "velocity (m/s)");
@@ -54,7 +56,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the plane as half-space, ground line and polygon.
+/// Checks that the plane has the same effect as a half-space, a ground line and a polygon.
 fn forms(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let tangent = ANGLE.to_radians().tan();
     let at = |x: f64| [x, 2.5 - x * tangent];
@@ -77,11 +79,12 @@ fn forms(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Gravity along the plane (m/s²).
+/// Component of gravity along the plane (m/s²).
 pub fn gravity_along_plane() -> f64 {
     GRAVITY * ANGLE.to_radians().sin()
 }
 
+/// Case of a block with shape functions, a friction coefficient and, where given, another shape of the obstacle.
 fn block(shape: &str, friction: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
     let mut case = load_case("mpm/inclined-block")?;
     set_mpm_option(&mut case, "shape", shape);
@@ -112,6 +115,7 @@ pub fn speeds_after_loading(report: &RunReport) -> Vec<(f64, f64)> {
     speed_series(report).into_iter().filter(|(time, _)| *time >= GRAVITY_END - 1e-9).collect()
 }
 
+/// Checks the acceleration of the block; `share` is the friction coefficient over the tangent of the slope angle.
 fn judge(outcome: &mut BenchmarkOutcome, name: &str, report: &RunReport, share: f64) {
     let exact = gravity_along_plane() * (1.0 - share);
     let found = regression_slope(&speeds_after_loading(report));

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a constant velocity gradient, rotation and shear of a stressed block.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/kinematics",
     title: "Constant velocity gradient, rotation and shear of a stressed block",
@@ -20,14 +20,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Shape functions that all checks use.
 const SHAPES: [&str; 5] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
-/// Linear functions on a mesh.
+/// Name of linear shape functions on a mesh of triangles.
 const TRIANGLES: &str = "triangles";
 
 /// Half width (m) of the evaluated core. The surface, where the lumped mass of a node does not lie at the node, does not affect it: with
 /// cubic splines and re-mapping a step reaches eight cells.
 const CORE: f64 = 0.2;
 
+/// Checks velocity gradients and rotations at the points.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for shape in SHAPES.into_iter().chain(["cpdi", "cpdi2", "dual-domain", TRIANGLES]) {
@@ -49,17 +51,19 @@ fn core(snapshot: &Snapshot) -> Vec<SymTensor> {
     points.filter(|((x, u), _)| inside((x, u))).map(|(_, stress)| stress).collect()
 }
 
+/// Mean of stresses.
 fn mean(stresses: &[SymTensor]) -> SymTensor {
     let sum = stresses.iter().fold(SymTensor::ZERO, |sum, stress| sum + *stress);
     sum * (1.0 / stresses.len() as f64)
 }
 
+/// Largest distance of stresses from the exact one.
 fn farthest(stresses: &[SymTensor], exact: SymTensor) -> f64 {
     stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).max_or_nan()
 }
 
-/// Checks one step of a linear velocity field: the stress of every point of the core is that of the law for exactly this gradient. The law
-/// is one-to-one, so that the stress represents the gradient, its spin included.
+/// Checks that after one step of a linear velocity field the stress of every point of the core is that of the law. The law is one-to-one,
+/// so that the stress represents the gradient, its spin included.
 fn patch(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     let mut worst = 0f64;
     for scheme in ["usf", "usl", "musl"] {

@@ -11,7 +11,7 @@ use crate::benchmarks::{
     reference_table, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// Water at rest.
+/// Benchmark of water at rest in a tank.
 pub const HYDROSTATIC: Benchmark = Benchmark {
     id: "mpm/hydrostatic",
     title: "Still water in a tank",
@@ -21,7 +21,7 @@ pub const HYDROSTATIC: Benchmark = Benchmark {
     run: hydrostatic,
 };
 
-/// Flow between plates.
+/// Benchmark of Couette and Poiseuille flow between plates.
 pub const VISCOUS: Benchmark = Benchmark {
     id: "mpm/viscous-flow",
     title: "Couette and Poiseuille flow, periodic",
@@ -31,7 +31,7 @@ pub const VISCOUS: Benchmark = Benchmark {
     run: viscous,
 };
 
-/// Collapse of a water column.
+/// Benchmark of a dam break in a tank.
 pub const DAM_BREAK: Benchmark = Benchmark {
     id: "mpm/dam-break",
     title: "Dam break in a tank",
@@ -41,11 +41,14 @@ pub const DAM_BREAK: Benchmark = Benchmark {
     run: dam_break,
 };
 
-/// Density (kg/m³), gravity (m/s²) and bulk modulus (Pa) of the water at rest.
+/// Density of the water (kg/m³).
 const DENSITY: f64 = 1000.0;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
+/// Bulk modulus of the water (Pa).
 const BULK: f64 = 2e6;
 
+/// Checks the pressure of water at rest.
 fn hydrostatic(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Pressure over depth", "height at the start (m)", "pressure (kPa)");
@@ -91,7 +94,7 @@ fn hydrostatic(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Velocity along the plates at an initial height (m) of the points, from the two nearest rows.
+/// Velocity along the plates at an initial height of the points (m), from the two nearest rows of points.
 fn at_height(snapshot: &Snapshot, height: f64) -> f64 {
     let velocity = vectors(snapshot, "velocity");
     let mut rows: Vec<(f64, f64, f64)> = Vec::new();
@@ -107,22 +110,24 @@ fn at_height(snapshot: &Snapshot, height: f64) -> f64 {
     pair.map_or(f64::NAN, |w| w[0].1 + (w[1].1 - w[0].1) * (height - w[0].0) / (w[1].0 - w[0].0))
 }
 
+/// Height (m) and horizontal velocity (m/s) of the points.
 fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
     let velocity = vectors(snapshot, "velocity");
     snapshot.positions.iter().zip(&velocity).map(|(x, v)| (x[1], v[0])).collect()
 }
 
-/// Height of the row of points under the plate, over the gap: a quarter of one of 40 cells below it.
+/// Height of the uppermost row of points over the gap: a quarter of one of 40 cells below the plate.
 const TOP_ROW_HEIGHT: f64 = 1.0 - 0.25 / 40.0;
 
-/// Mean velocity of the row of points under the plate (m/s).
+/// Mean velocity of the uppermost row of points (m/s).
 fn top_row_velocity(snapshot: &Snapshot) -> f64 {
     let of_row = |(y, _): &(f64, f64)| (y - TOP_ROW_HEIGHT).abs() < 1e-3;
     let row: Vec<f64> = profile(snapshot).into_iter().filter(of_row).map(|(_, v)| v).collect();
     row.iter().sum::<f64>() / row.len() as f64
 }
 
-/// Couette start-up: velocity over that of the plate at `y` over the gap, at `time` in units of the gap squared over the viscosity.
+/// Velocity of the start-up of Couette flow, over that of the plate. `y` is the height over the gap, and `time` the time over the gap
+/// squared times the viscosity.
 fn couette(y: f64, time: f64) -> f64 {
     let term = |m: i32| {
         let (m, sign) = (f64::from(m), if m % 2 == 0 { 1.0 } else { -1.0 });
@@ -131,6 +136,7 @@ fn couette(y: f64, time: f64) -> f64 {
     y + 2.0 / PI * (1..200).map(term).sum::<f64>()
 }
 
+/// Checks Couette and Poiseuille flow between plates.
 fn viscous(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run_mpm(&load_case("mpm/couette")?)?;
@@ -170,6 +176,7 @@ fn viscous(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the velocity profile of Poiseuille flow.
 fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("mpm/couette")?;
     case.boundaries[1].velocity = None;
@@ -216,6 +223,7 @@ fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 /// Width of the column (m).
 const WIDTH: f64 = 0.146;
 
+/// Checks the front of a dam break against experiments.
 fn dam_break(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut case = load_case("mpm/dam-break")?;

@@ -10,7 +10,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_mpm_option};
 
-/// Axis-aligned displacement.
+/// Benchmark of the order of convergence for an axis-aligned manufactured solution.
 pub const AXIS_ALIGNED: Benchmark = Benchmark {
     id: "mpm/axis-aligned",
     title: "Axis-aligned manufactured solution: order of GIMP",
@@ -20,7 +20,7 @@ pub const AXIS_ALIGNED: Benchmark = Benchmark {
     run: axis_aligned,
 };
 
-/// Generalised vortex.
+/// Benchmark of the manufactured solution of a generalised vortex.
 pub const VORTEX: Benchmark = Benchmark {
     id: "mpm/vortex",
     title: "Generalised vortex: shear without bound on any axis-aligned domain",
@@ -30,8 +30,9 @@ pub const VORTEX: Benchmark = Benchmark {
     run: vortex,
 };
 
-/// Density (kg/m³) of both problems.
+/// Density of the material of both problems (kg/m³).
 const DENSITY: f64 = 1000.0;
+/// Poisson's ratio of both problems.
 const POISSON: f64 = 0.3;
 
 /// Lamé's first constant and the shear modulus.
@@ -39,7 +40,7 @@ fn lame(young: f64) -> (f64, f64) {
     (young * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON)), young / (2.0 * (1.0 + POISSON)))
 }
 
-/// Largest root mean square distance from the exact positions over the steps (m).
+/// Largest root mean square distance of the points from their exact positions over the steps (m).
 fn largest_error(
     case: &Case,
     solution: Manufactured,
@@ -59,14 +60,17 @@ struct WaveSolution {
 }
 
 impl WaveSolution {
+    /// Young's modulus (Pa).
     const YOUNG: f64 = 1e4;
+    /// Phases of the waves along x and y (radians).
     const PHASES: [f64; 2] = [0.0, 2.0 * PI / 3.0];
 
+    /// Wave speed (m/s).
     fn speed() -> f64 {
         (Self::YOUNG / DENSITY).sqrt()
     }
 
-    /// Displacement, its rate and the stretch along axis `a`.
+    /// Displacement, velocity and stretch along axis `a`.
     fn axis_motion(self, a: usize, x: [f64; 3], t: f64) -> [f64; 3] {
         let (space, phase) = (2.0 * PI * x[a], Self::speed() * PI * t + Self::PHASES[a]);
         let u = self.amplitude * space.sin() * phase.sin();
@@ -74,6 +78,7 @@ impl WaveSolution {
         [u, v, 1.0 + 2.0 * PI * self.amplitude * space.cos() * phase.sin()]
     }
 
+    /// Current position of a point (m).
     fn current_position(self, x: [f64; 3], t: f64) -> [f64; 3] {
         [x[0] + self.axis_motion(0, x, t)[0], x[1] + self.axis_motion(1, x, t)[0], 0.0]
     }
@@ -85,6 +90,7 @@ impl WaveSolution {
         (lambda * (a * b).ln() + mu * (a * a - 1.0)) / (a * b)
     }
 
+    /// Body force that the solution requires (m/s²).
     fn force(self, x: [f64; 3], t: f64) -> [f64; 3] {
         let (lambda, mu) = lame(Self::YOUNG);
         let along = [self.axis_motion(0, x, t), self.axis_motion(1, x, t)];
@@ -96,6 +102,7 @@ impl WaveSolution {
         [of(along[0]), of(along[1]), 0.0]
     }
 
+    /// Initial state and body force of the solution.
     fn solution(self) -> Manufactured {
         Manufactured {
             start: Box::new(move |x| {
@@ -111,6 +118,7 @@ impl WaveSolution {
         }
     }
 
+    /// Largest error of position with shape functions on a number of cells across (m).
     fn error(self, shape: &str, cells: usize) -> Result<f64, String> {
         let mut case = load_case("mpm/axis-aligned")?;
         set_mpm_option(&mut case, "shape", shape);
@@ -120,7 +128,7 @@ impl WaveSolution {
     }
 }
 
-/// Bound of the errors of a kind of shape functions.
+/// Kind of shape functions, with the bounds of its errors.
 struct ShapeRow {
     shape: &'static str,
     name: &'static str,
@@ -130,7 +138,7 @@ struct ShapeRow {
     has_order: bool,
 }
 
-/// Shape functions of the axis-aligned solution.
+/// Kinds of shape functions of the axis-aligned problem.
 const SHAPES: [ShapeRow; 5] = [
     ShapeRow { shape: "cpgimp", name: "cpGIMP", is_judged: true, has_order: true },
     ShapeRow { shape: "cpdi", name: "CPDI", is_judged: false, has_order: true },
@@ -142,6 +150,7 @@ const SHAPES: [ShapeRow; 5] = [
 /// Errors of the sheet's prototype with cpGIMP on 8, 16, 32 and 64 cells (m).
 const PROTOTYPE: [f64; 4] = [5.6e-3, 1.15e-3, 2.6e-4, 9.0e-5];
 
+/// Checks convergence for axis-aligned waves.
 fn axis_aligned(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let waves = WaveSolution { amplitude: 0.05 };
@@ -222,6 +231,7 @@ struct VortexSolution {
 }
 
 impl VortexSolution {
+    /// Young's modulus (Pa).
     const YOUNG: f64 = 1000.0;
 
     /// Profile of the rotation over the radius, with its first and second derivative.
@@ -230,10 +240,12 @@ impl VortexSolution {
         [1.0 - 32.0 * s * s + 256.0 * s.powi(4), -64.0 * s + 1024.0 * s.powi(3), -64.0 + 3072.0 * s * s]
     }
 
+    /// Rotation at a radius and a time (radians).
     fn angle(self, radius: f64, t: f64) -> f64 {
         self.strength * (PI * t).sin() * Self::profile(radius)[0]
     }
 
+    /// Current position of a point (m).
     fn current_position(self, x: [f64; 3], t: f64) -> [f64; 3] {
         let (s, c) = self.angle(x[0].hypot(x[1]), t).sin_cos();
         [c * x[0] - s * x[1], s * x[0] + c * x[1], 0.0]
@@ -250,6 +262,7 @@ impl VortexSolution {
         [radial, tangential]
     }
 
+    /// Initial state and body force of the solution.
     fn solution(self) -> Manufactured {
         Manufactured {
             start: Box::new(move |x| {
@@ -266,6 +279,7 @@ impl VortexSolution {
         }
     }
 
+    /// Largest error of position with shape functions and a formulation on a number of cells across (m).
     fn error(self, shape: &str, formulation: &str, cells: usize) -> Result<f64, String> {
         let mut case = load_case("mpm/vortex")?;
         set_mpm_option(&mut case, "shape", shape);
@@ -275,6 +289,7 @@ impl VortexSolution {
     }
 }
 
+/// Checks convergence for a vortex with large rotations.
 fn vortex(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let full = VortexSolution { strength: 1.0 };
@@ -311,9 +326,9 @@ fn vortex(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Option of the updated-Lagrangian formulation.
+/// Name of the updated-Lagrangian formulation.
 const UPDATED_LAGRANGIAN: &str = "updated-lagrangian";
-/// Option of the total-Lagrangian formulation.
+/// Name of the total-Lagrangian formulation.
 const TOTAL: &str = "total-lagrangian";
 
 /// Checks the solution against the sheet's samples.
@@ -333,7 +348,7 @@ fn vortex_samples(outcome: &mut BenchmarkOutcome, full: &VortexSolution) {
     }
 }
 
-/// Check of the error at full strength (m): the sheet bounds that of the total-Lagrangian form on 120 cells.
+/// Checks the error at full strength (m). The sheet has a bound for the total-Lagrangian form on 120 cells.
 fn full_vortex_error(
     outcome: &mut BenchmarkOutcome,
     title: String,

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     obstacle_energy_shares, run_mpm,
 };
 
-/// Benchmark of the heap.
+/// Benchmark of a heap of sand on a plane in four forms.
 pub const HEAPS: Benchmark = Benchmark {
     id: "mpm/heap-on-planes",
     title: "Heap of sand on a plane given as half-space, polygon, raster and closed wedge",
@@ -20,7 +20,7 @@ pub const HEAPS: Benchmark = Benchmark {
     run: heaps,
 };
 
-/// Benchmark of the slide.
+/// Benchmark of a slide of 10⁵ points on a raster of heights.
 pub const TERRAIN: Benchmark = Benchmark {
     id: "mpm/terrain-flow",
     title: "Slide of 10⁵ points on a raster of 200 by 200 heights",
@@ -30,6 +30,7 @@ pub const TERRAIN: Benchmark = Benchmark {
     run: terrain,
 };
 
+/// Checks that a heap has the same shape on four forms of one plane.
 fn heaps(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let base = load_case("mpm/heap-on-planes")?;
@@ -107,6 +108,7 @@ fn check_above_ground(
     Ok(())
 }
 
+/// Checks mass, penetration and energy of a slide of 10⁵ points on a raster.
 fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let case = load_case("mpm/terrain-flow")?;
@@ -130,7 +132,7 @@ fn terrain(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the energy balance.
+/// Checks the energy balance of the slide.
 fn energies(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let ObstacleEnergyShares { max_rise, friction, penetration_limit: stopped } =
         obstacle_energy_shares(report);

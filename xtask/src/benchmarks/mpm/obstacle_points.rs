@@ -8,7 +8,7 @@ use super::inclined_block::ANGLE;
 use crate::analysis::{max_or_nan, regression_slope};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of obstacles that act on points: a block on planes, and a disk in a bowl.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/obstacle-points",
     title: "Obstacles that act on points: block on planes, disk in a bowl",
@@ -18,10 +18,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 9.81;
 /// Time at which the block has settled (s).
 const SETTLING_TIME: f64 = 1.0;
 
+/// Checks the acceleration of a block on planes of every form, and a disk in a bowl.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let angles: &[f64] = if quick { &[10.0, 40.0] } else { &[10.0, 20.0, 30.0, 40.0] };
@@ -52,8 +54,8 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Sets friction and shape. The block settles under gravity with damping before the undamped observation: with gravity applied in 0.2 s its
-/// rear edge lifts at 40°, and it hops down a plane on which it could rest.
+/// Sets the friction coefficient and, where given, another shape of the obstacle. The block settles under gravity with damping before the
+/// undamped observation: with gravity applied in 0.2 s its rear edge lifts at 40°, and it hops down a plane on which it could rest.
 fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
     let settling = &mut case.stages[0];
     (settling.duration, settling.damping) = (SETTLING_TIME, 0.7);
@@ -90,6 +92,8 @@ fn speeds(report: &RunReport, up: &str) -> Vec<(f64, f64)> {
     speeds.filter(|(time, _)| *time >= SETTLING_TIME - 1e-9).collect()
 }
 
+/// Checks the acceleration of a block that slides, or that a block with more friction stays at rest. `share` is the friction coefficient
+/// over the tangent of the slope angle.
 fn judge(
     outcome: &mut BenchmarkOutcome,
     form: &str,
@@ -123,7 +127,7 @@ fn judge(
     Ok(())
 }
 
-/// Checks a disk that comes to rest in a bowl.
+/// Checks that a disk comes to rest in a bowl.
 fn bowl(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load_case("mpm/bowl")?;
     let report = run_mpm(&case)?;

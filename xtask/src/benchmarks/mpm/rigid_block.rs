@@ -7,7 +7,7 @@ use super::contact::mean;
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of rigid bodies that forces move.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-block",
     title: "Rigid bodies that forces move",
@@ -17,19 +17,25 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Mass of the block (kg), applied force (N), coefficient of friction, gravity (m/s²).
+/// Mass of the block (kg).
 const MASS: f64 = 750.0;
+/// Applied force (N).
 const APPLIED_FORCE: f64 = 6000.0;
+/// Coefficient of friction.
 const FRICTION: f64 = 0.4;
+/// Gravitational acceleration (m/s²).
 const GRAVITY: f64 = 10.0;
 /// Time at which the applied force begins (s).
 const SETTLING_TIME: f64 = 0.3;
 
-/// Undrained strength of the clay (Pa), half width of the footing (m), speed of the footing (m/s).
+/// Undrained strength of the clay (Pa).
 const STRENGTH: f64 = 1e4;
+/// Half width of the footing (m).
 const HALF_WIDTH: f64 = 1.0;
+/// Speed of the driven footing (m/s).
 const SPEED: f64 = 0.01;
 
+/// Checks rigid bodies that forces move: a block on a frictional base, and a footing.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     block(&mut outcome)?;
@@ -37,12 +43,13 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Part of a column from `start` (s) on, with times relative to it.
+/// Part of a column of measures from `start` (s) on, with times relative to `start`.
 fn column_since(report: &RunReport, column: &str, start: f64) -> Vec<(f64, f64)> {
     let rows = measure_series(report, column).into_iter().filter(|row| row.0 >= start);
     rows.map(|row| (row.0 - start, row.1)).collect()
 }
 
+/// Checks the acceleration and the momentum of a pushed block.
 fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let exact = APPLIED_FORCE / MASS - FRICTION * GRAVITY;
     let mut chart = LineChart::new(
@@ -90,7 +97,7 @@ fn block(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("A rigid block, 750 kg, on an elastic base: 6 kN push it, friction 0.4 holds it.", &chart)
 }
 
-/// Settlement (m) and load over strength and width, of each frame.
+/// Settlement (m) and load over strength and width, for each frame.
 fn settling(report: &RunReport) -> Vec<(f64, f64)> {
     let impulse = measure_series(report, "reaction.impulse.y");
     let load = |time: f64| {
@@ -111,6 +118,7 @@ fn settlement_at_load(curve: &[(f64, f64)], load: f64) -> f64 {
     })
 }
 
+/// Checks that a footing pressed by a force settles as one that is driven at a velocity.
 fn footing(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let pressed = load_case("mpm/rigid-footing")?;
     let mut driven = pressed.clone();

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of rigid translation and rotation without stress.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-motion",
     title: "Rigid translation and rotation make no stress",
@@ -19,14 +19,17 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Spin of the disk (rad/s), its radius (m) and density (kg/m³).
+/// Spin of the disk (rad/s).
 const SPIN: f64 = std::f64::consts::FRAC_PI_2;
+/// Radius of the disk (m).
 const RADIUS: f64 = 0.3;
+/// Density of the disk (kg/m³).
 const DENSITY: f64 = 1000.0;
 
 /// Young's modulus (Pa); Poisson's ratio is 0.3.
 const YOUNG: f64 = 1e6;
 
+/// Checks translation and rotation of unstressed bodies.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic", "cpdi", "cpdi2", "dual-domain"] {
@@ -49,6 +52,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks that a translated body keeps its velocity and has no stress.
 fn translation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String> {
     let mut case = load_case("mpm/rigid-motion")?;
     set_mpm_option(&mut case, "shape", shape);
@@ -71,7 +75,7 @@ fn translation(outcome: &mut BenchmarkOutcome, shape: &str) -> Result<(), String
     Ok(())
 }
 
-/// Checks one turn on cells of edge `cell` (m); returns the lost share of angular momentum.
+/// Checks one turn of a disk on cells of edge `cell` (m), and returns the lost share of the angular momentum.
 fn rotation(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,

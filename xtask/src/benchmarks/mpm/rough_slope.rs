@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, Series, Style};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_mpm_option};
 
-/// Frictionless block on a rough slope.
+/// Benchmark of a frictionless block on a rough raster, computed by MPM and SPH.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rough-slope",
     title: "A frictionless block on a rough raster, MPM and SPH",
@@ -15,6 +15,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: rough_slope,
 };
 
+/// Checks the energy that a frictionless block keeps on a rough slope.
 fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new(
@@ -44,7 +45,7 @@ fn rough_slope(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Gain of kinetic and elastic energy over loss of potential energy, over time (s), from one second on.
+/// Gain of kinetic and elastic energy over loss of potential energy, over time (s), from the time of one second.
 fn energy_ratio(report: &RunReport) -> Vec<(f64, f64)> {
     let column = |name: &str| report.table.pairs("time", name).unwrap_or_default();
     let (kinetic, elastic, potential) =

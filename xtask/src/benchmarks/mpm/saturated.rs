@@ -9,17 +9,17 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of a single element.
+/// Benchmark of drag, undrained compression and critical time step of skeleton and water.
 pub const PHASES: Benchmark = Benchmark {
     id: "mpm/phases",
     title: "Drag, undrained compression and critical step of skeleton and water",
     source: "sheet: mpm A-21, A-23, A-36, closed forms and eigenvalues",
     short_seconds: Some(2),
     full_seconds: 2,
-    run: phases,
+    run: check_drag_compression_and_critical_step,
 };
 
-/// Column under sudden gravity.
+/// Benchmark of a saturated column under sudden gravity.
 pub const GRAVITY: Benchmark = Benchmark {
     id: "mpm/saturated-column",
     title: "Saturated column under gravity",
@@ -29,7 +29,7 @@ pub const GRAVITY: Benchmark = Benchmark {
     run: column,
 };
 
-/// Absorbing end of a bar.
+/// Benchmark of the reflection of waves by absorbing, free and fixed ends of a bar.
 pub const ABSORBING: Benchmark = Benchmark {
     id: "mpm/absorbing",
     title: "What ends of a bar send back",
@@ -39,7 +39,8 @@ pub const ABSORBING: Benchmark = Benchmark {
     run: absorbing,
 };
 
-fn phases(_quick: bool) -> Result<BenchmarkOutcome, String> {
+/// Checks drag, undrained compression and the critical time step of saturated soil.
+fn check_drag_compression_and_critical_step(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     drag(&mut outcome)?;
     check_undrained(&mut outcome)?;
@@ -47,10 +48,10 @@ fn phases(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Rate of drag `n ρ g / ((1-n) ρ_S k)` (1/s) of the case.
+/// Rate of decay of the relative velocity by drag in the case, `n ρ g / ((1-n) ρ_S k)` (1/s).
 const RATE: f64 = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
 
-/// Checks A-21: decay of the relative velocity by drag, and onset of seepage.
+/// Checks the decay of the relative velocity by drag, and the onset of seepage.
 fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let held = load_case("mpm/drag")?;
     free_drag(outcome, &held)?;
@@ -113,7 +114,7 @@ fn free_drag(outcome: &mut BenchmarkOutcome, held: &Case) -> Result<(), String> 
     Ok(())
 }
 
-/// Checks A-23.
+/// Checks the pore pressure of undrained compression.
 fn check_undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let two = load_case("mpm/undrained")?;
     let mut one = two.clone();
@@ -146,7 +147,7 @@ fn check_undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-36: the combined criterion, as the solver reports it, against the exact limit of one element.
+/// Checks the reported critical time step of a saturated element against its exact limit.
 fn steps(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (0.4, 2650.0, 1e7, 2.15e9, 1e-3, 0.1, 5.368209e-5, 5.095711e-5),
@@ -198,7 +199,7 @@ fn initial_depths(frame: &Snapshot) -> Vec<f64> {
     frame.positions.iter().zip(u).map(|(x, u)| 1.0 - x[0] + u[0]).collect()
 }
 
-/// Runs A-22.
+/// Checks a saturated column under sudden gravity: stresses during consolidation, and rest from equilibrium.
 fn column(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run_mpm(&load_case("mpm/saturated-column")?)?;
@@ -241,7 +242,7 @@ fn column(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks that the column stays at rest from equilibrium.
+/// Checks that a column that starts in equilibrium remains at rest.
 fn column_in_equilibrium(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let still = patched_case(
         &load_case("mpm/saturated-column")?,
@@ -264,11 +265,12 @@ fn column_in_equilibrium(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Stress of the load (Pa), and position and time of the measurement of the reflected wave.
+/// Stress of the load (Pa).
 const STRESS: f64 = 1e-3;
+/// Position at which the stress is measured (m).
 const STATION: f64 = 15.0;
 
-/// Runs A-18.
+/// Checks the reflection of waves by an absorbing end of a bar.
 fn absorbing(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let base = load_case("mpm/absorbing")?;
@@ -313,10 +315,12 @@ fn absorbing(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Path and value of an absorbing boundary with the dimensionless dashpot coefficient `a`.
 fn wall_of(a: f64) -> (&'static str, serde_json::Value) {
     ("/boundaries/0/wall", serde_json::json!({ "kind": "absorbing", "normal": a }))
 }
 
+/// Stress at the station over that of the load, over time (s).
 fn history(report: &RunReport) -> Vec<(f64, f64)> {
     let at = |frame: &Snapshot| {
         let near: Vec<f64> = frame
@@ -331,7 +335,7 @@ fn history(report: &RunReport) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, at(frame))).collect()
 }
 
-/// Checks a shear wave up a layer that is periodic sideways.
+/// Checks the absorption of a shear wave at the end of a layer that is periodic sideways.
 fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let report = run_mpm(&load_case("mpm/shear-wave")?)?;
     // The shear wave (10 m/s) passes at 5 m from 0.5 to 0.9 s; its reflection from the end from 1.5 to 1.9 s.
@@ -360,7 +364,7 @@ fn shear(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks the undrained wave in the soil of A-20.
+/// Checks the absorption of the undrained wave in the soil of A-20.
 fn undrained_wave(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("mpm/two-waves")?;
     set_mpm_option(&mut case, "cell_size", 0.01);

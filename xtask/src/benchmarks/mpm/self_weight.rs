@@ -8,7 +8,7 @@ use crate::benchmarks::{
     stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of oedometric compression under self-weight at large strain.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/self-weight",
     title: "Oedometric compression under self-weight at large strain",
@@ -18,12 +18,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Height (m), unit weight (N/m³) and stiffness (Pa) of the case.
+/// Height of the column (m).
 const HEIGHT: f64 = 10.0;
+/// Unit weight (N/m³).
 const WEIGHT: f64 = 800.0;
+/// Stiffness (Pa).
 const STIFFNESS: f64 = 1e4;
 
-/// Comparison of a run with the closed form.
+/// Errors of a column under its weight against the closed form.
 struct ColumnErrors {
     /// Mean error of stress, over the stress at the base.
     stress: f64,
@@ -54,7 +56,7 @@ impl ColumnErrors {
         Ok(Self { stress: error, max_position_error: off, profile })
     }
 
-    /// Adds the checks of the sheet, `bound` that of the error of stress.
+    /// Adds the checks of the sheet. `bound` is that of the error of stress.
     fn check(&self, outcome: &mut BenchmarkOutcome, shape: &str, cells: usize, bound: f64) {
         if shape == "cpgimp" {
             let name = format!("cpGIMP, {cells} cells: mean stress error");
@@ -72,6 +74,7 @@ impl ColumnErrors {
     }
 }
 
+/// Checks the stress of a column under its weight at several cell sizes.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut convergence = LineChart {

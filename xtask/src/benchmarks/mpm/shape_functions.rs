@@ -9,8 +9,9 @@ use rand::{RngExt, SeedableRng};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::BenchmarkOutcome;
 
-/// Largest deviation of a family from a partition of unity and from the reproduction of linear fields.
+/// Largest deviation of shape functions from the partition of unity and from the reproduction of linear fields.
 fn deviation<const S: usize, B: Basis<S>>(width: f64) -> f64 {
+    /// Number of cells of the tested grid.
     const CELLS: usize = 12;
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let mut worst = 0f64;
@@ -27,7 +28,7 @@ fn deviation<const S: usize, B: Basis<S>>(width: f64) -> f64 {
     worst
 }
 
-/// Checks S-05 and A-01.
+/// Checks that shape functions are a partition of unity and reproduce linear fields (S-05 and A-01).
 pub fn shape_functions(outcome: &mut BenchmarkOutcome) {
     let table = [
         (0.0, 0.875, 0.0),
@@ -68,14 +69,15 @@ pub fn shape_functions(outcome: &mut BenchmarkOutcome) {
     }
 }
 
-/// Value and slope of the function of the node at 6 cells, `x` above it.
+/// Value and slope of the shape function of node 6 at a distance `x` above it (cells).
 fn gimp<const S: usize, B: Basis<S>>(x: f64, width: f64) -> (f64, f64) {
     let (first, weights, slopes) = B::evaluate(6.0 + x, width, 12);
     let of = (0..S).find(|k| B::coordinate(first + k, 12) == 6.0);
     of.map_or((0.0, 0.0), |k| (weights[k], slopes[k]))
 }
 
-/// Checks S-04 and A-34: cells with three, two and three points of equal volume under a uniform stress.
+/// Checks nodal forces when points cross cells: three cells with three, two and three points of equal volume under a uniform stress (S-04
+/// and A-34).
 pub fn cell_crossing(outcome: &mut BenchmarkOutcome) {
     let (stress, volume) = (2.0, 1.0 / 3.0);
     let places = [1.0 / 6.0, 0.5, 5.0 / 6.0, 1.25, 1.75, 2.0 + 1.0 / 6.0, 2.5, 2.0 + 5.0 / 6.0];
@@ -97,7 +99,7 @@ pub fn cell_crossing(outcome: &mut BenchmarkOutcome) {
     );
 }
 
-/// Internal forces `Σ Ω σ G` at the two inner nodes of three cells of 1 m, with points as wide as their volumes.
+/// Internal forces `Σ Ω σ G` at the two inner nodes of three cells of 1 m. The points are as wide as their volumes.
 fn inner_forces<const S: usize, B: Basis<S>>(places: &[f64], volumes: &[f64], stress: f64) -> [f64; 2] {
     let grid = Grid { origin: [0.0], cell: 1.0, cells: [3] };
     let mut nodes = vec![NodalState::default(); B::nodes(3)];
@@ -112,7 +114,7 @@ fn inner_forces<const S: usize, B: Basis<S>>(places: &[f64], volumes: &[f64], st
     })
 }
 
-/// Largest difference of A-02 between sums of momentum and mass over nodes and over random points, over the sum of sizes.
+/// Largest difference between sums of mass and momentum over nodes and over random points, over the sum of their sizes.
 fn max_conservation_error<const S: usize, B: Basis<S>>() -> f64 {
     let grid = Grid { origin: [0.0; 2], cell: 0.1, cells: [6; 2] };
     let across = B::nodes(6);
@@ -135,7 +137,7 @@ fn max_conservation_error<const S: usize, B: Basis<S>>() -> f64 {
     [0, 1, 3].iter().map(|&c| (on_nodes(c) - sums[c]).abs() / sizes[c]).max_or_nan()
 }
 
-/// Checks A-02: transfers conserve mass and momentum.
+/// Checks that transfers conserve mass and momentum.
 pub fn transfers(outcome: &mut BenchmarkOutcome) {
     for (shape, lost) in [
         ("linear", max_conservation_error::<2, LinearBasis>()),

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a column of triangles and of tetrahedra: self-weight and first mode.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices",
     title: "Column in triangles and tetrahedra: own weight and first mode",
@@ -20,12 +20,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Height (m), density (kg/m³), weight (N/m³) and oedometric modulus (Pa) of the case.
+/// Height of the column (m).
 const HEIGHT: f64 = 1.0;
+/// Density (kg/m³).
 const DENSITY: f64 = 1000.0;
+/// Unit weight (N/m³).
 const WEIGHT: f64 = 1e4;
+/// Oedometric modulus (Pa).
 const MODULUS: f64 = 1e7 * 0.75 / (1.25 * 0.5);
 
+/// Checks stress and vibration of columns of triangles and of tetrahedra.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
@@ -93,6 +97,7 @@ fn at_rest(snapshot: &Snapshot) -> (f64, f64) {
     (errors.sum::<f64>() / (start.len() as f64 * WEIGHT * HEIGHT), top)
 }
 
+/// Height (m) and vertical stress (Pa) of the points.
 fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
     snapshot.positions.iter().zip(stresses(snapshot)).map(|(x, s)| (x[1], s[1])).collect()
 }

@@ -14,7 +14,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, patched_case, run_mpm, scalars, set_mpm_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of triangles and tetrahedra in soil: locking, pore water and contact.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/simplices-soil",
     title: "Triangles and tetrahedra: locking, pore water, contact",
@@ -24,9 +24,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// The two kinds of element.
+/// Spaces with the names of their elements.
 const KINDS: [(Space, &str); 2] = [(Space::PlaneStrain, "triangles"), (Space::ThreeD, "tetrahedra")];
 
+/// Checks locking, consolidation, drag and contact on triangles and tetrahedra.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_locking(&mut outcome)?;
@@ -38,7 +39,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks S-09: displacement of the free corner of an incompressible patch, over that of a compressible one.
+/// Checks the displacement of the free corner of an incompressible patch, over that of a compressible one (S-09).
 fn check_locking(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let corner = |snapshot: &Snapshot| {
         let place = |p: &usize| snapshot.positions[*p][0] + snapshot.positions[*p][1];
@@ -90,11 +91,12 @@ fn check_locking(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.png("The patch with nodal volumetric strain, held on the left and below.", &cloud)
 }
 
+/// JSON value of a case.
 fn text(case: &Case) -> Result<Value, String> {
     serde_json::from_str(&case.to_json()).map_err(|error| error.to_string())
 }
 
-/// Case in triangles, or in tetrahedra, extended by `depth` between smooth walls.
+/// Case with triangles, or with tetrahedra in a domain extended by `depth` between smooth walls.
 fn in_space(case: &Case, space: Space, depth: f64) -> Result<Case, String> {
     if space == Space::PlaneStrain {
         return Ok(case.clone());
@@ -124,25 +126,25 @@ fn in_space(case: &Case, space: Space, depth: f64) -> Result<Case, String> {
     Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())
 }
 
-/// Time factor over which the load of the column grows.
+/// Time factor at the end of the load ramp.
 const RAMP: f64 = 0.01;
 
-/// Mean over the ramp of the decay with the wave number `a` at the time factor `factor`.
+/// Mean over the load ramp of the decay of the mode with the wave number `a` at the time factor `factor`.
 fn mean_decay(a: f64, factor: f64) -> f64 {
     ((-a * a * (factor - RAMP)).exp() - (-a * a * factor).exp()) / (a * a * RAMP)
 }
 
-/// Pressure over that at the start of Terzaghi's column, at a depth `z` (m) of 1 m.
+/// Pore pressure of Terzaghi's column over that at the start, at a depth `z` (m) of 1 m.
 fn isochrone(z: f64, factor: f64) -> f64 {
     modes().map(|a| 2.0 / a * (a * z).sin() * mean_decay(a, factor)).sum()
 }
 
-/// Degree of its consolidation.
+/// Degree of consolidation of Terzaghi's column.
 fn degree(factor: f64) -> f64 {
     1.0 - modes().map(|a| 2.0 / (a * a) * mean_decay(a, factor)).sum::<f64>()
 }
 
-/// Checks A-19 with a load that grows over a ramp.
+/// Checks the consolidation of a column under a load with a ramp.
 fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Isochrones, 40 cells",
@@ -175,12 +177,12 @@ fn consolidation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Pore pressure of the points of a strip of triangles against Terzaghi's isochrones.", &chart)
 }
 
-/// Cube of `mpm/simplices-cube`, changed, in triangles or tetrahedra.
+/// Cube of `mpm/simplices-cube` with changed keys, in triangles or tetrahedra.
 fn cube(space: Space, changes: &[(&str, Value)]) -> Result<Case, String> {
     in_space(&patched_case(&load_case("mpm/simplices-cube")?, changes)?, space, 1.0)
 }
 
-/// Checks A-21.
+/// Checks the decay of the relative velocity of skeleton and water by drag.
 fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let rate = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
     let dt: f64 = 1e-5;
@@ -209,7 +211,7 @@ fn drag(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-23.
+/// Checks the pore pressure of undrained compression.
 fn check_undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let strain = -1e-3 * 1e-5;
     for (space, name) in KINDS {
@@ -247,13 +249,13 @@ fn check_undrained(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks A-13.
+/// Checks the collision of two bars.
 fn impact(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let report = run_mpm(&load_case("mpm/simplices-bars")?)?;
     check_bars(outcome, "A-13 bars of triangles", &report)
 }
 
-/// Checks A-14.
+/// Checks the acceleration of a block on an incline.
 fn incline(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Block on an incline of 30°, triangles",

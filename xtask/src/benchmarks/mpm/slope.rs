@@ -9,7 +9,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a slope that is set in motion by a velocity gradient.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/slope-in-motion",
     title: "Slope set in motion by a gradient of velocity",
@@ -24,12 +24,13 @@ const ENERGY: f64 = 50.0;
 /// Length of the slope (m).
 const LENGTH: f64 = 0.853;
 
-/// Cell sizes of the source (m).
+/// Cell size of the coarse runs of the source (m).
 const COARSE: f64 = 0.0125;
+/// Cell size of the fine runs of the source (m).
 const FINE_CELL: f64 = 0.01;
 
-/// Set-ups: the prototype's GIMP with few and many points, and smoother functions with other cells and points. With eight points along a
-/// cell GIMP is nearly linear.
+/// Compared settings: the prototype's GIMP with few and many points, and smoother functions with other cells and points. With eight points
+/// along a cell GIMP is nearly linear.
 const RUNS: &[SlopeSetting] = &[
     ("ugimp", COARSE, 2),
     ("ugimp", COARSE, 4),
@@ -44,10 +45,10 @@ const RUNS: &[SlopeSetting] = &[
     ("cubic", FINE_CELL, 5),
 ];
 
-/// Shape functions, cell size (m) and points per axis and cell.
+/// Setting of a run: shape functions, cell size (m), and points per axis and cell.
 type SlopeSetting = (&'static str, f64, usize);
 
-/// Case with its velocity scaled to the energy.
+/// Case of a setting, with its velocity scaled to the kinetic energy.
 fn slope((shape, cell, per_axis): SlopeSetting) -> Result<Case, String> {
     let mut case = load_case("mpm/slope-in-motion")?;
     set_mpm_option(&mut case, "shape", shape);
@@ -62,7 +63,7 @@ fn slope((shape, cell, per_axis): SlopeSetting) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Energy of the motion along x over that at the start, against time.
+/// Kinetic energy of the motion along x over that at the start, over time.
 fn downslope_energy(report: &RunReport) -> Vec<(f64, f64)> {
     let energy = |frame: &colluvium::case::Snapshot| {
         let mass = scalars(frame, "mass");
@@ -71,10 +72,12 @@ fn downslope_energy(report: &RunReport) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, energy(frame) / ENERGY)).collect()
 }
 
+/// Value of a curve at a time; NaN where there is none.
 fn value_at(curve: &[(f64, f64)], time: f64) -> f64 {
     curve.iter().find(|(t, _)| (t - time).abs() < 1e-6).map_or(f64::NAN, |(_, value)| *value)
 }
 
+/// Checks the decay of kinetic energy of a slope against figures of the source.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new(
@@ -118,7 +121,7 @@ fn energy_decay(outcome: &mut BenchmarkOutcome, report: &RunReport, label: &str)
     outcome.assert_below(title, "0: monotone", rises, 0.0, "the sheet: monotone");
 }
 
-/// Run-out (m), with its checks.
+/// Checks the run-out (m) and returns it.
 fn run_out(outcome: &mut BenchmarkOutcome, report: &RunReport, label: &str, points: usize) -> f64 {
     let name = |what: &str| format!("S-01 {label}: {what}");
     let run_out = final_measure(report, "run_out");

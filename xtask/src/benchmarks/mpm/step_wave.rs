@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_mpm, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a step wave in a bar and of its reflection.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/step-wave",
     title: "Step wave in a bar and its reflection",
@@ -16,11 +16,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Pressure (Pa), impedance ρc (Pa s/m), speed (m/s), length (m), cell (m).
+/// Pressure on the end of the bar (Pa).
 const PRESSURE: f64 = 0.1;
+/// Impedance ρc (Pa s/m).
 const IMPEDANCE: f64 = 10.0;
+/// Wave speed (m/s).
 const SPEED: f64 = 10.0;
+/// Length of the bar (m).
 const LENGTH: f64 = 25.0;
+/// Cell size (m).
 const CELL: f64 = 0.25;
 
 /// Mean of `values` at the points between two positions.
@@ -30,10 +34,12 @@ fn mean(snapshot: &Snapshot, (low, high): (f64, f64), values: &[f64]) -> f64 {
     sum / count
 }
 
+/// Axial stresses of the points (Pa).
 fn axial(snapshot: &Snapshot) -> Vec<f64> {
     stresses(snapshot).iter().map(|s| s[0]).collect()
 }
 
+/// Checks stress and velocity behind a step wave and behind its reflection.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let report = run_mpm(&load_case("mpm/step-wave")?)?;

@@ -5,7 +5,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, measure_series, run_mpm, set_mpm_option};
 
-/// Benchmark of this module.
+/// Benchmark of the collision of two elastic disks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/two-disks",
     title: "Collision of two elastic disks",
@@ -15,8 +15,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerances of the sheet.
 const BAND: &str = "the sheet's band, from an independent prototype and the geometry of contact";
 
+/// Checks energies of a collision of two elastic disks.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Energies", "time (s)", "energy (J/m)");

@@ -11,7 +11,7 @@ use crate::benchmarks::{
     set_mpm_option, stresses, vectors,
 };
 
-/// One-dimensional consolidation.
+/// Benchmark of the one-dimensional consolidation of a saturated column.
 pub const CONSOLIDATION: Benchmark = Benchmark {
     id: "mpm/consolidation",
     title: "One-dimensional consolidation of a saturated column",
@@ -21,7 +21,7 @@ pub const CONSOLIDATION: Benchmark = Benchmark {
     run: consolidation,
 };
 
-/// Propagation of the fast and the slow wave.
+/// Benchmark of the fast and the slow P-wave in a saturated column.
 pub const WAVES: Benchmark = Benchmark {
     id: "mpm/two-waves",
     title: "Fast and slow P-wave in a saturated column",
@@ -31,13 +31,16 @@ pub const WAVES: Benchmark = Benchmark {
     run: waves,
 };
 
-/// Load (Pa), constrained modulus of the skeleton (Pa), bulk modulus of the water over porosity (Pa).
+/// Load on the column (Pa).
 pub(super) const LOAD: f64 = 1e4;
+/// Constrained modulus of the skeleton (Pa).
 pub(super) const SKELETON: f64 = 1e7;
+/// Bulk modulus of the water over the porosity (Pa).
 pub(super) const WATER: f64 = 2.15e9 / 0.4;
 /// Coefficient of consolidation `k / (ρ_L g (1/E_c + n/K_L))` (m²/s).
 pub(super) const CONSOLIDATION_RATE: f64 = 1e-3 / (9810.0 * (1.0 / SKELETON + 1.0 / WATER));
 
+/// Checks consolidation of a saturated column against the series of Terzaghi.
 fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let factors = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
@@ -79,7 +82,7 @@ fn consolidation(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the settlement of the uppermost point, `surface` in mm over the time factor, and draws it.
+/// Checks the settlement of the uppermost point over the time factor, and draws it. `surface` is in mm.
 fn surface_settlement(
     outcome: &mut BenchmarkOutcome,
     whole: &RunReport,
@@ -105,7 +108,7 @@ fn surface_settlement(
     }
 }
 
-/// Degree of consolidation with local damping.
+/// Checks the degree of consolidation with local damping.
 fn damped_consolidation(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
     let mut damped = load_case("mpm/consolidation")?;
     damped.stages[0].damping = 0.7;
@@ -120,12 +123,12 @@ fn damped_consolidation(outcome: &mut BenchmarkOutcome, start: f64) -> Result<()
     Ok(())
 }
 
-/// Undrained settlement, the reference of the displacements of the run (mm).
+/// Undrained settlement (mm), from which the displacements of the run are measured.
 fn undrained_settlement() -> f64 {
     1e3 * LOAD / (SKELETON + WATER)
 }
 
-/// Runs the column to a time factor, with a frame every hundredth.
+/// Runs the column up to a time factor, with a frame at each hundredth of it.
 pub(super) fn run_consolidation(case: &Case, factor: f64) -> Result<RunReport, String> {
     let mut case = case.clone();
     case.stages[0].duration = factor / CONSOLIDATION_RATE;
@@ -138,6 +141,7 @@ fn isochrone(z: f64, factor: f64) -> f64 {
     modes().map(|a| 2.0 / a * (a * z).sin() * (-a * a * factor).exp()).sum()
 }
 
+/// Degree of consolidation at a time factor.
 fn degree(factor: f64) -> f64 {
     1.0 - modes().map(|a| 2.0 / (a * a) * (-a * a * factor).exp()).sum::<f64>()
 }
@@ -148,7 +152,7 @@ fn profile(frame: &Snapshot, start: f64) -> Vec<(f64, f64)> {
     initial_positions(frame).iter().map(|x| 1.0 - x).zip(pressures).collect()
 }
 
-/// Checks pressures over that at the start, and the degree of consolidation from them, against a closed form.
+/// Checks pore pressures over that at the start, and the degree of consolidation from them, against a closed form.
 pub(super) fn judge_pressures(
     outcome: &mut BenchmarkOutcome,
     label: &str,
@@ -174,8 +178,9 @@ pub(super) fn judge_pressures(
     );
 }
 
-/// Checks total stress and pressure by cells (§2.16).
+/// Checks total stress and pore pressure as averages over cells (§2.16).
 fn check_cell_averages(outcome: &mut BenchmarkOutcome, start: f64) -> Result<(), String> {
+    /// Time factor at which integration by cells is compared.
     const NOMINAL: f64 = 0.1;
     let mut case = load_case("mpm/consolidation")?;
     set_mpm_option(&mut case, "integration", "mixed");
@@ -199,13 +204,16 @@ fn initial_positions(snapshot: &Snapshot) -> Vec<f64> {
     snapshot.positions.iter().zip(displacement).map(|(x, u)| x[0] - u[0]).collect()
 }
 
-/// Traction (Pa), its ramp (s), and the speeds of the two waves without drag (m/s).
+/// Traction on the end of the column (Pa).
 const TRACTION: f64 = 1000.0;
+/// Duration of the increase of the traction (s).
 const RAMP: f64 = 5e-5;
+/// Speed of the fast compression wave without drag (m/s).
 const FAST_WAVE_SPEED: f64 = 2297.728;
+/// Speed of the slow compression wave without drag (m/s).
 const SLOW_WAVE_SPEED: f64 = 1144.720;
 
-/// Hydraulic conductivities (m/s), with their labels, and the sheet's skeleton stress over load at 7e-4 s.
+/// Hydraulic conductivities (m/s) with their labels, and the skeleton stress over the load at 7e-4 s in the sheet.
 const CONDUCTIVITIES: [(&str, f64, f64); 5] = [
     ("1e3", 1e3, 1.0),
     ("0.1", 0.1, 0.99448),
@@ -214,7 +222,7 @@ const CONDUCTIVITIES: [(&str, f64, f64); 5] = [
     ("1e-5", 1e-5, 0.47619),
 ];
 
-/// Mean over load of the values (Pa) of the points about 0.5 m below the loaded end.
+/// Mean of values (Pa) over the load, of the points about 0.5 m below the loaded end.
 fn mean_over_load(frame: &Snapshot, values: &[f64]) -> f64 {
     let near: Vec<f64> = initial_positions(frame)
         .iter()
@@ -225,6 +233,7 @@ fn mean_over_load(frame: &Snapshot, values: &[f64]) -> f64 {
     near.iter().sum::<f64>() / near.len() as f64 / TRACTION
 }
 
+/// Checks arrival times and amplitudes of the two compression waves of saturated soil.
 fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = reference_table("mpm/two-waves/reference.csv")?;
@@ -269,7 +278,7 @@ fn waves(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the mean pressures over load behind both waves against `value`, the reference over time (s).
+/// Checks the mean pressures over the load behind both waves against `value`, the reference over time (s).
 fn pressures_behind_waves(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -292,7 +301,7 @@ fn pressures_behind_waves(
     }
 }
 
-/// Checks the times at which the pressure passes half of its plateau, less half the ramp.
+/// Checks the times at which the pressure passes half of its plateau, less half of the load ramp.
 fn check_arrival_times(outcome: &mut BenchmarkOutcome, pressure: &[(f64, f64)], plateau: f64) {
     let crossing = |rising: bool| {
         let passed = |w: &[(f64, f64)]| {

@@ -9,7 +9,7 @@ use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars, se
 use colluvium::case::measure::fragments;
 use colluvium::case::{Field, FieldData, RunReport, Snapshot};
 
-/// Benchmark of this module.
+/// Benchmark of avalanches of four kinds of snow on a slope with a run-out.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/avalanche",
     title: "Four flow regimes of snow on a slope with a run-out",
@@ -19,8 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Kind of snow: name, slope of the critical state line, cohesion, hardening, strength (Pa), and the front of the sheet's prototype after 3
-/// s and at the end, and that of 99 % of its mass (m).
+/// Kind of snow, with the fronts that the sheet's prototype reaches (m).
 struct AvalancheRegime {
     name: &'static str,
     law: [f64; 4],
@@ -28,7 +27,7 @@ struct AvalancheRegime {
     quantile: f64,
 }
 
-/// The four kinds of the sheet, the farthest front first.
+/// Kinds of snow of the sheet, the one with the farthest front first.
 const REGIMES: [AvalancheRegime; 4] = [
     AvalancheRegime { name: "cold dense", law: [0.5, 0.0, 1.0, 3e3], sheet: [-1.85, 37.7], quantile: 35.8 },
     AvalancheRegime { name: "warm shear", law: [0.8, 0.3, 1.0, 3e3], sheet: [-7.74, 23.9], quantile: 21.9 },
@@ -42,6 +41,7 @@ const REGIMES: [AvalancheRegime; 4] = [
 ];
 
 impl AvalancheRegime {
+    /// Runs the avalanche of this kind of snow for a duration (s).
     fn run(&self, duration: f64) -> Result<RunReport, String> {
         let mut case = case_with_options("avalanche", &json!({}))?;
         let keys = ["critical_state_slope", "cohesion_ratio", "hardening_factor", "compressive_strength"];
@@ -65,6 +65,7 @@ fn coulomb(time: f64) -> f64 {
     0.5 * 9.81 * (angle.sin() - 0.4 * angle.cos()) * time * time
 }
 
+/// Checks fronts, forms and energies of avalanches of four kinds of snow.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let duration = if quick { 1.0 } else { 10.0 };
@@ -93,7 +94,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks that cohesive snow slides as a block on the slope.
+/// Checks that cohesive snow slides as a rigid block on the slope.
 fn block_law(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &RunReport, times: &[f64]) {
     if regime.law[0] < 1.0 {
         return;
@@ -115,7 +116,7 @@ fn order(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport
     }
 }
 
-/// Checks the numerical dissipation.
+/// Checks the numerical dissipation of a run.
 fn energy(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, report: &RunReport) {
     let last = |name: &str| report.table.last(name).unwrap_or(f64::NAN);
     let dissipated = last("energy_plastic") + last("obstacles.friction");
@@ -175,7 +176,7 @@ const CELL: f64 = 0.1;
 /// Density of the snow (kg/m³).
 const DENSITY: f64 = 250.0;
 
-/// Checks the sizes of connected pieces with strength, as granules beside the largest piece (sheet: snow-mpm F56).
+/// Checks the sizes of connected pieces with strength, which are the granules beside the largest piece (sheet: snow-mpm F56).
 fn granules(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, frame: &Snapshot) {
     let strong: Vec<usize> = scalars(frame, "compressive_strength")
         .iter()
@@ -202,8 +203,8 @@ fn granules(outcome: &mut BenchmarkOutcome, regime: &AvalancheRegime, frame: &Sn
     }
 }
 
-/// Bins of a surface with the crest of a wave: the height has risen by `rise` (m) since the trough before, and falls by it before it rises
-/// further. Beyond both ends the height is zero, so that a body without waves has one crest.
+/// Indices of the bins of a surface that have the crest of a wave. The height has risen by `rise` (m) since the trough before, and falls by
+/// it before it rises further. Beyond both ends the height is zero, so that a body without waves has one crest.
 fn crests(heights: &[f64], rise: f64) -> Vec<usize> {
     let mut crests = Vec::new();
     // The lowest height since the last crest; the highest since then.
@@ -226,7 +227,8 @@ fn crests(heights: &[f64], rise: f64) -> Vec<usize> {
 /// Edge of the bins of a surface, two cells (m).
 const BIN: f64 = 0.2;
 
-/// Heights above the bed (m) of the highest points, given by their positions along and above it, in bins between two `ends`; zero in a gap.
+/// Heights above the bed of the highest points (m), in bins between two positions `ends`. The points are given by their position along the
+/// bed and above it; zero in a gap.
 fn surface(points: impl Iterator<Item = [f64; 2]>, ends: [f64; 2]) -> Vec<f64> {
     let mut heights = vec![0f64; ((ends[1] - ends[0]) / BIN).ceil().max(1.0) as usize];
     for [along, above] in points.filter(|[along, _]| *along >= ends[0] && *along < ends[1]) {
@@ -243,6 +245,7 @@ fn roughness(heights: &[f64]) -> f64 {
     (off.sum::<f64>() / heights.len().saturating_sub(2).max(1) as f64).sqrt() / mean
 }
 
+/// Shows the fronts at the end, and checks their order and the number of pieces of slab and plug.
 fn at_rest(outcome: &mut BenchmarkOutcome, reports: &[(&AvalancheRegime, RunReport)], time: f64) {
     order(outcome, reports, time);
     for (regime, report) in reports {

@@ -7,7 +7,7 @@ use super::{case_with_options, run_snow_case};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, measure_series, stresses, vectors};
 
-/// Vibration.
+/// Benchmark of the confined longitudinal vibration of a bar.
 pub const VIBRATION: Benchmark = Benchmark {
     id: "snow-mpm/vibration",
     title: "Confined longitudinal vibration of a bar",
@@ -17,7 +17,7 @@ pub const VIBRATION: Benchmark = Benchmark {
     run: vibration,
 };
 
-/// Self-weight.
+/// Benchmark of a column under its weight at finite strain.
 pub const SELF_WEIGHT: Benchmark = Benchmark {
     id: "snow-mpm/self-weight",
     title: "Column under its weight at finite strain",
@@ -27,8 +27,9 @@ pub const SELF_WEIGHT: Benchmark = Benchmark {
     run: self_weight,
 };
 
-/// Density (kg/m³) and, over Young's modulus, the modulus of confined compression for a Poisson's ratio of 0.3.
+/// Density (kg/m³).
 const DENSITY: f64 = 400.0;
+/// Modulus of confined compression over Young's modulus, for a Poisson's ratio of 0.3.
 const CONFINED_MODULUS: f64 = 0.7 / (1.3 * 0.4);
 
 /// Times (s) at which a series passes zero, by linear interpolation.
@@ -65,6 +66,7 @@ fn period_and_momentum(cells: usize, options: &Value) -> Result<[f64; 2], String
     Ok([found / period, peak(3.0 * found) / peak(found)])
 }
 
+/// Checks the period of confined longitudinal vibration.
 fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
@@ -113,7 +115,8 @@ fn vibration(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Settlement over height, and the largest error of the stress, over that at the base, beyond two and three cells from the wall.
+/// Settlement over the height, and the largest errors of the stress beyond two and beyond three cells from the wall, over the stress at the
+/// base.
 fn settlement_and_errors(cell: f64, shape: &str) -> Result<[f64; 3], String> {
     let case = case_with_options("bar-weight", &json!({ "shape": shape, "cell_size": cell }))?;
     let snapshot = run_snow_case(&case)?.snapshot;
@@ -131,6 +134,7 @@ fn settlement_and_errors(cell: f64, shape: &str) -> Result<[f64; 3], String> {
     Ok([settlement, beyond(2.0), beyond(3.0)])
 }
 
+/// Checks settlement and stress of a column under its weight at finite strain.
 fn self_weight(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let exact = 0.045_180_7;

@@ -7,7 +7,7 @@ use super::{case_with_options, run_snow_case};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions};
 
-/// Benchmark of this module.
+/// Benchmark of a cantilever at large rotation under its weight.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/cantilever",
     title: "Cantilever at large rotation under its weight",
@@ -20,12 +20,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Drop of the tip and its position along the beam at rest, over the length (sheet: snow-mpm V16, α = 4).
 const TIP: [f64; 2] = [0.425_159, 0.890_111];
 
-/// Beam at rest: drop and position of the tip over the length (1 m), and the axis.
+/// Beam at rest: drop and position of its tip over the length (1 m), and its axis.
 struct BentBeam {
     tip: [f64; 2],
     axis: Vec<(f64, f64)>,
 }
 
+/// Beam at rest under its weight on cells of `cell` (m).
 fn bent_beam(cell: f64) -> Result<BentBeam, String> {
     let report = run_snow_case(&case_with_options("cantilever", &json!({ "cell_size": cell }))?)?;
     let (start, now) = (initial_positions(&report.snapshot), &report.snapshot.positions);
@@ -44,6 +45,7 @@ fn bent_beam(cell: f64) -> Result<BentBeam, String> {
     Ok(BentBeam { tip: [-tip[1], tip[0]], axis })
 }
 
+/// Checks the tip of a bent beam against the elastica.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Axis of the beam", "x (m)", "y (m)");

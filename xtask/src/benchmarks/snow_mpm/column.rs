@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_material};
 
-/// Benchmark of this module.
+/// Benchmark of columns of snow: run-out with and without cohesion, and the strength at which a column stands.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/column",
     title: "Column of snow: run-out with and without cohesion, and the strength with which it stands",
@@ -29,12 +29,14 @@ struct ColumnShape {
 }
 
 impl ColumnShape {
+    /// Fronts and height of the column in a frame.
     fn from_frame(frame: &Snapshot) -> Self {
         let farthest = |sign: f64| frame.positions.iter().map(|x| sign * x[0]).fold(0.0, f64::max);
         let middle = frame.positions.iter().filter(|x| x[0].abs() < 0.1).map(|x| x[1]);
         Self { fronts: [farthest(-1.0), farthest(1.0)], height: middle.fold(0.0, f64::max) }
     }
 
+    /// Position of the farther front (m).
     fn front(&self) -> f64 {
         self.fronts[0].max(self.fronts[1])
     }
@@ -48,6 +50,7 @@ fn column(strength: f64, cohesion: f64) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Checks the share of the run-out that cohesion takes, and that columns of strong snow stand.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Columns of snow", "time (s)", "farthest point from the middle (m)");
@@ -97,7 +100,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks which strengths carry the weight under slowly increased gravity (V18).
+/// Checks which strengths carry the weight of a column under slowly increased gravity (V18).
 fn check_strength(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for (strength, claim, range) in [
         (5500.0, "collapses", (0.0, 0.9)),

@@ -6,7 +6,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of a block on an incline with Coulomb friction at the nodes.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/incline",
     title: "Block on an incline: Coulomb friction at the nodes",
@@ -24,6 +24,7 @@ fn mean_displacement(friction: f64, options: &serde_json::Value) -> Result<f64, 
     Ok(displacement.iter().map(|u| u[0]).sum::<f64>() / displacement.len() as f64)
 }
 
+/// Checks the displacement of a block on an incline: it slides with a friction coefficient of 0.3, and sticks with 0.7.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     // g (sin 30° - μ cos 30°) t² / 2 after 1.1 s.

@@ -11,7 +11,7 @@ use super::case_with_options;
 use crate::analysis::manufactured_solution::{max_errors_over_steps, rms_position_error};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of the manufactured solution of a periodic line: cell crossing and convergence.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/manufactured",
     title: "Manufactured solution of a periodic line: cell crossing and convergence",
@@ -21,15 +21,17 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Modulus of uniaxial strain (Pa), density (kg/m³) and wave speed (m/s).
+/// Modulus of uniaxial strain (Pa).
 const MODULUS: f64 = 1e4;
+/// Density (kg/m³).
 const DENSITY: f64 = 1.0;
+/// Wave speed (m/s).
 const SPEED: f64 = 100.0;
-/// Step times wave speed over cell size.
+/// Courant number: time step times wave speed over cell size.
 const COURANT: f64 = 0.1;
 /// Amplitude (m) of the sheet's table.
 const AMPLITUDE: f64 = 0.05;
-/// The first refinements of the table, cells a metre.
+/// Cell numbers per metre of the refinements of the table.
 const CELLS: [usize; 5] = [16, 32, 64, 128, 256];
 
 /// Standing wave `u = A sin 2πX sin 2πct`.
@@ -39,15 +41,17 @@ struct StandingWave {
 }
 
 impl StandingWave {
+    /// Displacement (m).
     fn displacement(self, x: f64, t: f64) -> f64 {
         self.amplitude * (TAU * x).sin() * (TAU * SPEED * t).sin()
     }
 
+    /// Velocity (m/s).
     fn velocity(self, x: f64, t: f64) -> f64 {
         self.amplitude * (TAU * x).sin() * TAU * SPEED * (TAU * SPEED * t).cos()
     }
 
-    /// Stretch, and its slope along the line (1/m).
+    /// Stretch, and its derivative along the line (1/m).
     fn stretch(self, x: f64, t: f64) -> [f64; 2] {
         let strain = self.amplitude * TAU * (TAU * SPEED * t).sin();
         [1.0 + strain * (TAU * x).cos(), -TAU * strain * (TAU * x).sin()]
@@ -60,6 +64,7 @@ impl StandingWave {
         -(TAU * SPEED).powi(2) * self.displacement(x, t) - stress
     }
 
+    /// Initial state and body force of the solution.
     fn solution(self) -> Manufactured {
         Manufactured {
             start: Box::new(move |[x, ..]| {
@@ -86,7 +91,8 @@ impl StandingWave {
         (squares.sum::<f64>() / densities.len() as f64).sqrt()
     }
 
-    /// Largest errors over a period: of displacement over the amplitude, and of Kirchhoff stress over `2πAM`.
+    /// Largest errors over a period, with a number of cells per metre: of the displacement over the amplitude, and of the Kirchhoff stress
+    /// over `2πAM`.
     fn errors(self, functions: &TransferSetting, cells: usize) -> Result<[f64; 2], String> {
         let cell = 1.0 / cells as f64;
         let mut options = json!({
@@ -107,7 +113,7 @@ impl StandingWave {
     }
 }
 
-/// Shape functions, points per cell and transfer, with the errors of the sheet's prototype, if any.
+/// Shape functions, points per cell and transfer, with the errors of the sheet's prototype, if there are any.
 struct TransferSetting {
     name: &'static str,
     shape: &'static str,
@@ -117,7 +123,7 @@ struct TransferSetting {
     stress: Option<[f64; 5]>,
 }
 
-/// Table of the sheet.
+/// Settings of the sheet's table.
 const TABLE: [TransferSetting; 6] = [
     TransferSetting {
         name: "linear, 4 points per cell",
@@ -169,6 +175,7 @@ const TABLE: [TransferSetting; 6] = [
     },
 ];
 
+/// Checks errors of displacement against the sheet's table, with several shape functions and cell sizes.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, scalars};
 
-/// Benchmark of this module.
+/// Benchmark of the confined compression of a microstructure of snow.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/microstructure",
     title: "Confined compression of a microstructure of snow",
@@ -18,8 +18,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Box and its plate. At the largest speed of the sheet, half a per cent of the wave speed of ice (6 m/s), the plate hits the ice with 6.7
-/// MPa and crushes it at once.
+/// Box of snow, and the plate that compresses it. At the largest speed of the sheet, half a per cent of the wave speed of ice (6 m/s), the
+/// plate hits the ice with 6.7 MPa and crushes it at once.
 struct CompressionBox {
     /// Width and height of the box (m).
     size: f64,
@@ -29,16 +29,16 @@ struct CompressionBox {
     end: f64,
 }
 
+/// Box of the short form, half as wide as that of the full form.
 const SHORT_BOX: CompressionBox = CompressionBox { size: 1.5e-3, speed: 0.6, end: 0.32 };
-/// Structure of the sheet, on cells of 0.05 mm in place of 0.03 mm.
+/// Box of the sheet, on cells of 0.05 mm in place of 0.03 mm.
 const FULL_BOX: CompressionBox = CompressionBox { size: 3e-3, speed: 0.3, end: 0.2 };
 
-/// Compression of the box between two rows of the measures.
+/// Compression of the box between two rows of measures.
 const ROW: f64 = 4e-4;
 
 impl CompressionBox {
-    /// Compressions of the box and mean stresses at the plate (Pa), from the plate's work between two rows; the other walls are fixed and
-    /// smooth.
+    /// Compression of the box and mean stress at the plate (Pa), from the work of the plate between two rows.
     fn path(&self, report: &RunReport) -> Vec<(f64, f64)> {
         let work = measure_series(report, "work_of_walls");
         let stress = |pair: &[(f64, f64)]| {
@@ -48,6 +48,7 @@ impl CompressionBox {
     }
 }
 
+/// Checks the stages of compression of a microstructure, and draws stress and structure.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let press = if quick { SHORT_BOX } else { FULL_BOX };
@@ -65,7 +66,7 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     case.output.measures = Some(ROW * size / speed);
     let report = run_snow_case(&case)?;
     let path = press.path(&report);
-    judge(&mut outcome, &report, &path, quick);
+    check_loading_stages(&mut outcome, &report, &path, quick);
     let chart = LineChart {
         series: vec![Series::new("snow-mpm", path, Style::Line)],
         ..LineChart::new("Confined compression", "compression of the box", "mean axial stress (Pa)")
@@ -83,8 +84,14 @@ fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the four phases in their order.
-fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)], quick: bool) {
+/// Checks the stages of confined compression: the linear rise of the stress, its drop after the first peak, the plateau, and the final rise
+/// when the grains jam.
+fn check_loading_stages(
+    outcome: &mut BenchmarkOutcome,
+    report: &RunReport,
+    path: &[(f64, f64)],
+    quick: bool,
+) {
     let peak = first_peak(path);
     let (at, largest) = path[peak];
     let rise: Vec<(f64, f64)> =
@@ -140,7 +147,7 @@ fn judge(outcome: &mut BenchmarkOutcome, report: &RunReport, path: &[(f64, f64)]
     );
 }
 
-/// Index of the first peak: the stress then falls by a fifth before it exceeds the peak again.
+/// Index of the first peak of the stress, after which the stress falls by a fifth before it exceeds the peak again.
 fn first_peak(path: &[(f64, f64)]) -> usize {
     let mut peak = 0;
     for (number, (_, stress)) in path.iter().enumerate() {

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, final_measure, scalars, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of the compaction of a block of snow in an oedometer.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/oedometer",
     title: "Oedometer: a plate compacts a block of snow",
@@ -17,11 +17,12 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Logarithmic strain and axial Kirchhoff stress (Pa) of V6, d = 3.
+/// Logarithmic strain and axial Kirchhoff stress (Pa) of the single point of V6 with d = 3.
 const PATH: [(f64, f64); 5] =
     [(0.01, 27_522.876), (0.02, 42_381.579), (0.05, 87_570.641), (0.1, 163_077.986), (0.2, 314_351.353)];
 
-/// Mean logarithmic strain of the points of a frame, and their mean axial Kirchhoff stress (Pa), compression positive.
+/// Mean logarithmic strain of the points of a frame, and their mean axial Kirchhoff stress (Pa), compression positive. `initial` is the
+/// initial volume.
 fn state(frame: &Snapshot, initial: f64) -> (f64, f64) {
     let volumes = scalars(frame, "volume");
     let force: f64 = stresses(frame).iter().zip(&volumes).map(|(s, v)| -s[1] * v).sum();
@@ -37,6 +38,7 @@ fn value_at(points: &[(f64, f64)], x: f64) -> f64 {
     })
 }
 
+/// Checks stresses in compaction of a block against the path of a single point.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {

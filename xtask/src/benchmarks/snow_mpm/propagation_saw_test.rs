@@ -13,7 +13,7 @@ use crate::benchmarks::{
     vectors,
 };
 
-/// Critical length and its parameters.
+/// Benchmark of the critical length of the cut in propagation saw tests.
 pub const CRITICAL: Benchmark = Benchmark {
     id: "snow-mpm/saw",
     title: "Propagation saw test: critical length of the cut",
@@ -23,7 +23,7 @@ pub const CRITICAL: Benchmark = Benchmark {
     run: critical_lengths,
 };
 
-/// Speed of the crack.
+/// Benchmark of the crack speed in a propagation saw test on flat terrain.
 pub const SPEED: Benchmark = Benchmark {
     id: "snow-mpm/crack-speed",
     title: "Propagation saw test: speed of the crack on flat terrain",

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::benchmarks::snow_mpm::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, initial_positions, scalars, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of the remote triggering of a slab avalanche.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/remote",
     title: "Remote triggering of a slab avalanche",
@@ -23,13 +23,16 @@ const SLOPE_TOE: f64 = 13.049_259;
 const SNOWMAN: f64 = SLOPE_TOE + 2.0;
 /// Position at which the arc begins (m).
 const FOOT: f64 = 9.192_533;
-/// Centre and radius of the arc at the crest (m).
+/// Centre of the arc at the crest (m).
 const CREST: [f64; 2] = [-23.377_607, 24.817_105];
+/// Radius of the arc at the crest (m).
 const RADIUS: f64 = 3.0;
-/// Indices of the bodies.
+/// Index of the weak layer among the bodies.
 const WEAK_LAYER: u32 = 0;
+/// Index of the slab among the bodies.
 const SLAB: u32 = 1;
 
+/// Checks that a snowman on the flat triggers a slab avalanche on the slope, and that the slope is stable without it.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut case = case_with_options("remote", &json!({}))?;
@@ -68,6 +71,7 @@ fn collapsed_points(frame: &Snapshot) -> Vec<(f64, bool)> {
     weak.map(|i| (start[i][0], flags[i] > 0.5)).collect()
 }
 
+/// Checks that the crack starts below the snowman and propagates up the slope.
 fn crack(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), String> {
     let fronts = |frame: &Snapshot| {
         let all = collapsed_points(frame).into_iter().filter(|(_, failed)| *failed).map(|(x, _)| x);
@@ -109,6 +113,7 @@ fn crack(outcome: &mut BenchmarkOutcome, report: &RunReport) -> Result<(), Strin
     outcome.svg("A3: the crack runs both ways.", &chart)
 }
 
+/// Checks that the slab breaks and slides on the slope, and remains on the flat.
 fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     let last = &report.snapshot;
     let (start, moved) = (initial_positions(last), vectors(last, "displacement"));
@@ -155,7 +160,7 @@ fn release(outcome: &mut BenchmarkOutcome, report: &RunReport) {
     outcome.info("A3: pieces of the slab", "not given", pieces, "the sheet judges the crack");
 }
 
-/// Length along the ground from the beginning of the crest's fall, and height above it along its normal (m), down to the foot.
+/// Length along the ground from the beginning of the arc at the crest, and height above the ground along its normal (m), down to the foot.
 fn on_the_track([x, y]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = 40f64.to_radians().sin_cos();
     let right = [x - CREST[0], y - CREST[1]];

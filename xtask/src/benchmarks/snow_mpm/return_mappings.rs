@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of worked examples of the return map of Cohesive Cam Clay.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/returns",
     title: "Cohesive Cam clay: worked examples of the return map",
@@ -15,6 +15,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
+/// Reason of the tolerance of the sheet's examples.
 const TOLERANCE_REASON: &str = "the sheet's tolerance; round-off where a value is nought";
 
 /// Kirchhoff stress (Pa), plastic volumetric strain and compressive strength (Pa) after one step.
@@ -48,6 +49,7 @@ fn returned_state(f: &Mat3, integration: &str, invariants: &str) -> Result<Retur
     })
 }
 
+/// Checks worked examples of the return map of Cohesive Cam Clay.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     // Trial strains; for explicit and implicit p0: p, q (Pa), plastic volumetric strain, p0 (Pa).
@@ -100,7 +102,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks W2.
+/// Checks the return of a stress with shear components (W2).
 fn full_tensor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let f = Mat3([[1.002, 0.006, 0.0], [-0.001, 0.995, 0.0], [0.0, 0.0, 1.0]]);
     for (integration, exact, p0) in [

@@ -8,7 +8,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::snow_mpm::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, measure_series, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of rigid motions, and of the quantities that transfers conserve.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/motion",
     title: "Rigid motions: what the transfers keep",
@@ -21,6 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Young's modulus (Pa).
 const YOUNG: f64 = 1e6;
 
+/// Checks rigid motions, and conserved quantities of the transfers.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let transfers = [
@@ -40,7 +41,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks flight with gravity (V4).
+/// Checks flight under gravity (V4).
 fn check_free_fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) -> Result<(), String> {
     let mut case = case_with_options("motion", options)?;
     let (dt, end) = (2e-4, 0.1);
@@ -67,7 +68,7 @@ fn check_free_fall(outcome: &mut BenchmarkOutcome, name: &str, options: &Value) 
     Ok(())
 }
 
-/// Checks a spinning disc in flight (V11).
+/// Checks the momenta and the energy of a spinning disc in flight (V11).
 fn spin(
     outcome: &mut BenchmarkOutcome,
     chart: &mut LineChart,

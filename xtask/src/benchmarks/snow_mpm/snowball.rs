@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{case_with_options, run_snow_case};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, scalars, set_material};
 
-/// Benchmark of this module.
+/// Benchmark of snowballs of different strength, stiffness and brittleness that hit a floor.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/snowball",
     title: "Snowballs on a floor: strength, stiffness and brittleness of the snow",
@@ -16,10 +16,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: benchmark,
 };
 
-/// Number of times in the chart.
+/// Number of times in the chart of scatter.
 const TIMES: usize = 20;
 
-/// Result of an impact.
+/// Scatter and compaction of an impact.
 struct ImpactResult {
     /// 90 % quantile of the distance from the axis (m).
     scatter: f64,
@@ -29,6 +29,7 @@ struct ImpactResult {
     contact: f64,
 }
 
+/// Quantile of values.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values
@@ -40,6 +41,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 /// Changed keys of the material.
 type MaterialChanges<'a> = &'a [(&'a str, Value)];
 
+/// Impact of a ball of changed snow: scatter and compaction.
 fn impact(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Result<ImpactResult, String> {
     let mut case = case_with_options("snowball", &json!({}))?;
     set_material(&mut case, "snow", keys)?;
@@ -68,6 +70,7 @@ fn impact(keys: MaterialChanges<'_>, chart: &mut LineChart, name: &str) -> Resul
     })
 }
 
+/// Checks how scatter and compaction of a snowball depend on the snow.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart =
@@ -106,7 +109,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the relations between the balls.
+/// Checks how the results of the balls relate to each other.
 fn check_relations(outcome: &mut BenchmarkOutcome, found: &[ImpactResult]) -> Result<(), String> {
     let [default, softer, weaker, brittle, tearing] = found else {
         return Err("five balls were to fall".to_owned());

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome};
 
-/// Benchmark of this module.
+/// Benchmark of the compression of a weak layer by the classical law and by the anticrack law.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "snow-mpm/softening",
     title: "Compression of a weak layer: classical softening and that of the anticrack",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Logarithmic compression of a step.
 const STEP: f64 = 1e-6;
 
-/// State along a path: compression, `p`, `q` and axial stress (Pa, Kirchhoff, compression positive), and `p0` (Pa).
+/// Row of a compression path: compression, `p`, `q` and axial stress (Pa, Kirchhoff, compression positive), and `p0` (Pa).
 struct SofteningRow {
     strain: f64,
     pressure: f64,
@@ -28,7 +28,7 @@ struct SofteningRow {
     strength: f64,
 }
 
-/// Weak layer of the sheet with other keys.
+/// Weak layer of the sheet with some keys changed.
 fn layer(keys: &Value) -> Value {
     let mut spec = json!({
         "model": "cohesive-cam-clay", "density": 100, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "critical_state_slope": 1.2,
@@ -74,6 +74,7 @@ fn row_at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
     &path[number.min(path.len() - 1)]
 }
 
+/// Checks the sequence of collapse of a weak layer by the anticrack law, against classical softening.
 fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let brittle = json!({ "hardening": { "kind": "weak-layer", "softening_factor": 50 } });
@@ -100,7 +101,7 @@ fn benchmark(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the path of the anticrack: elastic, failure, softening, collapse, jamming.
+/// Checks the sequence of the anticrack: elastic loading, failure, softening, collapse and jamming.
 fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     let yields = path.iter().position(|row| row.strength < 3000.0 - 1e-6).unwrap_or(0);
     let collapses = path.iter().position(|row| row.strength == 0.0).unwrap_or(path.len() - 1);
@@ -150,7 +151,7 @@ fn sequence(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) {
     }
 }
 
-/// Checks the classical law: the pressure grows on after yield, the deviator falls first and then grows.
+/// Checks the classical law: after yield the pressure grows, and the deviator first falls and then grows.
 fn classic(outcome: &mut BenchmarkOutcome, path: &[SofteningRow]) -> Result<(), String> {
     let reason = "values of the sheet's own integration; first order in the step";
     for (strain, exact) in [(0.003, 3191.8), (0.005, 3375.8), (0.02, 3664.5), (0.1, 5130.0)] {

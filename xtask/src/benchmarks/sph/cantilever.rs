@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of an elastic cantilever by updated- and total-Lagrangian SPH.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cantilever",
     title: "Elastic cantilever, updated and total Lagrangian SPH",
@@ -17,14 +17,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Length of the beam (m).
 const LENGTH: f64 = 0.2;
+/// Speed of sound (m/s).
 const SPEED: f64 = 63.25;
-/// Euler–Bernoulli beam: `T c0 / L` of the sheet.
+/// Period of the thin beam (s), from the dimensionless period `T c0 / L` of the sheet.
 const PERIOD: f64 = 72.4389 * LENGTH / SPEED;
-/// `V_f c0 / ω`.
+/// Amplitude of the deflection, `V_f c0 / ω`.
 const AMPLITUDE: f64 = 0.02306;
 
-/// Variant of the run.
+/// Form of the method with which the cantilever is run.
 struct CantileverVariant {
     name: &'static str,
     options: Vec<(&'static str, Value)>,
@@ -33,6 +35,7 @@ struct CantileverVariant {
     claim: &'static str,
 }
 
+/// Compared forms of the momentum equation and stabilisations.
 fn variants() -> Vec<CantileverVariant> {
     vec![
         CantileverVariant {
@@ -68,6 +71,7 @@ fn variants() -> Vec<CantileverVariant> {
     ]
 }
 
+/// Checks the period of a cantilever in its first mode.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");
@@ -88,11 +92,12 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Deflection of the tip over time (m).
 fn tip(report: &RunReport) -> Vec<(f64, f64)> {
     deflection(report, 1)
 }
 
-/// Mean deflection along an axis of the last columns of the beam in the frames.
+/// Mean deflection of the last columns of the beam along an axis, over time (m).
 pub(super) fn deflection(report: &RunReport, across: usize) -> Vec<(f64, f64)> {
     let start = &report.frames[0].positions;
     let end = start.iter().map(|x| x[0]).fold(f64::NEG_INFINITY, f64::max);
@@ -124,6 +129,7 @@ fn closest(snapshot: &Snapshot) -> f64 {
     smallest / spacing
 }
 
+/// Checks period and damping of a variant.
 fn judge(outcome: &mut BenchmarkOutcome, variant: &CantileverVariant, report: &RunReport) {
     let tip = tip(report);
     let ratio = period(&tip) / PERIOD;
@@ -168,7 +174,7 @@ fn judge(outcome: &mut BenchmarkOutcome, variant: &CantileverVariant, report: &R
     }
 }
 
-/// Checks refinement, and the loss without viscosity.
+/// Checks the effect of refinement, and the loss of amplitude without viscosity.
 fn check_refinement(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("sph/cantilever")?;
     set_method_option(&mut case, "sph", "spacing", 0.001);
@@ -180,13 +186,13 @@ fn check_refinement(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     without_viscosity(outcome)
 }
 
-/// Checks V-37 without viscosity. Artificial stress does work that no stress power balances, and so does the corrected gradient with a
-/// momentum equation that is not its conjugate.
+/// Checks the period and the loss of amplitude without viscosity (V-37). Artificial stress does work that no stress power balances, and so
+/// does the corrected gradient with a momentum equation that is not its conjugate.
 fn without_viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let none = || ("tensile", json!({ "kind": "none" }));
     let both = || ("momentum", json!("corrected"));
     let compatible = || ("velocity_gradient", json!("compatible"));
-    /// Name, options, and whether it is judged.
+    /// Name of a run, its options, and whether it has bounds.
     type Run = (&'static str, Vec<(&'static str, Value)>, bool);
     let runs: [Run; 5] = [
         ("corrected on both sides", vec![both(), none()], true),
@@ -239,7 +245,7 @@ fn without_viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Loss of amplitude from the first peak to that of a period later.
+/// Loss of amplitude from the first peak to the next one.
 fn loss(tip: &[(f64, f64)]) -> f64 {
     let turn = period(tip);
     let peak = |from: f64, to: f64| {

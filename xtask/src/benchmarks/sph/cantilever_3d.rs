@@ -9,7 +9,7 @@ use super::cantilever::{deflection, period};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of an elastic cantilever in three dimensions.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/beam-3d",
     title: "Elastic cantilever in three dimensions, SPH",
@@ -19,8 +19,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| run_oscillations(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
 };
 
-/// Updated-Lagrangian form with artificial stress, at the sheet's spacing. Artificial stress feeds velocities that alternate from particle
-/// to particle, which only `hourglass_viscosity` resists.
+/// Benchmark of an elastic cantilever in three dimensions by the updated-Lagrangian form with artificial stress, at the sheet's spacing.
+/// Artificial stress feeds velocities that alternate from particle to particle, which only `hourglass_viscosity` resists.
 pub const UPDATED_LAGRANGIAN: Benchmark = Benchmark {
     id: "sph/beam-3d-updated",
     title: "Elastic cantilever in three dimensions, sums over the present configuration, SPH",
@@ -30,7 +30,7 @@ pub const UPDATED_LAGRANGIAN: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// The sheet's spacing for bending across the smaller side (m), and twice that: eight particles across either side.
+/// Spacing of the sheet for bending across the smaller side of the section (m), and twice that: eight particles across each side.
 const SPACINGS: [f64; 2] = [0.0125, 0.025];
 /// Sides of the section along y and z (m).
 const SIDES: [f64; 2] = [0.1, 0.2];
@@ -102,8 +102,7 @@ fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     smallest / spacing
 }
 
-/// Largest difference of the axial stress between particles that are mirror images in the middle plane in which the beam bends, over the
-/// largest axial stress; in the frame of a quarter of a period.
+/// Largest asymmetry of the axial stress about the plane of bending, over the largest axial stress, at a quarter of the period.
 fn skew(report: &RunReport, across: usize, spacing: f64) -> f64 {
     let (start, frame) = (&report.frames[0], &report.frames[report.frames.len() * 2 / 5]);
     let other = 3 - across;

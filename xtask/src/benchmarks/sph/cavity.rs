@@ -9,7 +9,7 @@ use crate::benchmarks::{
     set_method_option, vectors,
 };
 
-/// The lid-driven cavity.
+/// Benchmark of a liquid in a cavity with a moving lid.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cavity",
     title: "Lid-driven cavity, SPH",
@@ -25,6 +25,7 @@ const MISPRINT: f64 = 0.9063;
 /// Reynolds number and the time until the flow is steady (s).
 const FLOWS: [(u32, f64); 2] = [(100, 15.0), (400, 40.0)];
 
+/// Case of a cavity with a Reynolds number.
 fn cavity(reynolds: u32, duration: f64, spacing: f64) -> Result<Case, String> {
     let mut case = load_case("sph/cavity")?;
     set_method_option(&mut case, "sph", "spacing", spacing);
@@ -59,6 +60,7 @@ fn velocity_at(snapshot: &Snapshot, place: [f64; 2], spacing: f64) -> [f64; 2] {
     })
 }
 
+/// Checks velocities in a cavity with a moving lid against published tables.
 fn cavities(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let table = reference_table("sph/cavity/reference.csv")?;

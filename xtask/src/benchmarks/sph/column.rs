@@ -10,7 +10,7 @@ use crate::benchmarks::{
     set_method_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of a column of aluminium bars.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/aluminium-bars",
     title: "Aluminium-bar column, SPH",
@@ -20,8 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.005;
 
+/// Checks the front of a column of aluminium bars with three artificial viscosities.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let sheet = reference_curve(&reference_table("sph/aluminium-bars/reference.csv")?, "viscosity", "front")?;
@@ -72,7 +74,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the front without viscosity, which depends on the integration of the law.
+/// Checks the front without artificial viscosity, which depends on the integration of the law.
 fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load_case("sph/aluminium-bars")?;
     set_method_option(&mut case, "sph", "viscosity_linear", 0.0);
@@ -102,7 +104,7 @@ fn forward(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks B-03, the fourth setting: viscous damping and regularisation in place of artificial viscosity.
+/// Checks viscous damping and regularisation in place of artificial viscosity (the fourth setting of B-03).
 fn check_viscous_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     for damping in [1e-3, 1e-4] {
         let mut case = load_case("sph/aluminium-bars")?;
@@ -119,7 +121,7 @@ fn check_viscous_damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks walls and regularisation.
+/// Checks the front with other walls and with regularisation.
 fn variants(outcome: &mut BenchmarkOutcome, usual: f64) -> Result<(), String> {
     for (option, value, sheet) in [
         ("regularisation", json!("mls"), "0.383 (wall b)"),

@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of columns of several aspect ratios.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/columns",
     title: "Columns of several aspect ratios, SPH",
@@ -19,7 +19,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Remaining aspect ratios.
+/// Benchmark of the collapse of columns of all aspect ratios of the sheet.
 pub const ASPECT_SWEEP: Benchmark = Benchmark {
     id: "sph/columns-sweep",
     title: "Columns of all aspect ratios of the sheet, SPH",
@@ -35,10 +35,12 @@ pub const ASPECT_SWEEP: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Aspect ratios of the sheet, and those from which the laws are powers of two thirds.
+/// Aspect ratios of the sheet.
 const ASPECT_RATIOS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0];
+/// Aspect ratios from which the run-out laws have an exponent of two thirds.
 const TALL_ASPECT_RATIOS: &[f64] = ASPECT_RATIOS.split_at(4).1;
 
+/// Material and spacing of a series of columns.
 #[derive(Clone, Copy)]
 struct ColumnSetting {
     name: &'static str,
@@ -49,11 +51,14 @@ struct ColumnSetting {
     spacing: f64,
 }
 
+/// Sand of 31°, with stress regularised by moving least squares.
 const SAND: ColumnSetting =
     ColumnSetting { name: "31 degrees, MLS", friction: 31.0, regularisation: "mls", spacing: SPACING };
+/// Aluminium bars of a friction angle of 21.9°, with stress that is not regularised.
 const ALUMINIUM_BARS: ColumnSetting =
     ColumnSetting { name: "S1", friction: 21.9, regularisation: "none", spacing: SPACING };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.005;
 
 /// Run-out over initial width after Lube et al. 2005.
@@ -65,12 +70,12 @@ fn lube_run_out(a: f64) -> f64 {
     }
 }
 
-/// Run-out over initial width after Lajeunesse et al. 2005; the two branches join at 3.
+/// Run-out over the initial width after Lajeunesse et al. 2005. Its two branches meet at an aspect ratio of 3.
 fn lajeunesse(a: f64) -> f64 {
     if a < 3.0 { a } else { 3.0 * (a / 3.0).powf(2.0 / 3.0) }
 }
 
-/// Column of set S with another aspect ratio: at least twenty particles wide and high.
+/// Column of set S with another aspect ratio, at least twenty particles wide and high, and its width (m).
 fn column(a: f64) -> Result<(Case, f64), String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let (width, height) = if a < 1.0 { (0.1 / a, 0.1) } else { (0.1, 0.1 * a) };
@@ -80,12 +85,14 @@ fn column(a: f64) -> Result<(Case, f64), String> {
     Ok((case, width))
 }
 
+/// Checks run-outs of three columns of sand, and the effect of regularisation on their stress.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = run_sweep(&[(SAND, &[0.5, 1.0, 2.0])])?;
     check_regularisation(&mut outcome)?;
     Ok(outcome)
 }
 
+/// Checks run-outs of columns of several aspect ratios against published laws.
 fn run_sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart {
@@ -116,6 +123,7 @@ fn run_sweep(sets: &[(ColumnSetting, &[f64])]) -> Result<BenchmarkOutcome, Strin
     Ok(outcome)
 }
 
+/// Checks the run-outs of one material.
 fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f64, f64)]) {
     for &(a, length) in found {
         let claim = format!("Lajeunesse {:.3}, Lube {:.3}", lajeunesse(a), lube_run_out(a));
@@ -164,8 +172,8 @@ fn judge(outcome: &mut BenchmarkOutcome, name: &str, friction: f64, found: &[(f6
     }
 }
 
-/// Checks B-03: noise of the vertical stress in the flowing zone without regularisation, with it after every step and, as the sheet
-/// proposes, after every ten; the source has "each or several" and gives no number.
+/// Checks the noise of the vertical stress in the flowing zone without regularisation, with it after every step, and after every ten steps
+/// (B-03).
 fn check_regularisation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let column = |steps: Option<u64>, duration: f64| -> Result<Snapshot, String> {
         let mut case = load_case("sph/aluminium-bars")?;
@@ -208,10 +216,10 @@ fn check_regularisation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Neighbours of a particle with a full support: 20 on the lattice of this kernel and smoothing length.
+/// Number of neighbours of a particle with a full support. On the lattice they are 20.
 const FULL_NEIGHBOUR_COUNT: usize = 18;
 
-/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `minimum`
+/// RMS difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at least `minimum`
 /// neighbours.
 fn fluctuation(snapshot: &Snapshot, minimum: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));

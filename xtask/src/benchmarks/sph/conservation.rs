@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of momentum, energy and dissipation of particles in a random state.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/balance",
     title: "Momentum, energy and dissipation of a random state",
@@ -18,14 +18,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Number between -1 and 1 of an additive recurrence, which varies irregularly with `id`.
+/// Number between -1 and 1 that varies irregularly with `id`.
 fn scattered_number(id: u32, channel: u32) -> f64 {
+    /// Multipliers of additive recurrences, whose fractional parts are low-discrepancy sequences.
     const STEPS: [f64; 3] = [0.618_033_988_749_894_9, 0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
     let step = STEPS[channel as usize % 3];
     2.0 * (f64::from(id + 1) * step * f64::from(1 + channel / 3)).fract() - 1.0
 }
 
-/// Disordered state of a particle; `deviator` is one for stress of any kind and zero for pressure alone.
+/// Disordered state of a particle. `deviator` is one for stress of any kind and zero for pressure alone.
 fn random(id: u32, deviator: f64) -> PrescribedParticle<2> {
     let s = |channel| scattered_number(id, channel);
     let pressure = 2e4 * s(3);
@@ -45,6 +46,7 @@ fn random(id: u32, deviator: f64) -> PrescribedParticle<2> {
     }
 }
 
+/// Case of a periodic box with changed options.
 fn case_with_options(options: &[(&str, Value)]) -> Result<Case, String> {
     let mut case = load_case("sph/balance")?;
     for (name, value) in options {
@@ -53,6 +55,7 @@ fn case_with_options(options: &[(&str, Value)]) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Rates of particles in a prescribed state.
 fn evaluate(
     options: &[(&str, Value)],
     given: impl Fn(u32, &[f64; 2]) -> PrescribedParticle<2>,
@@ -60,17 +63,18 @@ fn evaluate(
     rates::<2>(&case_with_options(options)?, given).map_err(|error| error.to_string())
 }
 
+/// Sum of a quantity over the particles.
 fn total(particles: &[ParticleRates<2>], value: impl Fn(&ParticleRates<2>) -> f64) -> f64 {
     particles.iter().map(value).sum()
 }
 
-/// Largest component of `Σ m a` over `Σ m |a|`.
+/// Largest component of the total force `Σ m a`, over `Σ m |a|`.
 fn momentum(particles: &[ParticleRates<2>], value: impl Fn(&ParticleRates<2>) -> [f64; 2]) -> f64 {
     let sum = |c: usize| total(particles, |p| p.mass * value(p)[c]).abs();
     sum(0).max(sum(1)) / total(particles, |p| p.mass * value(p)[0].hypot(value(p)[1]))
 }
 
-/// `Σ m x × a` over `Σ m |x| |a|`, about the middle of the blob.
+/// Total torque `Σ m x × a` over `Σ m |x| |a|`, about the middle of the body.
 fn torque(particles: &[ParticleRates<2>]) -> f64 {
     let arm = |p: &ParticleRates<2>| [p.position[0] - 0.5, p.position[1] - 0.5];
     let sum = total(particles, |p| p.mass * (arm(p)[0] * p.acceleration[1] - arm(p)[1] * p.acceleration[0]));
@@ -80,7 +84,7 @@ fn torque(particles: &[ParticleRates<2>]) -> f64 {
     sum.abs() / scale
 }
 
-/// `Σ m v·a + Σ V σ:L` over the sum of the sizes of its terms.
+/// Power balance `Σ m v·a + Σ V σ:L`, over the sum of the sizes of its terms.
 fn power(particles: &[ParticleRates<2>]) -> f64 {
     let terms = |p: &ParticleRates<2>| {
         let kinetic = p.mass * (p.velocity[0] * p.acceleration[0] + p.velocity[1] * p.acceleration[1]);
@@ -91,6 +95,7 @@ fn power(particles: &[ParticleRates<2>]) -> f64 {
     sum.abs() / total(particles, |p| terms(p).iter().map(|t| t.abs()).sum())
 }
 
+/// Checks conserved momenta, energy balance, sign of the viscous power and the effect of alternating velocities.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     momenta(&mut outcome)?;
@@ -100,7 +105,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the sums of momentum, angular momentum and of the velocities of XSPH.
+/// Checks that momentum, angular momentum and the momentum of XSPH velocities are conserved.
 fn momenta(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let viscous = [("viscosity_linear", json!(1.0)), ("viscosity_quadratic", json!(1.0))];
     for (name, options) in conservative_forms(&viscous) {
@@ -149,6 +154,7 @@ fn conservative_forms(viscous: &[(&'static str, Value)]) -> [(&'static str, Vec<
     ]
 }
 
+/// Checks that momentum and continuity operators are conjugate: the power of the stresses is the loss of kinetic energy.
 fn energies(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let still = ("viscosity_linear", json!(0.0));
     let pairs: [(&str, Vec<(&str, Value)>); 4] = [
@@ -197,6 +203,7 @@ fn viscous_power(given: impl Fn(u32, &[f64; 2]) -> PrescribedParticle<2>) -> Res
     }))
 }
 
+/// Checks that artificial viscosity only dissipates, and acts in compression alone.
 fn viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut worst = f64::NEG_INFINITY;
     for seed in 0..8 {
@@ -216,6 +223,7 @@ fn viscosity(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks that alternating velocities have no velocity gradient: the zero-energy mode of SPH.
 fn checkerboard(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let particles = evaluate(&[], |_, x| {
         let number = |c: usize| (x[c] / 0.02 - 0.5).round() as i64;

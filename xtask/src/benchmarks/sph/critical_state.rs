@@ -17,7 +17,7 @@ use crate::benchmarks::{
 /// Half the spacing of the sheet's set S (m), required for the bands of the dense sand.
 const FINE_SPACING: f64 = 0.0025;
 
-/// Simple shear.
+/// Benchmark of simple shear of critical-state sand at three densities.
 pub const SHEAR: Benchmark = Benchmark {
     id: "sph/critical-shear",
     title: "Simple shear of critical-state sand at three densities, SPH",
@@ -27,7 +27,7 @@ pub const SHEAR: Benchmark = Benchmark {
     run: shear,
 };
 
-/// Columns, coarse.
+/// Benchmark of columns of loose and dense critical-state sand, at a coarse spacing.
 pub const COLUMNS: Benchmark = Benchmark {
     id: "sph/critical-columns",
     title: "Columns of loose and dense critical-state sand, SPH",
@@ -37,7 +37,7 @@ pub const COLUMNS: Benchmark = Benchmark {
     run: |_| columns(&[0.01]),
 };
 
-/// Columns at the spacing of the sheet's set S and at half of it.
+/// Benchmark of columns of loose and dense critical-state sand, at the spacing of the sheet's set S and at half of it.
 pub const COLUMNS_FINE: Benchmark = Benchmark {
     id: "sph/critical-columns-fine",
     title: "Columns of loose and dense critical-state sand at 5 and 2.5 mm, SPH",
@@ -58,14 +58,16 @@ fn sand(void_ratio: f64, density: f64) -> Result<MaterialSpec, String> {
     .map_err(|error| error.to_string())
 }
 
+/// Names and initial void ratios of sands.
 const DENSITIES: [(&str, f64); 3] = [("loose", 0.91), ("medium", 0.81), ("dense", 0.77)];
 
-/// Name and component of a stress.
+/// Component of the stress with its name.
 type StressComponent = (&'static str, fn(&SymTensor) -> f64);
 
-/// Shear at which the law alone, on its path in simple shear, first has a negative acoustic tensor in the plane, and the speed `√(-q/ρ)`
-/// (m/s) at a shear of 0.2: waves of number `k` along the worst normal grow at this speed times `k`.
+/// Shear strain at which the law in simple shear loses ellipticity, and speed of growth at a shear of 0.2 (m/s): waves of number `k` grow
+/// at this speed times `k`.
 fn ellipticity(spec: &MaterialSpec) -> Result<(f64, f64), String> {
+    /// Shear strain of a step.
     const STEP: f64 = 1e-4;
     let law = spec.build().map_err(|error| error.to_string())?;
     let initial = InitialCondition { stress: SymTensor::isotropic(-100e3), density: spec.density() };
@@ -102,11 +104,11 @@ fn ellipticity(spec: &MaterialSpec) -> Result<(f64, f64), String> {
     Ok((lost, (-smallest / spec.density()).max(0.0).sqrt()))
 }
 
-/// Viscosity against hourglass modes, which grow fastest where the law is no longer elliptic.
+/// Viscosity against hourglass modes, which grow fastest where the law is not elliptic.
 const HOURGLASS: f64 = 1.0;
 
-/// Runs B-02: the sheet's 100 kPa to a shear of 0.2 at its 0.01/s and ten times as fast: the strain is that of the frame, and the law is
-/// rate-independent.
+/// Checks simple shear of a block from 100 kPa to a shear of 0.2 against the law, at two rates (B-02). The strain is that of the frame, and
+/// the law is rate-independent.
 fn shear(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let axes = |title: &str, x_label: &str| LineChart::new(title, x_label, "shear stress (kPa)");
@@ -139,7 +141,7 @@ fn shear(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Adds the curves of the block and of the law alone; `point` takes the stress (Pa) and the shear.
+/// Adds the curves of the block and of the law. `point` selects the drawn values from stress (Pa) and shear.
 fn push_curves(
     chart: &mut LineChart,
     name: &str,
@@ -152,7 +154,7 @@ fn push_curves(
     chart.series.push(Series::new("law", law, Style::Dashed));
 }
 
-/// Checks shear stress and pressure of the block against the law alone.
+/// Checks shear stress and pressure of the block against those of the law.
 fn difference_from_law(outcome: &mut BenchmarkOutcome, found: &[ShearRow], label: &dyn Fn(&str) -> String) {
     let measures: [StressComponent; 2] = [("shear stress", |s| s.0[3]), ("pressure", SymTensor::pressure)];
     for (what, of) in measures {
@@ -164,7 +166,7 @@ fn difference_from_law(outcome: &mut BenchmarkOutcome, found: &[ShearRow], label
     }
 }
 
-/// Checks the pressure of the block: loose sand liquefies, denser sand contracts first and then dilates.
+/// Checks the pressure of the block: loose sand liquefies, denser sand first contracts and then dilates.
 fn pressure_of_block(
     outcome: &mut BenchmarkOutcome,
     found: &[ShearRow],
@@ -189,8 +191,8 @@ fn pressure_of_block(
     }
 }
 
-/// Column of set S, of sand with grains of 2650 kg/m³; the initial stress is that of its weight with a lateral ratio of one half, since the
-/// law has no stiffness without pressure.
+/// Column of set S, of sand with grains of 2650 kg/m³. The initial stress is that of its weight with a lateral ratio of one half. The law
+/// has no stiffness without pressure.
 fn column(void_ratio: f64, spacing: f64) -> Result<Case, String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let density = 2650.0 / (1.0 + void_ratio);
@@ -202,8 +204,8 @@ fn column(void_ratio: f64, spacing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Front of 99 % of the particles (m). The outermost particle of a column scatters by a tenth of its displacement with the steps taken,
-/// which depend on the times of output too.
+/// Position of the front of 99 % of the particles (m). The outermost particle of a column scatters by a tenth of its displacement with the
+/// steps taken, which depend on the times of output too.
 fn end(snapshot: &Snapshot) -> f64 {
     mass_quantile_position(snapshot, 0.99, |x| x[0])
 }
@@ -221,8 +223,8 @@ fn run_out(report: &RunReport) -> (f64, f64) {
     (time, end - start)
 }
 
-/// Courant numbers of repeated runs of the fine columns, beside the default: the front of 99 % of the mass scatters by 2 to 3 % with the
-/// steps taken, and the bounds on the ratio are four times as wide.
+/// Courant numbers of repeated runs of the fine columns, in addition to the default: the front scatters by 2 to 3 % with the steps. The
+/// bounds on the ratio are four times as wide.
 const REPEATED_COURANT_NUMBERS: [f64; 2] = [0.18, 0.16];
 
 /// Smoothing length over spacing.
@@ -232,14 +234,14 @@ const MIDDLE_HEIGHTS: std::ops::Range<f64> = 0.02..0.08;
 /// Plastic shear strain that counts as sheared.
 const SHEAR_THRESHOLD: f64 = 0.1;
 
-/// Share of the particles with a plastic shear strain beyond a tenth.
+/// Share of the particles with a plastic shear strain above a tenth.
 fn sheared_share(report: &RunReport) -> f64 {
     let strains = scalars(&report.snapshot, "plastic_strain");
     strains.iter().filter(|strain| **strain > SHEAR_THRESHOLD).count() as f64 / strains.len() as f64
 }
 
-/// Plastic shear strain of the initial lattice, row by row from the left, within the middle three fifths of the height; each value the mean
-/// over two smoothing lengths around it, since it alternates from particle to particle.
+/// Plastic shear strain of the initial lattice, row by row from the left, within the middle three fifths of the height. Each value is a
+/// mean over two smoothing lengths. The strain itself alternates from particle to particle.
 fn strain_rows(snapshot: &Snapshot, spacing: f64) -> Vec<Vec<f64>> {
     let index = |x: f64| (x / spacing).floor() as i64;
     let strains: BTreeMap<[i64; 2], f64> = initial_positions(snapshot)
@@ -265,7 +267,7 @@ fn strain_rows(snapshot: &Snapshot, spacing: f64) -> Vec<Vec<f64>> {
     rows.into_values().collect()
 }
 
-/// Shear bands across a row: maxima beyond a tenth, between which strain falls to half of either.
+/// Number of shear bands across a row: maxima above a tenth, between which the strain falls to half of either.
 fn bands(row: &[f64]) -> usize {
     let (mut count, mut within, mut turn) = (0, false, 0.0f64);
     for &strain in row {
@@ -280,11 +282,12 @@ fn bands(row: &[f64]) -> usize {
     count
 }
 
-/// Width of the strain of a row, `(Σ ε)² / Σ ε²` particles: that of a band of uniform strain.
+/// Width of the sheared part of a row, `(Σ ε)² / Σ ε²` particles: that of a band of uniform strain.
 fn strain_width(row: &[f64]) -> f64 {
     row.iter().sum::<f64>().powi(2) / row.iter().map(|strain| strain * strain).sum::<f64>()
 }
 
+/// Compares the collapse of loose and dense columns at several spacings.
 fn columns(spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for &spacing in spacings {
@@ -293,7 +296,7 @@ fn columns(spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Run of a column.
+/// Results of the collapse of a column.
 struct ColumnRun {
     /// Time of half of the run-out (s).
     half_time: f64,
@@ -306,7 +309,7 @@ struct ColumnRun {
 }
 
 impl ColumnRun {
-    /// Runs a column, and shows its values.
+    /// Runs a column and shows its results.
     fn run(
         outcome: &mut BenchmarkOutcome,
         (name, void_ratio): (&str, f64),
@@ -375,7 +378,7 @@ fn pair(outcome: &mut BenchmarkOutcome, spacing: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// Run-outs of the loose and of the dense column (m), at the fine spacing also with other Courant numbers.
+/// Run-outs of the loose and of the dense column (m). At the fine spacing they include other Courant numbers.
 fn repeated_run_outs(
     outcome: &mut BenchmarkOutcome,
     loose: &ColumnRun,

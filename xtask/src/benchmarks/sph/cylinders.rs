@@ -9,7 +9,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the collapse of cylinders in three dimensions.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/cylinders",
     title: "Collapse of cylinders, SPH in three dimensions",
@@ -19,16 +19,18 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Radius of the cylinder (m).
 const RADIUS: f64 = 0.097;
-/// Material of the case, matching of the cone and their label: the source's law, the cone through triaxial compression, which is the
-/// strongest; the weakest, through triaxial extension; and a pyramid, which has one friction angle in every direction.
+/// Yield surface: material of the case, matching of its cone to Mohr–Coulomb (that of the case where `None`), and label of the checks.
 type ConeMatching = (&'static str, Option<&'static str>, &'static str);
+/// Drucker–Prager cone through triaxial compression, the strongest, which the source has.
 const CONE: ConeMatching = ("sand", None, "");
+/// Drucker–Prager cone through triaxial extension, the weakest.
 const WEAKEST: ConeMatching = ("sand", Some("extension"), ", cone through extension");
+/// Mohr–Coulomb pyramid, with one friction angle in every direction.
 const PYRAMID: ConeMatching = ("pyramid", None, ", Mohr–Coulomb");
 
-/// Distance from the axis within which 99.9 % of the particles lie, plus half a spacing (m): the run-out of `sheet: mpm §3.9, A-28`, by
-/// which this law is judged there.
+/// Distance from the axis within which 99.9 % of the particles lie, plus half a spacing (m): the run-out of sheet: mpm §3.9, A-28.
 fn outer_radius(snapshot: &Snapshot, spacing: f64) -> f64 {
     mass_quantile_position(snapshot, 0.999, radius) + 0.5 * spacing
 }
@@ -38,6 +40,7 @@ fn radius(x: &[f64; 3]) -> f64 {
     x[0].hypot(x[1])
 }
 
+/// Checks run-outs of cylinders of sand with three yield surfaces.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for (ratio, spacing, (material, matching, law)) in [

@@ -10,7 +10,7 @@ use crate::benchmarks::{
     run_in_memory,
 };
 
-/// Benchmark of the dam break.
+/// Benchmark of the pressure of a dam break on the far wall.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/dam-pressure",
     title: "Pressure of a dam break on the far wall, SPH",
@@ -20,21 +20,24 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: pressures,
 };
 
-/// Depth of the reservoir (m), its length (m), and the unit of pressure (Pa).
+/// Depth of the reservoir (m).
 const DEPTH: f64 = 0.3;
+/// Distance of the gate from the rear wall: the length of the reservoir (m).
 const GATE_POSITION: f64 = 0.6;
+/// Unit of pressure: hydrostatic pressure at the bed of the reservoir (Pa).
 const UNIT: f64 = 997.0 * 9.81 * DEPTH;
-/// Pressure that marks the arrival, over the unit; the quantiles at sensor 2 rise through it within 0.01.
+/// Pressure that marks the arrival of the water, over the pressure unit. The quantiles at sensor 2 rise through it within 0.01.
 const ARRIVAL_PRESSURE: f64 = 0.2;
-/// Averaging time of peaks, in units of `√(H/g)`: some periods of sound in the layer, and less than the rise of the median (0.14).
+/// Averaging time of peaks, over `√(H/g)`: some periods of sound in the layer, and less than the rise of the median (0.14).
 const WINDOW: f64 = 0.1;
 /// Quantiles of 2.5 %, 50 % and 97.5 % of the peaks at sensors 1 to 3, over ρgH (Table 2 of the source, 100 tests, as
 /// `scripts/probe_acsphDambreakLobovsky.py` of github.com/wi-re/warpSPH has it: 75.06, 91.44, 130.98; 53.26, 57.49, 63.31; 39.79, 43.76, 49.62 mbar).
 const PEAKS: [[f64; 3]; 3] = [[2.558, 3.116, 4.464], [1.815, 1.959, 2.158], [1.356, 1.491, 1.691]];
 
+/// Curve of a quantity over dimensionless time.
 type PressureCurve = Vec<(f64, f64)>;
 
-/// Time series of the run on one floor.
+/// Front and wall pressures of the run on one kind of floor.
 struct FloorRecord {
     /// Position of the front from the gate over the depth, over time.
     front: PressureCurve,
@@ -43,6 +46,7 @@ struct FloorRecord {
 }
 
 impl FloorRecord {
+    /// Front and wall pressures of a run, dimensionless.
     fn from_report(report: &RunReport) -> Self {
         let time = (DEPTH / 9.81f64).sqrt();
         let scaled = |name: &str, zero: f64, unit: f64| -> PressureCurve {
@@ -75,6 +79,7 @@ impl FloorRecord {
     }
 }
 
+/// Speed of the front over √(gH), from 1 to 3 depths past the gate.
 fn speed(front: &PressureCurve) -> f64 {
     let part: PressureCurve = front.iter().copied().filter(|(_, x)| *x > 1.0 && *x < 3.0).collect();
     regression_slope(&part)
@@ -89,13 +94,14 @@ fn mean(curve: &PressureCurve, from: f64, to: f64) -> f64 {
     sum / count
 }
 
-/// Experiment: its front, and the quantiles at sensor 2.
+/// Experiment: its front, and the quantiles of the pressure at sensor 2.
 struct DamExperiment {
     front: PressureCurve,
     quantiles: [PressureCurve; 3],
 }
 
 impl DamExperiment {
+    /// Reads front and pressures of the experiment.
     fn read() -> Result<Self, String> {
         let front = reference_curve(&reference_table("sph/dam-pressure/front.csv")?, "time", "place")?;
         let table = reference_table("sph/dam-pressure/sensor2.csv")?;
@@ -103,20 +109,21 @@ impl DamExperiment {
         Ok(Self { front, quantiles: [of("low")?, of("median")?, of("high")?] })
     }
 
-    /// Arrival time of each quantile: the last tests, the median, the first.
+    /// Arrival times of the three quantiles: of the last tests, of the median, and of the first tests.
     fn arrival_times(&self) -> [f64; 3] {
         self.quantiles
             .each_ref()
             .map(|q| q.iter().find(|(_, p)| *p > ARRIVAL_PRESSURE).map_or(f64::NAN, |(t, _)| *t))
     }
 
-    /// Means of the quantiles between two times after the arrival of the median.
+    /// Means of the quantiles of the pressure between two times after the arrival of the median.
     fn mean_quantiles(&self, from: f64, to: f64) -> [f64; 3] {
         let zero = self.arrival_times()[1];
         self.quantiles.each_ref().map(|q| mean(q, zero + from, zero + to))
     }
 }
 
+/// Checks arrival time and pressure of a dam break at the far wall against experiments.
 fn pressures(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let experiment = DamExperiment::read()?;
@@ -141,6 +148,7 @@ fn pressures(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks arrival time, front speed and pressures on one kind of floor.
 fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, experiment: &DamExperiment) {
     let [last, median, first] = experiment.arrival_times();
     outcome.assert_close(
@@ -176,7 +184,7 @@ fn judge(outcome: &mut BenchmarkOutcome, floor: &str, course: &FloorRecord, expe
     );
 }
 
-/// Checks the impact and the peaks; the short form only shows them, since its layer is three particles thick.
+/// Checks the impact and the peaks of pressure. The short form only shows them, since its layer is three particles thick.
 fn judge_blow(
     outcome: &mut BenchmarkOutcome,
     (floor, quick): (&str, bool),
@@ -215,6 +223,7 @@ fn judge_blow(
     }
 }
 
+/// Draws front and pressures beside those of the experiment.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     courses: &[(&str, FloorRecord)],

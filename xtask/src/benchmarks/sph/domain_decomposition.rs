@@ -7,7 +7,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::{advance, start};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a collapsing column that is divided into ranks.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ranks",
     title: "A collapsing column in 1, 2, 3 and 8 ranks, SPH",
@@ -17,15 +17,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Number of compared steps (V-26).
+/// Number of steps that are compared (V-26).
 const STEPS: usize = 200;
 /// Steps between two checks of the particles' ranks.
 const STEPS_PER_CHECK: usize = 20;
 
-/// Time at which the steps begin (s): in the first 200 of all the column has hardly moved.
+/// Time at which the compared steps begin (s). In the first 200 of all steps the column hardly moves.
 const FALL_DURATION: f64 = 0.1;
 
-/// Column of set S in ranks, at the start; a tenth as stiff, for larger steps so that it moves within 200 steps.
+/// Case of the column of set S in a number of ranks, with a tenth of the stiffness so that it moves within 200 steps.
 fn column(ranks: u32) -> Result<Case, String> {
     let mut case = load_case("sph/aluminium-bars")?;
     let soft = json!({ "model": "drucker-prager", "density": 2040, "youngs_modulus": 5.84e5, "poissons_ratio": 0.3,
@@ -38,7 +38,7 @@ fn column(ranks: u32) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Solver that continues from a checkpoint.
+/// Solver in a number of ranks that continues from a checkpoint.
 fn resumed_solver(mut checkpoint: &[u8], ranks: u32) -> Result<Box<dyn Solver>, String> {
     let mut solver = start(&column(ranks)?)?;
     solver.restore(&mut checkpoint).map_err(|error| error.to_string())?;
@@ -46,7 +46,7 @@ fn resumed_solver(mut checkpoint: &[u8], ranks: u32) -> Result<Box<dyn Solver>, 
     Ok(solver)
 }
 
-/// Ranks of the particles.
+/// Ranks to which the particles belong.
 fn owners(snapshot: &Snapshot) -> Vec<f64> {
     snapshot.scalars("rank").map_or_else(|| vec![0.0; snapshot.ids.len()], <[f64]>::to_vec)
 }
@@ -57,6 +57,7 @@ fn apart(a: &Snapshot, b: &Snapshot) -> f64 {
     a.positions.iter().zip(&b.positions).map(distance).max_or_nan()
 }
 
+/// Checks that a column in several ranks moves as in one.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut alone = start(&column(1)?)?;

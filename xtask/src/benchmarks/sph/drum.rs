@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use crate::analysis::regression_slope;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of a half-full rotating drum.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/drum",
     title: "Half-full drum that turns, SPH",
@@ -16,7 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |_| run_drum(0.004),
 };
 
-/// Drum at the sheet's spacing.
+/// Benchmark of a half-full rotating drum at the sheet's spacing.
 pub const FINE_DRUM: Benchmark = Benchmark {
     id: "sph/drum-fine",
     title: "Half-full drum that turns, 2 mm, SPH",
@@ -26,11 +26,13 @@ pub const FINE_DRUM: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
+/// Friction angle of the material (degrees).
 const FRICTION: f64 = 30.0;
-/// Time from which the surface is evaluated (s): 60 degrees of the drum.
+/// Time from which the surface is evaluated (s), after a rotation of the drum by 60 degrees.
 const STEADY: f64 = 1.0;
-/// Half of the width over which the surface is fitted, half of the radius (m), and its bins.
+/// Half of the width over which the surface is fitted (m): half of the radius.
 const HALF_WIDTH: f64 = 0.05;
+/// Number of bins of the fitted width.
 const BINS: usize = 10;
 
 /// Angle of a line through the highest particles of the soil (degrees).
@@ -46,6 +48,7 @@ fn angle(snapshot: &Snapshot) -> f64 {
     regression_slope(&points).atan().to_degrees()
 }
 
+/// Checks the mean angle of the surface in a rotating drum.
 fn run_drum(spacing: f64) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut case = load_case("sph/drum")?;

@@ -13,7 +13,7 @@ use crate::benchmarks::{
     set_method_option, stresses,
 };
 
-/// Clay, by the cone of plane strain.
+/// Benchmark of the bearing capacity of clay under a strip footing, with the Drucker–Prager cone of plane strain.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/footing",
     title: "Strip footing: Prandtl's bearing capacity, SPH",
@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run: |quick| run_footing(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
 };
 
-/// Clay under a smooth footing.
+/// Benchmark of the bearing capacity of clay under a smooth strip footing.
 pub const SMOOTH: Benchmark = Benchmark {
     id: "sph/footing-smooth",
     title: "Smooth strip footing: Prandtl's bearing capacity, SPH",
@@ -33,7 +33,7 @@ pub const SMOOTH: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Clay by the cone through triaxial compression, and soil with friction.
+/// Benchmark of a strip footing on clay with the cone through triaxial compression, and on soil with friction.
 pub const SOILS: Benchmark = Benchmark {
     id: "sph/footing-soils",
     title: "Strip footing on other soils, SPH",
@@ -43,7 +43,7 @@ pub const SOILS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Clay by the cone through triaxial compression, and soil with friction, at half the spacing.
+/// Benchmark of a strip footing on clay with the cone through triaxial compression, and on soil with friction, at half the spacing.
 pub const SOILS_FINE: Benchmark = Benchmark {
     id: "sph/footing-soils-fine",
     title: "Strip footing on other soils, a twentieth of its width, SPH",
@@ -53,7 +53,7 @@ pub const SOILS_FINE: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Soil under the footing.
+/// Soil under the footing, with the size and duration of its test.
 #[derive(Clone, Copy)]
 struct FootingSoil {
     name: &'static str,
@@ -68,6 +68,7 @@ struct FootingSoil {
     duration: f64,
 }
 
+/// Clay under a rough footing.
 const CLAY: FootingSoil = FootingSoil {
     name: "von Mises",
     matching: "plane-strain",
@@ -76,7 +77,9 @@ const CLAY: FootingSoil = FootingSoil {
     half_width: 4.0,
     duration: 6.0,
 };
+/// Clay under a smooth footing.
 const SLIPPERY: FootingSoil = FootingSoil { name: "smooth footing", slips: true, ..CLAY };
+/// Clay with the Drucker–Prager cone through triaxial compression.
 const CONE: FootingSoil = FootingSoil { name: "cone through compression", matching: "compression", ..CLAY };
 /// Frictional soil. The exit of Prandtl's mechanism is 3.77 m from the middle, 4.14 m with the effective width. The mechanism takes three
 /// times the load, and so three times the displacement.
@@ -96,6 +99,7 @@ impl FootingSoil {
         }
     }
 
+    /// Case of a footing on this soil.
     fn case(&self, spacing: f64) -> Result<Case, String> {
         let mut case = load_case("sph/footing")?;
         case.domain.max[0] = self.half_width;
@@ -113,15 +117,18 @@ impl FootingSoil {
     }
 }
 
+/// Cohesion of the clay (Pa).
 const COHESION: f64 = 10e3;
+/// Width of the footing (m).
 const WIDTH: f64 = 1.0;
 /// Depths between which the vertical force is evaluated (m): it is equal at all of them.
 const DEPTHS: std::ops::Range<f64> = 1.0..2.0;
+/// Depth of the soil (m).
 const SOIL: f64 = 4.0;
 /// Velocity of the footing (m/s).
 const SPEED: f64 = 8.2e-3;
 
-/// Mean vertical force over the depths, over half of the `width` (m) that carries it, in units of cohesion.
+/// Mean vertical force over the depths per half of the `width` (m) that carries it, over the cohesion.
 fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
     let stress = stresses(snapshot);
     let force: f64 = snapshot
@@ -136,9 +143,9 @@ fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
     force / depth / (0.5 * width) / COHESION
 }
 
-/// Angle of the side of the wedge (degrees) that moves down with the footing. In Prandtl's mechanism the soil within has the velocity of
-/// the footing and beside it moves down half as fast, with associated friction too. The side is the regression line through the positions
-/// in the columns under the footing where the mean velocity between two frames passes three quarters of the footing's.
+/// Angle of the side of the soil wedge that moves down with the footing (degrees). In Prandtl's mechanism the soil within has the velocity
+/// of the footing and beside it moves down half as fast, with associated friction too. The side is the regression line through the
+/// positions in the columns under the footing where the mean velocity between two frames passes three quarters of the footing's.
 fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     let settlement = SPEED * (last.time - first.time);
     let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / settlement;
@@ -152,6 +159,7 @@ fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
     regression_slope(&side).atan().to_degrees()
 }
 
+/// Checks bearing capacities of footings at several spacings.
 fn run_footing(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     for soil in soils {
@@ -171,7 +179,7 @@ fn run_footing(soils: &[FootingSoil], spacings: &[f64]) -> Result<BenchmarkOutco
     Ok(outcome)
 }
 
-/// Pushes the footing into a soil; returns the pressure over the cohesion against the settlement over the width.
+/// Pushes the footing into a soil, and returns the pressure over the cohesion over the settlement over the width.
 fn load_curve(
     outcome: &mut BenchmarkOutcome,
     soil: &FootingSoil,
@@ -212,7 +220,7 @@ fn load_curve(
     Ok(curve)
 }
 
-/// Checks the wedge against Prandtl's.
+/// Checks the angle of the wedge against Prandtl's.
 fn judge_wedge(
     outcome: &mut BenchmarkOutcome,
     name: String,

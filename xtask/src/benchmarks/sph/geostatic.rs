@@ -7,7 +7,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option, stresses, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of a column that settles under its weight.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/geostatic",
     title: "Geostatic column, SPH",
@@ -17,13 +17,16 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Height of the column (m).
 const HEIGHT: f64 = 0.1;
+/// Unit weight (N/m³).
 const WEIGHT: f64 = 2040.0 * 9.81;
-/// `ν / (1 - ν)`.
+/// Lateral stress ratio of a confined column, `ν / (1 - ν)`.
 const K0: f64 = 0.3 / 0.7;
 /// Modulus of uniaxial strain (Pa).
 const MODULUS: f64 = 5.84e6 * 0.7 / (1.3 * 0.4);
 
+/// Checks stresses of a column that settles under its weight, with three kinds of walls.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart =
@@ -49,6 +52,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the errors of vertical and lateral stress with a kind of wall.
 fn judge(outcome: &mut BenchmarkOutcome, wall: &str, bound: f64, reason: &str, snapshot: &Snapshot) {
     let errors = snapshot.positions.iter().zip(stresses(snapshot)).map(|(x, s)| {
         let vertical = -WEIGHT * (HEIGHT - x[1]);

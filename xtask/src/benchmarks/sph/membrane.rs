@@ -6,7 +6,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of confining pressure by a flexible membrane.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/membrane",
     title: "Flexible confining pressure, SPH",
@@ -16,6 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks the stress of a disc under membrane pressure, and the strength of triaxial specimens.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     disc(&mut outcome)?;
@@ -39,8 +40,9 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks V-33.
+/// Checks the stress of a disc under membrane pressure (V-33).
 fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
+    /// Pressure on the disc (Pa).
     const PRESSURE: f64 = 1e4;
     let snapshot = run_in_memory("sph", &load_case("sph/confined-disc")?)?.snapshot;
     let moved = vectors(&snapshot, "displacement");
@@ -78,7 +80,7 @@ fn disc(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Mean deviatoric stress, mean pressure and lateral stress of the middle third (Pa).
+/// Mean deviatoric stress, mean pressure and lateral stress of the middle third of the specimen (Pa).
 fn middle_stresses(snapshot: &Snapshot) -> [f64; 3] {
     let inside =
         snapshot.positions.iter().zip(stresses(snapshot)).filter(|(x, _)| (x[2] - 0.05).abs() < 1.0 / 60.0);
@@ -94,7 +96,7 @@ fn middle_stresses(snapshot: &Snapshot) -> [f64; 3] {
     sums.map(|sum| sum / count)
 }
 
-/// Runs B-05; returns the path up to the peak, in kPa.
+/// Checks triaxial compression in a membrane (B-05), and returns the stress path up to the peak (kPa).
 fn triaxial(outcome: &mut BenchmarkOutcome, pressure: f64) -> Result<Vec<(f64, f64)>, String> {
     let mut case = load_case("sph/triaxial")?;
     for body in &mut case.bodies {

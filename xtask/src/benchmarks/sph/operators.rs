@@ -10,7 +10,7 @@ use colluvium::sph::pairs::operators::{Gradient, Laplacian, ParticleCloud, test_
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, reference_curve, reference_table};
 
-/// Benchmark of this module.
+/// Benchmark of SPH gradients and Laplacians on regular and disordered particles.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/operators",
     title: "SPH operators on regular and disordered particles",
@@ -20,26 +20,32 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Amplitude of the disorder in spacings.
+/// Amplitude of the disorder of the positions (spacings).
 const DISORDER: f64 = 0.2;
+/// Numbers of particles along an edge.
 const COUNTS: [usize; 3] = [20, 40, 80];
 
+/// Function of the position.
 type ScalarFunction = fn(&[f64; 2]) -> f64;
 
+/// Linear function of the position.
 fn linear(x: &[f64; 2]) -> f64 {
     x[0] + x[1]
 }
+/// Quadratic function of the position.
 fn bowl(x: &[f64; 2]) -> f64 {
     x[0] * x[0] + x[1] * x[1]
 }
+/// Product of sine waves along x and y.
 fn wave(x: &[f64; 2]) -> f64 {
     (PI * x[0]).sin() * (PI * x[1]).sin()
 }
+/// Laplacian of [`wave`].
 fn wave_laplacian(x: &[f64; 2]) -> f64 {
     -2.0 * PI * PI * wave(x)
 }
 
-/// Largest error over the unit square of `found(cloud, field, i)`.
+/// Largest of the errors `found(cloud, field, i)` over the unit square.
 fn max_error(
     n: usize,
     disorder: f64,
@@ -57,12 +63,14 @@ fn max_error(
     Ok(errors.max_or_nan())
 }
 
+/// Largest error of the gradient of a linear function, with `n` particles along an edge.
 fn gradient(operator: Gradient, n: usize, disorder: f64) -> Result<f64, String> {
     max_error(n, disorder, linear, |cloud, f, i, _| {
         cloud.gradient(operator, f, i).iter().map(|g| (g - 1.0).abs()).max_or_nan()
     })
 }
 
+/// Largest error of the Laplacian of a function, with `n` particles along an edge.
 fn laplacian(
     operator: Laplacian,
     n: usize,
@@ -73,6 +81,7 @@ fn laplacian(
     max_error(n, disorder, field, |cloud, f, i, x| cloud.laplacian(operator, f, i) - exact(x))
 }
 
+/// Checks errors and orders of convergence of SPH gradients and Laplacians.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     gradients(&mut outcome)?;
@@ -98,18 +107,21 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Reason of the tolerance of values printed in the sheet.
 const DIGITS: &str = "the sheet's value to the three digits that it requires: half a unit of the third";
 
-/// Checks a value of the sheet, to three digits.
+/// Checks a value against that of the sheet, to three digits.
 fn digits(outcome: &mut BenchmarkOutcome, name: String, sheet: f64, measured: f64) {
     let half = 0.51 * 10f64.powi(sheet.log10().floor() as i32 - 2);
     outcome.assert_within(name, &format!("{sheet}"), measured, (sheet - half, sheet + half), DIGITS);
 }
 
+/// Chart of errors over the number of particles.
 fn chart(title: &str) -> LineChart {
     LineChart { log: true, ..LineChart::new(title, "particles along an edge", "largest error") }
 }
 
+/// Checks errors of gradients of disordered particles.
 fn gradients(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut picture = chart("Gradient of x + y, disordered particles");
     let sheet =
@@ -134,7 +146,8 @@ fn gradients(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V-01: the corrected gradient of a linear field is exact; the plain one is not.", &picture)
 }
 
-/// Checks all Laplacians of one field; `columns` are the sheet's values, empty where the result is round-off or not given.
+/// Checks all Laplacians of one function. `columns` name the values of the sheet; they are empty where the result is round-off or not
+/// given.
 fn laplacians(
     outcome: &mut BenchmarkOutcome,
     title: &str,
@@ -180,6 +193,7 @@ fn laplacians(
     outcome.svg("Largest error over the unit square; markers are the sheet's values.", &picture)
 }
 
+/// Checks orders of convergence of Laplacians.
 fn orders(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut order = |operator, label: &str, disorder: f64, smallest: f64| -> Result<(), String> {
         let error = |n| laplacian(operator, n, disorder, wave, wave_laplacian);

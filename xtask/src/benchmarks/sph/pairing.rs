@@ -10,7 +10,7 @@ use super::waves::{advance, load, start};
 use crate::benchmarks::sph::simple_shear::closest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of the pairing instability, and of the non-conservative momentum form.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/pairing",
     title: "Pairing instability and non-conservative momentum, SPH",
@@ -20,9 +20,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.5;
 
-/// Time series of a run.
+/// Kinetic energy over time, with the largest speed and the smallest particle distance of a run.
 struct PairingRecord {
     /// Kinetic energy (J) at whole seconds.
     kinetic: Vec<(f64, f64)>,
@@ -33,16 +34,18 @@ struct PairingRecord {
 }
 
 impl PairingRecord {
+    /// Kinetic energy at the time `second` (J/m); NaN beyond the end of the record.
     fn nearest_at(&self, second: usize) -> f64 {
         self.kinetic.get(second).map_or(f64::NAN, |(_, k)| *k)
     }
 
-    /// Rate of growth of the speed between two seconds (1/s).
+    /// Rate of growth of the speed between two times (1/s).
     fn growth(&self, from: usize, to: usize) -> f64 {
         0.5 * (self.nearest_at(to) / self.nearest_at(from)).ln() / (to - from) as f64
     }
 }
 
+/// Case of a block under pressure with a kernel and a smoothing length over spacing.
 fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     let mut case = load("pairing/case.json")?;
     set_method_option(&mut case, "sph", "kernel", kernel);
@@ -58,6 +61,7 @@ fn setting(kernel: &str, smoothing: f64) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Records kinetic energy, speeds and particle distances over a duration (s).
 fn record_pairing(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord, String> {
     let mut course = PairingRecord { kinetic: Vec::new(), fastest: 0.0, closest: f64::NAN };
     while solver.time() < seconds {
@@ -76,7 +80,7 @@ fn record_pairing(solver: &mut dyn Solver, seconds: f64) -> Result<PairingRecord
     Ok(course)
 }
 
-/// Kinetic energy (J) at whole seconds, until the run ends.
+/// Kinetic energy at whole seconds (J), until the run ends.
 fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     while found.len() <= seconds {
@@ -90,6 +94,7 @@ fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
     found
 }
 
+/// Checks the pairing instability of kernels, and that the non-conservative momentum form amplifies disorder.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     pairing(&mut outcome, quick)?;
@@ -112,7 +117,7 @@ enum PairingRequirement {
     Unjudged,
 }
 
-/// Kernels, smoothing lengths over the spacing, and the requirement for each.
+/// Kernels, smoothing lengths over the spacing, and the requirement for each pair.
 const PAIRING_ROWS: [(&str, f64, PairingRequirement); 9] = [
     (
         "cubic-spline",
@@ -138,7 +143,7 @@ const PAIRING_ROWS: [(&str, f64, PairingRequirement); 9] = [
 ];
 
 impl PairingRequirement {
-    /// Adds the checks of a run; `name` makes their titles.
+    /// Adds the checks of a run. `name` makes their titles.
     fn check(self, outcome: &mut BenchmarkOutcome, course: &PairingRecord, name: &dyn Fn(&str) -> String) {
         let ratio = course.nearest_at(20) / course.nearest_at(12);
         let ratio_title = name("kinetic energy at 20 s over that at 12 s");
@@ -172,6 +177,7 @@ impl PairingRequirement {
     }
 }
 
+/// Checks which kernels make pairs of particles.
 fn pairing(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let mut chart = LineChart {
         log: true,
@@ -200,9 +206,9 @@ fn disordered_particle(id: u32, _: &[f64; 2]) -> PrescribedParticle<2> {
     }
 }
 
-/// Checks V-35: disorder of 5 % and stresses that differ by 10 %. In form (57) the uniform part of the stress has no effect, while it moves
-/// the disordered particles with (54) at once; the errors of (57) amplify themselves, until particles are ejected through the frame and the
-/// run stops.
+/// Checks a block with 5 % of disorder and stresses that differ by 10 %, in conservative and non-conservative momentum forms (V-35). In
+/// form (57) the uniform part of the stress has no effect, while it moves the disordered particles with (54) at once; the errors of (57)
+/// amplify themselves, until particles are ejected through the frame and the run stops.
 fn check_disorder(outcome: &mut BenchmarkOutcome, seconds: f64) -> Result<(), String> {
     let mut chart = LineChart {
         log: true,

@@ -6,7 +6,7 @@ use colluvium::points::Sampling;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of rows of particles fitted to round edges: a thick ring under pressure, and a plate with a hole.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/ring",
     title: "Rows fitted to round edges: thick ring under pressure, plate with a hole, total-Lagrangian SPH",
@@ -16,13 +16,17 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Pressure inside the ring (Pa).
 const PRESSURE: f64 = 1e4;
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.1;
+/// Compared samplings.
 const SAMPLINGS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
 
-/// Particle: position (m), distance from the centre (m), hoop stress (Pa).
+/// Position of a particle (m), its distance from the centre (m), and its hoop stress (Pa).
 type HoopStressPoint = ([f64; 2], f64, f64);
 
+/// Checks stresses at the curved edges of a ring and of a plate with a hole.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     ring(&mut outcome)?;
@@ -32,16 +36,17 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Hoop stress of the ring (Pa).
+/// Hoop stress of the ring after Lamé (Pa).
 fn lame(r: f64) -> f64 {
     PRESSURE / 3.0 * (1.0 + 4.0 / (r * r))
 }
 
-/// Stress along the tension beside a hole of radius one in an infinite plate, over the far stress.
+/// Stress along the tension beside a hole of radius one in an infinite plate, over the remote stress, after Kirsch.
 fn kirsch(r: f64) -> f64 {
     0.5 * (2.0 + r.powi(-2) + 3.0 * r.powi(-4))
 }
 
+/// Position, radius (m) and hoop stress (Pa) of the particles.
 fn hoop_stresses(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
     let hoop = |(x, s): (&[f64; 3], &colluvium::constitutive::SymTensor)| {
         let r = x[0].hypot(x[1]);
@@ -55,13 +60,14 @@ fn hoop_stresses(snapshot: &Snapshot) -> Vec<HoopStressPoint> {
     snapshot.positions.iter().zip(&stresses(snapshot)).map(hoop).collect()
 }
 
-/// Least, mean and largest of values.
+/// Least, mean and largest value.
 fn min_mean_max(values: &[f64]) -> [f64; 3] {
     let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     [smallest, values.iter().sum::<f64>() / values.len() as f64, largest]
 }
 
+/// Checks hoop stresses of a thick ring against those of Lamé.
 fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Thick ring under a pressure within",
@@ -107,6 +113,7 @@ fn ring(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Hoop stress of all particles against the closed form.", &chart)
 }
 
+/// Checks stresses of a plate with a hole against those of Kirsch.
 fn plate(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart = LineChart::new(
         "Plate with a hole",

@@ -8,7 +8,7 @@ use crate::benchmarks::{
     Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_material, set_method_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the retrogressive failure of a slope of sensitive clay.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/sensitive-clay",
     title: "Retrogressive slope of sensitive clay, SPH",
@@ -18,7 +18,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Resolutions of the source, to the end.
+/// Benchmark of the retrogressive failure of a slope of sensitive clay at the resolutions of the source.
 pub const FINE_RUNS: Benchmark = Benchmark {
     id: "sph/sensitive-clay-fine",
     title: "Retrogressive slope of sensitive clay at the source's resolutions, SPH",
@@ -28,15 +28,17 @@ pub const FINE_RUNS: Benchmark = Benchmark {
     ..BENCHMARK
 };
 
-/// Initial toe (m), and duration of gravity before the release (s).
+/// Position of the toe at the start (m).
 const TOE_AND_GRAVITY_TIME: f64 = 25.0;
+/// Duration of gravity before the release (s).
 const RELEASE: f64 = 1.0;
 /// Spacing of the sheet's reference runs (m).
 const COARSE: f64 = 0.24;
-/// The sheet's reference run, compression cone: time after release (s) and advance of the front (m).
+/// Reference run of the sheet, with the compression cone: time after release (s) and advance of the front (m).
 const SHEET: [(f64, f64); 7] =
     [(2.0, 3.2), (4.0, 12.0), (6.0, 17.9), (9.0, 20.9), (13.0, 24.5), (18.0, 26.9), (20.0, 27.3)];
 
+/// Advance of the front beyond the toe (m) over time since the release (s).
 fn advance(report: &RunReport, spacing: f64) -> Vec<(f64, f64)> {
     report
         .frames
@@ -45,6 +47,7 @@ fn advance(report: &RunReport, spacing: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
+/// Value of a curve at the record nearest to a time.
 fn value_at(curve: &[(f64, f64)], time: f64) -> f64 {
     curve
         .iter()
@@ -60,7 +63,7 @@ fn scarp(snapshot: &Snapshot) -> f64 {
     standing.map(|(x, u)| x[0] - u[0]).max_or_nan()
 }
 
-/// Number of times at which the scarp moved back by more than `step` (m) within a frame.
+/// Number of retrogressive failures: times at which the scarp moved back by more than `step` (m) within a frame.
 fn slides(report: &RunReport, step: f64) -> usize {
     let places: Vec<f64> = report.frames.iter().map(scarp).collect();
     let (mut count, mut moving) = (0, false);
@@ -72,6 +75,7 @@ fn slides(report: &RunReport, step: f64) -> usize {
     count
 }
 
+/// Checks the short form: the coarse run, and one with the cone of plane strain.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = slopes(true)?;
     let mut case = load_case("sph/clay")?;
@@ -85,6 +89,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Checks the run at the spacing of the sheet's reference run and, in the full form, runs at the resolutions of the source.
 fn slopes(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart =

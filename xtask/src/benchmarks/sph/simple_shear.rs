@@ -9,7 +9,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::{advance, load, start};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, stresses};
 
-/// Benchmark of this module.
+/// Benchmark of simple shear inside a frame of particles, and of rigid rotation.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/shear",
     title: "Simple shear in a frame and rigid rotation, SPH",
@@ -19,8 +19,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Shear modulus (Pa).
 const SHEAR_MODULUS: f64 = 1e7 / 2.6;
 
+/// Checks rotation, simple shear and tension of blocks with every law.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     rotation(&mut outcome)?;
@@ -31,11 +33,12 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Value from its JSON text.
 fn parse<T: serde::de::DeserializeOwned>(text: Value) -> Result<T, String> {
     serde_json::from_value(text).map_err(|error| error.to_string())
 }
 
-/// Case of the frame at another rate of shear (1/s) and under an isotropic pressure (Pa).
+/// Case of a block of particles inside a frame of particles with prescribed motion, at a shear rate (1/s) and an isotropic pressure (Pa).
 fn frame(rate: f64, pressure: f64) -> Result<Case, String> {
     let mut case = load("shear/case.json")?;
     for body in &mut case.bodies {
@@ -48,12 +51,13 @@ fn frame(rate: f64, pressure: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Stresses of the particles of the first body.
+/// Stresses of the particles of the block, the first body.
 fn of_block(snapshot: &Snapshot) -> Vec<SymTensor> {
     let all = stresses(snapshot).into_iter().zip(&snapshot.bodies);
     all.filter(|(_, body)| **body == 0).map(|(s, _)| s).collect()
 }
 
+/// Mean of stresses.
 fn mean(stresses: &[SymTensor]) -> SymTensor {
     let mut sum = SymTensor::ZERO;
     stresses.iter().for_each(|s| sum += *s);
@@ -72,7 +76,7 @@ pub(super) fn closest(snapshot: &Snapshot, spacing: f64) -> f64 {
     smallest / spacing
 }
 
-/// Checks V-14: ten turns in chords, the motion of a rotating body in steps.
+/// Checks ten rigid turns by steps along chords, the motion of a rotating body (V-14).
 fn rotation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (steps, dt) = (6400, 1e-4);
     let angle = 20.0 * std::f64::consts::PI / f64::from(steps);
@@ -112,7 +116,7 @@ fn rotation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V-30: the oscillation of the Jaumann rate.
+/// Checks the oscillation of the stress of the Jaumann rate in large shear (V-30).
 fn elastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut chart =
         LineChart::new("Simple shear of an elastic block", "shear strain", "stress over shear modulus");
@@ -141,7 +145,7 @@ fn elastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         .svg("V-30: mean stress of the free particles against the closed form of the Jaumann rate.", &chart)
 }
 
-/// Mean stress over the shear modulus at strains of 0.1 to 0.4.
+/// Mean stress of the block over the shear modulus, at shear strains of 0.1 to 0.4.
 fn shear_elastic(case: &Case, rate: f64) -> Result<Vec<(f64, SymTensor)>, String> {
     let mut solver = start(case)?;
     let mut found = Vec::new();
@@ -154,7 +158,7 @@ fn shear_elastic(case: &Case, rate: f64) -> Result<Vec<(f64, SymTensor)>, String
     Ok(found)
 }
 
-/// Checks a path; `pressure` is the initial one over the shear modulus; with a `corrected` gradient linear fields are exact.
+/// Checks an elastic path. `pressure` is the initial one over the shear modulus; with a `corrected` gradient linear fields are exact.
 fn judge_elastic(
     outcome: &mut BenchmarkOutcome,
     name: &str,
@@ -189,7 +193,7 @@ fn judge_elastic(
 }
 
 /// Checks the tensile instability, which grows with time, not with strain: a slow block in tension clumps before the strain at which it is
-/// judged. Under a pressure above its tensions it has none.
+/// checked. Under a pressure above its tensions it has none.
 fn check_slow_tension(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
     let rates: &[f64] = if quick { &[0.1] } else { &[0.1, 0.03] };
     for &rate in rates {
@@ -214,7 +218,7 @@ fn check_slow_tension(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(),
     Ok(())
 }
 
-/// Checks V-31: Drucker–Prager without dilatancy keeps its pressure.
+/// Checks yield in simple shear (V-31): Drucker–Prager without dilatancy keeps its pressure.
 fn plastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     // Slow, for the steady state of small steps: a step of the strain at yield would leave s_xx a tenth too large.
     let mut case = frame(0.1, 50e3)?;
@@ -261,7 +265,7 @@ fn plastic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks the frame against the law alone, for every law in rate form.
+/// Checks the stress of the block against the law, for every law in rate form.
 fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut names: Vec<&str> = Vec::new();
     for mut spec in MaterialSpec::examples() {
@@ -291,8 +295,7 @@ fn every_law(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Largest difference between the mean stress of a block and a single point of the law on the same path, over the
-/// stress.
+/// Largest difference between the mean stress of a block and that of the law on the same path, over the stress.
 fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     let (pressure, steps, shear) = (100e3, 150.0, 0.03);
     let mut case = frame_case(spec, 0.0, pressure)?;
@@ -305,7 +308,8 @@ fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     Ok(apart.max_or_nan())
 }
 
-/// Case of the frame with 10 × 10 free particles of a material.
+/// Case of 10 × 10 free particles of a material inside a frame of particles that move with the shear rate (1/s), from an isotropic pressure
+/// (Pa).
 fn frame_case(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, String> {
     let mut case = frame(rate, pressure)?;
     case.materials.insert("m".into(), spec.clone());
@@ -317,10 +321,10 @@ fn frame_case(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, Str
     Ok(case)
 }
 
-/// Shear, mean stress of the block (Pa), stress of a single point of the law (Pa).
+/// Shear strain, mean stress of the block (Pa), and stress of the law (Pa).
 pub(super) type ShearRow = (f64, SymTensor, SymTensor);
 
-/// Simple shear from an isotropic pressure.
+/// Path of simple shear from an isotropic pressure.
 #[derive(Clone, Copy)]
 pub(super) struct ShearPath {
     /// Rate of shear (1/s).
@@ -329,17 +333,18 @@ pub(super) struct ShearPath {
     pub pressure: f64,
     /// Shear at the end.
     pub shear: f64,
-    /// Rows of the result.
+    /// Number of rows of the result.
     pub rows: usize,
-    /// `hourglass_viscosity`.
+    /// Option `hourglass_viscosity` of the method.
     pub hourglass: f64,
 }
 
-/// Simple shear of a block of 10 × 10 particles and of the law alone, along the path.
+/// Stresses in simple shear of a block of 10 × 10 particles and of the law, along a path.
 pub(super) fn law_in_frame(spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
     law_comparison(&mut frame_case(spec, path.rate, path.pressure)?, spec, path)
 }
 
+/// Stresses of the block beside those of the law at a point, in simple shear.
 fn law_comparison(case: &mut Case, spec: &MaterialSpec, path: ShearPath) -> Result<Vec<ShearRow>, String> {
     let ShearPath { rate, pressure, shear, rows, hourglass } = path;
     set_method_option(case, "sph", "hourglass_viscosity", hourglass);

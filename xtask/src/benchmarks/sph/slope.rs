@@ -13,7 +13,7 @@ use crate::benchmarks::{
     set_method_option, vectors,
 };
 
-/// Benchmark of this module.
+/// Benchmark of the factor of safety of a slope by strength reduction.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/slope-safety",
     title: "Slope: factor of safety by strength reduction, SPH",
@@ -23,7 +23,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.02;
+/// Slope of the benchmark.
 const SLOPE: HomogeneousSlope = HomogeneousSlope {
     height: 0.6,
     cotangent: 1.0,
@@ -34,6 +36,7 @@ const SLOPE: HomogeneousSlope = HomogeneousSlope {
 /// Position of the toe of the case (m); the slope rises towards smaller x.
 const TOE_POSITION: f64 = 1.1;
 
+/// Checks the factor of safety of a slope against Bishop's method, and its slip surface.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let circle = limit_equilibrium(&mut outcome)?;
@@ -53,7 +56,7 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Critical circle of the slope by Bishop's method, with the checks of it and of the least upper bound.
+/// Critical circle of the slope by Bishop's method. Checks it and the least upper bound.
 fn limit_equilibrium(outcome: &mut BenchmarkOutcome) -> Result<SlipCircle, String> {
     let example = HomogeneousSlope {
         height: 10.0,
@@ -86,7 +89,7 @@ fn limit_equilibrium(outcome: &mut BenchmarkOutcome) -> Result<SlipCircle, Strin
 /// Allowed range of the factor of safety: 1.23 ± 0.06.
 const BAND: (f64, f64) = (1.17, 1.29);
 
-/// Case with other parameters of the soil.
+/// Case of a search for the factor of safety, with changed parameters of the soil and a range of factors.
 fn search(soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
     let mut case = load_case("sph/slope")?;
     if let Some(Measure::FactorOfSafety(search)) = case.measures.get_mut("safety") {
@@ -96,11 +99,12 @@ fn search(soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
     Ok(case)
 }
 
+/// Runs the search for the factor of safety of a case.
 fn safety(case: &Case) -> Result<SafetyResult, String> {
     run_in_memory("sph", case)?.safety.remove("safety").ok_or_else(|| "no factor of safety".to_owned())
 }
 
-/// Checks associated flow, with the strength that limit equilibrium assumes.
+/// Checks the factor of safety with associated flow, which limit equilibrium assumes.
 fn check_associated_flow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let dilatancy = SLOPE.friction_angle.into();
     let found = safety(&search(&[("dilatancy_angle", dilatancy)], [1.0, 2.0])?)?;
@@ -123,8 +127,8 @@ fn check_associated_flow(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks flow without dilatancy, as the sheet proposes. Slip lines then mobilise `sin φ` and `c cos φ` only (Davis 1968), which divides
-/// Bishop's factor `B` by `1 / cos φ_r`: `F² = B² - tan² φ` is the least to expect, `B` the most.
+/// Checks the factor of safety with flow without dilatancy, which the sheet proposes. Slip lines then mobilise `sin φ` and `c cos φ` only
+/// (Davis 1968), which divides Bishop's factor `B` by `1 / cos φ_r`: `F² = B² - tan² φ` is the least to expect, `B` the most.
 fn check_zero_dilatancy(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(), String> {
     let found = safety(&search(&[], [1.0, 2.0])?)?;
     let davis = (bishop * bishop - SLOPE.friction_angle.to_radians().tan().powi(2)).sqrt();
@@ -149,6 +153,7 @@ fn check_zero_dilatancy(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(
     Ok(())
 }
 
+/// Shows the displacements of the trials of a search.
 fn trials(outcome: &mut BenchmarkOutcome, name: &str, found: &SafetyResult) {
     for trial in &found.trials {
         let name =
@@ -157,8 +162,8 @@ fn trials(outcome: &mut BenchmarkOutcome, name: &str, found: &SafetyResult) {
     }
 }
 
-/// Checks the slip surface of the slope against Bishop's, 0.05 beyond the factor of safety of the flow rule; with name, dilatancy angle
-/// (degrees) and factor.
+/// Checks the slip surface of the slope against Bishop's circle, at 0.05 above the factor of safety. The flow rule is given by name,
+/// dilatancy angle (degrees) and factor.
 fn surface(
     outcome: &mut BenchmarkOutcome,
     circle: &SlipCircle,
@@ -208,7 +213,7 @@ fn surface(
     draw(outcome, circle, flow, [sliding, bottom])
 }
 
-/// Draws the slip surface beside the circle.
+/// Draws the slip surface beside Bishop's circle.
 fn draw(
     outcome: &mut BenchmarkOutcome,
     circle: &SlipCircle,
@@ -241,8 +246,8 @@ fn draw(
 /// Positions of points (m).
 type PointPositions = Vec<(f64, f64)>;
 
-/// Particles that have moved by a quarter of the largest displacement, and the base of these in each column; on the initial shape, by
-/// distance from the toe and height. The base, to which the soil sticks, is at rest.
+/// Particles that have moved by a quarter of the largest displacement, and the base of these in each column. Positions are those of the
+/// initial shape. The base, to which the soil sticks, is at rest.
 fn slip_line(snapshot: &Snapshot) -> [PointPositions; 2] {
     let moved: Vec<f64> = vectors(snapshot, "displacement").iter().map(|u| u[0].hypot(u[1])).collect();
     let level = 0.25 * moved.iter().copied().max_or_nan();
@@ -255,7 +260,7 @@ fn slip_line(snapshot: &Snapshot) -> [PointPositions; 2] {
     [sliding, bottom.into_iter().map(|[x, y]| (x, y)).collect()]
 }
 
-/// Run of V-41: the slope softens and flows; with the advance of its front (m).
+/// Runs the slope as it softens and flows (V-41), and returns the advance of its front (m).
 fn flow(spacing: f64) -> Result<(RunReport, f64), String> {
     let mut case = load_case("sph/slope-failure")?;
     set_method_option(&mut case, "sph", "spacing", spacing);
@@ -273,7 +278,7 @@ fn flow(spacing: f64) -> Result<(RunReport, f64), String> {
     Ok((report, advance))
 }
 
-/// Checks V-41: the final front, on half the spacing too, and that no energy is created.
+/// Checks the final front at two spacings, and that no energy is created (V-41).
 fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let (report, advance) = flow(SPACING)?;
     let (_, finer) = flow(0.5 * SPACING)?;
@@ -320,8 +325,7 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Displacement of the toe (m) when the slope has rotated about the middle of its face until Bishop's factor is one with this cohesion (Pa)
-/// and friction angle (degrees).
+/// Displacement of the toe (m) at which the slope is stable by Bishop's method, after rotation about the middle of its face.
 fn stable_toe_displacement(cohesion: f64, friction_angle: f64) -> Option<f64> {
     let (mut steep, mut flat) = (SLOPE.cotangent, 6.0);
     for _ in 0..12 {

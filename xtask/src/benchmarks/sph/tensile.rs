@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::analysis::{MaxOrNan, connected_front};
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, run_in_memory, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of the tensile instability, and of artificial stress and pressure against it.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/tensile",
     title: "Tensile instability: artificial stress and pressure, SPH",
@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Spacing of the particles (m).
 const SPACING: f64 = 0.1;
 
 /// Share of the particles whose nearest neighbour is closer than `limit` (m), and the least distance (m).
@@ -40,6 +41,7 @@ struct TensileCure {
     front: f64,
 }
 
+/// Cures of the tensile instability, with the results of the sheet.
 const TENSILE_CURES: [TensileCure; 4] = [
     TensileCure { name: "none", option: None, clumped_share: 0.123, front: 4.96 },
     TensileCure {
@@ -63,7 +65,7 @@ const TENSILE_CURES: [TensileCure; 4] = [
 ];
 
 impl TensileCure {
-    /// Runs the case; returns the share of particles closer than 0.7 spacings, and the front (m).
+    /// Runs the case with the cure, and returns the share of particles closer than 0.7 spacings and the front (m).
     fn run(&self, outcome: &mut BenchmarkOutcome) -> Result<(f64, f64), String> {
         let name = self.name;
         let mut case = load_case("sph/tensile")?;
@@ -90,6 +92,7 @@ impl TensileCure {
     }
 }
 
+/// Checks the clumping of particles without a cure and with three.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let (mut shares, mut fronts) = (Vec::new(), Vec::new());

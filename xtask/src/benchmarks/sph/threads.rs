@@ -6,7 +6,7 @@ use colluvium::case::Solver;
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, load_case, set_method_option};
 
-/// Benchmark of this module.
+/// Benchmark of equal results on one and two threads, and of the gain in time.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/threads",
     title: "One and two threads: the same bits in less time, SPH",
@@ -16,7 +16,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Makes steps on a pool of its own threads; returns the time (s).
+/// Makes steps on a thread pool, and returns their time (s).
 fn time_of_steps(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Result<f64, String> {
     let start = Instant::now();
     pool.install(|| {
@@ -28,6 +28,7 @@ fn time_of_steps(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize
     })
 }
 
+/// Checks that one and two threads give bit-identical results, and measures both speeds.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let batches = if quick { 2 } else { 6 };

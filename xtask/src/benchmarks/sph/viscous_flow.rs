@@ -7,7 +7,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::sph::waves::load;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, set_method_option, stresses, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of Poiseuille flow, of a liquid at rest, and of Bagnold's profile.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/flow",
     title: "Poiseuille flow, liquid at rest and Bagnold's profile, SPH",
@@ -17,6 +17,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// Checks Poiseuille flow, a tank at rest and a granular flow down an incline.
 fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     poiseuille(&mut outcome)?;
@@ -27,11 +28,12 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
+/// Chart of a quantity over the height.
 fn chart(title: &str, x_label: &str) -> LineChart {
     LineChart::new(title, x_label, "height (m)")
 }
 
-/// Points of a curve from the bottom to the top.
+/// Points of a curve over height, from the bottom to the top.
 fn curve(height: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     (0..=60).map(|k| height * f64::from(k) / 60.0).map(|y| (value(y), y)).collect()
 }
@@ -50,6 +52,7 @@ fn velocities(case: &Case) -> Result<(Vec<(f64, f64)>, f64), String> {
     Ok((points, worst))
 }
 
+/// Checks the velocity profile of Poiseuille flow.
 fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let base = load("flow/poiseuille.json")?;
     let (points, worst) = velocities(&base)?;
@@ -76,6 +79,7 @@ fn poiseuille(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V-21: velocities between two rough walls.", &picture)
 }
 
+/// Checks the pressure of a tank at rest.
 fn hydrostatic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let snapshot = run_in_memory("sph", &load("flow/hydrostatic.json")?)?.snapshot;
     let weight = 1000.0 * 9.81;
@@ -96,6 +100,7 @@ fn hydrostatic(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V-22: pressure in a tank.", &picture)
 }
 
+/// Checks the velocity profile of a granular flow against Bagnold's.
 fn bagnold(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let snapshot = run_in_memory("sph", &load("flow/bagnold.json")?)?.snapshot;
     let (height, angle) = (0.12f64, 24f64.to_radians());

@@ -12,7 +12,7 @@ use super::waves::load;
 use crate::benchmarks::sph::simple_shear::closest;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, run_in_memory, set_method_option, vectors};
 
-/// Decay of a wave and of vortices.
+/// Benchmark of the decay of a shear wave and of vortices.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/vortices",
     title: "Decay of a shear wave and of vortices, SPH",
@@ -24,23 +24,25 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Kinematic viscosity of the waves and vortices (m²/s).
 const VISCOSITY: f64 = 0.01;
-/// Particles along the two sides of the cell of a lattice that is rotated by 29.9° and fits a periodic box: the number of particles in the
-/// box is the sum of their squares.
+/// Numbers of particles along the two sides of the cell of a lattice that is rotated by 29.9° and fits a periodic box. The number of
+/// particles in the box is the sum of their squares.
 const ROTATED_LATTICE_COUNTS: [i64; 2] = [87, 50];
 
-/// Velocity of a mode at a position, of amplitude one.
+/// Velocity of a flow mode of amplitude one at a position.
 type FlowMode = fn(&[f64; 3]) -> [f64; 2];
 
+/// Velocity of a shear wave (m/s).
 fn wave(x: &[f64; 3]) -> [f64; 2] {
     [(TAU * x[1]).sin(), 0.0]
 }
 
+/// Velocity of an array of vortices (m/s).
 fn array(x: &[f64; 3]) -> [f64; 2] {
     let (a, b) = ((TAU * x[0]).sin_cos(), (TAU * x[1]).sin_cos());
     [a.0 * b.1, -a.1 * b.0]
 }
 
-/// Amplitude of a mode in the velocities, and the share of the kinetic energy outside it.
+/// Amplitude of a flow mode in the velocities, and the share of the kinetic energy in other modes.
 fn amplitude(snapshot: &Snapshot, mode: FlowMode) -> (f64, f64) {
     let (mut own, mut all, mut both) = (0.0, 0.0, 0.0);
     for (x, v) in snapshot.positions.iter().zip(vectors(snapshot, "velocity")) {
@@ -52,6 +54,7 @@ fn amplitude(snapshot: &Snapshot, mode: FlowMode) -> (f64, f64) {
     (both / own, 1.0 - both * both / (own * all))
 }
 
+/// Checks the decay of a shear wave and of vortices against closed forms.
 fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Decay of vortices", "time (s)", "kinetic energy over that at the start");
@@ -112,7 +115,7 @@ fn decay(quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks the vortices with the defaults of liquids, by both methods that support them.
+/// Checks the vortices with default options of liquids, by both methods that support them.
 fn without_options(outcome: &mut BenchmarkOutcome, chart: &mut LineChart) -> Result<(), String> {
     let exact = (-4.0 * VISCOSITY * TAU * TAU).exp();
     for (method, options) in
@@ -136,6 +139,7 @@ fn closed_form() -> Vec<(f64, f64)> {
     (0..=50).map(|k| at(f64::from(k) / 50.0)).collect()
 }
 
+/// Spacing of the particles of a case (m).
 fn spacing(case: &Case) -> f64 {
     case.methods
         .get("sph")
@@ -144,6 +148,7 @@ fn spacing(case: &Case) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
+/// Kinetic energy over that at the start, over time (s).
 fn energies(report: &RunReport) -> Vec<(f64, f64)> {
     let rows = report.table.pairs("time", "kinetic_energy").unwrap_or_default();
     let start = rows.first().map_or(1.0, |row| row.1);

@@ -11,7 +11,7 @@ use colluvium::sph::setup::rates_only::unchecked_energy_history;
 use crate::analysis::MaxOrNan;
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, set_method_option, vectors};
 
-/// Benchmark of this module.
+/// Benchmark of waves in bars and strips, and of the stability limit of the time step.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/waves",
     title: "Waves in bars and strips, stability limit, SPH",
@@ -36,13 +36,14 @@ pub(super) fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     Ok(solver)
 }
 
-/// Makes one step as long as the solver allows.
+/// Makes the largest stable step, and returns it (s).
 pub(super) fn advance(solver: &mut dyn Solver) -> Result<f64, String> {
     let dt = solver.limit().dt;
     solver.step(dt).map_err(|error| error.to_string())?;
     Ok(dt)
 }
 
+/// Checks waves in a bar and a strip, damping, and the limit of the time step.
 fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     check_bar(&mut outcome)?;
@@ -52,8 +53,8 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
     Ok(outcome)
 }
 
-/// Checks V-15: d'Alembert. Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches 0.6 m from its centre at 0.1 m after 5 ms
-/// and the free end after 9 ms, the other follows from the mirror with the opposite sign.
+/// Checks the motion of a bar against d'Alembert's solution (V-15). Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches
+/// 0.6 m from its centre at 0.1 m after 5 ms and the free end after 9 ms, the other follows from the mirror with the opposite sign.
 fn check_bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let case = load("waves/case.json")?;
     let mut solver = start(&case)?;
@@ -91,7 +92,7 @@ fn check_bar(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("V-15: a pulse passes, doubles at the free end and comes back.", &chart)
 }
 
-/// Checks V-16: frequency of the first mode.
+/// Checks the frequency of the first mode of a strip (V-16).
 fn strip(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut solver = start(&load("waves/strip.json")?)?;
     let exact = PI * (1.2e6f64 / 1000.0).sqrt();
@@ -120,7 +121,7 @@ fn strip(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V-18: `v = v₀ e^(-c_d t)`.
+/// Checks the decay of the velocity by damping, `v = v₀ e^(-c_d t)` (V-18).
 fn damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let mut case = load("waves/lattice.json")?;
     set_method_option(&mut case, "sph", "damping", 0.05);
@@ -143,7 +144,7 @@ fn damping(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks V-19: no growth at 1.7, growth at 2.0; the limit is 1.867.
+/// Checks that waves grow with steps of 2.0 but not of 1.7 times the spacing over the wave speed; the limit is 1.867 (V-19).
 fn limit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let growth = |courant: f64| -> Result<f64, String> {
         let case = load("waves/lattice.json")?;

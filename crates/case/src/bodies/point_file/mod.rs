@@ -11,7 +11,7 @@ use crate::{Case, CaseError, ColumnFile, ColumnRow, Quantity};
 use colluvium_constitutive::SymTensor;
 use colluvium_points::{Sample, Shape};
 
-/// Points of a body from its file.
+/// Points of a body, read from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointList {
     /// Positions (m); unused components are zero.
@@ -51,7 +51,7 @@ impl GrainColumns {
     /// Other columns of grains.
     const GRAIN_COLUMNS: [&str; 4] = [RADIUS, KIND, HELD_COLUMN, ID];
 
-    /// Empty columns for those in the file.
+    /// Empty columns for the grain data that the file contains.
     fn empty_like(columns: &PointFileColumns) -> Self {
         Self {
             radii: columns.has_any(&[RADIUS]).then(Vec::new),
@@ -175,6 +175,7 @@ impl Case {
         own.map_or_else(|| self.initial_stress(body, x), |stresses| stresses[point])
     }
 
+    /// Reads the points of a body from its file, with those of the masses, velocities, stresses and pore pressures that the file contains.
     fn read_points(&self, body: &Body, source: &PointFile) -> Result<PointList, String> {
         let table = ColumnFile::read(Path::new(&source.file))?;
         let columns = PointFileColumns::new(&table, self.dimension())?;
@@ -229,11 +230,15 @@ impl Case {
 
 /// Columns of the coordinates (m).
 const COORDINATE_COLUMNS: [&str; 3] = ["x", "y", "z"];
+/// Heading of the column of point volumes (m³, in the plane m² times one metre).
 const VOLUME: &str = "volume";
+/// Heading of the column of radii (m), from which volumes are computed where the file has none.
 const RADIUS: &str = "radius";
+/// Heading of the column of kinds of grains.
 const KIND: &str = "kind";
 /// Column of the flag of grains with prescribed motion.
 const HELD_COLUMN: &str = "held";
+/// Heading of the column of permanent numbers of points.
 const ID: &str = "id";
 
 /// Physical quantity of a column.
@@ -258,6 +263,7 @@ struct PointFileColumns {
 }
 
 impl PointFileColumns {
+    /// Finds the columns of a point file by their headings.
     fn new(table: &ColumnFile, dimension: usize) -> Result<Self, String> {
         let heads = table.headings().ok_or_else(|| {
             format!(
@@ -356,6 +362,7 @@ impl PointFileRow<'_> {
         }
     }
 
+    /// Returns the numbers of a row in the columns `names`.
     fn numbers<const N: usize>(
         &self,
         columns: &PointFileColumns,
@@ -368,6 +375,7 @@ impl PointFileRow<'_> {
         Ok(values)
     }
 
+    /// Returns the number of a row in the column `name`, which must be positive.
     fn positive(&self, columns: &PointFileColumns, name: &str) -> Result<f64, String> {
         let value = self.number(columns, name)?;
         if value > 0.0 {

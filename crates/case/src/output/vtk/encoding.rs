@@ -13,7 +13,7 @@ use vtkio::model::IOBuffer;
 
 use crate::description::Compression;
 
-/// Length of a block that is compressed separately (bytes), the one of ParaView.
+/// Length of a part of an array that is compressed separately (bytes), equal to that of ParaView.
 const BLOCK: usize = 1 << 15;
 
 /// Encodes an array as text.
@@ -41,8 +41,8 @@ pub(crate) fn encode(values: &IOBuffer, compression: Compression) -> io::Result<
     Ok(text)
 }
 
-/// Length of the blocks of an array of `bytes` bytes: the last one is always shorter, since readers do not agree on the length of a full
-/// last block.
+/// Length of the compressed parts of an array of `bytes` bytes. The last one is always shorter, since readers do not agree on the length of
+/// a full last one.
 fn block_length(bytes: usize) -> usize {
     (1..=BLOCK / 8)
         .rev()
@@ -51,6 +51,7 @@ fn block_length(bytes: usize) -> usize {
         .unwrap_or(BLOCK)
 }
 
+/// Compresses a block with zlib.
 fn compressed(zlib: &mut Compress, block: &[u8]) -> io::Result<Vec<u8>> {
     // Noise grows by five bytes in each stored block of zlib, which is 16 kB or more.
     let mut out = vec![0; block.len() + block.len() / 1000 + 64];
@@ -65,6 +66,7 @@ fn compressed(zlib: &mut Compress, block: &[u8]) -> io::Result<Vec<u8>> {
 
 /// Bytes of numbers, least significant first.
 fn bytes(values: &IOBuffer) -> io::Result<Vec<u8>> {
+    /// Converts numbers to bytes, eight each.
     fn encode_values<T: Copy>(values: &[T], bytes: impl Fn(T) -> [u8; 8]) -> Vec<u8> {
         let mut all = vec![0; 8 * values.len()];
         for (place, value) in all.as_chunks_mut().0.iter_mut().zip(values) {

@@ -16,15 +16,17 @@ use crate::output::{FileChecksum, OutputError, write_atomically};
 use crate::solver::{Dataset, DatasetGeometry, FieldRole, PolygonMesh, on_nodes};
 use crate::{Field, FieldData, Snapshot};
 
-/// Points of a file, and their fields.
+/// Points to be written to a file, with their fields.
 pub(crate) struct WrittenPoints<'a> {
+    /// Permanent numbers of the points.
     pub(crate) ids: &'a [u64],
-    /// Empty for methods without bodies.
+    /// Indices of the bodies of the points; empty for methods without bodies.
     pub(crate) bodies: &'a [u32],
     /// Positions (m).
     pub(crate) positions: &'a [[f64; 3]],
     /// Full widths (m); empty for points without widths.
     pub(crate) extents: &'a [[f64; 3]],
+    /// Fields of the points, one value each.
     pub(crate) fields: Vec<&'a Field>,
 }
 
@@ -37,8 +39,8 @@ pub struct WriteOptions<'a> {
     pub compression: Compression,
 }
 
-/// Writes a snapshot, its positions moved by `origin` (m), as a VTU file for ParaView: one vertex per point, with the fields selected by
-/// `written`. Ids, bodies and extents are always included. Returns the checksum of the file.
+/// Writes a snapshot as a VTU file for ParaView, with one vertex per point. Its positions are shifted by `origin` (m). Ids, bodies and
+/// extents are always included. Returns the checksum of the file.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -54,7 +56,7 @@ pub fn write_frame(
     write_points(path, WrittenPoints { ids, bodies, positions, extents, fields }, origin, written.compression)
 }
 
-/// Writes points, moved by `origin` (m), with their fields as a VTU file for ParaView; returns the checksum of the file.
+/// Writes points with their fields as a VTU file for ParaView, and returns the checksum of the file. Positions are shifted by `origin` (m).
 pub(crate) fn write_points(
     path: &Path,
     shown: WrittenPoints<'_>,
@@ -87,7 +89,7 @@ pub(crate) fn write_points(
     )
 }
 
-/// Coordinates of places moved by `origin` (m), in one array.
+/// Coordinates of positions shifted by `origin` (m), in one array.
 fn shifted_coordinates(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
     let mut all = places.as_flattened().to_vec();
     if origin != [0.0; 3] {
@@ -96,7 +98,8 @@ fn shifted_coordinates(places: &[[f64; 3]], origin: [f64; 3]) -> Vec<f64> {
     all
 }
 
-/// Writes a mesh, moved by `origin` (m), with fields on its cells as a VTU file for ParaView; returns the checksum of the file.
+/// Writes a mesh with fields on its cells as a VTU file for ParaView, and returns the checksum of the file. Vertices are shifted by
+/// `origin` (m).
 pub(crate) fn write_mesh(
     path: &Path,
     mesh: &PolygonMesh,
@@ -128,7 +131,7 @@ pub(crate) fn write_mesh(
     )
 }
 
-/// Reads the lines in a frame file, such as contacts, with their fields; `None` for other contents.
+/// Reads the lines in a frame file, such as contacts, with their fields; `None` where the file contains no lines.
 ///
 /// # Errors
 /// When the file cannot be read or is not a frame.
@@ -174,7 +177,7 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
     }
 }
 
-/// Reads points, or the cells of a mesh.
+/// Reads points, or the cells of a mesh, as a snapshot.
 fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'static str> {
     if piece.cells.types.iter().any(|kind| *kind != CellType::Vertex) {
         let support = DatasetGeometry::Mesh(mesh(&piece.points, piece.cells.cell_verts)?);
@@ -195,11 +198,13 @@ fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'sta
     })
 }
 
+/// Positions of points read from a file (m).
 fn positions(points: &IOBuffer) -> Result<Vec<[f64; 3]>, &'static str> {
     let points = points.cast_into::<f64>().ok_or("has no positions")?;
     Ok(points.as_chunks().0.to_vec())
 }
 
+/// Polygon mesh from the vertices and cells of a file.
 fn mesh(points: &IOBuffer, cells: VertexNumbers) -> Result<PolygonMesh, &'static str> {
     let VertexNumbers::XML { connectivity: corners, offsets: ends } = cells else {
         return Err("has cells of the old format");
@@ -207,7 +212,7 @@ fn mesh(points: &IOBuffer, cells: VertexNumbers) -> Result<PolygonMesh, &'static
     Ok(PolygonMesh { vertices: positions(points)?, corners, ends })
 }
 
-/// Reads the nodes of a lattice or a raster.
+/// Reads the nodes of a lattice or of a raster as a snapshot.
 fn read_nodes(piece: RectilinearGridPiece, time: f64) -> Result<Snapshot, &'static str> {
     let Coordinates { x, y, z } = piece.coords;
     let axis = |values: IOBuffer| values.cast_into::<f64>().ok_or("has no coordinates");
@@ -217,7 +222,7 @@ fn read_nodes(piece: RectilinearGridPiece, time: f64) -> Result<Snapshot, &'stat
         .into_points(time, 0))
 }
 
-/// Arrays of a file: fields, and the further arrays of points or nodes.
+/// Arrays read from a file: ids, bodies and widths of the points, and fields.
 #[derive(Default)]
 struct Arrays {
     fields: Vec<Field>,
@@ -229,6 +234,7 @@ struct Arrays {
 }
 
 impl Arrays {
+    /// Sorts the data arrays of a file into permanent numbers, bodies, widths and fields.
     fn from_attributes(attributes: Vec<Attribute>) -> Self {
         let mut arrays = Self::default();
         for attribute in attributes {
@@ -238,6 +244,7 @@ impl Arrays {
         arrays
     }
 
+    /// Adds a data array of a file, by its name and number of components.
     fn add(&mut self, array: &DataArray) {
         let components = array.elem.num_comp();
         let name = array.name.as_str();
@@ -279,7 +286,7 @@ fn unit_of(name: &str) -> &'static str {
     }
 }
 
-/// Frames of a run and their times: a PVD file for ParaView.
+/// List of the frame files of a run with their times: a PVD file for ParaView.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Collection {
     /// Time (s) and file name, relative to the collection, of each frame.

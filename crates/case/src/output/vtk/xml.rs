@@ -15,7 +15,7 @@ use crate::output::vtk::encoding;
 use crate::output::{ChecksumWriter, FileChecksum, OutputError};
 use crate::{Field, FieldData};
 
-/// Array of a file, whose values are computed when it is written.
+/// Array of a VTK file, whose values are computed only when they are written.
 pub(crate) struct VtkArray<'a> {
     name: &'a str,
     components: u32,
@@ -48,16 +48,18 @@ impl<'a> VtkArray<'a> {
         }
     }
 
+    /// Data array with the name and the number of components of this one.
     fn with_data(&self, data: IOBuffer) -> DataArray {
         let elem = ElementType::Scalars { num_comp: self.components, lookup_table: None };
         DataArray { name: self.name.to_owned(), elem, data }
     }
 
-    /// Attribute of the array, without values.
+    /// Attribute of the array, without values, which are written separately.
     pub(crate) fn without_values(&self) -> Attribute {
         Attribute::DataArray(self.with_data(IOBuffer::U8(Vec::new())))
     }
 
+    /// Writes the array as an XML element with encoded data.
     fn write(&self, compression: Compression, out: &mut dyn Write) -> io::Result<()> {
         const HEAD_END: &str = "/>";
         let values = (self.values)();
@@ -114,7 +116,8 @@ pub(crate) fn write_unstructured(
     write_xml(path, DataSet::inline(piece), arrays, compression)
 }
 
-/// Writes a file of `hollow` data with the values of `arrays`, in the order of the file; returns the checksum of the file.
+/// Writes a VTK file and returns its checksum. `hollow` is its content without values, and `arrays` are the values in the order of the
+/// file.
 pub(crate) fn write_xml<'a>(
     path: &Path,
     hollow: DataSet,
@@ -122,9 +125,9 @@ pub(crate) fn write_xml<'a>(
     compression: Compression,
 ) -> Result<FileChecksum, OutputError> {
     let shell = complete_text(hollow, compression).map_err(|error| OutputError::new(path, error))?;
-    let mut seal = FileChecksum::default();
+    let mut checksum = FileChecksum::default();
     write_stream_atomically(path, |file| {
-        let mut out = ChecksumWriter { writer: file, checksum: seal };
+        let mut out = ChecksumWriter { writer: file, checksum };
         let mut rest = shell.as_str();
         for array in arrays {
             let (before, after) =
@@ -134,13 +137,13 @@ pub(crate) fn write_xml<'a>(
             rest = after;
         }
         out.write_all(rest.as_bytes())?;
-        seal = out.checksum;
+        checksum = out.checksum;
         Ok(())
     })?;
-    Ok(seal)
+    Ok(checksum)
 }
 
-/// Text of a file.
+/// Text of a VTK file without values.
 fn complete_text(data: DataSet, compression: Compression) -> Result<String, xml::Error> {
     let title = String::new();
     let version = Version::new_xml(1, 0);
@@ -189,9 +192,9 @@ mod tests {
                 VtkArray::new("types", 1, || vec![CellType::Vertex as u8; COUNT]),
             ];
             let geometry = VtkGeometry { point_count: COUNT, cells: COUNT, arrays };
-            let seal = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
+            let checksum = write_unstructured(&path, geometry, (point(), cell()), compression).unwrap();
             let text = std::fs::read_to_string(&path).unwrap();
-            assert_eq!(seal, FileChecksum::of_bytes(text.as_bytes()));
+            assert_eq!(checksum, FileChecksum::of_bytes(text.as_bytes()));
             let numbers_left_out = |text: &str| -> String {
                 text.split('>').map(|part| part.split_once('<').map_or("", |(_, element)| element)).collect()
             };

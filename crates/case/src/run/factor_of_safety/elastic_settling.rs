@@ -29,13 +29,14 @@ pub(super) struct ElasticSettling {
     pub displacement: f64,
 }
 
+/// Upper median of values; NaN without values.
 fn median(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Returns the unbalanced-force ratio at which a method stagnates, from the ratios at all checks so far; `None` where it still falls.
+/// Unbalanced-force ratio at which a method stagnates, from the ratios at all checks; `None` where the ratio still decreases.
 fn stagnation_ratio(ratios: &[f64]) -> Option<f64> {
     let count = ratios.len();
     if count < CHECKS_BEFORE_STAGNATION || !count.is_multiple_of(CHECKS_BEFORE_STAGNATION) {

@@ -37,7 +37,7 @@ pub struct SafetyResult {
     pub tolerance: f64,
     /// Height of the slope `H` (m), by which trials are judged.
     pub height: f64,
-    /// Duration of a block of a trial (s).
+    /// Duration of a block of a trial (s): the time window after which it is evaluated.
     pub block: f64,
     /// Trials in the order in which they were run.
     pub trials: Vec<StrengthTrial>,
@@ -132,10 +132,12 @@ impl SafetyResult {
         }
     }
 
+    /// Tolerance of the ratio of the bracketing factors, with a margin for rounding.
     fn tolerance_reached(&self) -> f64 {
         self.tolerance * (1.0 + 1e-9)
     }
 
+    /// Factors of undecided trials between the largest stable and the least failing factor.
     fn undecided_factors(&self) -> impl Iterator<Item = f64> {
         let open = self.trials.iter().filter(|trial| trial.verdict == TrialVerdict::Undecided);
         // Factors outside the remaining interval have been decided by later trials.
@@ -168,6 +170,7 @@ impl SafetyResult {
         widest.map(|[a, b]| 0.5 * (a + b))
     }
 
+    /// Adds a trial, and narrows the interval of the factor of safety by its verdict.
     fn add(&mut self, trial: StrengthTrial) {
         match trial.verdict {
             TrialVerdict::Stable => self.stable_factor = self.stable_factor.max(trial.factor),
@@ -217,19 +220,24 @@ impl SafetyResult {
 
 /// Inputs of a search.
 pub(super) struct SearchContext<'a> {
+    /// Method that runs the trials.
     pub method: &'a dyn Method,
+    /// Case whose strength is reduced.
     pub case: &'a Case,
     /// Name of the measure.
     pub name: &'a str,
+    /// Options of the search.
     pub search: &'a FactorOfSafety,
-    /// State of the solver at rest.
+    /// State of the solver at rest, as bytes of a checkpoint.
     pub rest_state: &'a [u8],
+    /// Options of the run.
     pub options: &'a RunOptions,
-    /// Receives messages during the search.
+    /// Function that receives messages during the search.
     pub report: &'a dyn Fn(&str),
 }
 
 impl SearchContext<'_> {
+    /// Whether the run was asked to stop.
     fn is_to_stop(&self) -> bool {
         crate::run::stop_requested(self.options)
     }
@@ -246,6 +254,7 @@ impl SearchContext<'_> {
         Ok(RunningTrial { solver, start, stage: &case.stages[stage], start_time })
     }
 
+    /// Path of a file of the search in the folder of the run; `None` for a run without a folder.
     fn file(&self, name: fn(&str) -> String) -> Option<PathBuf> {
         Some(self.options.output_folder.as_ref()?.join(name(self.name)))
     }
@@ -278,6 +287,7 @@ impl SearchContext<'_> {
         Ok(Table::read(&table)?.rows.iter().filter_map(trial).collect())
     }
 
+    /// Error of a trial, with its factor.
     fn trial_error(&self, factor: f64, error: RunError) -> RunError {
         RunError::Trial { measure: self.name.to_owned(), factor, source: Box::new(error) }
     }
@@ -340,6 +350,7 @@ pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>
     Ok(Some((safety, failing)))
 }
 
+/// Message about the result of a trial.
 fn trial_message(name: &str, trial: &StrengthTrial) -> String {
     let what = trial.verdict.name();
     let StrengthTrial { factor, time, displacement, unbalanced_force, .. } = trial;

@@ -6,8 +6,8 @@ use std::time::Instant;
 use crate::run::{RunEnd, RunError, RunLoop, factor_of_safety};
 
 impl RunLoop<'_> {
-    /// Searches for the factors of safety, from the kept states of stages. The checkpoint that is written first allows an interrupted
-    /// search to resume.
+    /// Searches for the factors of safety, each from the state at the end of its stage. The checkpoint that is written first allows an
+    /// interrupted search to resume.
     pub(crate) fn search(&mut self) -> Result<RunEnd, RunError> {
         let (Some(method), Some(_)) = (self.method, self.case.factors_of_safety().next()) else {
             return Ok(RunEnd::Completed);

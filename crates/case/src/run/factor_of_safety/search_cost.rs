@@ -10,25 +10,26 @@ use crate::{Case, Plan};
 /// Settling time of bodies without yielding under strong local damping, over the time of a wave of speed `√(E/ρ)` through their height: 11
 /// for a slope by SPH, 28 for one on a foundation by MPM (`compare/slope-cut`, `compare/slope-layers`).
 const SETTLING_TIME_RATIO: f64 = 20.0;
-/// Mean number of blocks of a trial: stable bodies rest after two to four, failing ones are recognised after two to seven.
+/// Mean number of blocks (time windows) of a trial: stable bodies rest after two to four, failing ones are recognised after two to seven.
 const LIKELY_BLOCKS: f64 = 4.0;
 
-/// Estimated cost of a search for a factor of safety, beside the stages of a run.
+/// Estimated cost of a search for a factor of safety, in addition to the stages of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchCost {
-    /// Number of trials if each is decided, and the largest number: around undecided factors the interval is narrowed from both sides.
+    /// Likely and largest number of trials. The likely one is that of a search whose trials are all decided; around undecided factors the
+    /// interval is narrowed from both sides.
     pub trials: [u32; 2],
-    /// Largest number of blocks of a trial.
+    /// Largest number of blocks of a trial: time windows in which it is evaluated.
     pub blocks: usize,
-    /// Duration of a block (s), given by the case or estimated; not-a-number where no stiffness is known for the estimate.
+    /// Duration of a block (s), given by the case or estimated. Not-a-number where no stiffness is known for the estimate.
     pub block: f64,
-    /// Likely and largest time of the search (s on one thread); not-a-number where that of a block is.
+    /// Likely and largest time of the search (s on one thread). Not-a-number where the duration of a block is.
     pub seconds: [f64; 2],
 }
 
 impl FactorOfSafety {
-    /// Number of trials if each is decided, and the largest number.
-    fn trials(&self) -> [u32; 2] {
+    /// Likely number of trials, of a search whose trials are all decided, and largest number.
+    fn likely_and_largest_trials(&self) -> [u32; 2] {
         let [low, high] = self.range;
         let halvings = ((high - low) / self.tolerance).log2().ceil().max(0.0) as u32;
         // An undecided trial in the middle leaves two halves to search.
@@ -62,7 +63,7 @@ fn passage(case: &Case) -> f64 {
 impl SearchCost {
     /// Estimates the cost of `search` in a case with this plan.
     pub fn of_case(case: &Case, plan: &Plan, search: &FactorOfSafety) -> Self {
-        let trials = search.trials();
+        let trials = search.likely_and_largest_trials();
         let block = search
             .duration
             .map_or_else(|| SETTLING_TIME_RATIO * passage(case), |duration| duration / BLOCKS as f64);
@@ -113,7 +114,7 @@ mod tests {
         for tolerance in [0.01, 0.04, 0.3, 5.0] {
             let json = format!(r#"{{ "after": "rest", "tolerance": {tolerance} }}"#);
             let search: FactorOfSafety = serde_json::from_str(&json).unwrap();
-            let [decided, upper_bound] = search.trials();
+            let [decided, upper_bound] = search.likely_and_largest_trials();
             let mut largest = 0;
             for k in 0..500 {
                 let true_factor = 0.5 + 0.005 * f64::from(k);

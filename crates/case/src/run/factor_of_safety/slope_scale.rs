@@ -8,9 +8,9 @@ use serde_json::Value;
 use crate::description::Domain;
 use crate::{Case, FieldRole, Snapshot, measure};
 
-/// Share of the points with a larger displacement than the one that is judged: single loose points are no failure.
+/// Share of the points that may move farther than the displacement by which a trial is judged: single loose points are no failure.
 const LARGER_DISPLACEMENT_SHARE: f64 = 0.01;
-/// Relief over the height of all bodies, below which their free surface is level.
+/// Relief over the height of all bodies, below which a free surface counts as level.
 const LEVEL: f64 = 0.05;
 
 /// Scales of the bodies at rest, by which displacements are judged.
@@ -53,6 +53,7 @@ impl SlopeScale {
 
 /// Young's modulus of a material or of its wrapped material (Pa).
 pub(super) fn youngs_modulus(case: &Case, material: &str) -> Option<f64> {
+    /// Finds Young's modulus in the keys of a material, or of a material inside it (Pa).
     fn find_number(value: &Value) -> Option<f64> {
         let keys = value.as_object()?;
         keys.get("youngs_modulus").and_then(Value::as_f64).or_else(|| keys.values().find_map(find_number))

@@ -1,4 +1,6 @@
-//! Trial of a search for a factor of safety: bodies of reduced strength start from rest, in blocks as long as the elastic settling.
+//! Trial of a search for a factor of safety: bodies of reduced strength start from rest.
+//!
+//! A trial is divided into blocks: time windows as long as the elastic settling.
 
 use crate::description::Stage;
 use crate::run::RunError;
@@ -10,19 +12,19 @@ use crate::{Field, FieldData, Snapshot, Solver};
 
 /// Steps between two checks of a trial.
 const STEPS_PER_CHECK: u64 = 50;
-/// Blocks of a round of a trial.
-const BLOCKS_PER_ROUND: usize = 6;
-/// Largest number of blocks of a trial: two rounds, the second while the trial is undecided.
-pub(super) const BLOCKS: usize = 2 * BLOCKS_PER_ROUND;
-/// Displacement of a block over the total displacement, below which it counts as none.
+/// Number of blocks (time windows) to whose displacements a geometric series is fitted.
+const FITTED_BLOCKS: usize = 6;
+/// Largest number of blocks (time windows) of a trial.
+pub(super) const BLOCKS: usize = 2 * FITTED_BLOCKS;
+/// Displacement in a block over the total displacement, below which it counts as none.
 const NO_DISPLACEMENT_RATIO: f64 = 0.01;
-/// Share of the elastic settlement that replaces a smaller total displacement in that test.
+/// Share of the elastic settlement that replaces a smaller total displacement in the test for small displacements.
 const NO_DISPLACEMENT: f64 = 0.1;
 /// Largest displacement beyond the elastic settlement, over the height of the slope.
 const MAX_DISPLACEMENT_RATIO: f64 = 0.02;
-/// Ratio to the block before, above which the unbalanced force or the velocity does not fall.
+/// Ratio of the values of successive blocks, above which the unbalanced force or the velocity counts as not decreasing.
 const NO_DECREASE_RATIO: f64 = 0.9;
-/// Consecutive blocks without such a fall that count as failure.
+/// Number of consecutive blocks without a decrease that count as failure.
 const BLOCKS_WITHOUT_DECREASE: usize = 2;
 /// Largest displacement of stable bodies over the elastic settlement: beyond it they have slid and failed, even if they have stopped on a
 /// flatter slope or by a mesh that locks.
@@ -78,16 +80,18 @@ impl StrengthTrial {
 
 /// Solver in the stage of a trial.
 pub(super) struct RunningTrial<'a> {
+    /// Solver of the bodies with reduced strength.
     pub solver: Box<dyn Solver>,
     /// Points at the start of the trial.
     pub start: Snapshot,
+    /// Stage at whose end the trials begin.
     pub stage: &'a Stage,
     /// Start of the trial (s).
     pub start_time: f64,
 }
 
 impl RunningTrial<'_> {
-    /// Advances by some steps, at most until `end` (s from the start of the trial); returns whether `end` is reached.
+    /// Advances by at most `steps` steps, and not beyond `end` (s from the start of the trial). Returns whether `end` is reached.
     pub fn advance(&mut self, steps: u64, end: f64) -> Result<bool, RunError> {
         let until = if end.is_finite() { end } else { self.elapsed_time() + self.stage.duration };
         for _ in 0..steps {
@@ -112,7 +116,7 @@ impl RunningTrial<'_> {
     }
 }
 
-/// Unbalanced-force ratio of a block, and displacement at its end (m).
+/// Result of a time window of a trial: unbalanced-force ratio, and displacement at its end (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TrialBlock {
     unbalanced_ratio: f64,
@@ -131,6 +135,7 @@ pub(super) struct FailureCriterion {
 }
 
 impl FailureCriterion {
+    /// Limits of rest and failure of a slope, from its height and from its elastic settling.
     pub fn new(scale: &SlopeScale, settling: &ElasticSettling) -> Self {
         Self {
             rest_tolerance: REST_RATIO.max(NOISE_FACTOR * settling.floor),
@@ -139,14 +144,14 @@ impl FailureCriterion {
         }
     }
 
-    /// Judges a trial by its blocks so far; `None` while it is undecided.
+    /// Verdict on a trial from its blocks (time windows); `None` while it is undecided.
     fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
         let last = blocks.len().checked_sub(1)?;
         let TrialBlock { unbalanced_ratio, displacement } = blocks[last];
         let before = |k: usize| if k > 0 { blocks[k - 1].displacement } else { 0.0 };
         let added: Vec<f64> = (0..=last).map(|k| blocks[k].displacement - before(k)).collect();
         let little = NO_DISPLACEMENT_RATIO * displacement.max(NO_DISPLACEMENT * self.elastic);
-        let course = DisplacementSeries::from_increments(&added);
+        let course = DisplacementSeries::fit(&added);
         // Failed bodies move farther than their elastic settlement.
         let comes_to_rest = course.is_some_and(|course| displacement + course.remaining() <= self.elastic);
         if unbalanced_ratio < self.rest_tolerance && (added[last] <= little || comes_to_rest) {
@@ -169,42 +174,42 @@ impl FailureCriterion {
     }
 }
 
-/// Displacements of the blocks of the last round as a geometric series. Single blocks are too uneven near failure, because points cross
-/// cells and yielding is intermittent.
+/// Geometric series of the displacements in the last [`FITTED_BLOCKS`] time windows of a trial. Single windows are too uneven near failure,
+/// because points cross cells and yielding is intermittent.
 #[derive(Clone, Copy, Debug)]
 struct DisplacementSeries {
-    /// Displacement of the blocks together (m).
+    /// Displacement in all fitted time windows together (m).
     sum: f64,
-    /// Mean ratio of the displacement of a block to that of the block before.
+    /// Mean ratio of the displacement in a time window to that in the window before.
     ratio: f64,
 }
 
 impl DisplacementSeries {
-    /// Fits the series to the displacements of blocks (m); `None` for less than a round after the first block, which includes the elastic
-    /// settlement, or with a block that has no displacement.
-    fn from_increments(added: &[f64]) -> Option<Self> {
-        let round = added.get(1..)?.last_chunk::<BLOCKS_PER_ROUND>()?;
+    /// Fits a geometric series to the displacements added in successive time windows of equal duration (m). `None` for fewer than
+    /// [`FITTED_BLOCKS`] windows after the first one, which includes the elastic settlement, or for a window without displacement.
+    fn fit(added: &[f64]) -> Option<Self> {
+        let fitted = added.get(1..)?.last_chunk::<FITTED_BLOCKS>()?;
         // Least squares of the logarithms.
-        let middle = 0.5 * (BLOCKS_PER_ROUND as f64 - 1.0);
+        let middle = 0.5 * (FITTED_BLOCKS as f64 - 1.0);
         let (mut square, mut slope) = (0.0, 0.0);
-        for (k, add) in round.iter().enumerate() {
+        for (k, add) in fitted.iter().enumerate() {
             let from = k as f64 - middle;
             square += from * from;
             slope += from * add.ln();
         }
         let ratio = (slope / square).exp();
-        round.iter().all(|add| *add > 0.0).then(|| Self { sum: round.iter().sum(), ratio })
+        fitted.iter().all(|add| *add > 0.0).then(|| Self { sum: fitted.iter().sum(), ratio })
     }
 
-    /// Displacement of all later blocks of the series (m).
+    /// Displacement of all later terms of the series (m).
     fn remaining(&self) -> f64 {
-        let over_a_round = self.ratio.powi(BLOCKS_PER_ROUND as i32);
-        if over_a_round < 1.0 { self.sum * over_a_round / (1.0 - over_a_round) } else { f64::INFINITY }
+        let over_fitted = self.ratio.powi(FITTED_BLOCKS as i32);
+        if over_fitted < 1.0 { self.sum * over_fitted / (1.0 - over_fitted) } else { f64::INFINITY }
     }
 }
 
-/// Runs a trial with blocks of `block` seconds; returns its result and the points at its end with their `trial_displacement`. `None` when
-/// the run is to stop.
+/// Runs a trial with blocks (time windows) of `block` seconds. Returns its result and the points at its end with their
+/// `trial_displacement`.
 pub(super) fn run_trial(
     context: &SearchContext<'_>,
     factor: f64,
@@ -318,14 +323,14 @@ mod tests {
     fn a_geometric_series_is_summed_to_its_end() {
         for ratio in [0.3, 0.7, 0.95f64] {
             let added: Vec<f64> = (0..9).map(|k| 0.01 * ratio.powi(k)).collect();
-            let course = DisplacementSeries::from_increments(&added).unwrap();
+            let course = DisplacementSeries::fit(&added).unwrap();
             let left = 0.01 * ratio.powi(9) / (1.0 - ratio);
             assert!((course.ratio - ratio).abs() < 1e-12);
             assert!((course.remaining() / left - 1.0).abs() < 1e-9, "{ratio}");
         }
-        assert!(DisplacementSeries::from_increments(&[0.01; 6]).is_none(), "the first block does not count");
-        assert_eq!(DisplacementSeries::from_increments(&[0.01; 7]).unwrap().remaining(), f64::INFINITY);
-        assert!(DisplacementSeries::from_increments(&[0.01, 0.01, 0.01, 0.0, 0.01, 0.01, 0.01]).is_none());
+        assert!(DisplacementSeries::fit(&[0.01; 6]).is_none(), "the first block does not count");
+        assert_eq!(DisplacementSeries::fit(&[0.01; 7]).unwrap().remaining(), f64::INFINITY);
+        assert!(DisplacementSeries::fit(&[0.01, 0.01, 0.01, 0.0, 0.01, 0.01, 0.01]).is_none());
     }
 
     /// Elastic settlement of 0.05 m. Blocks of 4 mm that fall by 0.89, each other one uneven, add 36 mm at the end.

@@ -6,11 +6,10 @@ use crate::measure;
 use crate::measure::ScalarOutput;
 use crate::{Budget, Case, CaseError, CaseErrors, FrameRequest, Snapshot, Solver};
 
-/// Fields of every frame beside those of its snapshot.
+/// Fields of every frame in addition to those of its snapshot.
 const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
 
-/// Columns of a row that are independent of the measures of the case: time, totals, columns of the method. `time_step` is the bound on the
-/// last step (s).
+/// Columns of a row that are independent of the measures of the case: time, totals, and columns of the method.
 pub(crate) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<ScalarOutput> {
     let mut readings = Vec::new();
     let mut push = |name: &str, unit: &str, value: f64| {
@@ -29,7 +28,7 @@ pub(crate) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Sc
     readings
 }
 
-/// Columns of the totals, with the dissipated energy (J).
+/// Adds columns of totals, with the dissipated energy (J).
 fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &str, f64)) {
     push("mass", "kg", budget.mass);
     for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
@@ -58,7 +57,7 @@ pub(crate) fn case_outputs(case: &Case, solver: &dyn Solver, snapshot: &Snapshot
     readings
 }
 
-/// Names of the numbers at the end of a run: columns of its measures, factors of safety.
+/// Names of the numbers at the end of a run: columns of its measures, and factors of safety.
 pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
     let readings =
         run_outputs(solver, None).into_iter().chain(case_outputs(case, solver, &solver.snapshot()));
@@ -66,7 +65,7 @@ pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
     readings.map(|(name, ..)| name).chain(found).collect()
 }
 
-/// Rejects measures of places in a frame, by path, for a solver with empty frames.
+/// Reports an error for measures at positions, where the frames of the solver are empty.
 fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
     let of_places = case.measures.iter().filter(|(_, measure)| measure::needs_places(measure));
     let error = |(name, _): (&String, &Measure)| {

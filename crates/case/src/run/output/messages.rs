@@ -8,6 +8,7 @@ use crate::run::{PROGRESS_INTERVAL, RunError, RunLoop};
 use crate::{Advance, TimeStep};
 
 impl RunLoop<'_> {
+    /// Warnings of the run up to the current time.
     pub(crate) fn warnings_so_far(&self) -> Vec<String> {
         let RunProgress {
             collapse, warning, energy_warning: grown, energy, missed_equilibria: missed, ..
@@ -38,7 +39,8 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Starts the energy monitor of a stage, whose changes count as no growth, and keeps the warning of the stage before.
+    /// Starts the energy monitor of a stage, so that changes at its start do not count as growth, and keeps the warning of the previous
+    /// stage.
     pub(crate) fn begin_energy(&mut self) {
         let grown = std::mem::take(&mut self.progress.energy).warning();
         self.progress.energy_warning = self.progress.energy_warning.take().or(grown);
@@ -47,13 +49,14 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Reports a stage without its optional equilibrium.
+    /// Reports a stage that ended without its optional equilibrium.
     pub(crate) fn note_missed_equilibrium(&mut self, why: &RunError) {
         let remark = why.to_string();
         self.progress.missed_equilibria.push((self.progress.stage, remark.clone()));
         self.report_warning(Some(remark));
     }
 
+    /// Adds the energy balance at the current time to the check of its error.
     fn update_energy_monitor(&mut self) {
         if let Some(budget) = self.solver.budget() {
             self.progress.energy.add_row(&budget, self.solver.time());
@@ -79,6 +82,7 @@ impl RunLoop<'_> {
         }
     }
 
+    /// Reports a warning to the user while the run goes on.
     fn report_warning(&mut self, remark: Option<String>) {
         if let (Some(remark), Some(warn)) = (remark, self.options.on_warning) {
             self.progress_bar.suspend(|| warn(&remark));

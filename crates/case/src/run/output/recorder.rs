@@ -28,12 +28,12 @@ use crate::{
 /// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
 
-/// Whether output number `count` is due at `time` (s).
+/// Whether the time of output number `count` has been reached at `time` (s).
 fn is_due(time: f64, count: u64, interval: f64) -> bool {
     time >= count as f64 * interval - 1e-9 * interval
 }
 
-/// Snapshot for the measures: `points`, or else the first of the `others` as points; empty without either.
+/// Snapshot on which measures are evaluated: `points`, or else the first dataset of the frame as points.
 fn measured_snapshot<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapshot> {
     match points {
         Some(points) => Cow::Borrowed(points),
@@ -49,8 +49,11 @@ pub(crate) struct RunRecorder<'a> {
     row_interval: f64,
     /// Whether steps end at the times of rows, because the case gives an interval.
     ends_on_rows: bool,
+    /// Tables in the folder of the run.
     pub(crate) tables: Tables,
+    /// Table of measures in memory.
     pub(crate) table: Table,
+    /// Frames that the report of the run contains.
     pub(crate) kept_frames: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by name.
     states: BTreeMap<String, Vec<u8>>,
@@ -92,6 +95,7 @@ impl<'a> RunRecorder<'a> {
         Ok(recorder)
     }
 
+    /// Prepares the folder of the run: rejects one with another run, unless the options allow to resume or to overwrite it.
     fn prepare(&mut self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
         let running = json!({
@@ -126,17 +130,16 @@ impl<'a> RunRecorder<'a> {
         run_folder::create(out)?;
         Ok(self.write_case(out)?)
     }
-
     fn write_case(&self, out: &Path) -> Result<(), OutputError> {
         write_atomically(&out.join(CASE), self.case.to_json().as_bytes())
     }
 
-    /// Writes the case if it is missing, because a run was killed before it had written the case, or the file was removed.
+    /// Writes the case into the folder where it is missing, because a run was killed or the file was removed.
     pub(crate) fn keep_case(&self, out: &Path) -> Result<(), OutputError> {
         if out.join(CASE).exists() { Ok(()) } else { self.write_case(out) }
     }
 
-    /// Rejects, before any file is written, the resume of a complete run or of another case.
+    /// Rejects the resume of a complete run, or of another case, before any file is written.
     fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
         let path = out.join(SUMMARY);
@@ -165,13 +168,13 @@ impl<'a> RunRecorder<'a> {
         self.output(solver, progress)
     }
 
-    /// Times between the rows and between the frames at which steps end (s).
+    /// Times between rows and between frames at which steps are shortened to end (s).
     fn intervals(&self) -> [f64; 2] {
         let row = if self.ends_on_rows { self.row_interval } else { f64::INFINITY };
         [row, self.frame_interval.unwrap_or(f64::INFINITY)]
     }
 
-    /// Time of the next row or frame at which a step is to end (s).
+    /// Next time of a row or a frame at which a step is to end (s).
     pub(crate) fn next_output(&self, progress: &RunProgress) -> f64 {
         let [row, frame] = self.intervals();
         // Before the first row and frame: infinity times zero is not a number.
@@ -179,18 +182,18 @@ impl<'a> RunRecorder<'a> {
         next(progress.rows, row).min(next(progress.frames, frame))
     }
 
-    /// The shortest time between two outputs at which steps end (s).
+    /// Shortest time between two outputs at which steps end (s).
     pub(crate) fn shortest_interval(&self) -> f64 {
         let [row, frame] = self.intervals();
         row.min(frame)
     }
 
-    /// Whether a row is due at `time` (s) although no step had to end there.
+    /// Whether a row is to be written at `time` (s) although no step had to end there.
     pub(crate) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
         !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }
 
-    /// Writes the row and the frame that are due.
+    /// Writes the row and the frame whose output times have been reached.
     pub(crate) fn output(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
         let time = solver.time();
         let row = is_due(time, progress.rows, self.row_interval);
@@ -236,7 +239,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes a row of `points`, or else of the first of the `others`.
+    /// Writes a row of measures, from `points` or else from the first dataset of the frame.
     fn row(
         &mut self,
         solver: &dyn Solver,
@@ -257,7 +260,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes a frame of `points` and the `others`.
+    /// Writes a frame with its points and other datasets.
     fn frame(
         &mut self,
         points: Option<Snapshot>,
@@ -288,18 +291,18 @@ impl<'a> RunRecorder<'a> {
         progress.frame_steps.push(others.step);
         if let Some(out) = &self.options.output_folder {
             if let (Some(name), Some(points)) = (of_points, &points) {
-                let seal = write_frame(
+                let checksum = write_frame(
                     &out.join(&name),
                     points,
                     self.case.origin(),
                     WriteOptions { field_names, compression },
                 )?;
-                progress.seals.insert(name, seal);
+                progress.frame_checksums.insert(name, checksum);
             }
             for dataset in &others.datasets {
                 let name = file(dataset);
-                let seal = write_dataset(&out.join(&name), dataset, self.case.origin(), compression)?;
-                progress.seals.insert(name, seal);
+                let checksum = write_dataset(&out.join(&name), dataset, self.case.origin(), compression)?;
+                progress.frame_checksums.insert(name, checksum);
             }
             self.write_collections(out, progress)?;
         }
@@ -310,11 +313,11 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the times of the frames, and those of each dataset beside the first one.
+    /// Writes the lists of frames with their times, one for each dataset.
     fn write_collections(&self, out: &Path, progress: &RunProgress) -> Result<(), OutputError> {
         progress.collection.write(&out.join(COLLECTION))?;
         let mut beside: BTreeMap<&str, Vec<(usize, &String)>> = BTreeMap::new();
-        for file in progress.seals.keys() {
+        for file in progress.frame_checksums.keys() {
             if let Some((name, number)) = run_folder::parse_frame_name(file) {
                 beside.entry(name).or_default().push((number, file));
             }
@@ -327,11 +330,13 @@ impl<'a> RunRecorder<'a> {
             }
             files.sort_unstable();
             let frames = files.into_iter().map(|(number, file)| (times[number].0, file.clone()));
-            Collection { frames: frames.collect() }.write(&out.join(run_folder::collection(name)))?;
+            Collection { frames: frames.collect() }
+                .write(&out.join(run_folder::collection_file_name(name)))?;
         }
         Ok(())
     }
 
+    /// Appends the current surface profiles to their tables (m).
     fn profiles(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
         let columns = [("time", "s"), ("position", "m"), ("height", "m")];
         let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
@@ -349,7 +354,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the checkpoint, after the rows before it are synchronised to the disk.
+    /// Writes a checkpoint after all rows are synchronised to the disk.
     pub(crate) fn save(&self, solver: &dyn Solver, progress: &RunProgress) -> Result<(), RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(()) };
         let checkpoint = Checkpoint {
@@ -365,7 +370,7 @@ impl<'a> RunRecorder<'a> {
         })
     }
 
-    /// Keeps the state of the solver at the end of a stage, in memory and in the folder.
+    /// Stores the state of the solver at the end of a stage, in memory and in the folder.
     pub(crate) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
         if let Some(path) = self.state_file(stage) {
             run_folder::write_state(&path, |file| Ok(file.write_all(&bytes)?))?;
@@ -374,7 +379,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// State of the solver at the end of a stage, also from before a restart.
+    /// State of the solver at the end of a stage, also of one before a restart.
     pub(crate) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
         match (self.states.get(stage), self.state_file(stage)) {
             (Some(bytes), _) => Ok(bytes.clone()),
@@ -388,13 +393,14 @@ impl<'a> RunRecorder<'a> {
         }
     }
 
+    /// Path of the state at the end of a stage, from which the trials of a search start.
     fn state_file(&self, stage: &str) -> Option<PathBuf> {
         let number = self.case.stages.iter().position(|s| s.name == stage)?;
         Some(self.options.output_folder.as_ref()?.join(run_folder::state(number)))
     }
 
-    /// Reads solver and progress from the checkpoint; `None`, with an empty folder, where the run ended before its first checkpoint. Tables
-    /// and collection are reset to the checkpoint.
+    /// Reads solver and progress from the checkpoint. `None` where the run ended before its first checkpoint; its files are then removed.
+    /// Tables and collection are reset to the checkpoint.
     pub(crate) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<RunProgress>, RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(None) };
         let of_run = (self.fingerprint, self.options.method.as_str());
@@ -406,7 +412,7 @@ impl<'a> RunRecorder<'a> {
         };
         solver.restore(&mut state).map_err(|error: SolverError| checkpoint_error(out, error.to_string()))?;
         let progress = checkpoint.progress;
-        self.check_frames(out, &progress.seals)?;
+        self.check_frames(out, &progress.frame_checksums)?;
         if self.options.keep_frames {
             self.kept_frames = read_frames(out, &progress)?;
         }
@@ -422,12 +428,12 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Rejects a resume with missing or changed frames, which the collection would list although the run did not write them.
-    fn check_frames(&self, out: &Path, seals: &BTreeMap<String, FileChecksum>) -> Result<(), RunError> {
-        for (name, seal) in seals {
+    fn check_frames(&self, out: &Path, checksums: &BTreeMap<String, FileChecksum>) -> Result<(), RunError> {
+        for (name, checksum) in checksums {
             let path = out.join(name);
             let wrong = match path.exists() {
                 false => "missing",
-                true if FileChecksum::of_file(&path, None)? != *seal => "changed",
+                true if FileChecksum::of_file(&path, None)? != *checksum => "changed",
                 true => continue,
             };
             return Err(checkpoint_error(out, format!("needs {name}, which is {wrong}: run the case anew")));
@@ -435,7 +441,7 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes the rasters of the case, each as an ESRI ASCII grid and as a GeoTIFF; rasters without a number are left out.
+    /// Writes the rasters of the case, each as an ESRI ASCII grid and as a GeoTIFF. Rasters without a value are left out.
     pub(crate) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
         let (Some(out), true) = (&self.options.output_folder, self.case.output.rasters.is_some()) else {
             return Ok(());
@@ -482,7 +488,7 @@ impl<'a> RunRecorder<'a> {
     }
 }
 
-/// Frames of a run so far, from their files.
+/// Frames of a run before a restart, from their files.
 fn read_frames(out: &Path, progress: &RunProgress) -> Result<Vec<Snapshot>, OutputError> {
     let frames = progress.collection.frames.iter().zip(&progress.frame_steps);
     let read = |((time, name), step): (&(f64, String), &u64)| {

@@ -11,12 +11,19 @@ use crate::output::{
 };
 use crate::run::RunError;
 
+/// File name of the case.
 pub(crate) const CASE: &str = "case.json";
+/// File name of the checkpoint.
 pub(crate) const CHECKPOINT: &str = "checkpoint.bin";
+/// File name of the summary.
 pub(crate) const SUMMARY: &str = "summary.json";
+/// File name of the table of measures.
 pub(crate) const MEASURES: &str = "measures.csv";
+/// File name of the ParaView collection of the frames.
 pub(crate) const COLLECTION: &str = "frames.pvd";
+/// Name of the folder of frames.
 pub(crate) const FRAMES: &str = "frames";
+/// Name of the folder of rasters.
 pub(crate) const RASTERS: &str = "rasters";
 /// Name of the map in the folder of rasters.
 pub(crate) const MAP: &str = "map.png";
@@ -37,12 +44,12 @@ pub(crate) fn parse_frame_name(file: &str) -> Option<(&str, usize)> {
     Some((dataset, number.parse().ok()?))
 }
 
-/// Name of the collection of a dataset that is not the first one of the frames.
-pub(crate) fn collection(dataset: &str) -> String {
+/// File name of the ParaView collection of a further dataset: any but the first one of the frames.
+pub(crate) fn collection_file_name(dataset: &str) -> String {
     format!("{dataset}.pvd")
 }
 
-/// Collections in a folder: lists of frame files.
+/// Names of the lists of frame files in a folder.
 pub(crate) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
     let mut names = names(out)?;
     names.retain(|name| {
@@ -75,27 +82,32 @@ pub(crate) fn state(stage: usize) -> String {
     format!("state-{stage}.bin")
 }
 
+/// Whether a file belongs to a search for the factor of safety.
 fn is_of_search(name: &str) -> bool {
     is_trials(name) || is_failing(name) || is_state(name)
 }
 
+/// Whether a file is the table of the trials of a search.
 pub(crate) fn is_trials(name: &str) -> bool {
     name.starts_with("trials-") && name.ends_with(".csv")
 }
 
+/// Whether a file is a frame of the failing bodies of a search.
 pub(crate) fn is_failing(name: &str) -> bool {
     name.starts_with("failing-") && name.ends_with(".vtu")
 }
 
+/// Whether a file is a state at the end of a stage.
 fn is_state(name: &str) -> bool {
     name.starts_with("state-") && name.ends_with(".bin")
 }
 
+/// Whether a file is a table of surface profiles.
 fn is_profile(name: &str) -> bool {
     name.starts_with("profile-") && name.ends_with(".csv")
 }
 
-/// Names in a folder; none without a folder.
+/// Names of the entries of a folder; none where it does not exist.
 pub(crate) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     if !folder.is_dir() {
         return Ok(Vec::new());
@@ -114,6 +126,7 @@ pub(crate) fn existing_run_file(out: &Path) -> Result<Option<String>, OutputErro
     Ok(names(out)?.into_iter().find(is_own))
 }
 
+/// Removes a file where it exists.
 fn remove(file: &Path) -> Result<(), OutputError> {
     match fs::remove_file(file) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(OutputError::new(file, error)),
@@ -133,13 +146,13 @@ pub(crate) fn write_state(
 ) -> Result<(), RunError> {
     let mut failed = None;
     let written = write_stream_atomically(path, |file| {
-        let mut sealed = ChecksumWriter { writer: file, checksum: FileChecksum::default() };
-        if let Err(error) = state(&mut sealed) {
+        let mut writer = ChecksumWriter { writer: file, checksum: FileChecksum::default() };
+        if let Err(error) = state(&mut writer) {
             failed = Some(error);
             return Err(std::io::Error::other("not written"));
         }
-        let seal = sealed.checksum.fnv1a.to_le_bytes();
-        sealed.writer.write_all(&seal)
+        let checksum = writer.checksum.fnv1a.to_le_bytes();
+        writer.writer.write_all(&checksum)
     });
     match failed {
         Some(error) => Err(error.into()),
@@ -147,7 +160,7 @@ pub(crate) fn write_state(
     }
 }
 
-/// Reader of the bytes of a state, after the verification of their checksum.
+/// Opens a file with the state of a solver after the verification of its checksum.
 ///
 /// # Errors
 /// When the file cannot be read or is damaged.
@@ -157,18 +170,19 @@ pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
     let mut file = File::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
-    let mut sealed = ChecksumWriter { writer: std::io::sink(), checksum: FileChecksum::default() };
-    std::io::copy(&mut (&file).take(length), &mut sealed).map_err(fail)?;
-    let mut seal = [0; size_of::<u64>()];
-    file.read_exact(&mut seal).map_err(fail)?;
-    if u64::from_le_bytes(seal) != sealed.checksum.fnv1a {
+    let mut writer = ChecksumWriter { writer: std::io::sink(), checksum: FileChecksum::default() };
+    std::io::copy(&mut (&file).take(length), &mut writer).map_err(fail)?;
+    let mut checksum = [0; size_of::<u64>()];
+    file.read_exact(&mut checksum).map_err(fail)?;
+    if u64::from_le_bytes(checksum) != writer.checksum.fnv1a {
         return Err(damaged());
     }
     file.rewind().map_err(fail)?;
     Ok(BufReader::new(file.take(length)))
 }
 
-/// Creates the folder where it is missing and locks it for this run, as long as the file is open; `None` where folders cannot be locked.
+/// Creates the folder where it is missing, and locks it for this run as long as the returned file is open. `None` where folders cannot be
+/// locked.
 ///
 /// # Errors
 /// When the folder cannot be created, or another run has locked it.
@@ -187,16 +201,14 @@ pub(crate) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
 /// Reserved space on the disk (bytes) for the summary of a run that fails because the disk is full.
 const RESERVED_BYTES: usize = 1 << 16;
 
-/// Reserves space for a summary and for `text` in the folder by a nameless file, until that is closed. `None` where this is not possible:
-/// such a run writes its [last summary](crate::run::output::summary) over the existing one.
+/// Reserves space on the disk for a summary and for `text`, by a nameless file, until the returned file is closed.
 pub(crate) fn reserve_space(out: &Path, text: &str) -> Option<File> {
     let mut file = tempfile::tempfile_in(out).ok()?;
     file.write_all(&vec![1; RESERVED_BYTES + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
     Some(file)
 }
 
-/// Whether a file in the folder of rasters has the name of a raster of a method: other files, such as styles of a GIS program, do not
-/// belong to the run.
+/// Whether a file in the folder of rasters has the name of a raster of a method.
 pub(crate) fn is_map(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     if name == MAP {
@@ -206,7 +218,7 @@ pub(crate) fn is_map(name: &str) -> bool {
     stem.starts_with("peak_") || stem.starts_with("final_") || ["arrival_time", "bed_change"].contains(&stem)
 }
 
-/// Whether a file in the folder of frames is a complete or partial frame.
+/// Whether a file in the folder of frames is a frame, complete or partial.
 pub(crate) fn is_frame(name: &str) -> bool {
     let name = name.strip_suffix(".tmp").unwrap_or(name);
     let ending = [".vtu", ".vtr"].iter().any(|ending| name.ends_with(ending));
@@ -221,7 +233,7 @@ fn remove_empty(folder: &Path) -> Result<(), OutputError> {
     fs::remove_dir(folder).map_err(|error| OutputError::new(folder, error))
 }
 
-/// Removes a run with its folder, but no file of another origin.
+/// Removes a run with its folder. Files that are not of a run remain.
 ///
 /// # Errors
 /// When a file cannot be removed.
@@ -231,7 +243,7 @@ pub fn remove_run(out: &Path) -> Result<(), OutputError> {
     remove_empty(out)
 }
 
-/// Removes all files of a run except its case and its summary, and no others.
+/// Removes all files of a run except its case and its summary. Files that are not of a run remain.
 pub(crate) fn clear(out: &Path) -> Result<(), OutputError> {
     for name in collections(out)?.iter().map(String::as_str).chain([CHECKPOINT, MEASURES]) {
         remove(&out.join(name))?;
@@ -248,7 +260,7 @@ pub(crate) fn clear(out: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Removes all profiles except those with the names `kept`.
+/// Removes all tables of surface profiles except those with the names `kept`.
 pub(crate) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError> {
     let stale = |name: &&String| is_profile(name) && !kept.contains(&name.as_str());
     names(out)?.iter().filter(stale).try_for_each(|name| remove(&out.join(name)))
@@ -299,12 +311,12 @@ impl Tables {
         self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
     }
 
-    /// Reopens the tables at the lengths of the given checksums: all of them, or none is changed.
-    pub(crate) fn resume(&mut self, seals: &[(String, FileChecksum)]) -> Result<(), OutputError> {
+    /// Reopens the tables at the lengths of their checksums. None is changed where one of them cannot be opened.
+    pub(crate) fn resume(&mut self, checksums: &[(String, FileChecksum)]) -> Result<(), OutputError> {
         let Some(out) = &self.folder else { return Ok(()) };
         let mut files = BTreeMap::new();
-        for (name, seal) in seals {
-            files.insert(name.clone(), TableFile::open(&out.join(name), *seal)?);
+        for (name, checksum) in checksums {
+            files.insert(name.clone(), TableFile::open(&out.join(name), *checksum)?);
         }
         files.values_mut().try_for_each(TableFile::truncate)?;
         self.files = files;

@@ -60,8 +60,9 @@ impl RunRecorder<'_> {
             let tables = self.tables.sync()?;
             if let Some(out) = &self.options.output_folder {
                 self.keep_case(out)?;
-                let sealed = progress.seals.clone().into_iter().chain(tables).collect();
-                summary["files"] = verify::to_json(&verify::file_checksums(out, sealed, &self.rasters)?);
+                let run_checksums = progress.frame_checksums.clone().into_iter().chain(tables).collect();
+                summary["files"] =
+                    verify::to_json(&verify::file_checksums(out, run_checksums, &self.rasters)?);
             }
             summary["end"] = json!(solver.budget().map(budget_to_json));
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
@@ -76,7 +77,7 @@ impl RunRecorder<'_> {
         Ok(())
     }
 
-    /// Stages that have begun, with the end times of those that are over.
+    /// Stages that have begun, with the end times of those that have ended.
     fn stages(&self, progress: &RunProgress) -> Vec<serde_json::Value> {
         let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
         let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
@@ -89,6 +90,7 @@ impl RunRecorder<'_> {
         stages.map(record).collect()
     }
 
+    /// Writes the summary of a run into its folder.
     pub(crate) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(()) };
         let text = serde_json::to_string_pretty(summary)
@@ -128,6 +130,7 @@ fn budget_to_json(budget: Budget) -> serde_json::Value {
     all
 }
 
+/// JSON object of a limit of the time step: its smallest step, number of steps and point.
 fn bound_to_json(bound: &StepBoundCount) -> serde_json::Value {
     let StepBoundCount { steps, min_step: smallest, time } = bound;
     let place = smallest.point.map(|_| smallest.position);

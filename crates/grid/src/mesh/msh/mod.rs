@@ -136,7 +136,7 @@ fn format(source: &mut MshReader<'_>) -> Result<Version, MshError> {
     };
     match kind {
         Some("0") => {}
-        Some("1") => source.begin_binary(size.and_then(|size| size.parse().ok()).unwrap_or(8))?,
+        Some("1") => source.begin_binary_part(size.and_then(|size| size.parse().ok()).unwrap_or(8))?,
         _ => return source.error("does not define whether it is text (0) or binary (1)"),
     }
     Ok(version)

@@ -100,8 +100,9 @@ impl<'a> MshReader<'a> {
         if line == end { Ok(()) } else { self.error(format!("{line:?} is in the place of {end}")) }
     }
 
-    /// Switches to binary from the number one after the header; a size has `size` bytes.
-    pub(super) fn begin_binary(&mut self, size: usize) -> Result<(), MshError> {
+    /// Begins the binary part of a file: determines the byte order from the number one that follows the header. `size` is the number of
+    /// bytes of a size.
+    pub(super) fn begin_binary_part(&mut self, size: usize) -> Result<(), MshError> {
         if size != 4 && size != 8 {
             return self.error(format!("has sizes of {size} bytes: only 4 and 8 are supported"));
         }

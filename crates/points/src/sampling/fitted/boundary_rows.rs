@@ -6,10 +6,10 @@ use std::f64::consts::TAU;
 use crate::sampling::fitted::PlanarRegion;
 use crate::shape::{BoundaryEdge, PlanePoint};
 
-/// Least distance between points of different rows, in spacings.
+/// Smallest distance between points of different rows (spacings).
 const ROW_CLEARANCE: f64 = 0.74;
 
-/// Least distance between points of the same row, in spacings.
+/// Smallest distance between points of the same row (spacings).
 const CLEARANCE_IN_ROW: f64 = 0.6;
 
 /// Largest cosine of the angle between two edges at a convex corner at which the rows of neither edge end at the other.
@@ -18,7 +18,7 @@ const MAX_CORNER_COSINE: f64 = 0.2;
 /// Relative tolerance of the distance to the nearest edge.
 const NEAREST_TOLERANCE: f64 = 1e-6;
 
-/// Points with a least distance, in bins one spacing wide.
+/// Points of which no two are closer than a smallest distance, in search bins one spacing wide.
 pub(super) struct SpacedPoints {
     points: Vec<PlanePoint>,
     bins: HashMap<[i64; 2], Vec<u32>>,
@@ -26,24 +26,27 @@ pub(super) struct SpacedPoints {
 }
 
 impl SpacedPoints {
+    /// Empty list of points with bins of the width `edge` (m).
     fn new(edge: f64) -> Self {
         Self { points: Vec::new(), bins: HashMap::new(), edge }
     }
 
+    /// Points in the order of their addition.
     pub(super) fn into_points(self) -> Vec<PlanePoint> {
         self.points
     }
 
+    /// Bin of a position.
     fn bin(&self, x: PlanePoint) -> [i64; 2] {
         x.map(|c| (c / self.edge).floor() as i64)
     }
 
-    /// Whether no point is nearer than `apart` (m), at most the width of a bin.
+    /// Whether no point is nearer to `x` than `apart` (m), which is at most the width of a bin.
     pub(super) fn is_free(&self, x: PlanePoint, apart: f64) -> bool {
         self.is_free_except_since(x, apart, usize::MAX, 0.0)
     }
 
-    /// Whether no point before number `since` is nearer than `apart` (m), and no later one nearer than `others` (m).
+    /// Whether `x` is free: no point with an index below `since` is nearer than `apart` (m), and no later one nearer than `others` (m).
     fn is_free_except_since(&self, x: PlanePoint, apart: f64, since: usize, others: f64) -> bool {
         let [column, row] = self.bin(x);
         let bins = (0..9).filter_map(|k| self.bins.get(&[column + k / 3 - 1, row + k % 3 - 1]));
@@ -53,6 +56,7 @@ impl SpacedPoints {
         })
     }
 
+    /// Adds a point to the list and to its bin.
     pub(super) fn add(&mut self, x: PlanePoint) {
         let bin = self.bin(x);
         self.bins.entry(bin).or_default().push(self.points.len() as u32);
@@ -118,7 +122,7 @@ fn row_points(side: &BoundaryEdge, depth: f64, spacing: f64) -> Vec<PlanePoint> 
     }
 }
 
-/// Whether two edges meet at a nearly right, convex corner.
+/// Whether two edges meet at a convex corner that is nearly a right angle.
 fn is_perpendicular_corner(a: &BoundaryEdge, b: &BoundaryEdge, same: f64) -> bool {
     [(a, b), (b, a)].into_iter().any(|(a, b)| {
         let (x, y, n, m) = (a.point_at(1.0), b.point_at(0.0), a.left_normal(1.0), b.left_normal(0.0));
@@ -127,7 +131,7 @@ fn is_perpendicular_corner(a: &BoundaryEdge, b: &BoundaryEdge, same: f64) -> boo
     })
 }
 
-/// Edge with further rows to place.
+/// Edge along which further rows are to be placed.
 struct ActiveEdge<'a> {
     boundary_edge: &'a BoundaryEdge,
     pitch: f64,
@@ -135,7 +139,7 @@ struct ActiveEdge<'a> {
     ends_at: Vec<&'a BoundaryEdge>,
 }
 
-/// Rows of points along the edges: first along arcs, as far as these are the nearest edges, then along straight edges.
+/// Rows of points along the edges of a region: first along arcs, as far as these are the nearest edges, then along straight edges.
 pub(super) fn rows_along_boundary(region: &PlanarRegion<'_>) -> SpacedPoints {
     let spacing = region.spacing;
     let mut points = SpacedPoints::new(spacing);

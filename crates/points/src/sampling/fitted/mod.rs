@@ -10,10 +10,10 @@ use crate::Shape;
 use crate::search::neighbours::CellList;
 use crate::shape::{BoundaryEdge, PlanePoint};
 
-/// Least distance, in spacings, of the lattice points that fill the space between the rows.
+/// Smallest distance of the lattice points that fill the space between the rows from other points (spacings).
 const LATTICE_CLEARANCE: f64 = 0.8;
 
-/// Least distance, in spacings, of single points that fill the remaining gaps.
+/// Smallest distance of single points that fill the remaining gaps from other points (spacings).
 const FILL_CLEARANCE: f64 = 0.9;
 
 /// Relative difference of a patch area from the square of the spacing above which its point and its neighbours are moved.
@@ -22,10 +22,10 @@ const MAX_AREA_DEVIATION: f64 = 0.15;
 /// Largest number of iterations that move uneven points to the centroids of their patches (Lloyd 1982).
 const MAX_RELAXATIONS: usize = 30;
 
-/// Distance from an uneven point within which other points are moved too, in spacings.
+/// Distance from an uneven point within which other points are moved too (spacings).
 const RELAXATION_RADIUS: f64 = 2.0;
 
-/// Distance from an edge below which points are not moved, in spacings.
+/// Distance from an edge below which points are not moved (spacings).
 const FIXED_DISTANCE: f64 = 0.8;
 
 /// Share of the area that may be lost to round-off.
@@ -33,8 +33,11 @@ const MAX_LOST_AREA: f64 = 1e-9;
 
 /// Plane region with its edges.
 pub(super) struct PlanarRegion<'a> {
+    /// Shape that contains the points.
     pub(super) shape: &'a Shape,
+    /// Edges of the boundary of the shape.
     pub(super) sides: Vec<BoundaryEdge>,
+    /// Spacing of the points (m).
     pub(super) spacing: f64,
 }
 
@@ -45,8 +48,8 @@ impl PlanarRegion<'_> {
     }
 }
 
-/// Points in rows along the edges of a plane shape, about a `spacing` (m) apart: the first row half a spacing from the edge, arcs before
-/// straight edges, until rows of two edges meet. The space between the rows is filled from the lattice that begins at `origin` (m), and
+/// Samples a plane shape by rows of points along its edges, about a `spacing` (m) apart. The first row is half a spacing from the edge, and
+/// rows end where they meet those of another edge. The space between the rows is filled from the lattice that begins at `origin` (m), and
 /// unevenly spaced points there are moved. Each point is the centroid of its Voronoi patch and has its exact area, so that areas and their
 /// moments sum up to those of the shape. Points are sorted by columns, from low to high.
 ///
@@ -69,6 +72,7 @@ pub fn fitted_rows<const D: usize>(
     Ok(samples.into_iter().map(in_space).collect())
 }
 
+/// Samples of a plane shape: points in rows along its edges, with the areas of their Voronoi patches.
 fn in_plane(shape: &Shape, origin: PlanePoint, spacing: f64) -> Result<Vec<Sample<2>>, SamplingError> {
     let cells = CandidateCells::around_shape(shape, origin, spacing, 1.0)?;
     let sides = shape.boundary_edges().ok_or(SamplingError::NoBoundaryEdges)?;
@@ -97,7 +101,7 @@ fn in_plane(shape: &Shape, origin: PlanePoint, spacing: f64) -> Result<Vec<Sampl
     Ok(samples.into_iter().map(|(position, volume)| Sample { position, volume }).collect())
 }
 
-/// Fills the space between the rows: first from the lattice, then by single points where there is a gap for one.
+/// Fills the space between the rows with lattice points, and then remaining gaps with single points.
 fn fill(
     region: &PlanarRegion<'_>,
     first: [i64; 2],

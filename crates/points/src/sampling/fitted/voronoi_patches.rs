@@ -4,10 +4,10 @@ use crate::sampling::fitted::PlanarRegion;
 use crate::search::neighbours::CellList;
 use crate::shape::{BoundaryEdge, PlanePoint, SectorMoments};
 
-/// Half the edge of the square around a point that bounds its patch, in spacings.
+/// Half the edge of the square around a point that bounds its patch (spacings).
 const SEARCH_HALF_WIDTH: f64 = 1.2;
 
-/// Distance within which positions coincide, in spacings.
+/// Distance within which positions coincide (spacings).
 const COINCIDENCE_TOLERANCE: f64 = 1e-9;
 
 /// Voronoi patches of points.
@@ -18,6 +18,7 @@ pub(super) struct VoronoiPatches<'a> {
 }
 
 impl<'a> VoronoiPatches<'a> {
+    /// Voronoi patches of points, with a cell list of their neighbours.
     pub(super) fn new(region: &'a PlanarRegion<'a>, points: &'a [PlanePoint]) -> Self {
         let mut cells = CellList::new();
         // Cannot fail: the points of a sampled shape are finite and not too many.
@@ -50,7 +51,7 @@ impl<'a> VoronoiPatches<'a> {
         ([0, 1].map(|c| point[c] + sum.first[c] / sum.area), sum.area)
     }
 
-    /// Corners of the Voronoi cell of a point, relative to the point (m), counter-clockwise, and the distance of the farthest corner (m).
+    /// Corners of the Voronoi cell of a point relative to the point (m), counter-clockwise, and the distance of the farthest corner (m).
     fn cell(&self, i: usize) -> (Vec<PlanePoint>, f64) {
         let (point, half) = (self.points[i], SEARCH_HALF_WIDTH * self.region.spacing);
         let mut others: Vec<(f64, PlanePoint)> = Vec::new();
@@ -88,8 +89,7 @@ impl<'a> VoronoiPatches<'a> {
         (ring, square.sqrt())
     }
 
-    /// Moments of the part of a convex ring of edges within the region, by its boundary: parts of the ring within the region, and parts of
-    /// the region's edges within the ring.
+    /// Area and moments of the part of a convex ring within the region, integrated along the boundary of that part.
     fn clipped_moments(
         &self,
         point: PlanePoint,

@@ -22,13 +22,14 @@ pub struct SurfaceError {
 }
 
 impl SurfaceError {
+    /// Error at a key of a surface.
     pub(crate) fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
         Self { path: path.into(), problem: problem.into() }
     }
 }
 
-/// Surface of facets with `D` corners each, the solid behind them: a closed polygon (2D) or triangle mesh (3D), or an open ground line in
-/// 2D with the solid below.
+/// Surface of facets with `D` corners each and the solid behind them. It is a closed polygon (2D) or triangle mesh (3D), or an open ground
+/// line in 2D with the solid below.
 ///
 /// The normal of the nearest face, edge or corner distinguishes inside from outside. Normals of edges and corners are means of the adjacent
 /// faces weighted with their angles (Bærentzen and Aanæs 2005, Signed distance computation using the angle weighted pseudonormal, Theorem
@@ -47,8 +48,11 @@ pub struct FacettedSurface<const D: usize> {
     tree: BoundingVolumeTree<D>,
 }
 
+/// Kind of a feature in its number: face of a facet.
 const FACE: u64 = 0;
+/// Kind of a feature in its number: edge of a facet.
 const EDGE: u64 = 1;
+/// Kind of a feature in its number: vertex of a facet.
 const CORNER: u64 = 2;
 
 impl<const D: usize> FacettedSurface<D> {
@@ -62,6 +66,7 @@ impl<const D: usize> FacettedSurface<D> {
         &self.facets
     }
 
+    /// Surface from vertices and facets; an error where a facet has no area.
     fn new(vertices: Vec<[f64; D]>, facets: Vec<[u32; D]>) -> Result<Self, SurfaceError> {
         if let Some(number) = vertices.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
             return Err(SurfaceError::new(format!("points[{number}]"), "must be finite (m)"));
@@ -91,6 +96,7 @@ impl<const D: usize> FacettedSurface<D> {
         Ok(Self { vertices, facets, normals, vertex_normals, edges, edge_normals, lengths: None, tree })
     }
 
+    /// Positions of the vertices of a facet (m).
     fn corners(&self, facet: usize) -> [[f64; D]; D] {
         self.facets[facet].map(|v| self.vertices[v as usize])
     }
@@ -187,8 +193,8 @@ impl FacettedSurface<2> {
         surface.self_crossing().map_or(Ok(surface), Err)
     }
 
-    /// Ground below a line from its first point to its last (m). The line may overhang but not cross itself, and may be given from either
-    /// end. There is no ground beyond its ends.
+    /// Surface of the ground below a line from its first point to its last one (m). The line may overhang but not cross itself, and may be
+    /// given from either end. There is no ground beyond its ends.
     ///
     /// # Errors
     /// Fewer than two points, two equal consecutive points, segments that cross.
@@ -383,7 +389,7 @@ fn bounding_box<const D: usize>(corners: &[[f64; D]; D]) -> ([f64; D], [f64; D])
     (fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Angle of a triangle at a corner (rad); one for a segment, whose two ends have equal weights.
+/// Angle of a triangle at a corner (rad). One for a segment, whose two ends have equal weights.
 fn corner_angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
     if D != 3 {
         return 1.0;
@@ -392,7 +398,7 @@ fn corner_angle<const D: usize>(corners: &[[f64; D]; D], k: usize) -> f64 {
     dot(&to(k + 1), &to(k + 2)).clamp(-1.0, 1.0).acos()
 }
 
-/// Number of the edge that follows each corner of each triangle, and the normal of each edge: the mean of its faces.
+/// Edge numbers of each triangle, one for the edge after each corner, and the normal of each edge: the mean of its faces.
 fn edge_normals<const D: usize>(facets: &[[u32; D]], normals: &[[f64; D]]) -> (Vec<[u32; 3]>, Vec<[f64; D]>) {
     if D != 3 {
         return (Vec::new(), Vec::new());

@@ -2,9 +2,10 @@
 
 /// Facets in a leaf.
 const LEAF_FACETS: usize = 4;
-/// Largest depth of the tree, above that of 2³² facets halved at each level.
+/// Largest depth of the tree: more than 2³² facets need when they are halved at each level.
 const MAX_DEPTH: usize = 64;
 
+/// Node of the tree: box around its facets.
 #[derive(Clone, Debug)]
 struct BoundingVolumeNode<const D: usize> {
     low: [f64; D],
@@ -32,7 +33,7 @@ impl<const D: usize> BoundingVolumeTree<D> {
         Self { nodes, order }
     }
 
-    /// Calls `visit` with each item whose box is within a distance of `x`, and with the square of that distance (m²), which `visit` may
+    /// Calls `visit` with each item whose box is within a distance of `x`. It receives the square of that distance (m²), which it may
     /// reduce.
     pub(crate) fn visit(&self, x: &[f64; D], mut square: f64, mut visit: impl FnMut(usize, &mut f64)) {
         let mut stack = [0u32; MAX_DEPTH];
@@ -95,6 +96,7 @@ fn square_distance_to_box<const D: usize>(node: &BoundingVolumeNode<D>, x: &[f64
     (0..D).map(|c| (node.low[c] - x[c]).max(x[c] - node.high[c]).max(0.0).powi(2)).sum()
 }
 
+/// Adds a node for the facets in `order` and, where they are many, its children.
 fn build_node<const D: usize>(
     boxes: &[([f64; D], [f64; D])],
     order: &mut [u32],

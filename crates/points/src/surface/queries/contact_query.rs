@@ -4,10 +4,11 @@ use crate::surface::queries::nearest_on_facet::nearest_on_facet;
 use crate::surface::vector::{difference, dot};
 use crate::surface::{NearestPoint, Surface};
 
-/// Distance within which two surface points coincide, over a ball's radius: far above round-off, far below a facet.
+/// Distance within which two surface points coincide, over the radius of the ball. It is far above round-off and far below the size of a
+/// facet.
 const COINCIDENCE_TOLERANCE: f64 = 1e-7;
 
-/// Contacts of balls with a surface, ball after ball, with buffers that the caller reuses without allocations.
+/// Contacts of several balls with a surface. The caller reuses its buffers, so that no memory is allocated.
 #[derive(Clone, Debug, Default)]
 pub struct ContactQuery<const D: usize> {
     contacts: Vec<NearestPoint<D>>,
@@ -17,10 +18,12 @@ pub struct ContactQuery<const D: usize> {
     planar: Option<Box<ContactQuery<2>>>,
 }
 
-/// Facet near a point.
+/// Facet near a ball, with its nearest point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacetCandidate<const D: usize> {
+    /// Vertices of the facet (m).
     pub(crate) corners: [[f64; D]; D],
+    /// Its point nearest to the centre of the ball.
     pub(crate) nearest: NearestPoint<D>,
 }
 
@@ -31,7 +34,7 @@ impl<const D: usize> ContactQuery<D> {
         self.row_ends.clear();
     }
 
-    /// Contacts of all balls, ball after ball, each nearest first.
+    /// Contacts of all balls in the order of the balls; those of a ball are sorted by distance.
     pub fn contacts(&self) -> &[NearestPoint<D>] {
         &self.contacts
     }
@@ -52,20 +55,22 @@ impl<const D: usize> ContactQuery<D> {
         &self.contacts[start..self.row_ends[ball]]
     }
 
-    /// Ends the contact list of a ball.
+    /// Ends the list of the contacts of a ball.
     pub fn end_ball(&mut self) {
         self.row_ends.push(self.contacts.len());
     }
 
+    /// Contacts found since the number of contacts was `start`.
     pub(crate) fn contacts_since_mut(&mut self, start: usize) -> &mut [NearestPoint<D>] {
         &mut self.contacts[start..]
     }
 
+    /// Adds a contact where the centre of the ball is outside the surface.
     pub(crate) fn add_if_outside(&mut self, place: Option<NearestPoint<D>>) {
         self.contacts.extend(place.filter(|place| place.distance >= 0.0));
     }
 
-    /// Adds the contacts of a disk around `x` with a plane section, transformed to space by `out`.
+    /// Adds the contacts of a disk around `x` with a plane section. `out` transforms them to space.
     pub(crate) fn add_planar_contacts(
         &mut self,
         section: &impl Surface<2>,
@@ -84,8 +89,8 @@ impl<const D: usize> ContactQuery<D> {
         &mut self.candidates
     }
 
-    /// Selects the distinct contacts among the candidates. A candidate whose position also belongs to a nearer facet is left out: it is the
-    /// edge at which that facet ends, or lies beyond it on the same side.
+    /// Selects the distinct contacts of a ball among the candidate facets. A candidate whose position also belongs to a nearer facet is
+    /// left out: it is the edge at which that facet ends, or lies beyond it on the same side.
     pub(crate) fn select_distinct(&mut self, radius: f64) {
         let key = |c: &FacetCandidate<D>| (c.nearest.distance, c.nearest.feature_id);
         self.candidates.sort_unstable_by(|a, b| {

@@ -35,6 +35,7 @@ pub fn distance_to_line(line: &[[f64; 2]], x: [f64; 2]) -> f64 {
     line.windows(2).map(of_piece).fold(f64::INFINITY, f64::min)
 }
 
+/// Nearest point of a segment, and whether it is at an end.
 fn nearest_on_segment<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> ([f64; D], FacetFeature) {
     let edge = difference(&corners[1], &corners[0]);
     let t = dot(&difference(x, &corners[0]), &edge) / dot(&edge, &edge);
@@ -47,6 +48,7 @@ fn nearest_on_segment<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> 
     }
 }
 
+/// Nearest point of a triangle, and whether it is on an edge or a vertex.
 fn nearest_on_triangle<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> ([f64; D], FacetFeature) {
     let [a, b, c] = [&corners[0], &corners[1], &corners[2]];
     let (ab, ac) = (difference(b, a), difference(c, a));

@@ -3,8 +3,9 @@
 use crate::surface::vector::{add_scaled, dot};
 use crate::surface::{NearestPoint, Surface};
 
-/// Nearest surface point `now` of the start `x` (m) of a path, with its signed distance at the end of the displacement `goes` (m), if the
-/// path enters the solid there; the solid is tested at this `depth` (m) under the crossing.
+/// Surface point of a path that enters the solid: the point `now` that is nearest to the start `x` (m), with the signed distance at the end
+/// of the displacement `goes` (m). `None` for another path. The solid is tested at this
+/// `depth` (m) under the crossing.
 pub fn path_enters_solid<const D: usize>(
     surface: &dyn Surface<D>,
     x: &[f64; D],
@@ -22,8 +23,8 @@ pub fn path_enters_solid<const D: usize>(
     surface.contains(&under).then_some(NearestPoint { distance, ..*now })
 }
 
-/// Whether the straight path between two positions (m) crosses the solid, from either end; the solid is tested at this `depth` (m) below
-/// its surface.
+/// Whether the solid blocks the straight path between two positions (m), from either end. The solid is tested at this `depth` (m) below its
+/// surface.
 pub fn solid_blocks_path<const D: usize>(
     surface: &dyn Surface<D>,
     one: &[f64; D],

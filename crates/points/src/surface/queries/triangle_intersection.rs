@@ -2,7 +2,7 @@
 
 use crate::surface::vector::{cross, difference, dot};
 
-/// Share of the size of a triangle and a segment within which they only touch: round-off of a file in single precision.
+/// Share of the size of a triangle and a segment within which they only touch: the round-off of files in single precision.
 const TOUCH_TOLERANCE: f64 = 1e-6;
 
 /// Whether two triangles (m) intersect. Triangles that touch, or lie in one plane, do not.

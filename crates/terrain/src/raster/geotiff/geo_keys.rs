@@ -14,36 +14,53 @@ use crate::raster_band::{BRITISH_FOOT, FOOT, SURVEY_FOOT};
 
 /// Identifiers of GeoKeys.
 pub(super) mod key {
+    /// GeoKey of the kind of the coordinate system: projected, geographic or geocentric.
     pub(in crate::raster::geotiff) const MODEL_TYPE: u16 = 1024;
+    /// GeoKey of the meaning of a pixel: area or point.
     pub(in crate::raster::geotiff) const RASTER_TYPE: u16 = 1025;
+    /// GeoKey of the description of the whole reference system.
     pub(in crate::raster::geotiff) const CITATION: u16 = 1026;
+    /// GeoKey of the EPSG code of the geographic system.
     pub(in crate::raster::geotiff) const GEOGRAPHIC: u16 = 2048;
+    /// GeoKey of the EPSG code of the projected system.
     pub(in crate::raster::geotiff) const PROJECTED: u16 = 3072;
+    /// GeoKey of the description of the projected system.
     pub(in crate::raster::geotiff) const PROJECTED_CITATION: u16 = 3073;
+    /// GeoKey of the EPSG code of the unit of plane coordinates.
     pub(in crate::raster::geotiff) const LINEAR_UNITS: u16 = 3076;
-    /// Size of a user-defined linear unit (m).
+    /// GeoKey of the size of a user-defined linear unit (m).
     pub(in crate::raster::geotiff) const LINEAR_UNIT_SIZE: u16 = 3077;
-    /// Keys of a user-defined projection: its code, its method and its parameters.
+    /// GeoKeys of a user-defined projection: its code, its method and its parameters.
     pub(in crate::raster::geotiff) const PLAN_PARAMETERS: std::ops::Range<u16> = 3074..4096;
-    /// Angular unit, and semi-major axis of the ellipsoid (m).
+    /// GeoKey of the EPSG code of the angular unit.
     pub(in crate::raster::geotiff) const ANGLES: u16 = 2054;
+    /// GeoKey of the semi-major axis of the ellipsoid.
     pub(in crate::raster::geotiff) const SEMI_MAJOR_AXIS: u16 = 2057;
+    /// GeoKey of the EPSG code of the prime meridian.
     pub(in crate::raster::geotiff) const PRIME_MERIDIAN: u16 = 2051;
-    /// Method of the projection.
+    /// GeoKey of the method of the projection.
     pub(in crate::raster::geotiff) const METHOD: u16 = 3075;
+    /// GeoKey of the EPSG code of the vertical system.
     pub(in crate::raster::geotiff) const VERTICAL: u16 = 4096;
+    /// GeoKey of the EPSG code of the unit of heights.
     pub(in crate::raster::geotiff) const VERTICAL_UNITS: u16 = 4099;
-    /// All keys of a vertical coordinate system.
+    /// GeoKeys of a vertical coordinate system.
     pub(in crate::raster::geotiff) const VERTICAL_KEYS: std::ops::Range<u16> = 4096..5120;
 }
 
+/// Kind of coordinate system: projected.
 pub(super) const PROJECTED_MODEL: u16 = 1;
+/// Kind of coordinate system: geographic.
 pub(super) const GEOGRAPHIC_MODEL: u16 = 2;
+/// Kind of coordinate system: geocentric.
 const GEOCENTRIC_MODEL: u16 = 3;
+/// Meaning of a pixel: its value belongs to its area.
 pub(super) const PIXEL_IS_AREA: u16 = 1;
+/// Meaning of a pixel: its value belongs to a point, the node.
 pub(super) const PIXEL_IS_POINT: u16 = 2;
+/// EPSG code of the metre.
 pub(super) const METRE: u16 = 9001;
-/// Code of a user-defined value.
+/// Code of a user-defined value of a GeoKey.
 pub(super) const USER_DEFINED: u16 = 32767;
 
 /// Prefix of a well-known text in the citation of a GeoTIFF, as Esri's programs and GDAL write it.
@@ -73,7 +90,7 @@ const METHODS: [(u16, &str); 20] = [
     (28, "Cylindrical_Equal_Area"),
 ];
 
-/// Keys of projection parameters.
+/// GeoKeys of projection parameters.
 const PARAMETERS: [(u16, &str); 18] = [
     (3078, "standard_parallel_1"),
     (3079, "standard_parallel_2"),
@@ -95,8 +112,9 @@ const PARAMETERS: [(u16, &str); 18] = [
     (3095, "central_meridian"),
 ];
 
-/// Supported angular unit and prime meridian.
+/// EPSG code of the degree.
 const DEGREE: u16 = 9102;
+/// EPSG code of the Greenwich meridian.
 const GREENWICH: u16 = 8901;
 
 /// Vertical systems of the EPSG registry in feet, and the size of such a foot (m).
@@ -124,11 +142,13 @@ const DEPTHS: [u16; 52] = [
 #[derive(Default)]
 pub(super) struct GeoKeys(Vec<(u16, GeoKey)>);
 
-/// Tags with the values of keys.
+/// TIFF tag of the numbers of GeoKeys.
 const NUMBERS: u16 = 34736;
+/// TIFF tag of the texts of GeoKeys.
 const TEXTS: u16 = 34737;
 
 impl GeoKeys {
+    /// Reads the GeoKeys of a TIFF.
     pub(super) fn read<R: Read + Seek>(decoder: &mut Decoder<R>) -> Self {
         let directory = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
         let numbers = decoder.get_tag_f64_vec(Tag::GeoDoubleParamsTag).unwrap_or_default();
@@ -150,7 +170,7 @@ impl GeoKeys {
         Self(directory.get(4..).unwrap_or_default().chunks_exact(4).filter_map(value).collect())
     }
 
-    /// GeoKeys of a raster with this reference, in metres and without a vertical system: the values need not be heights.
+    /// GeoKeys of a raster with this georeference, in metres and without a vertical system, since the values need not be heights.
     pub(super) fn from_georeference(reference: &Georeference, raster_type: u16) -> Self {
         let mut all = vec![(key::RASTER_TYPE, GeoKey::Code(raster_type))];
         let in_plan = reference
@@ -212,15 +232,18 @@ impl GeoKeys {
         (directory, numbers, texts)
     }
 
+    /// GeoKeys from their numbers and values.
     #[cfg(test)]
     pub(super) fn from_pairs(keys: Vec<(u16, GeoKey)>) -> Self {
         Self(keys)
     }
 
+    /// Value of a GeoKey.
     fn value(&self, number: u16) -> Option<&GeoKey> {
         self.0.iter().find(|(key, _)| *key == number).map(|(_, value)| value)
     }
 
+    /// Code that is the value of a GeoKey.
     pub(super) fn get(&self, number: u16) -> Option<u16> {
         match self.value(number)? {
             GeoKey::Code(code) => Some(*code),
@@ -228,6 +251,7 @@ impl GeoKeys {
         }
     }
 
+    /// Text that is the value of a GeoKey.
     fn text(&self, number: u16) -> Option<&str> {
         match self.value(number)? {
             GeoKey::Text(text) => Some(text),
@@ -286,7 +310,7 @@ impl GeoKeys {
         self.0.iter().filter(|(number, _)| !VERTICAL_KEYS.contains(number)).cloned().collect()
     }
 
-    /// Rejects horizontal coordinates that are not in metres.
+    /// Reports an error where horizontal coordinates are not in metres.
     pub(super) fn check_metres(&self) -> Result<(), String> {
         let is_projected = self.get(key::PROJECTED).is_some();
         if self.get(key::MODEL_TYPE) == Some(GEOGRAPHIC_MODEL)

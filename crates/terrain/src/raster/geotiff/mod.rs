@@ -18,8 +18,10 @@ use crate::raster_band::{BandMetadata, parse_number};
 /// Tag of the GDAL metadata (XML).
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
 
+/// Decoder of a TIFF in memory.
 type TiffDecoder<'a> = Decoder<Cursor<&'a [u8]>>;
 
+/// Error message of a TIFF that cannot be decoded.
 #[allow(clippy::needless_pass_by_value, reason = "`map_err(wrong)` reads well")]
 fn tiff_error(error: tiff::TiffError) -> String {
     let cure = match error {
@@ -31,7 +33,7 @@ fn tiff_error(error: tiff::TiffError) -> String {
     format!("is not a readable TIFF: {error}{cure}")
 }
 
-/// Position of the first pixel (m), its corner or its centre by the raster type, and the steps per column and row (m).
+/// Position of the first pixel (m), which is its corner or its centre by the raster type, and the steps per column and row (m).
 fn placement(
     decoder: &mut TiffDecoder<'_>,
     world: Option<WorldFile>,

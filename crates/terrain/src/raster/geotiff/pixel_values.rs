@@ -8,7 +8,7 @@ use tiff::tags::Tag;
 
 use crate::raster::geotiff::{TiffDecoder, tiff_error, validity_mask};
 
-/// Pixel values of the image, from north to south, including class numbers with a colour palette. Tiles and strips that were not written
+/// Pixel values of the image, from north to south. Values of a colour palette are class numbers. Tiles and strips that were not written
 /// have the value `missing`, as in GDAL.
 pub(super) fn pixel_values(
     bytes: &[u8],
@@ -25,6 +25,7 @@ pub(super) fn pixel_values(
     image_values(&mut decoder, missing)
 }
 
+/// Values of all pixels as floating-point numbers; parts that the file leaves out have the value `missing`.
 fn image_values(decoder: &mut TiffDecoder<'_>, missing: f64) -> Result<Vec<f64>, String> {
     match decoder.colortype().map_err(tiff_error)? {
         ColorType::Gray(bits) if bits < 8 => {
@@ -68,6 +69,7 @@ fn chunk_values(decoder: &mut TiffDecoder<'_>, lengths: &[u64], missing: f64) ->
     Ok(values)
 }
 
+/// Converts decoded pixels to floating-point numbers.
 fn to_f64(image: DecodingResult) -> Vec<f64> {
     fn to_floats<T: Into<f64>>(values: Vec<T>) -> Vec<f64> {
         values.into_iter().map(Into::into).collect()

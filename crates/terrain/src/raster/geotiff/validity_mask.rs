@@ -8,15 +8,18 @@ use tiff::tags::{ByteOrder, Tag};
 
 use crate::raster::geotiff::{TiffDecoder, tiff_error};
 
-/// Tag of the photometric interpretation, and two of its values.
+/// TIFF tag of the photometric interpretation.
 const PHOTOMETRIC: u16 = 262;
+/// Photometric interpretation of a picture in grey in which zero is black.
 const BLACK_IS_ZERO: u8 = 1;
+/// Photometric interpretation of a picture with a palette.
 pub(super) const PALETTE: u32 = 3;
-/// Bits of `NewSubfileType` that mark a mask and a reduced copy of an image.
+/// Flag of a picture that is a mask.
 const IS_MASK: u32 = 4;
+/// Flag of a picture that is a reduced copy of another.
 const IS_REDUCED: u32 = 1;
 
-/// Bytes of a TIFF whose current image has plain numbers instead of a colour palette.
+/// Copy of a TIFF whose current image is declared to have plain numbers in place of a colour palette.
 pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Option<Vec<u8>> {
     let at = usize::try_from(decoder.ifd_pointer()?.0).ok()?;
     let is_little = decoder.byte_order() == ByteOrder::LittleEndian;
@@ -63,6 +66,7 @@ pub(super) fn mask_file(bytes: &[u8], size: (u32, u32)) -> Result<Vec<bool>, Str
     decode_mask(bytes, &mut decoder, 0, size)
 }
 
+/// Decodes a validity mask: whether each pixel has a value.
 fn decode_mask(
     bytes: &[u8],
     decoder: &mut TiffDecoder<'_>,
