@@ -86,6 +86,7 @@ impl<L: SmallStrain> Corotational<L> {
         })
     }
 
+    /// Whether the strain increment exceeds the maximum of the law, so that the step is divided into sub-steps.
     fn needs_substeps(&self, strain: &SymTensor) -> bool {
         substepping::substep_count(strain, self.0.max_strain_increment()) > 1
     }
@@ -98,6 +99,7 @@ impl<L: SmallStrain> Corotational<L> {
         turned
     }
 
+    /// Returns an error if a stress component is NaN or infinite.
     #[inline]
     fn check_finite(&self, stress: &SymTensor) -> Result<(), MaterialError> {
         // NaN and infinity make the sum NaN.

@@ -65,6 +65,7 @@ pub(crate) struct WrappedMaterial<W> {
 }
 
 impl<W: Wrapper> WrappedMaterial<W> {
+    /// Wraps a material; the output of the wrapper follows those of the inner material.
     pub(crate) fn new(wrapper: W, inner: Arc<dyn Material>) -> Self {
         let outputs = inner.output_names().iter().copied().chain(W::OUTPUT).collect();
         Self { wrapper, inner, outputs }

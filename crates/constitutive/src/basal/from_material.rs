@@ -19,6 +19,7 @@ impl MaterialSpec {
         self.basal_law().map(own).map_err(|error| error.with_model(self.name()))
     }
 
+    /// Basal law that corresponds to this material: Coulomb friction for soils, Bingham for fluids with a yield stress.
     fn basal_law(&self) -> Result<BasalRheology, MaterialError> {
         let soil = |friction_angle: f64, cohesion: f64| {
             let spec = CoulombSpec { cohesion, ..CoulombSpec::new(friction_angle) };

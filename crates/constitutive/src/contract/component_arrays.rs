@@ -7,6 +7,7 @@ use crate::{BLOCK_SIZE, Mat3, Motion, MotionBlock, Spectrum, SymTensor};
 /// Velocity gradients times step, and stresses, component by component.
 pub struct ComponentArrays {
     gradient: [BlockArray; 9],
+    /// Stress of the points, one array per component in the order xx, yy, zz, xy, yz, zx (Pa).
     pub(crate) stress: [BlockArray; 6],
     /// Whether no point moves or is sheared out of the plane of the first two axes: components there are zero.
     in_plane: bool,
@@ -23,6 +24,7 @@ impl ComponentArrays {
     pub(crate) const EMPTY: Self =
         Self { gradient: [[0.0; BLOCK_SIZE]; 9], stress: [[0.0; BLOCK_SIZE]; 6], in_plane: false };
 
+    /// Copies motions and stresses of a block of points to arrays per component.
     #[inline]
     pub(crate) fn fill(&mut self, motions: &[Motion], stresses: &[SymTensor]) {
         let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &mut self.gradient;
@@ -64,11 +66,13 @@ impl ComponentArrays {
         self.in_plane = flat && is_zero(yz) && is_zero(zx);
     }
 
+    /// Stress of point `index` of the block (Pa).
     #[inline]
     pub(crate) fn stress_of(&self, index: usize) -> SymTensor {
         SymTensor(std::array::from_fn(|c| self.stress[c][index]))
     }
 
+    /// Stores the stress of point `index` of the block (Pa).
     #[inline]
     pub(crate) fn set_stress(&mut self, index: usize, stress: &SymTensor) {
         for (lane, value) in self.stress.iter_mut().zip(stress.0) {

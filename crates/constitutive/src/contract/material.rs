@@ -25,14 +25,18 @@ pub struct States {
     len: usize,
 }
 
+/// State block of any material, with the type of the states erased.
 trait ErasedBlock: Any + Send + Sync {
+    /// Copy of the block in a new box.
     fn clone_box(&self) -> Box<dyn ErasedBlock>;
     /// Copies the states of a block of the same kind into its own memory; `false`, without a change, for another kind.
     fn copy_from(&mut self, other: &StateBlock) -> bool;
     fn len(&self) -> usize;
     /// Gathers points `order` of all `blocks` in a block of this kind.
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
+    /// Block as `Any`, to downcast it to the type of the states.
     fn as_any(&self) -> &dyn Any;
+    /// Mutable block as `Any`, to downcast it to the type of the states.
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -103,16 +107,19 @@ fn downcast_states<S: 'static>(block: &StateBlock) -> &[S] {
     states.expect("a state block is only ever used with the material that made it")
 }
 
+/// Mutable states of a block; panics if the block is of another material.
 fn downcast_states_mut<S: 'static>(block: &mut StateBlock) -> &mut [S] {
     let states = block.0.as_any_mut().downcast_mut::<Vec<S>>();
     states.expect("a state block is only ever used with the material that made it")
 }
 
 impl StateBlock {
+    /// State block of the given states, one per point.
     fn new<S: Clone + Send + Sync + 'static>(states: Vec<S>) -> Self {
         Self(Box::new(states))
     }
 
+    /// States of a wrapper and its inner material; panics if the block is of another material.
     fn nested<S: 'static>(&self) -> &WrappedStates<S> {
         self.0
             .as_any()
@@ -180,6 +187,7 @@ impl fmt::Debug for StateBlock {
 }
 
 impl States {
+    /// States of all points, divided into blocks of [`BLOCK_SIZE`] points.
     fn from_points<S: Clone + Send + Sync + 'static>(states: &[S]) -> Self {
         let blocks = states.chunks(BLOCK_SIZE).map(|chunk| StateBlock::new(chunk.to_vec())).collect();
         Self { blocks, len: states.len() }
@@ -191,6 +199,7 @@ impl States {
         Self { blocks, len }
     }
 
+    /// Blocks of the states in the order of the points.
     pub(crate) fn into_blocks(self) -> Vec<StateBlock> {
         self.blocks
     }
@@ -458,6 +467,7 @@ impl<L: StressUpdate> Material for L {
     }
 }
 
+/// Evaluates `value` at each point of a block and stores the result in `out`.
 fn update_each<L: StressUpdate>(
     stresses: &[SymTensor],
     states: &StateBlock,

@@ -143,6 +143,7 @@ pub enum ControlledQuantity {
     Stress,
 }
 
+/// Default fraction of the previous stage that is reversed: all of it.
 fn default_fraction() -> f64 {
     1.0
 }

@@ -62,10 +62,13 @@ impl PorePressureEquation {
 /// Six linear equations, with engineering shear in Δε; amounts over the part.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ControlEquations {
+    /// Coefficients of the stress components, one row per equation.
     pub(super) stress: [[f64; 6]; 6],
+    /// Coefficients of the engineering strain components, one row per equation.
     pub(super) strain: [[f64; 6]; 6],
     /// Seventh equation, of the pore pressure.
     pub(super) pore: PorePressureEquation,
+    /// Right-hand sides: total change of each controlled quantity over the segment.
     pub(super) total: [f64; 6],
     /// Amplitude of one period of a sine.
     pub(super) amplitude: [f64; 6],
@@ -93,11 +96,13 @@ impl ControlEquations {
         }
     }
 
+    /// Prescribes the total change of a strain component.
     fn strain(mut self, component: usize, total: f64) -> Self {
         self.total[component] = total;
         self
     }
 
+    /// Prescribes the total change of a stress component (Pa) in place of its strain.
     fn stress(mut self, component: usize, total: f64) -> Self {
         self.strain[component][component] = 0.0;
         self.stress[component][component] = 1.0;
@@ -105,6 +110,7 @@ impl ControlEquations {
         self
     }
 
+    /// Sets the motion to simple shear, with rotation of the shear strain.
     fn simple_shear(mut self) -> Self {
         self.is_simple_shear = true;
         self
@@ -163,6 +169,7 @@ impl ControlEquations {
 }
 
 impl Control {
+    /// Control of the reversed motion, by `fraction` of it.
     fn reversed(&self, fraction: f64) -> Self {
         match self {
             Self::Mixed(conditions) => Self::Mixed(conditions.reversed(fraction)),
@@ -176,6 +183,7 @@ impl Control {
 }
 
 impl ControlSequence {
+    /// Sequence of the reversed segments in reversed order, by `fraction` of each.
     fn reversed(&self, fraction: f64) -> Self {
         let segments = self.segments.iter().rev().map(|part| part.reversed(fraction)).collect();
         Self { segments }
@@ -264,10 +272,12 @@ impl LoadingPath {
     }
 }
 
+/// Engineering strain of a tensorial strain: shear components are doubled.
 fn engineering(strain: &[f64; 6]) -> [f64; 6] {
     std::array::from_fn(|c| if c < 3 { strain[c] } else { 2.0 * strain[c] })
 }
 
+/// Segments with strain or stress prescribed for each component, one per row of `increments`, with spins in degrees.
 fn direct_control(
     control: &[ControlledQuantity; 6],
     increments: &[[f64; 6]],

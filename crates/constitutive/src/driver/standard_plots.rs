@@ -28,6 +28,7 @@ impl ElementPath {
     /// Returns the four standard plots: q and volume (pore pressure, where it changed) over the largest
     /// compression, q over p, and volume (void ratio, where the law has one) over ln p.
     pub fn standard_plots(&self) -> [StandardPlot; 4] {
+        /// Key and axis label of the largest axial compression.
         const COMPRESSION: (&str, &str) = ("axial_compression", "largest compression (-)");
         let plot = |name, x: (&'static str, &'static str), y: (&'static str, &'static str)| StandardPlot {
             name,

@@ -9,6 +9,7 @@ use crate::{Mat3, Motion, SymTensor, Tangent};
 
 /// Matrix of the seven unknowns, strain increment (engineering shear) and pore pressure, and their equations.
 type Matrix7 = SMatrix<f64, 7, 7>;
+/// Vector of six strain or stress components and the pore pressure.
 type Vector7 = SVector<f64, 7>;
 
 /// Largest number of Newton iterations of a step.
@@ -117,6 +118,7 @@ struct ControlSystem {
 }
 
 impl ControlSystem {
+    /// Matrices 7 × 7 of the control equations, with the pore pressure as the seventh unknown.
     fn from_conditions(conditions: &ControlEquations) -> Self {
         let ControlEquations { stress, strain, pore, .. } = conditions;
         let entry = |row: usize, column: usize, six: &[[f64; 6]; 6], last: &[f64; 6]| match (row, column) {
@@ -176,6 +178,7 @@ struct StepScaling {
 }
 
 impl StepScaling {
+    /// Scales of equations and unknowns by the largest diagonal stiffness of the tangent (Pa).
     fn new(equations: &ControlSystem, tangent: &Tangent) -> Self {
         let stiffness = (0..6).map(|i| tangent.0[i][i].abs()).fold(1.0, f64::max);
         let ControlSystem { stress, strain_coefficients } = equations;
@@ -200,6 +203,7 @@ enum StepError {
     Law(crate::MaterialError),
 }
 
+/// Control equations of a segment with their right-hand sides and the spin of the motion.
 struct MixedControl {
     equations: ControlSystem,
     total: Vector7,

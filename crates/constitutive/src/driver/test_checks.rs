@@ -68,25 +68,30 @@ pub(super) fn problems(test: &ElementTest) -> Vec<TestProblem> {
     findings.0
 }
 
+/// Problems of an element test, collected by the checks.
 struct TestProblems(Vec<TestProblem>);
 
 impl TestProblems {
+    /// Adds a problem at `path` unless the condition is true.
     fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl FnOnce() -> String) {
         if !holds {
             self.0.push(TestProblem { path: path.into(), problem: problem() });
         }
     }
 
+    /// Requires a finite number.
     fn number(&mut self, path: &str, value: f64) {
         self.require(value.is_finite(), path, || format!("{value} is not a finite number"));
     }
 
+    /// Requires that all values are finite.
     fn finite(&mut self, path: &str, values: &[f64]) {
         for (index, value) in values.iter().enumerate() {
             self.number(&format!("{path}[{index}]"), *value);
         }
     }
 
+    /// Checks the number of increments, the duration and the loading path of a stage.
     fn stage(&mut self, place: &str, stage: &TestStage) {
         let (steps, duration) = (stage.steps, stage.duration);
         self.require((1..=MAX_STEPS).contains(&steps), format!("{place}.steps"), || {
@@ -159,6 +164,7 @@ impl TestProblems {
         }
     }
 
+    /// Requires a positive stiffness of the pore fluid (Pa), where one is given.
     fn fluid(&mut self, path: &str, stiffness: Option<f64>) {
         let Some(stiffness) = stiffness else { return };
         let holds = stiffness.is_finite() && stiffness > 0.0;
@@ -177,6 +183,7 @@ impl TestProblems {
         self.rows(&at("spins"), spins);
     }
 
+    /// Requires that all numbers of the rows are finite.
     fn rows<const N: usize>(&mut self, path: &str, rows: &[[f64; N]]) {
         for (number, row) in rows.iter().enumerate() {
             self.finite(&format!("{path}[{number}]"), row);
@@ -234,6 +241,7 @@ fn largest_strain(conditions: &ControlEquations) -> f64 {
     (0..6).map(amount).fold(0.0, f64::max)
 }
 
+/// Largest absolute component of a velocity gradient.
 fn size(gradient: &Mat3) -> f64 {
     gradient.0.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
 }

@@ -109,6 +109,7 @@ impl AccelerationViscosity {
             + (change * change).sym() * (self.eta3 / dt)
     }
 
+    /// Checks signs and ranges of the viscosity parameters.
     fn validate(&self) -> Result<(), MaterialError> {
         check("viscous.a", self.a, self.a.is_finite() && self.a < 0.0, "must be negative (s)")?;
         positive("viscous.m1", self.m1, "")?;
@@ -149,6 +150,7 @@ impl<L: StressUpdate> AccelerationViscous<L> {
         Ok(Self { frictional, viscosity })
     }
 
+    /// Point with the stress and state of the law without the viscous part.
     fn inviscid_point(point: &Point<ViscousState<L::State>>) -> Point<L::State> {
         Point { stress: point.state.inviscid, state: point.state.frictional.clone() }
     }

@@ -111,6 +111,7 @@ struct ViscoplasticParameters {
 }
 
 impl ViscoplasticParameters {
+    /// Checks the parameters with the density (kg/m³) and viscosity (Pa s) of the material.
     fn validate(&self, density: f64, viscosity: f64) -> Result<(), MaterialError> {
         positive("density", density, "kg/m³")?;
         positive("bulk_modulus", self.bulk_modulus, "Pa")?;
@@ -124,6 +125,7 @@ impl ViscoplasticParameters {
         Ok(())
     }
 
+    /// Law of a flow curve with the equation of state and shear modulus of the parameters.
     fn law<Y>(&self, rheology: Y) -> Result<Viscoplastic<Y>, MaterialError> {
         let pressure =
             Barotropic { bulk_modulus: self.bulk_modulus, tension: self.tension, equation: self.equation };
@@ -131,6 +133,7 @@ impl ViscoplasticParameters {
         Ok(Viscoplastic { rheology, pressure, shear_modulus })
     }
 
+    /// Material of a flow curve: elastic–viscoplastic, or a viscous fluid with a capped viscosity.
     fn build<Y: YieldStress>(&self, rheology: Y) -> Result<Arc<dyn Material>, MaterialError> {
         let law = self.law(rheology)?;
         Ok(match self.form {
@@ -143,6 +146,7 @@ impl ViscoplasticParameters {
         })
     }
 
+    /// Warnings for the user: a material with a capped viscosity creeps on every slope.
     fn warnings(&self) -> Vec<String> {
         match self.form {
             YieldForm::Viscoplastic {} => Vec::new(),
@@ -155,6 +159,7 @@ impl ViscoplasticParameters {
 }
 
 impl BinghamSpec {
+    /// Parameters that the law has in common with other viscoplastic fluids.
     fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
@@ -185,6 +190,7 @@ impl BinghamSpec {
 }
 
 impl FrictionalFluidSpec {
+    /// Parameters that the law has in common with other viscoplastic fluids.
     fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
@@ -216,6 +222,7 @@ impl FrictionalFluidSpec {
     }
 }
 
+/// Kind of tangent that the list of materials shows.
 const TANGENT: &str = "analytic (capped form: numerical)";
 
 impl Model for BinghamSpec {

@@ -19,6 +19,7 @@ use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::return_maps::scalar_roots::falling_root;
 use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "cohesive-friction";
 
 /// Largest softening variable: beyond it the cohesion vanishes, `e⁻³⁰⁰`.
@@ -151,6 +152,7 @@ impl CohesiveBand {
         shear.hypot(z * self.offset) - (z * self.spec.cohesion - self.spec.friction_coefficient * normal)
     }
 
+    /// Point of the hyperbolic yield surface at a shear traction (Pa) and softening variable, with its derivatives.
     fn on_surface(&self, trial: &TractionTrial, shear: f64, softening: f64) -> HyperbolaPoint {
         let CohesiveBandSpec { cohesion, friction_coefficient: mu, .. } = self.spec;
         let [normal_stiffness, shear_stiffness] = trial.stiffness;
@@ -253,6 +255,7 @@ impl CohesiveBand {
         (TractionTrial { normal, shear, stiffness }, !(excess <= 8.0 * f64::EPSILON * scale))
     }
 
+    /// Elastic traction after a displacement jump (m): normal and two tangential components (Pa).
     fn elastic_traction(&self, jump: [f64; 3], old: [f64; 3]) -> [f64; 3] {
         let CohesiveBandSpec { normal_stiffness: kn, shear_stiffness: ks, .. } = self.spec;
         [old[0] + kn * jump[0], old[1] + ks * jump[1], old[2] + ks * jump[2]]

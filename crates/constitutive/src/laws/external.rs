@@ -25,6 +25,7 @@ pub trait MaterialFactory: Send + Sync {
     ) -> Result<Arc<dyn Material>, MaterialError>;
 }
 
+/// Factories of materials that other crates have registered.
 static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::new());
 
 /// Registers a factory, whose law case files use as `{"model": "external", "law": …}`. Of two factories with one name the first
@@ -74,6 +75,7 @@ impl Model for ExternalSpec {
     }
 }
 
+/// Names separated by commas, or `none`.
 fn name_list(names: &[&str]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

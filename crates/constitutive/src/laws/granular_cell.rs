@@ -95,6 +95,7 @@ pub fn pulled_back_permeability(permeability: &SymTensor, f: &Mat3) -> Option<Sy
     Some(permeability.rotated(&f.inverse()?) * f.determinant())
 }
 
+/// Unit vector of `v`; `None` for a zero vector.
 fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     (length > 0.0).then(|| v.map(|c| c / length))

@@ -26,6 +26,7 @@ pub struct ActiveSet(pub u16);
 /// Rows of a matrix: at most three planes are active at once.
 type Matrix3Rows = [[f64; 3]; 3];
 
+/// Scalar product.
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -44,6 +45,7 @@ impl ActiveSet {
         (1..=3).flat_map(move |size| (1u16..1 << count).filter(move |s| s.count_ones() == size)).map(Self)
     }
 
+    /// Active planes of the set, at most three, and their number.
     fn planes(self, planes: &[YieldPlane]) -> ([YieldPlane; 3], usize) {
         let mut active = [YieldPlane { normal: [0.0; 3], offset: 0.0, flow: [0.0; 3] }; 3];
         let mut count = 0;
@@ -83,6 +85,7 @@ fn inverse(m: Matrix3Rows, n: usize) -> Option<Matrix3Rows> {
     Some(inverse)
 }
 
+/// Principal stresses of principal elastic strains (Pa).
 fn stiffness(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
     let volumetric = elasticity.lame() * (v[0] + v[1] + v[2]);
     v.map(|c| volumetric + 2.0 * elasticity.shear_modulus * c)

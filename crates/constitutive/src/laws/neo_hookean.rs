@@ -91,6 +91,7 @@ struct VolumetricTerm {
 }
 
 impl NeoHookean {
+    /// Volumetric stress (Pa), its slope and energy (J/m³) at the logarithm of the volume ratio.
     fn volumetric(&self, log: f64) -> VolumetricTerm {
         let lame = self.elasticity.lame();
         match self.volumetric_law {

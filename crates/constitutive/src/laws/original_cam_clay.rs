@@ -22,6 +22,7 @@ use crate::{
     SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "original-cam-clay";
 
 /// Round-off tolerance of a stress on the yield surface, relative to the terms of the yield function.
@@ -104,6 +105,7 @@ impl OriginalCamClay {
         self.constants.critical * pressure * (preconsolidation_pressure / pressure).ln()
     }
 
+    /// Return of an elastic trial to the yield surface with preconsolidation pressure `size` (Pa).
     fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<OriginalCamClayReturn, MaterialError> {
         let m = self.constants.critical;
         let (p_tr, q_tr) = (trial.pressure, trial.q);
@@ -141,6 +143,7 @@ impl OriginalCamClay {
         Ok(OriginalCamClayReturn::Surface { pressure, size_ratio, shear })
     }
 
+    /// Stress, state and dissipated work after a sub-step.
     fn step(
         &self,
         strain: &SymTensor,

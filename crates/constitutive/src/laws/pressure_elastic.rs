@@ -23,6 +23,7 @@ use crate::{
     SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "pressure-dependent-elastic";
 
 /// Reference pressure of laws without one of their own (Pa).
@@ -73,6 +74,7 @@ pub struct PressureElasticSpec {
     pub least_pressure: Option<f64>,
 }
 
+/// Default Poisson's ratio.
 fn poissons_ratio() -> f64 {
     0.2
 }
@@ -295,6 +297,7 @@ impl PressureElastic {
         }
     }
 
+    /// Elastic trial of a strain increment: volumetric step and deviatoric trial stress with the secant moduli (Pa).
     fn trial(&self, strain: &SymTensor, old: &Point<VoidRatio>) -> (VolumeStep, RadialTrial) {
         let step = self.compress(old.stress.pressure(), old.state.void_ratio, -strain.trace());
         let (shear, slope) = (self.shear_ratio * step.secant, self.shear_ratio * step.secant_slope);

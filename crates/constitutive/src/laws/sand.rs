@@ -27,6 +27,7 @@ use crate::{
     SymTensor,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "sand";
 
 /// Constant `√6`.
@@ -83,12 +84,15 @@ pub struct SandHardening {
     pub below: f64,
 }
 
+/// Default initial growth `h1` of the friction angle with plastic strain (degrees).
 fn growth() -> f64 {
     9.0
 }
+/// Default decay rate `h2` of the change of the friction angle (-).
 fn default_decay_rate() -> f64 {
     0.2
 }
+/// Default difference `h3` of the friction angle and its initial value (degrees).
 fn default_angle_difference() -> f64 {
     10.0
 }
@@ -189,6 +193,7 @@ impl Sand {
         Ok((Some((closed, kept)), SandState { plastic_strain: state.plastic_strain + grown, ..shut }))
     }
 
+    /// Yield function `q - M p` at the mobilised friction (Pa), positive outside the surface.
     fn excess(&self, stress: &SymTensor, state: &SandState) -> f64 {
         stress.q() - self.slope(state.plastic_strain).0 * stress.pressure()
     }

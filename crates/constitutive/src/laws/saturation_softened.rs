@@ -17,6 +17,7 @@ use crate::{
     SmallStrain, SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "saturation-softened";
 
 /// Parameters of `saturation-softened`.
@@ -112,6 +113,7 @@ struct WettedState {
 }
 
 impl<L: ScalableCohesion> SaturationSoftened<L> {
+    /// Law with the cohesion interpolated between its dry and its saturated value at a degree of saturation.
     fn law_at_saturation(&self, saturation: f64) -> L {
         if saturation == 0.0 || self.dry_law == 0.0 {
             return self.law.clone();
@@ -120,6 +122,7 @@ impl<L: ScalableCohesion> SaturationSoftened<L> {
         self.law.with_cohesion_share(cohesion / self.dry_law)
     }
 
+    /// Point with the plastic state of the inner law, without the saturation.
     fn plastic_point(point: &Point<WettedState>) -> Point<PlasticStrain> {
         Point { stress: point.stress, state: point.state.plastic_strain }
     }

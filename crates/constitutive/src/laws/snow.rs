@@ -31,6 +31,7 @@ use crate::{
     SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "snow";
 
 /// Strain increment above which a step is divided (sheet: constitutive §3.8).
@@ -67,22 +68,27 @@ pub struct SnowSpec {
 }
 
 // Published defaults (sheet: constitutive §2.14).
+/// Default critical compression `θ_c` of the elastic stretches (-).
 fn critical_compression() -> f64 {
     0.025
 }
 
+/// Default critical stretch `θ_s` of the elastic stretches (-).
 fn critical_stretch() -> f64 {
     0.0075
 }
 
+/// Default hardening coefficient `ξ` (-).
 fn hardening_factor() -> f64 {
     10.0
 }
 
+/// Default lower bound of the plastic volume ratio (-).
 fn least_plastic_volume() -> f64 {
     0.6
 }
 
+/// Default upper bound of the plastic volume ratio (-).
 fn largest_plastic_volume() -> f64 {
     20.0
 }
@@ -195,6 +201,7 @@ struct ClampedStretches {
 }
 
 impl ClampedStretches {
+    /// Volume ratio `J`, the product of the plastic and elastic ones.
     fn jacobian(&self) -> f64 {
         self.plastic_volume * (1.0 + volume_change(self.elongations))
     }
@@ -264,11 +271,13 @@ impl Snow {
         }
     }
 
+    /// Clamped elastic stretches and plastic volume ratio after a motion.
     fn step(&self, motion: &Motion, state: &SnowState) -> Result<ClampedStretches, MaterialError> {
         Ok(self
             .clamp_stretches(updated_left_cauchy_green(NAME, &state.elastic, motion)?, state.plastic_volume))
     }
 
+    /// Cauchy stress (Pa) and state of clamped elastic stretches.
     fn point(&self, clamped: &ClampedStretches) -> Result<Point<SnowState>, MaterialError> {
         let ClampedStretches { spectrum, elongations, plastic_volume, .. } = clamped;
         let elastic = if clamped.is_clamped.contains(&true) {
@@ -284,6 +293,7 @@ impl Snow {
         })
     }
 
+    /// Principal elastic elongations of a state, stretches minus one.
     fn elongations(&self, state: &SnowState) -> [f64; 3] {
         elongations(state.elastic.spectrum().values)
     }

@@ -175,6 +175,7 @@ models! {
 const MAX_NESTING: usize = 8;
 
 impl MaterialSpec {
+    /// Requires at most [`MAX_NESTING`] nested materials.
     fn check_depth(&self) -> Result<(), MaterialError> {
         if std::iter::successors(Some(self), |spec| spec.inner()).nth(MAX_NESTING).is_none() {
             return Ok(());

@@ -84,10 +84,12 @@ pub struct StrengthReducedSpec {
 }
 
 impl StrengthReducedSpec {
+    /// Specification of the inner material with reduced strength.
     fn reduced_material(&self) -> Result<MaterialSpec, MaterialError> {
         self.material.strength_reduced(&self.reduction())
     }
 
+    /// Strength reduction of the specification: factor, scope and treatment of dilatancy.
     fn reduction(&self) -> StrengthReduction {
         let Self { factor, scope, keep_dilatancy, .. } = *self;
         StrengthReduction { factor, scope, keep_dilatancy }

@@ -151,6 +151,7 @@ struct ShearTrial {
 }
 
 impl<R: FlowCurve> Viscoplastic<R> {
+    /// Elastic trial deviator of a strain increment and its shear stress `√J2` (Pa).
     #[inline]
     fn trial(&self, strain: &SymTensor, old: &SymTensor) -> ShearTrial {
         let deviator = old.deviator() + strain.deviator() * (2.0 * self.shear_modulus);

@@ -17,6 +17,7 @@ pub(crate) struct RadialTrial {
 }
 
 impl RadialTrial {
+    /// Trial deviator of a strain increment with the shear modulus `shear` (Pa) and its slope with the volumetric strain.
     pub(crate) fn new(stress: &SymTensor, strain: &SymTensor, shear: f64, shear_slope: f64) -> Self {
         let strain = strain.deviator();
         Self { deviator: stress.deviator() + strain * (2.0 * shear), strain, shear, shear_slope }

@@ -76,6 +76,7 @@ pub(crate) fn substepped_motion<P>(
     }
 }
 
+/// Divides a strain increment into `count` equal sub-steps and adds up their dissipated work.
 fn run_substeps<S: Clone>(
     count: u32,
     strain: &SymTensor,

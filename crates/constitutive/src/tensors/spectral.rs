@@ -11,11 +11,13 @@ pub struct Spectrum {
     pub directions: [[f64; 3]; 3],
 }
 
+/// Vector product.
 #[inline(always)]
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Scalar product.
 #[inline(always)]
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -43,6 +45,7 @@ struct ExtremeEigenvalue {
     is_largest: bool,
 }
 
+/// Eigenvalue of largest magnitude of a deviator (Pa), by the trigonometric formula; `None` for a zero deviator.
 fn extreme_eigenvalue(deviator: &SymTensor) -> Option<ExtremeEigenvalue> {
     let j2 = 0.5 * deviator.dot(deviator);
     let radius = (j2 / 3.0).sqrt();

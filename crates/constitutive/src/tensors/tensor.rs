@@ -46,6 +46,7 @@ impl SymTensor {
     /// Component `(row, column)`.
     #[inline]
     pub fn component(&self, row: usize, column: usize) -> f64 {
+        /// Position of matrix component `[i][j]` in the array xx, yy, zz, xy, yz, zx.
         const MAP: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
         self.0[MAP[row][column]]
     }

@@ -58,12 +58,14 @@ struct TrialBatch<'a, const N: usize> {
     jacobian: [f64; N],
 }
 
+/// Tensor of point `index` of a batch with one array per component (xx, yy, zz, xy, yz, zx).
 #[inline(always)]
 fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
     let [xx, yy, zz, xy, yz, zx] = lanes;
     SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
 }
 
+/// Stores the tensor of point `index` in a batch with one array per component (xx, yy, zz, xy, yz, zx).
 #[inline(always)]
 fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
     let [xx, yy, zz, xy, yz, zx] = lanes;
@@ -243,6 +245,8 @@ impl<L: PrincipalReturn> Hencky<L> {
         left
     }
 
+    /// Updates stresses and states of `N` points together; `PLANAR` omits the out-of-plane shear. Non-zero entries of the result mark
+    /// points that the scalar update must repeat.
     #[inline(never)]
     fn step_batch_of<const N: usize, const PLANAR: bool>(
         &self,

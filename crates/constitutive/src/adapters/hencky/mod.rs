@@ -133,6 +133,7 @@ struct HenckyTrial {
 }
 
 impl<L: PrincipalReturn> Hencky<L> {
+    /// Elastic trial state of a step: principal strains (-) and principal stresses (Pa) of the pushed-forward elastic deformation.
     fn trial(
         &self,
         motion: &Motion,
@@ -186,6 +187,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Ok(Point { stress, state: HenckyState { elastic, jacobian, inner_state } })
     }
 
+    /// Dissipated work of a step without sub-steps, per current volume (J/m³); `None` if the trial state or the return fails.
     fn single_step_dissipation(
         &self,
         motion: &Motion,
@@ -199,6 +201,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Some(work / new.state.jacobian)
     }
 
+    /// Whether the strain increment exceeds the maximum of the law, so that the step is divided into sub-steps.
     fn needs_substeps(&self, motion: &Motion) -> bool {
         substepping::substep_count(&motion.strain_increment(), self.0.max_strain_increment()) > 1
     }

@@ -74,6 +74,7 @@ pub(crate) struct PlanarHencky<L>(pub(crate) L);
 const OUT_OF_PLANE_TOLERANCE: f64 = 1e-12;
 
 impl<L: InvariantReturn> PlanarHencky<L> {
+    /// Error of a motion that the law cannot compute, for the given reason.
     fn invalid(&self, reason: &'static str) -> MaterialError {
         MaterialError::Motion { model: self.0.name(), reason }
     }
@@ -96,6 +97,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         Point { stress, state: HenckyState { elastic, jacobian, inner_state } }
     }
 
+    /// Stress and state after a plane step without sub-steps.
     fn single_step(
         &self,
         motion: &Motion,

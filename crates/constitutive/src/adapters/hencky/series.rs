@@ -15,6 +15,7 @@ const EXP_TERMS: usize = 13;
 /// Square of the largest norm of `2ε` admissible in [`exp_minus_one`].
 pub(super) const MAX_EXP_NORM_SQUARED: f64 = 1.0 / 16.0;
 
+/// Coefficients of the Taylor series of the logarithm, `½ (-1)^k/(k + 1)`.
 const LOG: [f64; LOG_TERMS] = {
     let mut terms = [0.0; LOG_TERMS];
     let (mut k, mut sign) = (0, 0.5);
@@ -26,6 +27,7 @@ const LOG: [f64; LOG_TERMS] = {
     terms
 };
 
+/// Coefficients of the Taylor series of the exponential without the constant term, `1/(k + 1)!`.
 const EXP: [f64; EXP_TERMS] = {
     let mut terms = [0.0; EXP_TERMS];
     let (mut k, mut term) = (0, 1.0);

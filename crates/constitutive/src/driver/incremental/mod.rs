@@ -151,6 +151,7 @@ struct NumberedLines<'t> {
 }
 
 impl<'t> NumberedLines<'t> {
+    /// Reader of a text at its first line; `file` is the name in messages.
     fn new(file: &'static str, text: &'t str) -> Self {
         Self { file, lines: text.lines().enumerate(), number: 0 }
     }
@@ -166,10 +167,12 @@ impl<'t> NumberedLines<'t> {
         None
     }
 
+    /// Problem at the current line of the file.
     fn problem(&self, problem: impl Into<String>) -> TestProblem {
         TestProblem { path: format!("{}:{}", self.file, self.number), problem: problem.into() }
     }
 
+    /// Next line, or the problem that the file ends where `what` is expected.
     fn require_line(&mut self, what: &str) -> Result<&'t str, TestProblem> {
         match self.next_line() {
             Some(line) => Ok(line),
@@ -183,6 +186,7 @@ impl<'t> NumberedLines<'t> {
         self.numbers_of(line, what)
     }
 
+    /// The `N` numbers of a line, separated by blanks; `what` describes them in the message of a failure.
     fn numbers_of<const N: usize>(&self, line: &str, what: &str) -> Result<[f64; N], TestProblem> {
         let mut words =
             line.split_whitespace().map(|word| word.trim_matches(',')).filter(|word| !word.is_empty());
@@ -203,11 +207,13 @@ impl<'t> NumberedLines<'t> {
         Ok(values)
     }
 
+    /// Number on the next line, which must be a non-negative integer.
     fn count(&mut self, what: &str) -> Result<usize, TestProblem> {
         let [value] = self.numbers(what)?;
         self.integer(value, what)
     }
 
+    /// Converts a number to a count, or returns the problem that it is no non-negative integer.
     fn integer(&self, value: f64, what: &str) -> Result<usize, TestProblem> {
         if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
             Ok(value as usize)
@@ -229,6 +235,7 @@ fn number(word: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
+/// Name of the material and its properties, read from the text of `parameters.inp`.
 fn parameters(text: &str) -> Result<UmatProperties, TestProblem> {
     let mut lines = NumberedLines::new(PARAMETERS, text);
     let name = lines.require_line("the material's name")?;

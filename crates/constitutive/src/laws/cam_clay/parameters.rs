@@ -134,6 +134,7 @@ impl CamClaySpec {
     }
 }
 
+/// Error of two options of which exactly one must be given.
 fn exclusive_options_error(field: &'static str, given: Option<f64>, other: &str) -> MaterialError {
     let rule = match given {
         Some(_) => format!("and {other} exclude each other: give one"),

@@ -61,6 +61,7 @@ pub(super) struct InvariantBatch<const N: usize> {
 }
 
 impl<const N: usize> InvariantBatch<N> {
+    /// Batch of trial pressures and deviatoric stresses (Pa), before their return to the yield surface.
     pub(super) fn from_trials(pressure: [f64; N], q: [f64; N]) -> Self {
         let zero = [0.0; N];
         Self { pressure, q, volumetric: zero, multiplier: zero, yields: zero, fallback: zero }
@@ -109,6 +110,7 @@ struct NewtonPoints<const N: usize> {
 }
 
 impl<const N: usize> NewtonPoints<N> {
+    /// Values of the Newton iteration at point `i`.
     #[inline(always)]
     fn point(&self, i: usize) -> NewtonPoint {
         NewtonPoint {
@@ -203,6 +205,7 @@ impl NewtonConstants {
 }
 
 impl CohesiveCamClay {
+    /// Constants of the return map that all points of the material have in common.
     fn constants(&self) -> NewtonConstants {
         let (slope, bulk) = (self.spec.critical_state_slope, self.elasticity.bulk_modulus);
         NewtonConstants {
@@ -256,6 +259,7 @@ impl CohesiveCamClay {
         }
     }
 
+    /// Initial values of the Newton iteration: the trial invariants with zero plastic strain.
     #[inline(always)]
     fn start<const N: usize>(
         &self,

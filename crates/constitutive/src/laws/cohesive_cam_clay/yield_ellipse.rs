@@ -27,6 +27,7 @@ pub struct EllipseReturn {
 }
 
 impl YieldEllipse {
+    /// Mean pressure at the centre of the ellipse, `½ (1 - β) p0` (Pa).
     fn centre(&self) -> f64 {
         0.5 * (1.0 - self.cohesion_ratio) * self.strength
     }
@@ -98,22 +99,27 @@ impl YieldEllipse {
 
 /// Return to the surface of the end of the step.
 pub(super) struct HardeningReturn {
+    /// Yield ellipse at the end of the step.
     pub(super) ellipse: YieldEllipse,
     /// Slope `dp0/dx` with the plastic volumetric strain `x` of the step (Pa).
     pub(super) hardening: f64,
     /// Trial pressure and deviatoric stress (Pa).
     pub(super) trial: (f64, f64),
+    /// Projection of the trial onto the ellipse, with its plastic multiplier.
     pub(super) projection: EllipseReturn,
 }
 
 /// Derivatives of the two conditions of a return, on flow and on yield, with respect to the plastic
 /// volumetric strain `x`, the multiplier `γ`, and the trial's `p` and `q`.
 pub(super) struct ReturnConditions {
+    /// Derivatives of the flow condition with respect to `x`, `γ`, the trial's `p` and the trial's `q`.
     pub(super) flow: [f64; 4],
+    /// Derivatives of the yield condition with respect to `x`, `γ`, the trial's `p` and the trial's `q`.
     pub(super) yielding: [f64; 4],
 }
 
 impl HardeningReturn {
+    /// Derivatives of the two return conditions at the solution, from which the consistent tangent follows.
     pub(super) fn conditions(&self, elasticity: &Elasticity) -> ReturnConditions {
         let (slope, k) = (self.ellipse.slope, elasticity.bulk_modulus);
         let beta = self.ellipse.cohesion_ratio;

@@ -29,6 +29,7 @@ use crate::{
 
 pub use parameters::{BandSpec, DoubleScaleSpec, LocalSolve, Onset, OutsideStrength};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "double-scale";
 
 /// Damage at which a band is removed under the intact-reset hypothesis.
@@ -77,6 +78,7 @@ pub struct BandedState<S, T = ()> {
 type BandSolution<B, M> =
     ([f64; 3], InterfacePoint<<B as InterfaceLaw>::State>, Point<<M as PointLaw>::State>);
 
+/// State of a point with a localisation band law `B` and a law `M` of the surrounding material.
 type DoubleScaleState<B, M> = BandedState<<B as InterfaceLaw>::State, <M as PointLaw>::State>;
 
 /// Step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
@@ -109,6 +111,7 @@ fn band_traction(frame: &Mat3, stress: &SymTensor) -> [f64; 3] {
 }
 
 impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
+    /// Elasticity of the surrounding material.
     fn elasticity(&self) -> &Elasticity {
         self.outside.elasticity()
     }
@@ -148,6 +151,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         jacobian.inverse().ok_or(singular)
     }
 
+    /// Tangent stiffness of the surrounding material for its part of the strain (Pa); the elastic one if the law has none.
     fn stiffness_outside(&self, step: &BandedStep<'_, B, M>, jump: [f64; 3]) -> Tangent {
         let reduced = step.outside_strain(jump);
         let tangent = self.outside.tangent(&reduced, step.motion, &step.previous);
@@ -232,6 +236,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Ok(size)
     }
 
+    /// Stress and state after a strain increment, with the onset of localisation and, after it, the band.
     fn step(
         &self,
         strain: &SymTensor,

@@ -11,6 +11,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         self.plane(highest, lowest)
     }
 
+    /// Onset function (Pa) and slope of the critical plane, from the highest and lowest principal stress (Pa).
     fn plane(&self, highest: f64, lowest: f64) -> (f64, f64) {
         match self.onset {
             Onset::BandYield => self.band.critical_plane(highest, lowest),

@@ -147,6 +147,7 @@ impl DoubleScaleSpec {
         self.build_with_surroundings(outside.with_name(super::NAME), elasticity, band)
     }
 
+    /// Law of the band and the surrounding material, with the size of the point checked for snap-back.
     fn build_with_surroundings<B: InterfaceLaw, M: BandSurroundings>(
         &self,
         outside: M,
@@ -172,6 +173,7 @@ impl DoubleScaleSpec {
         })
     }
 
+    /// Material of the parameters with a given band law; elastic or plastic outside the band.
     fn material<B: InterfaceLaw>(&self, band: B) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(match self.outside {
             None => Arc::new(Corotational(self.law(band)?)),

@@ -38,6 +38,7 @@ struct PlasticModulus {
 }
 
 impl PlasticModulus {
+    /// Denominator of the plastic multiplier (Pa): elastic part minus softening.
     fn modulus(&self) -> f64 {
         self.elastic - self.softening
     }
@@ -49,6 +50,7 @@ impl PlasticModulus {
 }
 
 impl DruckerPrager {
+    /// Plastic modulus of the cone at a first invariant `I1` (Pa) and an equivalent plastic strain `κ`.
     fn plastic_modulus(&self, i1: f64, kappa: f64) -> PlasticModulus {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
@@ -66,6 +68,7 @@ impl DruckerPrager {
         self.corrector(trial, &self.plastic_modulus(trial.trace(), kappa))
     }
 
+    /// Stress after one plastic correction of a trial stress (Pa), and its plastic multiplier.
     fn corrector(&self, trial: &SymTensor, resistance: &PlasticModulus) -> (SymTensor, f64) {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let cone = &resistance.cone;

@@ -120,6 +120,7 @@ impl DruckerPrager {
         if self.has_constant_cone { self.peak } else { self.softened_cone(kappa) }
     }
 
+    /// Cone at equivalent plastic strain `κ`, with softened friction and cohesion and decayed dilatancy.
     pub(super) fn softened_cone(&self, kappa: f64) -> Cone {
         let spec = &self.spec;
         let peak = (spec.friction_angle.to_radians(), spec.cohesion);

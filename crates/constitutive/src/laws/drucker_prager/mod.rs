@@ -29,6 +29,7 @@ pub use cone::Cone;
 pub use parameters::{DruckerPragerSpec, Matching, PlasticIntegration};
 pub use softening::Softening;
 
+/// Value of the key `model` in case files.
 const NAME: &str = "drucker-prager";
 
 /// Drucker–Prager law. See the module's head for source and limits.
@@ -54,6 +55,7 @@ pub struct PlasticStrain {
 pub(in crate::laws) const OUTPUTS: &[&str] = &["plastic_strain"];
 
 impl PlasticStrain {
+    /// Writes the equivalent plastic strain to `out`.
     pub(in crate::laws) fn outputs(self, out: &mut [f64]) {
         out[0] = self.deviatoric;
     }

@@ -88,6 +88,7 @@ impl Softening {
         softening.map_or(Ok(()), |s| s.validate(friction_angle, cohesion))
     }
 
+    /// Checks residual strength and softening rates against the peak friction angle (degrees) and cohesion (Pa).
     fn validate(&self, friction_angle: f64, cohesion: f64) -> Result<(), MaterialError> {
         let residual = self.residual_friction_angle;
         let (holds, rule) = if self.hardening {

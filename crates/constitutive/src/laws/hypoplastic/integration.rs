@@ -33,10 +33,12 @@ struct Substep {
 }
 
 impl Substep {
+    /// Sub-step of a strain increment, with the volume ratio `exp(tr ε)`.
     fn new(strain: SymTensor) -> Self {
         Self { strain, growth: strain.trace().exp() }
     }
 
+    /// Void ratio at the end of the sub-step, from the one at its start.
     fn void_ratio_after(&self, void_ratio: f64) -> f64 {
         (1.0 + void_ratio) * self.growth - 1.0
     }
@@ -169,6 +171,7 @@ impl Hypoplastic {
         slope
     }
 
+    /// Derivative of the stress increment of a sub-step in a direction of strain, by the chain rule over stress and void ratio.
     fn slope_change(
         &self,
         (stress, void_ratio): (&SymTensor, f64),

@@ -27,6 +27,7 @@ use crate::{InitialCondition, Law, MaterialError, Motion, Point, PointLaw, Small
 
 pub use parameters::{Calibration, HypoplasticParameters, HypoplasticSpec};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "hypoplastic";
 
 /// Dimensionless constants of the rate equation.
@@ -97,6 +98,7 @@ impl CriticalState {
         (a - 1.0) * density + 1.0
     }
 
+    /// Checks the parameters of the critical void ratio.
     fn validate(&self) -> Result<(), MaterialError> {
         not_negative("critical_state.minimum_void_ratio", self.minimum_void_ratio, "")?;
         for (name, value) in [("critical_state.p3", self.p3), ("critical_state.q3", self.q3)] {
@@ -113,6 +115,7 @@ impl CriticalState {
         self.range_at(0.0)
     }
 
+    /// Requires that the critical void ratio at a stress trace (Pa) is above the minimum void ratio.
     fn range_at(&self, trace: f64) -> Result<(), MaterialError> {
         let critical = self.critical_void_ratio(trace);
         let rule = format!("is not below the critical void ratio, {critical}");
@@ -157,7 +160,9 @@ impl HypoplasticConstants {
     /// All stationary states of triaxial compression with `f_d = 1`, the lowest stress ratio first. They
     /// are the points of the failure surface on the triaxial axis, at which `D = -𝓛⁻¹N ‖D‖`.
     pub fn stationary_states(&self) -> Vec<StationaryState> {
+        /// Number of intervals of the searched range of stress ratios.
         const COUNT: u32 = 8000;
+        /// Largest stress ratio that is searched (-).
         const LARGEST: f64 = 1e3;
         let flow = |ratio: f64| self.failure_flow(&SymTensor::diagonal(-ratio, -1.0, -1.0), 1.0);
         let excess = |ratio: f64| flow(ratio).norm() - 1.0;
@@ -197,6 +202,7 @@ impl HypoplasticConstants {
         (*stress * projected - n) * (1.0 / alpha)
     }
 
+    /// Nonlinear part of the rate per norm of the strain increment, terms with `c3` and `c4` (Pa).
     #[inline]
     fn nonlinear(&self, stress: &SymTensor, density_function: f64) -> SymTensor {
         let factor = density_function / stress.trace();
@@ -256,6 +262,7 @@ impl Hypoplastic {
         self.critical_state.as_ref().map_or(1.0, |c| c.density_function(stress.trace(), void_ratio))
     }
 
+    /// Stress increment of a strain increment at a stress (Pa) and void ratio.
     #[inline]
     fn slope(&self, stress: &SymTensor, void_ratio: f64, strain: &SymTensor) -> SymTensor {
         self.constants.rate(stress, strain, self.density_function(stress, void_ratio))

@@ -32,6 +32,7 @@ pub struct HypoplasticSpec {
     pub viscous: Option<AccelerationViscosity>,
 }
 
+/// Default minimum mean pressure of the law (Pa).
 fn minimum_pressure() -> f64 {
     10.0
 }

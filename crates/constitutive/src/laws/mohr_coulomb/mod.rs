@@ -26,6 +26,7 @@ use return_map::PyramidReturn;
 pub use parameters::MohrCoulombSpec;
 pub use pyramid::{Pyramid, YieldRegion};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "mohr-coulomb";
 
 /// Least number of points near yield in a batch for computing all spectra at once.
@@ -65,6 +66,7 @@ impl MohrCoulomb {
         self.softened_pyramid(kappa)
     }
 
+    /// Yield pyramid at equivalent plastic strain `κ`, with softened friction and cohesion, decayed dilatancy and the tension cut-off.
     #[inline(never)]
     fn softened_pyramid(&self, kappa: f64) -> Pyramid {
         let spec = &self.spec;

@@ -35,10 +35,12 @@ pub enum YieldRegion {
     CutOff(ActiveSet),
 }
 
+/// Scalar product.
 pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Vector product.
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -64,6 +66,7 @@ impl Pyramid {
         self.shear_excess(principal).max(principal[0] - self.cut_off)
     }
 
+    /// Yield function of the shear plane for ordered principal stresses (Pa), positive outside the surface.
     #[inline]
     pub(super) fn shear_excess(&self, principal: [f64; 3]) -> f64 {
         self.friction * principal[0] - principal[2] - self.strength

@@ -12,8 +12,11 @@ const ZERO_STIFFNESS_VOID_RATIO: f64 = 2.97;
 pub struct StressRatio {
     /// Value `M_x`.
     pub value: f64,
+    /// Derivative with respect to the mean pressure (1/Pa).
     pub(super) by_pressure: f64,
+    /// Derivative with respect to the void ratio.
     pub(super) by_void_ratio: f64,
+    /// Derivative with respect to the cosine of the Lode angle.
     pub(super) by_lode: f64,
 }
 

@@ -24,6 +24,7 @@ use critical_state::lode_cosine;
 pub use critical_state::StressRatio;
 pub use parameters::SimsandSpec;
 
+/// Value of the key `model` in case files.
 const NAME: &str = "simsand";
 
 /// Initial plastic shear of every point, so that the surface has a slope at zero stress ratio.

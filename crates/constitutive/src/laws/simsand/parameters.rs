@@ -54,6 +54,7 @@ pub struct SimsandSpec {
     pub return_initial_stress_to_yield: bool,
 }
 
+/// Default atmospheric pressure (Pa).
 fn atmospheric_pressure() -> f64 {
     100e3
 }

@@ -29,6 +29,7 @@ use crate::{
     Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "umat";
 
 /// Index of each component xx yy zz xy yz zx among 11 22 33 12 13 23, and the inverse.
@@ -112,6 +113,7 @@ pub struct UmatSpec {
     pub thread_safe: bool,
 }
 
+/// Default name of the routine in the library.
 fn default_symbol() -> String {
     "umat_".to_owned()
 }
@@ -164,6 +166,7 @@ struct Routine {
 }
 
 impl Routine {
+    /// Loads a routine with the interface of a UMAT from a shared library.
     #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
     fn load(path: &Path, symbol: &str) -> Result<Self, MaterialError> {
         let (library, lock) = shared_library::open(path)?;
@@ -212,10 +215,12 @@ struct UmatOutput {
     tangent: Tangent,
 }
 
+/// Components in the order of a UMAT, with the shear components multiplied by `shear`.
 fn to_umat(tensor: &SymTensor, shear: f64) -> [f64; 6] {
     std::array::from_fn(|k| tensor[ORDER[k]] * if k < 3 { 1.0 } else { shear })
 }
 
+/// Tensor of components in the order of a UMAT.
 fn from_umat(values: [f64; 6]) -> SymTensor {
     SymTensor(std::array::from_fn(|k| values[ORDER[k]]))
 }
@@ -391,6 +396,7 @@ impl Umat {
         self.spec.wave_modulus.unwrap_or_else(|| 1.1 * (0..3).fold(0.0, |m: f64, i| m.max(tangent.0[i][i])))
     }
 
+    /// Requires a finite motion without inversion and a strain increment below 1.
     fn check_motion(motion: &Motion) -> Result<(), MaterialError> {
         let sound = motion.velocity_gradient_dt.is_finite()
             && motion.deformation.is_finite()

@@ -16,6 +16,7 @@ use crate::MaterialError;
 /// Environment variable that allows libraries where it is `1`.
 const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
 
+/// Whether the program has allowed the loading of libraries.
 static LOADING_ALLOWED: AtomicBool = AtomicBool::new(false);
 
 /// Allows materials to load shared libraries, from now on and in this whole process. Without it, a case that names a library is
@@ -24,6 +25,7 @@ pub fn allow_libraries() {
     LOADING_ALLOWED.store(true, Ordering::Relaxed);
 }
 
+/// Whether libraries may be loaded, by the program or by the environment variable.
 fn is_loading_allowed() -> bool {
     LOADING_ALLOWED.load(Ordering::Relaxed)
         || std::env::var_os(PERMISSION_VARIABLE).is_some_and(|value| value == "1")
@@ -34,6 +36,7 @@ pub(crate) type LoadedLibrary = (Arc<Library>, Arc<Mutex<()>>);
 
 /// Libraries in use, each opened once, so that materials of one library share its lock.
 fn libraries() -> &'static Mutex<HashMap<PathBuf, LoadedLibrary>> {
+    /// Libraries that are loaded, by path.
     static LOADED_LIBRARIES: OnceLock<Mutex<HashMap<PathBuf, LoadedLibrary>>> = OnceLock::new();
     LOADED_LIBRARIES.get_or_init(Mutex::default)
 }
@@ -88,10 +91,13 @@ pub(crate) fn call_guarded<R>(call: impl FnOnce() -> R) -> R {
     result
 }
 
+/// Registers a handler that reports an end of the program from inside a library.
 #[allow(unsafe_code, reason = "an exit of foreign code is seen in no other way")]
 fn watch_exit() {
     unsafe extern "C" {
+        /// Registers a function of the C library to be called at the end of the process.
         fn atexit(callback: extern "C" fn()) -> c_int;
+        /// Ends the process without calling the registered functions.
         fn _exit(status: c_int) -> !;
     }
 
@@ -103,6 +109,7 @@ fn watch_exit() {
         }
     }
 
+    /// Guard by which the exit handler is registered once.
     static EXIT_WATCH: Once = Once::new();
     EXIT_WATCH.call_once(|| {
         // SAFETY: the callback has no arguments, returns, and lives as long as the program. If its registration fails, an
