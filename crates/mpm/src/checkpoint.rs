@@ -314,6 +314,7 @@ impl<const D: usize> MpmSolver<D> {
         self.bodies.travel_since_sort = travel;
     }
 
+    /// Restarts the material states of all points from their present stress.
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.bodies.sets.len() {
             let set = &self.bodies.sets[number];

@@ -9,12 +9,15 @@ use crate::MpmOptions;
 
 /// Clock of a run with its case and options; constant during a step.
 pub struct Clock {
+    /// Case of the run.
     pub(crate) case: Arc<Case>,
+    /// Options of the method.
     pub(crate) options: MpmOptions,
     /// Share of FLIP in the stage.
     pub(crate) flip_fraction: f64,
     /// Full gravity (m/s²).
     pub(crate) gravity: [f64; 3],
+    /// Index of the current stage.
     pub(crate) stage: usize,
     /// Start time of the stage (s).
     pub(crate) stage_start: f64,
@@ -24,6 +27,7 @@ pub struct Clock {
     pub(crate) dt: f64,
     /// Number of steps before this one.
     pub(crate) step: u64,
+    /// Critical time step, once computed.
     pub(crate) limit: Option<TimeStep>,
     /// Courant number of the step limit.
     pub(crate) courant: f64,

@@ -213,6 +213,7 @@ fn initialise_motion<const D: usize, const R: usize>(
     Ok(())
 }
 
+/// Places the grains of a body by the filling that the case selects.
 fn place_grains<const D: usize>(
     case: &Case,
     options: &DemOptions,
@@ -317,6 +318,7 @@ fn sites<const D: usize>(
     Ok(all)
 }
 
+/// Grains on the sites of a lattice inside a shape, with random deviations up to `jitter` times the pitch (m).
 fn lattice<const D: usize>(
     shape: &Shape,
     sizes: &Diameters,

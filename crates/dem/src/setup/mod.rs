@@ -58,6 +58,7 @@ pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
     Ok(options)
 }
 
+/// Solver of a case.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     Ok(match case.dimension() {
         3 => Box::new(solver::<3, 3>(case)?),
@@ -65,6 +66,7 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     })
 }
 
+/// Plan of a case: number of grains, steps and memory, with warnings.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     Ok(match case.dimension() {
         3 => build_plan(case, &solver::<3, 3>(case)?),
@@ -86,6 +88,7 @@ pub fn plan_and_build(case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError>
     })
 }
 
+/// Plan of a case in `D` dimensions, from its solver with all grains.
 fn build_plan<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Plan {
     let time_step = solver.critical_step();
     let points = solver.grains.len();

@@ -117,6 +117,7 @@ struct LevelWindow {
 }
 
 impl LevelWindow {
+    /// Levels of a window of columns and rows of a raster; nodes outside the raster have no data.
     fn from_raster(raster: &Raster, [columns, rows]: &[Range<usize>; 2]) -> Self {
         let mut levels = Vec::with_capacity(columns.len() * rows.len());
         for j in rows.clone() {

@@ -127,6 +127,7 @@ impl ErodibleBed {
         lowers
     }
 
+    /// Lowers the surface by the eroded depth of the changed tiles.
     fn lower<const D: usize>(&mut self) {
         let raster = self.ground.raster();
         let (columns, rows) = (raster.columns, raster.rows);

@@ -160,6 +160,7 @@ impl<const D: usize> WaitingNodes<D> {
 }
 
 impl<const D: usize> Inflow<D> {
+    /// Vector from the start to the end of the inflow line (m).
     fn direction(&self) -> PlanVector<D> {
         std::array::from_fn(|c| self.end[c] - self.start[c])
     }

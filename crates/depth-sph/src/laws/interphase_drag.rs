@@ -43,6 +43,7 @@ pub enum InterphaseDrag {
     },
 }
 
+/// Default exponent of the drag law (-).
 const fn default_exponent() -> f64 {
     1.0
 }

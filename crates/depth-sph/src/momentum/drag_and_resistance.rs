@@ -78,6 +78,7 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         SplitPhase { columns, position, porosity: &data.porosity, velocity }
     }
 
+    /// Columns of a node set at the bed, with the pore pressure at their base.
     fn new(
         settings: &'a FlowSettings<D>,
         pore_columns: &'a PorePressureColumns,

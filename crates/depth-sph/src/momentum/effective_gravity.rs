@@ -80,6 +80,7 @@ pub(crate) fn resample_bed<const D: usize>(bed: &Bed<D>, sets: &mut [PhaseSet<D>
     }
 }
 
+/// Samples the bed below all nodes of a set and updates their effective gravity and bed reaction.
 fn sample_bed_below<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,

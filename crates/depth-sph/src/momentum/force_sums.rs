@@ -49,6 +49,7 @@ pub(super) struct SimdForceSums<const D: usize> {
 }
 
 impl<const D: usize> SimdForceSums<D> {
+    /// Sums before the first neighbour.
     pub(super) const ZERO: Self = Self {
         pressure_gradient: [f64x4::ZERO; D],
         viscous: [f64x4::ZERO; D],

@@ -18,14 +18,23 @@ use crate::points::phase_nodes::{NeighbourData, PhaseNodes};
 
 /// Force sums between the nodes of one set, with the data that they read.
 pub(crate) struct PairForces<'a, const D: usize> {
+    /// Material, gravity and numerical parameters of the flow.
     pub(crate) settings: &'a FlowSettings<D>,
+    /// Nodes of the set.
     pub(crate) nodes: &'a PhaseNodes<D>,
+    /// Position, velocity and volume of the nodes as neighbours.
     pub(crate) neighbour_data: &'a NeighbourData<D>,
+    /// Copy of the neighbour data in the order of the search cells.
     pub(crate) cell_sorted: &'a CellSorted<D>,
+    /// Largest smoothing length around each cell (m).
     pub(crate) max_smoothing_length: &'a MaxSmoothingLength<D>,
+    /// Neighbour list for SIMD sums.
     pub(crate) packed_neighbours: &'a PackedNeighbours,
+    /// Bed below each node.
     pub(crate) bed: &'a [BedPoint<D>],
+    /// Reaction of the bed over mass, per node (m/s²).
     pub(crate) reaction: &'a [f64],
+    /// Neighbours of each node in the other phase.
     pub(crate) other_phase_neighbours: &'a NeighbourList<D>,
 }
 

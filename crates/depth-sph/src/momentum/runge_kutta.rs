@@ -80,6 +80,7 @@ fn reflect<const D: usize>(walls: &PlanBoundaries<D>, sets: &mut [PhaseSet<D>]) 
 }
 
 impl<const D: usize> StageSums<D> {
+    /// Initial values of the sums of a Runge–Kutta step, from the state of a node set.
     fn from_set(set: &PhaseSet<D>) -> Self {
         let zero = vec![[0.0; D]; set.nodes.len()];
         Self {

@@ -19,6 +19,7 @@ pub(super) fn find_thickness_rates<const D: usize>(numerics: &Numerics, sets: &m
 }
 
 impl<const D: usize> PhaseSet<D> {
+    /// Rates of the partial thickness by the velocity divergence of the neighbours (m/s).
     fn find_thickness_rates(&mut self, kernel: Kernel, form: ThicknessEquation) {
         let (data, neighbours) = (&self.neighbour_data, &self.same_phase_neighbours);
         let rate = |i: usize| -> f64 {

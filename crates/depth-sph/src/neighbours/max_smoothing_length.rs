@@ -92,6 +92,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         }
     }
 
+    /// Index of the cell of a position in plan (m).
     fn cell(&self, x: &PlanVector<D>) -> usize {
         (0..D).fold(0, |key, c| {
             let index = ((x[c] - self.low[c]) / self.edge).max(0.0) as usize;

@@ -33,10 +33,12 @@ pub struct PlanCells {
 }
 
 impl PlanCells {
+    /// Area of a cell (m²).
     fn area(&self) -> f64 {
         self.spacing[0] * self.spacing[1]
     }
 
+    /// Centre of a cell in plan (m).
     fn centre(&self, column: usize, row: usize) -> [f64; 2] {
         [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
     }
@@ -72,6 +74,7 @@ pub struct HazardCell {
     pub arrival_time: f64,
 }
 
+/// Hazard cell that no flow has reached.
 const EMPTY_CELL: HazardCell =
     HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival_time: f64::NAN };
 
@@ -323,6 +326,7 @@ impl NodeFootprint {
     }
 }
 
+/// Footprint of a node on the cells, by kernel weights; `None` for a node outside the raster.
 fn patch(
     grid: &PlanCells,
     kernel: Kernel,

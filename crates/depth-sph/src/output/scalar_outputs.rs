@@ -17,6 +17,7 @@ pub(crate) struct RunState {
     pub departure: Option<[f64; 2]>,
 }
 
+/// Scalar output with its name, unit and value.
 fn output(name: &str, unit: &str, value: f64) -> ScalarOutput {
     (name.to_owned(), unit.to_owned(), value)
 }

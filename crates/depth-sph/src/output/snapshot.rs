@@ -8,6 +8,7 @@ use crate::output::flow_view::FlowView;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::dot;
 
+/// Scalar field of a snapshot.
 fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
     Field { name: name.to_owned(), unit, data: FieldData::Scalar(values) }
 }

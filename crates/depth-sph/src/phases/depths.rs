@@ -49,6 +49,7 @@ pub fn find_neighbours<const D: usize>(
     Ok(())
 }
 
+/// Lists the neighbours of each node in its own and in the other phase.
 fn list_neighbours<const D: usize>(sets: &mut [PhaseSet<D>], support: f64) -> Result<(), FlowFailure> {
     for set in &mut *sets {
         set.list_same_phase(support).map_err(|error| FlowFailure::of_search(set, &error))?;

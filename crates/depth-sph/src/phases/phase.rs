@@ -268,10 +268,12 @@ struct NeighbourCriterion<'a, const D: usize> {
 }
 
 impl<const D: usize> NeighbourCriterion<'_, D> {
+    /// Search radius for neighbours at a position (m), list margin included.
     fn radius(&self, x: &PlanVector<D>, length: f64) -> f64 {
         (1.0 + SKIN) * 0.5 * self.support * (length + self.max_smoothing_length.length_at(x).max(length))
     }
 
+    /// Whether node `j` of the other set is within the pair's support of node `i`, list margin included.
     fn is_near(&self, own: &PhaseNodes<D>, i: u32, other: &NeighbourData<D>, j: u32) -> bool {
         let (i, j) = (i as usize, j as usize);
         let length = own.length[i];

@@ -125,6 +125,7 @@ struct NodeColumn<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> NodeColumn<'a, D> {
+    /// Column of node `i` with its depth, porosity and submerged density.
     fn for_node(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
         let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
         let submerged_density = settings.material.densities.submerged_density(porosity);

@@ -307,6 +307,7 @@ struct PlanLattice<const D: usize> {
 }
 
 impl<const D: usize> PlanLattice<D> {
+    /// Lattice in plan with a spacing (m), from the lower corner of the domain.
     fn new(case: &Case, spacing: f64) -> Self {
         Self { low: std::array::from_fn(|c| case.domain.min[c]), spacing }
     }

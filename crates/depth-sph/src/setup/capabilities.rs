@@ -12,6 +12,7 @@ use crate::setup::{NAME, pore_fluid};
 /// Number of nodes below which there is a warning (sheet: depth-sph §0).
 const MIN_NODES: usize = 10;
 
+/// Message for spaces in which the method does not compute.
 const SPACES: &str = "depth-sph computes flow along a profile (plane-strain, gravity along y) or over \
                       terrain (3d, gravity along z)";
 
@@ -97,6 +98,7 @@ pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(),
     check_bodies(case, options)
 }
 
+/// Rejects walls above the flow and walls that move.
 fn check_walls(case: &Case) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, boundary) in case.boundaries.iter().enumerate() {
@@ -177,6 +179,7 @@ pub(super) fn check_velocity_along_bed(velocity: &Velocity, path: &str, up: usiz
     }
 }
 
+/// Rejects velocities across the bed and combinations of bodies with different materials that the method cannot compute.
 fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, body) in case.bodies.iter().enumerate() {

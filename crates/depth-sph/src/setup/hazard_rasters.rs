@@ -25,6 +25,7 @@ pub fn hazard_rasters<const D: usize>(
     };
     let mut maps = HazardRasters::new(grid, rasters.threshold, &ground.bed);
     if let Some(file) = &rasters.mapped_outline {
+        /// Path of the option in case files.
         const KEY: &str = "output.rasters.mapped";
         let outline = case.outline(file);
         let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);

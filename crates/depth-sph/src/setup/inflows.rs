@@ -282,6 +282,7 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
     Ok(pairs)
 }
 
+/// Inflow of its options: a line in plan, or a side of a profile.
 fn inflow<const D: usize>(
     case: &Case,
     options: &DepthOptions,

@@ -116,6 +116,7 @@ fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
     Some(case.bodies.iter().map(|body| of_body(&body.name)).collect())
 }
 
+/// Plan of a case in `D` plan dimensions: number of nodes, steps and memory, with warnings.
 fn plan_in<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
     let (mut solver, of_bed) = build_in::<D>(case, options)?;
     let time_step = solver.limit();
@@ -256,6 +257,7 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<FlowS
     })
 }
 
+/// Numerical parameters of the options.
 fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
     Numerics {
         kernel: options.kernel,
@@ -274,6 +276,7 @@ fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
     }
 }
 
+/// Pore-pressure column of the options; `None` without one.
 fn column(options: &DepthOptions, material: &Mixture) -> Option<PoreColumn> {
     let column = options.column.as_ref()?;
     let mixture = options.mixture.as_ref()?;

@@ -31,6 +31,7 @@ struct PoreFluidData {
 }
 
 impl PoreFluidData {
+    /// Densities, porosity and conductivity of the pore fluid of a body.
     fn of_body(case: &Case, body: &Body, fluid: &PoreFluid) -> Self {
         let weight = fluid.density * case.gravity_magnitude();
         Self {
@@ -149,6 +150,7 @@ fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseErr
     found.map(|(facts, _)| facts).ok_or_else(|| CaseError::new("bodies", "there is none"))
 }
 
+/// Whether two numbers are equal within the relative tolerance `close`.
 fn are_equal(one: f64, two: f64, close: f64) -> bool {
     (one - two).abs() <= close * one.abs().max(two.abs())
 }
@@ -179,6 +181,7 @@ fn set_option(
     }
 }
 
+/// Writes the densities, porosity and drag of the pore fluid to the options of the mixture, or checks those given.
 fn state_mixture(
     case: &Case,
     facts: &PoreFluidData,
@@ -223,6 +226,7 @@ fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -
     Ok(())
 }
 
+/// Writes excess ratio and cavitation strength of the pore fluid to the options of the column, or checks those given.
 fn state_column(
     case: &Case,
     facts: &PoreFluidData,

@@ -47,6 +47,7 @@ pub struct DepthSolver<const D: usize> {
 }
 
 impl<const D: usize> DepthSolver<D> {
+    /// Solver of a flow at time zero.
     pub(crate) fn new(
         case: Arc<Case>,
         options: DepthOptions,
@@ -96,6 +97,7 @@ impl<const D: usize> DepthSolver<D> {
         volumes
     }
 
+    /// Whether the current stage relaxes the flow to its initial equilibrium.
     fn is_equilibration_stage(&self) -> bool {
         stages::is_equilibration_stage(&self.case.stages[self.stage])
     }
@@ -114,6 +116,7 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
+    /// Error of the solver for a failure at a node, with its position in space.
     fn solver_error(&self, failure: FlowFailure) -> SolverError {
         let FlowFailure { node_id, position, reason } = failure;
         let mut place: [f64; 3] = std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0));

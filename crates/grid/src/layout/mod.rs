@@ -182,6 +182,7 @@ impl<const D: usize> Layout<D> {
         self.ghosts
     }
 
+    /// Whether the nodes are those of an unstructured mesh.
     fn is_mesh(&self) -> bool {
         !self.window_starts.is_empty()
     }
@@ -335,6 +336,7 @@ impl<const D: usize> Layout<D> {
 
 // Loops independent of the dimension and of the function of a row: the cost of a call per row is negligible.
 
+/// Visits the active nodes of each row in parallel; the result of a row without active nodes is the default.
 fn visit_rows<T: Send, R: Send + Default>(
     nodes: &mut [T],
     row: usize,
@@ -348,6 +350,7 @@ fn visit_rows<T: Send, R: Send + Default>(
     });
 }
 
+/// Sets the active nodes of each row to their default value.
 fn reset<T: Send + Default + Clone>(nodes: &mut [T], row: usize, active: &[Range<usize>]) {
     nodes.par_chunks_mut(row).zip(active).for_each(|(line, active)| {
         line[active.clone()].fill(T::default());

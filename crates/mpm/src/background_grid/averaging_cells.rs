@@ -40,6 +40,7 @@ pub struct GridCells<'a, const D: usize> {
 }
 
 impl<const D: usize> GridCells<'_, D> {
+    /// Distance of the cell centre from the axis of rotation (m); 1 without axisymmetry.
     fn radius(&self, cell: usize) -> f64 {
         if self.axisymmetric {
             let column = (cell / self.strides[0]) as f64 - self.ghosts as f64;
@@ -49,6 +50,7 @@ impl<const D: usize> GridCells<'_, D> {
         }
     }
 
+    /// Difference of node numbers from the first corner of a cell to another corner.
     fn offset(&self, corner: usize) -> usize {
         (0..D).map(|axis| (corner >> axis & 1) * self.strides[axis]).sum()
     }
@@ -105,6 +107,7 @@ pub struct MeshCells<'a, const D: usize> {
 }
 
 impl<const D: usize> MeshCells<'_, D> {
+    /// Nodes of a mesh element.
     fn nodes(&self, cell: usize) -> &[u32] {
         &self.mesh.elements()[cell].nodes[..=D]
     }

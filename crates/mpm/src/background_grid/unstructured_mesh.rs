@@ -110,6 +110,7 @@ pub fn grid_mesh_and_layout<const D: usize>(
     Ok((grid, Arc::new(mesh), layout))
 }
 
+/// Reads an unstructured mesh from a Gmsh file.
 fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {
     let fail =
         |problem: String| CaseError::new("methods.mpm.mesh.file", format!("{}: {problem}", file.display()));

@@ -31,6 +31,7 @@ pub struct AbsorbingBoundaries {
     impedances: Vec<Impedance>,
 }
 
+/// Absorbing face of the domain, with viscous dashpots at its nodes.
 #[derive(Debug)]
 struct AbsorbingFace {
     /// Index into `Case::boundaries`.

@@ -16,6 +16,7 @@ use crate::points::vectors::power;
 
 /// Boundary conditions and contacts of a run.
 pub struct BoundaryConditions<const D: usize> {
+    /// Walls at grid nodes.
     pub(crate) walls: NodeWalls,
     /// Whether there is a wall on the lower and on the upper side of the domain, per axis.
     pub(crate) has_wall: [[bool; 2]; D],
@@ -27,6 +28,7 @@ pub struct BoundaryConditions<const D: usize> {
     pub(crate) penalty_obstacles: Option<Box<PenaltyObstacles<D>>>,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<DrivenObject>,
+    /// Contacts between velocity fields.
     pub(crate) contacts: FieldContacts,
     /// Workspace for the contact sums of the rows of nodes, pair after pair.
     pub(crate) row_contacts: Vec<RowContact>,
@@ -36,6 +38,7 @@ pub struct BoundaryConditions<const D: usize> {
     pub(crate) load_starts: Vec<f64>,
     /// Loads on nodes.
     pub(crate) nodal_loads: Vec<NodalLoad>,
+    /// Absorbing boundaries with viscous dashpots.
     pub(crate) absorbing: AbsorbingBoundaries,
 }
 

@@ -51,6 +51,7 @@ struct LoadedFacet<const D: usize> {
     areas: [f64; D],
 }
 
+/// Element of each point of a set.
 fn elements_of<const D: usize>(mesh: &Mesh<D>, set: &PointSet<D>) -> Vec<u32> {
     set.points.position.iter().filter_map(|x| mesh.locate(x)).collect()
 }

@@ -34,6 +34,7 @@ pub struct NodalLoad {
     nodes: Vec<LoadedNode>,
 }
 
+/// Node with its share of a nodal load.
 #[derive(Debug)]
 struct LoadedNode {
     node: usize,
@@ -220,6 +221,7 @@ pub fn phase_nodal_load_work<const D: usize>(
     })
 }
 
+/// Work of the nodal loads in a step (J), with the velocities of the loaded nodes.
 fn work_with<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,

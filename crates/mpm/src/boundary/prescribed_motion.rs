@@ -168,6 +168,7 @@ pub fn impose_phase_patch_velocity<const D: usize>(
     impose_on_solved(clock, background, driven, contacts, nodes, true);
 }
 
+/// Prescribes the velocities of rigid bodies and patches at solved nodes and records their impulses.
 fn impose_on_solved<const N: usize, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -240,6 +241,7 @@ pub fn clear_patch_components<const D: usize>(
     });
 }
 
+/// Applies an action to the nodes of each patch and rigid body.
 fn for_patch_nodes<T, const N: usize, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

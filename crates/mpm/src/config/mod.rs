@@ -231,6 +231,7 @@ impl MpmOptions {
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")
     }
 
+    /// Requires shape functions and options that the Lagrangian formulation supports.
     fn validate_formulation(&self) -> Result<(), (&'static str, String)> {
         if self.formulation == LagrangianFormulation::SmallDisplacement {
             let deforms =
@@ -253,6 +254,7 @@ impl MpmOptions {
         Ok(())
     }
 
+    /// Checks the options of the transfer: order of XPIC, residual time and FLIP fraction.
     fn validate_transfer(&self) -> Result<(), (&'static str, String)> {
         let refuse = |name, problem: &str| Err((name, problem.to_owned()));
         if !(1..=20).contains(&self.xpic_order) {
@@ -421,21 +423,26 @@ impl MpmOptions {
     }
 }
 
+/// Default value 1 of factors.
 fn default_one() -> f64 {
     1.0
 }
+/// Default share of the lumped mass in the consistent mass matrix (-).
 fn default_lumped_share() -> f64 {
     1e-3
 }
+/// Default order of XPIC.
 fn xpic_order() -> usize {
     2
 }
 /// Default Courant number.
 pub(crate) const COURANT: f64 = 0.5;
 
+/// Default Courant number of the time step (-).
 fn courant() -> f64 {
     COURANT
 }
+/// Default number of points per cell along each axis.
 fn default_points_per_cell() -> usize {
     2
 }
@@ -452,6 +459,7 @@ fn full_cell() -> f64 {
 fn obstacle_stiffness() -> f64 {
     4.0
 }
+/// Default upper bound of the volume of a stress-free point over its initial volume (-).
 fn volume_cap() -> f64 {
     1.1
 }

@@ -115,6 +115,7 @@ pub fn correct_velocities<const D: usize>(
     }
 }
 
+/// Corrects the velocities of two fields at their contact nodes and records impulses per row of nodes.
 fn correct_pair<const D: usize>(
     background: &BackgroundGrid<D>,
     contact: &ContactNode<'_>,

@@ -197,6 +197,7 @@ fn contact_laws<const D: usize>(
     Ok(laws)
 }
 
+/// Unit vector of a list of `D` numbers; `None` for a zero vector or another number of entries.
 fn unit<const D: usize>(vector: &[f64]) -> Option<[f64; 3]> {
     let length = norm(&std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0)));
     let holds = vector.len() == D && length.is_finite() && length > 0.0;

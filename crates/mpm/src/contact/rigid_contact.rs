@@ -92,6 +92,7 @@ impl ContactLawAtPoint for ContactPointLaw<'_> {
 }
 
 impl RigidContactSystem<'_> {
+    /// Contact points of the system with the laws of their pairs.
     fn nodes(&self) -> impl Iterator<Item = ContactPointLaw<'_>> {
         self.nodes.iter().map(|point| ContactPointLaw(point, &self.contact_nodes[point.pair]))
     }

@@ -350,12 +350,14 @@ impl<const D: usize> ConsistentSystem<'_, D> {
         });
     }
 
+    /// Product of the consistent mass matrix with a nodal vector.
     fn multiply(&self, x: &[Vector4], out: &mut [Vector4]) {
         multiply_mass(self.clock, self.background, self.bodies, self.nodes, x, out);
     }
 
     /// Solves for the velocities at the start of the step (step 2); returns whether the iteration has converged.
     fn solve_velocities(&self, mass: &mut ConsistentMass) -> bool {
+        /// Mask of the three spatial components.
         const SPATIAL: Vector4 = Vector4::new([1.0, 1.0, 1.0, 0.0]);
         let ConsistentMass { inverse, velocity, residual, direction, product, rows, .. } = mass;
         let system =

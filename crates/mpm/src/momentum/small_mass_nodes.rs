@@ -86,6 +86,7 @@ fn mark_small_mass_nodes<const D: usize>(
     nodes: &[NodalState],
     slopes: &mut [Vector4],
 ) {
+    /// Mark of a small-mass node, in the fourth component.
     const MARK: Vector4 = Vector4::new([0.0, 0.0, 0.0, 1.0]);
     let layout = &background.layout;
     let (strides, counts) = (layout.strides(), layout.nodes());

@@ -22,6 +22,7 @@ pub struct SurfaceOverlap<const D: usize> {
 /// Share of the deepest overlap below which an overlap is neglected.
 const NEGLIGIBLE_OVERLAP: f64 = 1e-9;
 
+/// Scalar product.
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
 }
@@ -66,6 +67,7 @@ pub fn minimum_translation<const D: usize>(
     })
 }
 
+/// Pairs of indices below `count`, each once.
 fn overlap_pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(move |i| (i + 1..count).map(move |j| [i, j]))
 }

@@ -51,6 +51,7 @@ pub struct PenetrationConstraints<const D: usize> {
     pub sums: Vec<ObstacleForces>,
 }
 
+/// Scalar product.
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
 }

@@ -121,6 +121,7 @@ pub struct PenaltyObstacles<const D: usize> {
 /// Workspace of a block of points.
 #[derive(Clone, Debug, Default)]
 pub struct BlockWorkspace<const D: usize> {
+    /// Result of the surface query, reused for each point.
     pub contacts: ContactQuery<D>,
     /// Penetration constraints of points of the block.
     pub penetration_constraints: Vec<PenetrationConstraint<D>>,
@@ -161,6 +162,7 @@ pub struct ContactCandidates<const D: usize> {
 }
 
 impl<const D: usize> ContactCandidates<D> {
+    /// Contact candidates of a point without contact.
     pub(super) const EMPTY: Self = {
         let law = ObstacleLaw { wall: ObstacleWall::Smooth, separation: false };
         Self {
@@ -171,6 +173,7 @@ impl<const D: usize> ContactCandidates<D> {
         }
     };
 
+    /// Adds an overlap, up to [`MAX_OVERLAPS`] of them.
     pub(super) fn add(&mut self, overlap: SurfaceOverlap<D>) {
         if self.count < MAX_OVERLAPS {
             self.overlaps[self.count] = overlap;
@@ -201,6 +204,7 @@ impl<const D: usize> ContactCandidates<D> {
         }
     }
 
+    /// Overlaps of the point with obstacles.
     pub(super) fn overlaps(&self) -> &[SurfaceOverlap<D>] {
         &self.overlaps[..self.count]
     }

@@ -17,6 +17,7 @@ impl<const D: usize> MpmSolver<D> {
         self.bodies.sets.iter().find_map(|set| self.tension_in_set(set))
     }
 
+    /// Warning if points of a liquid body are under more tension than its weight and motion explain.
     fn tension_in_set(&self, set: &PointSet<D>) -> Option<String> {
         let body = &self.clock.case.bodies[set.body as usize];
         let spec = &self.clock.case.materials[&body.material];

@@ -8,6 +8,7 @@ use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
 use crate::transfer::affine_transfer::affine_energies;
 
+/// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl<const D: usize> MpmSolver<D> {

@@ -61,6 +61,7 @@ pub struct TwoPhase {
     row_sums: Vec<PhaseEquilibriumTerms>,
     /// Components of velocity that patches prescribe, one bit an axis; empty where no option needs them.
     constrained_components: Vec<[u8; 2]>,
+    /// Force and energy sums of the phases for the equilibrium criterion.
     pub(crate) sums: PhaseEquilibriumTerms,
     /// Walls of the liquid.
     pub(crate) walls: NodeWalls,

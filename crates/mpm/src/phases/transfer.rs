@@ -151,6 +151,7 @@ pub(super) fn update_phases<const D: usize>(
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
+    /// Updates both phases of a block of points from the grid, and their stresses.
     #[inline]
     fn phase_block(
         &self,
@@ -292,6 +293,7 @@ struct PhaseP2gBuffer<const D: usize> {
 }
 
 impl<const D: usize> PhaseP2gBuffer<D> {
+    /// Buffer without contributions.
     const EMPTY: Self = Self {
         motion: [[Vector4::ZERO; 2]; BLOCK_SIZE],
         columns: [[[Vector4::ZERO; D]; 2]; BLOCK_SIZE],

@@ -13,6 +13,7 @@ use crate::points::point_set::PointSet;
 
 /// Points, body by body.
 pub struct Bodies<const D: usize> {
+    /// Point sets, one per body.
     pub(crate) sets: Vec<PointSet<D>>,
     /// Sum over the steps since the last sort of the largest move along an axis (m).
     pub(crate) travel_since_sort: f64,

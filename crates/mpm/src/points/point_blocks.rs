@@ -59,6 +59,7 @@ pub struct PointBlock<'a, const D: usize> {
 
 /// Least number of blocks in a task, and number of tasks for each thread where there are more.
 const MIN_BLOCKS_PER_TASK: usize = 4;
+/// Number of parallel tasks per thread, so that threads with little work take more tasks.
 const TASKS_PER_THREAD: usize = 8;
 
 /// Workspace for an update of blocks, one after the other: interpolated values (`R`) and motions.
@@ -93,6 +94,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
     fn split_blocks(&mut self, blocks: usize) -> Self {
         let points = blocks * BLOCK_SIZE;
         // Absent arrays are empty.
+        /// Splits off the first `count` values of a slice.
         fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
             values.split_off_mut(..count).unwrap_or_default()
         }
@@ -131,6 +133,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
         self.update_in_tasks(grain, update)
     }
 
+    /// Updates a range of blocks in parallel tasks of at most `grain` blocks and combines their reports.
     fn update_in_tasks<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let blocks = self.states.len();
         if blocks > grain {

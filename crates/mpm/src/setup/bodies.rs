@@ -85,6 +85,7 @@ fn velocities<const D: usize>(
     position.iter().enumerate().map(velocity_at).collect()
 }
 
+/// Domains of the points of a body with their initial widths.
 fn domains<const D: usize>(
     background: &BackgroundGrid<D>,
     position: &[[f64; D]],
@@ -119,6 +120,7 @@ fn width<const D: usize>(
     if listed { width.min(view.grid.cell) } else { width }
 }
 
+/// Points of a body from its shape or a list, with the spacing checked against the cell size.
 fn samples<const D: usize>(
     options: &MpmOptions,
     view: &GridView<'_, D>,

@@ -134,6 +134,7 @@ struct CaseObstacles<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> CaseObstacles<'a, D> {
+    /// Obstacles of the case, coupled to nodes or to points, with the recorder of their reactions.
     fn new(case: &'a Case, options: &MpmOptions, background: &BackgroundGrid<D>) -> Result<Self, CaseError> {
         let placed_obstacles = case.placed_obstacles::<D>()?;
         let at_points = options.obstacles == ObstacleCoupling::Points && !placed_obstacles.is_empty();
@@ -171,6 +172,7 @@ fn point_sets<const D: usize>(
     Ok(sets)
 }
 
+/// Index of the rigid body of the case among the objects with prescribed motion.
 fn rigid_number(driven: &[DrivenObject], body: &Body) -> Option<usize> {
     driven.iter().position(|driven| driven.patch.is_none() && driven.name == body.name)
 }
@@ -251,6 +253,7 @@ fn allocate_contacts<const D: usize>(
     }
 }
 
+/// Rejects a fixed time step above the critical one.
 fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions) -> Result<(), CaseError> {
     match options.time_step.and_then(|step| solver.wave_limit(1.0).fixed_step_problem(Some(step))) {
         Some(problem) => Err(CaseError::new("methods.mpm.time_step", problem)),

@@ -27,6 +27,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     dimension_dispatch::dispatch(case, &options, EstimateSize { case, options: &options })
 }
 
+/// Estimate of the problem size, in any dimension.
 struct EstimateSize<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
@@ -40,6 +41,7 @@ struct MeshCounts {
 }
 
 impl EstimateSize<'_> {
+    /// Expected numbers of nodes, mesh elements and points.
     fn counts<const D: usize>(&self, axis: &Basis1d) -> Result<MeshCounts, CaseError> {
         let (case, options) = (self.case, self.options);
         let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;

@@ -30,6 +30,7 @@ pub struct LimitingPoint {
 }
 
 impl LimitingPoint {
+    /// Point with the smaller time step; of equal ones, that with the lower index.
     fn min(self, other: Self) -> Self {
         let other_first = (other.dt, other.set, other.point_index) < (self.dt, self.set, self.point_index);
         if other_first { other } else { self }
@@ -101,6 +102,7 @@ impl<const D: usize> MpmSolver<D> {
         }
     }
 
+    /// Point of a block with the smallest time step.
     fn block_limit(
         &self,
         bounds: StepCoefficients,

@@ -27,6 +27,7 @@ impl<const D: usize> MpmSolver<D> {
         })
     }
 
+    /// Scales of force and energy for the equilibrium criterion, from the stresses and moduli of all points.
     fn equilibrium_scales(&self) -> EquilibriumScales {
         let mut scales = EquilibriumScales::default();
         for set in self.bodies.deformable_sets() {

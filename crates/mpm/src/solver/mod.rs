@@ -29,12 +29,19 @@ use crate::transfer::point_update::UpdateSelection;
 
 /// Explicit MPM in `D` dimensions.
 pub struct MpmSolver<const D: usize> {
+    /// Time, step, stage and options of the run.
     pub(crate) clock: Clock,
+    /// Grid or mesh with its transfers.
     pub(crate) background: BackgroundGrid<D>,
+    /// Points of all bodies.
     pub(crate) bodies: Bodies<D>,
+    /// Nodal momenta, forces and masses of the velocity fields.
     pub(crate) nodes: VelocityFields,
+    /// Walls, loads, contacts and other boundary conditions.
     pub(crate) boundary: BoundaryConditions<D>,
+    /// Averages over cells and nodes.
     pub(crate) averages: CellAverages<D>,
+    /// Consistent mass matrix, where the case selects it.
     pub(crate) consistent: ConsistentMass,
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
@@ -83,6 +90,7 @@ impl<const D: usize> MpmSolver<D> {
         Ok(())
     }
 
+    /// Sorts the points by their cells if they may have moved by more than a cell since the last sort.
     fn sort_if_moved(&mut self) {
         if self.bodies.travel_since_sort >= self.background.grid.cell {
             self.sort();

@@ -8,9 +8,13 @@ use crate::stress::volumetric_strain::CellStrains;
 
 /// Averages over cells and nodes; each is empty where the options do not need it.
 pub struct CellAverages<const D: usize> {
+    /// Mean volumetric strains of cells.
     pub(crate) strains: CellStrains,
+    /// Mean stresses of cells.
     pub(crate) stresses: CellStresses,
+    /// Nodal averages of the dual domain method.
     pub(crate) dual_domain: DualDomainNodes,
+    /// Cells and nodes at the free surface of liquids.
     pub(crate) free_surface: Option<Box<FreeSurface<D>>>,
 }
 

@@ -101,6 +101,7 @@ impl CellStresses {
         self.is_full.get(field * len..(field + 1) * len)
     }
 
+    /// Whether stresses are averaged over cells.
     fn is_used(&self) -> bool {
         !self.cells.is_empty()
     }

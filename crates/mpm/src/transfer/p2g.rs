@@ -72,6 +72,7 @@ struct P2gBuffer<const D: usize> {
 }
 
 impl<const D: usize> P2gBuffer<D> {
+    /// Buffer without contributions.
     const EMPTY: Self = Self {
         motion: [Vector4::ZERO; BLOCK_SIZE],
         columns: [[Vector4::ZERO; D]; BLOCK_SIZE],

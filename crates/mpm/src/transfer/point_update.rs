@@ -91,6 +91,7 @@ pub struct PointUpdater<'a, const D: usize> {
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
+    /// Updates a block of points from the grid: velocity, position and stress.
     fn block(
         &self,
         (nodes, read, dual): (&VelocityFields, VelocitySource, &DualDomainNodes),

@@ -108,6 +108,7 @@ impl GridNodes {
 }
 
 impl<const D: usize> MomentumSolve<'_, D> {
+    /// Solves the momentum equation at the active nodes of a row of the grid and sums the terms of the energy balance.
     fn row(&self, row: usize, active: Range<usize>, line: &mut [NodalState]) -> MomentumTerms {
         let mut sums = MomentumTerms::default();
         let row_free = self.walls.is_row_free(0, row);

@@ -8,6 +8,7 @@ use colluvium_points::Shape;
 use crate::config::{NAME, SnowOptions};
 use crate::solver::saw_test;
 
+/// Message for adhesion to an obstacle whose coupling has no contact area.
 const ADHESION: &str = "snow-mpm has no contact area for obstacles on nodes: leave out the adhesion";
 
 /// Support of the features of a case.

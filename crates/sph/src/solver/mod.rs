@@ -62,17 +62,25 @@ impl EquilibriumTerms {
 
 /// Explicit SPH solver in `D` dimensions.
 pub struct SphSolver<const D: usize> {
+    /// Kernel, options and boundary conditions that are constant during a stage.
     pub(crate) setting: SolverContext<D>,
+    /// Time and step of the run.
     pub(crate) clock: Clock,
+    /// Particles of all bodies.
     pub(crate) bodies: Bodies<D>,
+    /// Wall particles and planes.
     pub(crate) walls: Walls<D>,
+    /// Neighbour lists.
     pub(crate) lists: VerletLists<D>,
+    /// Rates of velocity, density and strain.
     pub(crate) rates: Rates<D>,
     /// Smoothed stresses and renewed densities.
     pub(crate) averages: SmoothedFields,
+    /// Particle shifting.
     pub(crate) shifting: Shifting<D>,
     /// Saved state of multi-stage schemes.
     pub(crate) saved_state: SavedState<D>,
+    /// Force and energy sums for the equilibrium criterion.
     pub(crate) equilibrium_terms: EquilibriumTerms,
     /// Energies taken by obstacles since the start.
     pub(crate) obstacle_energies: ObstacleEnergies,

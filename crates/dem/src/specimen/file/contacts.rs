@@ -41,6 +41,7 @@ struct BondColumnIndices<const R: usize> {
 }
 
 impl<const R: usize> BondColumnIndices<R> {
+    /// Indices of the bond columns in a table of contacts.
     fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
         Ok(Self {
             strength: rows.column("bond_strength")?,
@@ -51,6 +52,7 @@ impl<const R: usize> BondColumnIndices<R> {
         })
     }
 
+    /// Bond of a row of the table.
     fn read_bond(&self, row: &[f64]) -> Bond<R> {
         Bond {
             strength: row[self.strength],
@@ -63,6 +65,7 @@ impl<const R: usize> BondColumnIndices<R> {
 }
 
 impl<const R: usize> HistoryColumnIndices<R> {
+    /// Indices of the contact-history columns in a table of contacts.
     fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
         let rolls = rows.has_column(&crate::specimen::file::names::<R>("roll")[0]);
         let twist = rows.has_column("twist").then(|| rows.column("twist")).transpose()?;

@@ -36,6 +36,7 @@ struct UndisturbedState {
 }
 
 impl AbsorbingLayer {
+    /// Absorbing layer of a length (m), without a state.
     pub(super) fn new(length: f64) -> Self {
         Self { length, ..Self::default() }
     }

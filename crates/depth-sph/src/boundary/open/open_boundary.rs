@@ -72,6 +72,7 @@ pub(crate) enum SideRegion {
 }
 
 impl<const D: usize> OpenBoundary<D> {
+    /// Open boundary of a side; corners belong to the first of two adjacent sides.
     pub(crate) fn new(
         opening: &Opening,
         node_extent: f64,

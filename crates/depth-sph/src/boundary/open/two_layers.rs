@@ -80,6 +80,7 @@ impl LayerOfSide {
         }
     }
 
+    /// Depth (m) and speed (m/s) of this layer at the boundary, from the characteristics of the coupled two-layer system.
     fn riemann_state_of_both(
         &self,
         still: [BoundaryState; 2],

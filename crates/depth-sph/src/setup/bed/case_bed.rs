@@ -271,6 +271,7 @@ pub fn highest_wall(case: &Case) -> Option<(usize, f64, &Wall)> {
     highest.map(|(number, boundary)| (number, level(boundary), &boundary.wall))
 }
 
+/// Bed friction of a wall of the case.
 fn wall_friction(wall: &Wall) -> BedFriction {
     match wall {
         Wall::Smooth => BedFriction::Smooth,
@@ -279,6 +280,7 @@ fn wall_friction(wall: &Wall) -> BedFriction {
     }
 }
 
+/// Bed friction of an obstacle of the case.
 fn friction_of_obstacle(obstacle: &Obstacle) -> BedFriction {
     obstacle_friction(obstacle.wall)
 }

@@ -58,6 +58,7 @@ impl VelocityBounds {
         bounds
     }
 
+    /// Bounds that the walls of the node impose on its velocity.
     fn bounds(&self) -> &[VelocityBound] {
         &self.bounds[..self.count]
     }
@@ -188,6 +189,7 @@ fn solve(
     Some(found)
 }
 
+/// Vector product.
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
         let (d, e) = ((c + 1) % 3, (c + 2) % 3);

@@ -81,6 +81,7 @@ struct LiquidContribution {
     pore_pressure_part: [f64; 3],
 }
 
+/// Mask of the three spatial components.
 const VECTOR: Vector4 = Vector4::new([1.0, 1.0, 1.0, 0.0]);
 
 impl<const D: usize> PhaseSolve<'_, D> {
@@ -271,6 +272,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         start
     }
 
+    /// Sets the velocity (m/s) and acceleration (m/s²) of a node from those at the start and the end of the step.
     fn set_result(&self, node: &mut NodalState, start: &[f64; 3], end: &[f64; 3], mass: f64) {
         let rate = |c: usize| (end[c] - start[c]) / self.dt;
         node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], mass]);
@@ -278,6 +280,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
     }
 }
 
+/// Velocity vector with the mass in its fourth component.
 fn with_mass(velocity: Vector4, mass: f64) -> Vector4 {
     velocity + Vector4::new([0.0, 0.0, 0.0, mass])
 }

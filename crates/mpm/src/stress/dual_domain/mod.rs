@@ -87,6 +87,7 @@ struct CellCorners<const D: usize> {
 }
 
 impl<const D: usize> CellCorners<D> {
+    /// Corner offsets of a cell and integrals of products of its shape functions.
     fn new(grid: &Grid<D>, strides: &[usize; D]) -> Self {
         let offsets = std::array::from_fn(|k| (0..D).map(|a| (k >> a & 1) * strides[a]).sum());
         let h = grid.cell;
@@ -97,6 +98,7 @@ impl<const D: usize> CellCorners<D> {
         Self { offsets, products: std::array::from_fn(|k| std::array::from_fn(|a| product(k, a))) }
     }
 
+    /// Number of corners of a cell.
     const COUNT: usize = 1 << D;
 
     /// Integral `∫ N_j ∇N_i` over a cell.
