@@ -133,6 +133,7 @@ struct BodyCorners<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> BodyCorners<'a, D> {
+    /// Corners of the points of a rigid body with the orientation of the step, for the search of supporting surfaces.
     fn new(step: &'a RigidStep, dt: f64, positions: &'a [[f64; D]], half_width: f64) -> Self {
         let own = std::array::from_fn(|k| {
             let axis =
@@ -251,8 +252,8 @@ impl SupportPoints {
         })
     }
 
-    /// Finds the corners of a rigid body with points at `positions` (m), squares or cubes of half width `half_width` (m), that can reach walls or
-    /// obstacles in a step of `dt` (s).
+    /// Finds the corners of a rigid body with points at `positions` (m), squares or cubes of half width `half_width` (m), that can reach
+    /// walls or obstacles in a step of `dt` (s).
     pub fn list<'a, const D: usize>(
         &mut self,
         (step, dt): (&RigidStep, f64),

@@ -10,7 +10,7 @@ use crate::contact::contact_histories::ContactHistoriesMut;
 use crate::contact::{
     ContactEnergies, ContactGeometry, ContactState, NormalForceLaw, Virial, contact_force, release_contact,
 };
-use crate::force_loop::{ContactInput, ForceKernel, PlaneContact, PlaneSums, SimdLaws, count_contact};
+use crate::force_loop::{ContactInput, ForceKernel, PlaneContact, PlaneSums, SimdLaws, record_contact};
 use crate::neighbours::wall_list::{WallList, WallListView};
 use crate::points::vector::{WIDTH, add, difference, dot, from_tangential, moment, normal_spin};
 
@@ -267,7 +267,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                         * self.dt;
                 }
             }
-            count_contact(energies, &geometry, &on, i);
+            record_contact(energies, &geometry, &on, i);
         } else {
             release_contact(law, &geometry, &mut history, self.dt, energies);
         }

@@ -38,7 +38,7 @@ use crate::solver::{DemSolver, Workspace};
 use crate::specimen::file::StoredSpecimen;
 use crate::specimen::fill_report::fill_reports;
 use crate::specimen::pluviation;
-use crate::specimen::specimen_state::{SpecimenSource, SpecimenState};
+use crate::specimen::specimen_preparation::{SpecimenPreparation, SpecimenSource};
 
 /// Memory of a disk and of a sphere during a run, with buffers and pairs (bytes).
 const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
@@ -139,7 +139,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
             broken_bonds: Vec::new(),
             controlled_stresses: vec![ControlledStress::default(); D * D + case.boundaries.len()],
         },
-        specimen: SpecimenState {
+        specimen: SpecimenPreparation {
             sources: pluviation::sources(case, &options),
             next_id: body_grains::next_id(&grains),
             reports: Vec::new(),

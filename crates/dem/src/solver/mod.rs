@@ -25,7 +25,7 @@ use crate::points::grain_extremes::GrainExtremes;
 use crate::points::grains::Grains;
 use crate::solver::critical_step::{critical_step, deep_contact_factor};
 use crate::specimen::pluviation_entry::add_entering_grains;
-use crate::specimen::specimen_state::SpecimenState;
+use crate::specimen::specimen_preparation::SpecimenPreparation;
 
 /// DEM solver of grains in `D` dimensions with rotations of `R` components: its owners, which a step hands round.
 pub struct DemSolver<const D: usize, const R: usize> {
@@ -46,7 +46,7 @@ pub struct DemSolver<const D: usize, const R: usize> {
     /// Energy balance and other records for the output.
     pub(crate) records: Records,
     /// Preparation of the specimen: grains that enter during the run, reports on filled bodies and origin from a file.
-    pub(crate) specimen: SpecimenState,
+    pub(crate) specimen: SpecimenPreparation,
     /// Memory that a step reuses.
     pub(crate) workspace: Workspace<D, R>,
 }

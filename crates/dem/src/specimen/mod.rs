@@ -10,7 +10,7 @@ pub(crate) mod pluviation;
 pub(crate) mod pluviation_entry;
 mod report;
 pub mod size_distributions;
-pub(crate) mod specimen_state;
+pub(crate) mod specimen_preparation;
 pub mod undercompaction;
 
 use std::ops::Range;

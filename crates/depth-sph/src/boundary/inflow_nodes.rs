@@ -37,7 +37,7 @@ pub(crate) fn update_inflow_nodes<const D: usize>(
     Ok(())
 }
 
-/// Adds the first rows behind lines with flow before them, by the result of [`initial_state_before`], before the first step.
+/// Adds the first rows behind lines with flow before them, by the result of [`initial_state_at_inflow`], before the first step.
 ///
 /// # Errors
 /// Those of [`update_inflow_nodes`].
@@ -98,8 +98,8 @@ fn sets_of_inflow<'a, const D: usize>(
     sets.iter().enumerate().filter(|(number, _)| inflow.is_of(*number)).map(|(_, set)| set)
 }
 
-/// Initial depth (m) and outward speed (m/s) of the flow before a line; `None` where it is dry.
-pub(crate) fn initial_state_before<const D: usize>(
+/// Mean initial depth (m) and speed away from the line (m/s) of the flow next to an inflow line; `None` if it is dry there.
+pub(crate) fn initial_state_at_inflow<const D: usize>(
     sets: &[PhaseSet<D>],
     inflow: &Inflow<D>,
 ) -> Option<(f64, f64)> {
@@ -119,8 +119,8 @@ pub(crate) fn initial_state_before<const D: usize>(
     (count > 0).then(|| (volume / area, moved / volume))
 }
 
-/// Number of nodes at the positions of those behind a line.
-pub(crate) fn nodes_behind<const D: usize>(sets: &[PhaseSet<D>], inflow: &Inflow<D>) -> usize {
+/// Number of nodes that lie where the rows of an inflow line are to be placed.
+pub(crate) fn count_nodes_behind<const D: usize>(sets: &[PhaseSet<D>], inflow: &Inflow<D>) -> usize {
     let is_behind = |x: &_| {
         let (before, along) = inflow.distances(x);
         (-inflow.row_extent..0.0).contains(&before) && (0.0..=inflow.width()).contains(&along)

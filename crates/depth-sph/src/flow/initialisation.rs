@@ -1,7 +1,7 @@
 //! Initial state of a flow: heights, depths and bed below its nodes (sheet: depth-sph §3.2).
 
 use crate::bed::Bed;
-use crate::boundary::inflow_nodes::{add_first_rows, initial_state_before, nodes_behind};
+use crate::boundary::inflow_nodes::{add_first_rows, count_nodes_behind, initial_state_at_inflow};
 use crate::boundary::open::pore_columns::initialise_far_field_columns;
 use crate::boundary::{FlowBoundaries, OutsideNodes};
 use crate::clock::Clock;
@@ -84,17 +84,17 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Initial depth (m) and outward speed (m/s) of the flow before a line; `None` where it is dry.
-    pub fn initial_state_before(&self, inflow: &Inflow<D>) -> Option<(f64, f64)> {
-        initial_state_before(&self.nodes.sets, inflow)
+    /// Mean initial depth (m) and speed away from the line (m/s) of the flow next to an inflow line; `None` if it is dry there.
+    pub fn initial_state_at_inflow(&self, inflow: &Inflow<D>) -> Option<(f64, f64)> {
+        initial_state_at_inflow(&self.nodes.sets, inflow)
     }
 
-    /// Number of nodes at the positions of those behind a line.
-    pub fn nodes_behind(&self, inflow: &Inflow<D>) -> usize {
-        nodes_behind(&self.nodes.sets, inflow)
+    /// Number of nodes that lie where the rows of an inflow line are to be placed.
+    pub fn count_nodes_behind(&self, inflow: &Inflow<D>) -> usize {
+        count_nodes_behind(&self.nodes.sets, inflow)
     }
 
-    /// Adds the first rows behind lines with flow before them, by the result of [`Flow::initial_state_before`], before the first step.
+    /// Adds the first rows behind lines with flow before them, by the result of [`Flow::initial_state_at_inflow`], before the first step.
     ///
     /// # Errors
     /// Those of [`Flow::new`].

@@ -54,9 +54,10 @@ impl<'a, const D: usize> PairForces<'a, D> {
         }
     }
 
-    /// Sums over the neighbours of node `i` with the smoothing length of each for its pressure (sheet: depth-sph §3.4).
+    /// Force sums of node `i` in the variational form: each pressure is weighted by the kernel gradient with the smoothing length of its
+    /// own node (sheet: depth-sph §3.4).
     #[inline]
-    pub(super) fn variational(&self, i: usize) -> ForceSums<D> {
+    pub(super) fn variational_sums(&self, i: usize) -> ForceSums<D> {
         let numerics = &self.settings.numerics;
         let kernel = numerics.kernel;
         let support = kernel.support();

@@ -64,7 +64,7 @@ impl<const D: usize> PairForces<'_, D> {
         let form = settings.numerics.momentum;
         if is_plain(settings) {
             let sums = if form == PressureForceForm::Variational {
-                self.variational(i)
+                self.variational_sums(i)
             } else {
                 self.sums::<false>(i, spare)
             };

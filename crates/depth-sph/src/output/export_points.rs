@@ -135,8 +135,8 @@ impl FluidShare {
     }
 }
 
-/// Number of iterations by which the fluid of the grains approaches the heights around them.
-const MAX_ITERATIONS: usize = 40;
+/// Number of Sinkhorn iterations that distribute the mass of the fluid nodes among the nodes of grains.
+const SINKHORN_ITERATIONS: usize = 40;
 
 /// Nodes of grains and of their pore fluid.
 struct GrainsAndFluid<'a> {
@@ -195,7 +195,7 @@ impl GrainsAndFluid<'_> {
         let sum = |scale: &[f64], near: &[(usize, f64)]| -> f64 {
             near.iter().map(|(k, weight)| scale[*k] * weight).sum()
         };
-        for _ in 0..MAX_ITERATIONS {
+        for _ in 0..SINKHORN_ITERATIONS {
             let mut got = vec![0.0; scale.len()];
             for (node, near) in self.fluid.iter().zip(&near) {
                 let all = sum(&scale, near);

@@ -13,8 +13,8 @@ use crate::phases::phase::PhaseSet;
 pub(crate) struct RunState {
     /// Time at which the flow had stopped (s); NaN before.
     pub stop_time: f64,
-    /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
-    pub departure: Option<[f64; 2]>,
+    /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
+    pub fit_errors: Option<[f64; 2]>,
 }
 
 /// Scalar output with its name, unit and value.
@@ -45,7 +45,7 @@ pub(crate) fn scalar_outputs<const D: usize>(
     let mut outputs = flow_outputs(flow);
     outputs.push(output("stopped", "s", state.stop_time));
     outputs.extend(energy_outputs(flow).map(|(name, value)| output(name, "J", value)));
-    if let Some([largest, mean]) = state.departure {
+    if let Some([largest, mean]) = state.fit_errors {
         outputs.push(output("bed_off_raster", "m", largest));
         outputs.push(output("bed_off_raster_rms", "m", mean));
     }

@@ -4,7 +4,7 @@ use crate::bed::Bed;
 use crate::config::settings::FlowSettings;
 use crate::phases::phase::PhaseSet;
 
-/// Totals of one set.
+/// Total mass, momentum and energies of the nodes of one phase or layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseTotals<const D: usize> {
     /// Mass (kg).

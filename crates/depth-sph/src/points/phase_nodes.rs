@@ -55,10 +55,10 @@ struct_of_arrays! {
     }
 }
 
-/// Node to be added.
+/// Node that is to be added to a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewNode<const D: usize> {
-    /// Body.
+    /// Number of the body in the case.
     pub body: u32,
     /// Position (m).
     pub position: PlanVector<D>,

@@ -9,7 +9,7 @@ use crate::config::choices::{Phases, SearchOrientation};
 use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::{NAME, pore_fluid};
 
-/// Number of nodes below which there is a warning (sheet: depth-sph §0).
+/// Number of nodes of the flow below which its resolution is too coarse and the plan has a warning (sheet: depth-sph §0).
 const MIN_NODES: usize = 10;
 
 /// Message for spaces in which the method does not compute.

@@ -49,11 +49,11 @@ pub fn add_inflows<const D: usize>(
             inflow.channel = Some(CrossSection::new(inflow.width(), &beds));
         }
         let InflowSection { depth, speed, max_depth: deepest } = inflow.max_section();
-        let before = flow.initial_state_before(&inflow);
+        let before = flow.initial_state_at_inflow(&inflow);
         let [depth, deepest] =
             [depth, deepest].map(|own| before.map_or(own, |(standing, _)| standing.max(own)));
         inflow.depth = depth;
-        if before.is_some() && flow.nodes_behind(&inflow) > 0 {
+        if before.is_some() && flow.count_nodes_behind(&inflow) > 0 {
             let problem = "lies within a body, but nodes of the inflow are placed behind it: let the body begin at the line, to the right of the direction from `from` to `to`";
             return Err(option_error(&key("from"), problem));
         }

@@ -62,7 +62,7 @@ pub fn basal_law(
         BedFriction::Frictional(coefficient) => law.with_max_friction(coefficient),
         BedFriction::Rough | BedFriction::Smooth => law,
     };
-    of_phases(options, law, "basal").map(Some)
+    require_two_phase_law(options, law, "basal").map(Some)
 }
 
 /// Builds a law given in the options under a key.
@@ -72,11 +72,15 @@ pub fn build_basal_law(
     key: &str,
 ) -> Result<BasalRheology, CaseError> {
     let law = spec.build().map_err(|error| option_error(key, error.to_string()))?;
-    of_phases(options, law, key)
+    require_two_phase_law(options, law, key)
 }
 
-/// Rejects a law for one phase where there are two.
-fn of_phases(options: &DepthOptions, law: BasalRheology, key: &str) -> Result<BasalRheology, CaseError> {
+/// Returns a basal law, or an error if the flow has two phases and the law is for one phase only.
+fn require_two_phase_law(
+    options: &DepthOptions,
+    law: BasalRheology,
+    key: &str,
+) -> Result<BasalRheology, CaseError> {
     if options.phases == Phases::Two && !law.is_additive() {
         let problem = "a Bingham profile is available for one phase only: give another law, or leave \
                        `phases` out";

@@ -163,7 +163,7 @@ fn build_in<const D: usize>(
     let ground = bed::case_bed::case_bed::<D>(case, options)?;
     let mut of_maps = Vec::new();
     let maps = hazard_rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
-    let CaseBed { mut bed, departure, mut warnings, .. } = ground;
+    let CaseBed { mut bed, fit_errors, mut warnings, .. } = ground;
     warnings.append(&mut of_maps);
     let settings = settings::<D>(case, options)?;
     if let Bed::Erodible(erodible) = &mut bed {
@@ -194,7 +194,7 @@ fn build_in<const D: usize>(
     }
     flow.boundary.outside =
         if options.leaving_is_an_error { OutsideNodes::Fail } else { OutsideNodes::Remove };
-    let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, departure);
+    let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, fit_errors);
     Ok((solver, warnings))
 }
 

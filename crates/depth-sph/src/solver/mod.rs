@@ -40,8 +40,8 @@ pub struct DepthSolver<const D: usize> {
     steps: u64,
     stop_detection: StopDetection,
     hazard_rasters: Option<HazardRasters>,
-    /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
-    departure: Option<[f64; 2]>,
+    /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
+    fit_errors: Option<[f64; 2]>,
     /// Limit of the next step, once it has been computed.
     limit: Option<LimitingNode>,
 }
@@ -53,7 +53,7 @@ impl<const D: usize> DepthSolver<D> {
         options: DepthOptions,
         flow: Flow<D>,
         maps: Option<HazardRasters>,
-        departure: Option<[f64; 2]>,
+        fit_errors: Option<[f64; 2]>,
     ) -> Self {
         let mut solver = Self {
             case,
@@ -64,7 +64,7 @@ impl<const D: usize> DepthSolver<D> {
             steps: 0,
             stop_detection: StopDetection::default(),
             hazard_rasters: maps,
-            departure,
+            fit_errors,
             limit: None,
         };
         solver.update_hazard_rasters();
@@ -136,7 +136,7 @@ impl<const D: usize> DepthSolver<D> {
 
     /// State of the run beside its flow.
     fn run_state(&self) -> RunState {
-        RunState { stop_time: self.stop_detection.stop_time, departure: self.departure }
+        RunState { stop_time: self.stop_detection.stop_time, fit_errors: self.fit_errors }
     }
 }
 

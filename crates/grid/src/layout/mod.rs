@@ -357,14 +357,14 @@ fn reset<T: Send + Default + Clone>(nodes: &mut [T], row: usize, active: &[Range
     });
 }
 
-/// Windows of every other slab, the first of which starts at node `start`.
+/// Node ranges of the slabs of one colour, that is of every other slab; the first range starts at node `start`.
 struct SlabWindows {
     numbers: Range<usize>,
     start: usize,
 }
 
-/// Splits the windows in halves recursively and calls `scatter` for each with its first node; `first` is the first node of a window. Unlike
-/// a list of windows this allocates nothing.
+/// Calls `scatter` in parallel for the node range of each slab of one colour, with its first node. The ranges are halved recursively, which
+/// allocates no memory. `first` gives the first node of a range.
 fn scatter_windows<T: Send>(
     nodes: &mut [T],
     SlabWindows { numbers, start }: SlabWindows,

@@ -44,14 +44,14 @@ pub struct ContactLaw {
     pub penalty: Option<PenaltyContact>,
 }
 
-/// The interface of two bodies at a node.
+/// Interface of two bodies at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
     /// Unit vector from the first body to the second.
     pub normal: [f64; 3],
     /// Contact area of the node (m²).
     pub area: f64,
-    /// Overlap of the bodies (cells) with the test of gaps; negative: gap.
+    /// Overlap of the bodies at the node, in cell sizes, from the gap criterion; negative where there is a gap.
     pub overlap: f64,
 }
 
@@ -281,8 +281,8 @@ impl ContactLaw {
     }
 
     /// Impulse (N s) on the first body; `None` where the bodies separate. `masses` are inertias (kg), one of which may be infinite, `cell`
-    /// is the cell size (m) and `dt` the step. `accumulated` are the impulses of the step so far: the law holds for the sum, which is stored
-    /// there.
+    /// is the cell size (m) and `dt` the step. `accumulated` are the impulses of the step so far: the law holds for the sum, which is
+    /// stored there.
     pub fn impulse(
         &self,
         masses: [f64; 2],

@@ -357,7 +357,7 @@ impl<const D: usize> ConsistentSystem<'_, D> {
 
     /// Solves for the velocities at the start of the step (step 2); returns whether the iteration has converged.
     fn solve_velocities(&self, mass: &mut ConsistentMass) -> bool {
-        /// Mask of the three spatial components.
+        /// Factor that keeps the three spatial components of a nodal vector and sets the fourth, the mass, to zero.
         const SPATIAL: Vector4 = Vector4::new([1.0, 1.0, 1.0, 0.0]);
         let ConsistentMass { inverse, velocity, residual, direction, product, rows, .. } = mass;
         let system =

@@ -151,7 +151,7 @@ struct PenaltyInput<'a, const D: usize> {
 }
 
 impl<const D: usize> PenaltyInput<'_, D> {
-    /// Computes the forces on the points of all blocks, in parallel; the pore fluid has contact states where there is one.
+    /// Computes the penalty forces on all points of a set in parallel, and the contact states of the pore fluid if the set has one.
     fn update_blocks(
         &self,
         all: &mut PenaltyObstacles<D>,

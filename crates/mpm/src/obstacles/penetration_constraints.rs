@@ -47,7 +47,7 @@ pub struct PenetrationConstraints<const D: usize> {
     pub inverse_inertia: Vec<[f64; D]>,
     /// Changes of the velocities of the nodes (m/s).
     pub velocity_change: Vec<[f64; D]>,
-    /// Sums of each obstacle: impulses (N s) in place of forces.
+    /// Impulse on each obstacle (N s), its moment, and the energies of contact and friction (J).
     pub sums: Vec<ObstacleForces>,
 }
 

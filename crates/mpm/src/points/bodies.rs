@@ -95,7 +95,8 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Updates every block of every deformable body; returns the largest displacement along an axis (m).
+    /// Updates the points of all deformable bodies in parallel, in groups of up to `BLOCK_SIZE` points. Returns the largest displacement of
+    /// a point along an axis (m).
     pub fn update_blocks<R>(
         &mut self,
         clock: &Clock,

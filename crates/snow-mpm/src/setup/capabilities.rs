@@ -105,7 +105,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
             warnings
                 .push(format!("bodies[{number}].shape: its smallest thickness is {cells:.2} cells; {why}"));
         }
-        warnings.extend(bare_ground_warning(case, number, options));
+        warnings.extend(weak_layer_base_warning(case, number, options));
     }
     warnings.extend(saw_test::warnings(case));
     warnings
@@ -113,8 +113,8 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     warnings
 }
 
-/// Warning on a weak layer along a track with less than two cells of other snow below it.
-fn bare_ground_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
+/// Warning for a weak layer with less than two cells of other snow between it and the ground.
+fn weak_layer_base_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
     let body = &case.bodies[number];
     let Shape::ArcLayer { from, .. } = &body.shape else { return None };
     let cells = from / options.cell_size;

@@ -262,7 +262,7 @@ fn default_reset_steps() -> u64 {
 fn growth() -> f64 {
     1.5
 }
-/// Default ratio of lateral to normal stress at walls, `K_0` (-).
+/// Default ratio of horizontal to vertical stress of the soil weight, `K_0` (-).
 fn default_wall_k0() -> f64 {
     0.5
 }

@@ -62,7 +62,7 @@ impl EquilibriumTerms {
 
 /// Explicit SPH solver in `D` dimensions.
 pub struct SphSolver<const D: usize> {
-    /// Kernel, options and boundary conditions that are constant during a stage.
+    /// Case, options, kernel and gravity, constant during the run.
     pub(crate) setting: SolverContext<D>,
     /// Time and step of the run.
     pub(crate) clock: Clock,
@@ -146,10 +146,10 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
-    /// Updates neighbours, images and walls; step 1.
-    pub(crate) fn update_lists(&mut self, begins: bool) -> Result<(), SolverError> {
+    /// Updates neighbour lists, image particles and wall particles (step 1). Particles may be sorted only if `at_step_start` is true.
+    pub(crate) fn update_lists(&mut self, at_step_start: bool) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
-        lists.refresh(setting, clock, bodies, walls, rates, begins)
+        lists.refresh(setting, clock, bodies, walls, rates, at_step_start)
     }
 
     /// Advances the state by a step, with the present neighbour lists.

@@ -16,7 +16,7 @@ use crate::obstacles::facet::{FacetContact, NO_FACET};
 use crate::points::grains::Grains;
 use crate::specimen::file::read::{NamedTable, columns_of_row};
 use crate::specimen::file::{KEY, NO_INDEX, StoredSpecimen};
-use crate::specimen::specimen_state::SpecimenSource;
+use crate::specimen::specimen_preparation::SpecimenSource;
 
 /// Number of values of half of a facet key, `2³²`.
 const HALF_KEY_VALUES: u64 = 1 << 32;
@@ -123,8 +123,8 @@ impl StoredSpecimen {
         Ok(self.head.step)
     }
 
-    /// Restores contact histories, wall positions and the kinetic stress of the cell, for grains that have no lists yet, and adds the notes for the
-    /// user.
+    /// Restores contact histories, wall positions and the kinetic stress of the cell, for grains that have no lists yet, and adds the notes
+    /// for the user.
     ///
     /// # Errors
     /// When the contacts or walls of the file fit neither its grains nor the case.

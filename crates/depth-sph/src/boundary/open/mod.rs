@@ -157,7 +157,7 @@ fn exchange_layer_states<const D: usize>(
             let within = [lower.state.strips[strip].interior_fit, upper.state.strips[strip].interior_fit];
             for end in [&mut *lower, &mut *upper] {
                 let both = end.state.strips[strip].layers.get_or_insert_default();
-                both.set(still, within);
+                both.set_states(still, within);
                 if let Some([of_lower, of_upper]) = &arriving {
                     both.record(time, [of_lower[strip], of_upper[strip]], inside, reach);
                 }

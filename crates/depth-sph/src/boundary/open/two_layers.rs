@@ -146,9 +146,9 @@ impl LayerOfSide {
 }
 
 impl LayerPair {
-    /// Sets the far states and the flow that arrives at the side.
-    pub(super) fn set(&mut self, still: [Option<BoundaryState>; 2], within: [Option<InteriorFit>; 2]) {
-        (self.far_states, self.interior) = (still, within);
+    /// Sets the far-field states of both layers and the fits of the interior flow that arrives at the boundary.
+    pub(super) fn set_states(&mut self, far: [Option<BoundaryState>; 2], interior: [Option<InteriorFit>; 2]) {
+        (self.far_states, self.interior) = (far, interior);
     }
 
     /// Records the state `distance` (m) before the end of a profile at `time` (s), at the beginning of a step of `dt` (s). It is evaluated

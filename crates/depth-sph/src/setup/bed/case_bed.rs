@@ -40,8 +40,8 @@ pub struct CaseBed<const D: usize> {
     pub bed: Bed<D>,
     /// Cells of the raster, where the bed is one.
     pub grid: Option<PlanCells>,
-    /// Largest distance of the surface from the heights of its raster, and the root mean square of all (m).
-    pub departure: Option<[f64; 2]>,
+    /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
+    pub fit_errors: Option<[f64; 2]>,
     /// Warnings.
     pub warnings: Vec<String>,
 }
@@ -58,7 +58,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
             return Err(CaseError::new("boundaries", problem));
         };
         reject_erosion_of_plane(options)?;
-        return Ok(CaseBed { bed: Bed::Flat(level), grid: None, departure: None, warnings: Vec::new() });
+        return Ok(CaseBed { bed: Bed::Flat(level), grid: None, fit_errors: None, warnings: Vec::new() });
     };
     if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
         let problem = "must be 0 over an obstacle: gravity must be vertical over a bed with slopes";
@@ -76,7 +76,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
         reject_erosion_of_plane(options)?;
-        return Ok(CaseBed { bed, grid: None, departure: None, warnings: Vec::new() });
+        return Ok(CaseBed { bed, grid: None, fit_errors: None, warnings: Vec::new() });
     }
     let (mut raster, path) = raster::<D>(case, options)?;
     raise_to_wall(case, first, floor, &mut raster)?;
@@ -98,17 +98,18 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     let ground = TerrainBed::new(raster).map_err(|error| wrong(error.to_string()))?;
     warnings.extend(too_steep(case, &ground));
     warnings.extend(energy_warning(options));
-    let departure = Some(departure(&ground, &means));
+    let fit_errors = Some(fit_errors(&ground, &means));
     let bed = if options.records_erosion() {
         Bed::Erodible(Box::new(ErodibleBed::new(ground, options.lower_bed)))
     } else {
         Bed::Surface(Arc::new(ground))
     };
-    Ok(CaseBed { bed, grid: on_map.then_some(grid), departure, warnings })
+    Ok(CaseBed { bed, grid: on_map.then_some(grid), fit_errors, warnings })
 }
 
-/// Largest distance of a surface from heights that were `means` (m) above its own levels, and the root mean square of all (m).
-fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
+/// Largest and root-mean-square difference (m) of the bed surface from the levels of its raster before smoothing. `means` (m) are the
+/// raster levels minus the smoothed ones.
+fn fit_errors(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
     let raster = ground.raster();
     let off = |number: usize| {
         let bed: Option<BedPoint<2>> =

@@ -284,7 +284,7 @@ fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
     pushes
 }
 
-/// Sets the velocity of a node to that of the bonded faces, which share the velocity change beyond their normal impulses.
+/// Sets the velocity of a node at a corner to that of the rough faces. The change beyond the normal impulses is divided among the faces.
 fn impose_bonded_velocity(
     changes: &mut [[f64; 3]; MAX_FACES],
     parts: &NormalImpulses,

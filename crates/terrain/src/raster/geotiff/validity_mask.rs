@@ -12,9 +12,10 @@ use crate::raster::geotiff::{TiffDecoder, tiff_error};
 const PHOTOMETRIC: u16 = 262;
 const BLACK_IS_ZERO: u8 = 1;
 pub(super) const PALETTE: u32 = 3;
-/// Bits of `NewSubfileType` that mark a mask and a reduced copy of an image.
-const IS_MASK: u32 = 4;
-const IS_REDUCED: u32 = 1;
+/// Bit of the TIFF tag `NewSubfileType` of an image that is a validity mask.
+const MASK_BIT: u32 = 4;
+/// Bit of the TIFF tag `NewSubfileType` of an image with reduced resolution.
+const REDUCED_BIT: u32 = 1;
 
 /// Bytes of a TIFF whose current image has plain numbers instead of a colour palette.
 pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Option<Vec<u8>> {
@@ -43,7 +44,7 @@ pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec
         decoder.next_image().map_err(tiff_error)?;
         number += 1;
         let kind: u32 = decoder.find_tag_unsigned(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
-        if kind & IS_MASK != 0 && kind & IS_REDUCED == 0 && decoder.dimensions().ok() == Some(size) {
+        if kind & MASK_BIT != 0 && kind & REDUCED_BIT == 0 && decoder.dimensions().ok() == Some(size) {
             return decode_mask(bytes, &mut decoder, number, size).map(Some);
         }
     }
