@@ -6,9 +6,9 @@ use crate::laws::StrengthReduction;
 use crate::{MaterialError, MaterialSpec};
 
 impl MaterialSpec {
-    /// Basal law of depth-integrated flow of this material over a bed that is as strong as itself: `tan φ` and
-    /// cohesion of soils, cohesion alone of von Mises and Tresca, Bingham's profile of fluids (with `sin φ` and
-    /// `c cos φ` for `frictional-fluid`, whose yield stress is `c cos φ + p sin φ`), `μ(I)` of granular flow.
+    /// Basal law of a depth-integrated flow of this material over a bed of the same strength. Soils give `tan φ` and cohesion, von Mises
+    /// and Tresca cohesion only, granular flow `μ(I)`, fluids Bingham's profile. For `frictional-fluid` Bingham's profile has `sin φ` and
+    /// `c cos φ`, as its yield stress is `c cos φ + p sin φ`.
     ///
     /// # Errors
     /// Parameters out of range, and materials whose strength depends on a state that depth-integrated flow does not

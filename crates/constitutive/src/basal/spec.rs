@@ -57,7 +57,7 @@ impl BasalSpec {
         Ok(BasalRheology { name, strength, drag })
     }
 
-    /// Warnings about admissible but doubtful values, each starting with the parameter's name.
+    /// Warnings about valid but unusual parameter values, each with the name of the parameter.
     pub fn warnings(&self) -> Vec<String> {
         let angle = match self {
             Self::ViscousFrictional(ViscousFrictionalSpec { friction_angle, .. })
@@ -75,7 +75,7 @@ impl BasalSpec {
             .collect()
     }
 
-    /// Samples of all variants of every law.
+    /// Example laws that include all variants of each law, for tests.
     pub fn examples() -> Vec<Self> {
         let bingham = |friction_angle, solution| {
             Self::Bingham(BinghamBaseSpec {
@@ -137,7 +137,7 @@ pub struct BinghamBaseSpec {
     /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries, 0 to 1.
     #[serde(default)]
     pub pore_pressure_ratio: f64,
-    /// Plastic viscosity `μ` (Pa s), not negative; without it the yield stress alone acts.
+    /// Plastic viscosity `μ` (Pa s), not negative; at 0 the base has the yield stress only.
     pub viscosity: f64,
     /// Solution of the cubic equation.
     #[serde(default)]

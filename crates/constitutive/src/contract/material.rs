@@ -8,8 +8,7 @@ use crate::{
     SymTensor, Tangent,
 };
 
-/// Points per block of [`States`]: the batch of one virtual call. A block's motions
-/// fit in the first-level cache.
+/// Number of points in a block of [`States`], which a material updates in one call. A block's motions fit in the first-level cache.
 pub const BLOCK_SIZE: usize = 64;
 
 /// States of up to [`BLOCK_SIZE`] points, with the type erased.
@@ -29,10 +28,10 @@ pub struct States {
 trait ErasedBlock: Any + Send + Sync {
     /// Copy of the block in a new box.
     fn clone_box(&self) -> Box<dyn ErasedBlock>;
-    /// Copies the states of a block of the same kind into its own memory; `false`, without a change, for another kind.
+    /// Copies the states of another block into the existing memory; false, without a change, if the other block is of another material.
     fn copy_from(&mut self, other: &StateBlock) -> bool;
     fn len(&self) -> usize;
-    /// Gathers points `order` of all `blocks` in a block of this kind.
+    /// Block with the states of the points with indices `order` in all `blocks`.
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
     /// Block as `Any`, to downcast it to the type of the states.
     fn as_any(&self) -> &dyn Any;
@@ -66,7 +65,7 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     }
 }
 
-/// States of a material around another: its own and those of the inner one.
+/// States of a wrapped material: those of the wrapper and those of the inner material.
 struct WrappedStates<S> {
     outer_states: Vec<S>,
     inner: StateBlock,
@@ -101,7 +100,7 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for WrappedStates<S> {
     }
 }
 
-/// States of a block as their own type.
+/// States of a block as the type of the material that made it.
 fn downcast_states<S: 'static>(block: &StateBlock) -> &[S] {
     let states = block.0.as_any().downcast_ref::<Vec<S>>();
     states.expect("a state block is only ever used with the material that made it")
@@ -127,18 +126,18 @@ impl StateBlock {
             .expect("a state block is only ever used with the material that made it")
     }
 
-    /// Block of a material around another.
+    /// Block of a wrapped material, from the states of the wrapper and the block of the inner material.
     pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(outer_states: Vec<S>, inner: Self) -> Self {
         Self(Box::new(WrappedStates { outer_states, inner }))
     }
 
-    /// Own states of a material around another, and the block of the inner one.
+    /// States of the wrapper and the block of the inner material.
     pub(crate) fn own_and_inner<S: 'static>(&self) -> (&[S], &Self) {
         let nested = self.nested::<S>();
         (&nested.outer_states, &nested.inner)
     }
 
-    /// Mutable variant of [`StateBlock::own_and_inner`].
+    /// Mutable states of the wrapper and mutable block of the inner material.
     pub(crate) fn own_and_inner_mut<S: 'static>(&mut self) -> (&mut [S], &mut Self) {
         let nested = self.0.as_any_mut().downcast_mut::<WrappedStates<S>>();
         let nested = nested.expect("a state block is only ever used with the material that made it");
@@ -231,8 +230,8 @@ impl States {
         Self::gather_from_blocks(&all, order)
     }
 
-    /// States gathered from several sets of the same material: point `i` of the result is point `k` of
-    /// `parts[part]`, `(part, k)` being `picks[i]`.
+    /// States gathered from several state arrays of one material: point `i` of the result is point `k` of `parts[part]`, where `(part, k)`
+    /// is `picks[i]`.
     #[must_use]
     pub fn gathered(parts: &[&Self], picks: &[(u32, u32)]) -> Self {
         let all: Vec<&StateBlock> = parts.iter().flat_map(|part| &part.blocks).collect();
@@ -248,7 +247,7 @@ impl States {
         Self::gather_from_blocks(&all, &order)
     }
 
-    /// Gathers points `order` of blocks of one material, with indices as if every block were full.
+    /// States of the points with indices `order`, where each block has [`BLOCK_SIZE`] indices, even if it has fewer points.
     fn gather_from_blocks(all: &[&StateBlock], order: &[u32]) -> Self {
         let Some(first) = all.first() else { return Self::default() };
         let blocks = order.chunks(BLOCK_SIZE).map(|part| StateBlock(first.0.gather(all, part))).collect();
@@ -279,7 +278,7 @@ pub trait Material: Law {
         states: &mut StateBlock,
     ) -> Result<(), BatchError>;
 
-    /// Updates a batch like [`Material::update`], with motions component by component, which some laws read directly.
+    /// Updates a batch like [`Material::update`], with motions stored in one array per component.
     ///
     /// # Errors
     /// As [`Material::update`].
@@ -306,10 +305,10 @@ pub trait Material: Law {
     /// Computes yield function values (Pa), `-inf` for laws without one.
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// Computes the scalars of [`Law::output_names`], point after point: `out.len() = points × names`.
+    /// Computes the output values of all points, point by point: `out.len() = points × names`.
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// Consistent tangent of the step `motion` from point `index` of the block.
+    /// Consistent tangent (Pa) of a step from the state of point `index` of the block.
     ///
     /// # Errors
     /// As [`Material::update`].
@@ -321,8 +320,8 @@ pub trait Material: Law {
         index: usize,
     ) -> Result<Tangent, MaterialError>;
 
-    /// Work dissipated by the step `motion` of a single point, `old` to `new` (stress and block of one
-    /// point each), per unit current volume (J/m³); `None` where the law does not define it.
+    /// Dissipated work of a step of a single point per unit current volume (J/m³), from `old` to `new`; `None` if the law does not define
+    /// it.
     fn dissipation(
         &self,
         motion: &Motion,
@@ -467,7 +466,7 @@ impl<L: StressUpdate> Material for L {
     }
 }
 
-/// Evaluates `value` at each point of a block and stores the result in `out`.
+/// Evaluates `value` at each point of a block and stores the results in `out`.
 fn update_each<L: StressUpdate>(
     stresses: &[SymTensor],
     states: &StateBlock,

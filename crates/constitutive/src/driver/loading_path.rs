@@ -133,7 +133,7 @@ pub enum LoadingPath {
     },
 }
 
-/// Quantity prescribed by a row of a direct path.
+/// Quantity that a component of a direct path prescribes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlledQuantity {

@@ -194,11 +194,11 @@ impl ElementSpecimen {
     }
 }
 
-/// Result of a test up to its end or to its stop.
+/// Result of a test, complete or up to the step at which it stopped.
 pub struct TestTrace {
-    /// Path up to the end or to the step where the test stopped.
+    /// Path up to the end of the test or to the step at which it stopped.
     pub path: ElementPath,
-    /// Reason why the test stopped before its end; `None` for a complete test.
+    /// Reason for which the test stopped early; `None` for a complete test.
     pub stop_reason: Option<DriverError>,
     start: ElementSpecimen,
     end: ElementSpecimen,
@@ -224,7 +224,7 @@ impl ElementTest {
         trace.stop_reason.map_or(Ok(trace.path), Err)
     }
 
-    /// Runs the test to its end or to the first failure.
+    /// Runs the test to its end or to the first failure, and returns the path up to there.
     ///
     /// # Errors
     /// When the description of the test is invalid; a failure during the test is in [`TestTrace::stop_reason`].

@@ -7,7 +7,7 @@ use crate::driver::path_control::{Control, ControlEquations};
 use crate::driver::{ElementSpecimen, ElementTest, TestStage, step_solver};
 use crate::{Mat3, MaterialError, SymTensor};
 
-/// Problem of a test with its path: `stages[1].path.b: 2 is not in 0..=1`.
+/// Problem in the description of a test with the path of the value, such as `stages[1].path.b: 2 is not in 0..=1`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TestProblem {
     /// JSON path of the value.
@@ -22,16 +22,16 @@ impl fmt::Display for TestProblem {
     }
 }
 
-/// Text of the problems, one a line.
+/// Text of the problems, one per line.
 pub(super) fn problem_lines(problems: &[TestProblem]) -> String {
     let lines: Vec<String> = problems.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
 
-/// Largest number of steps of a stage: more fill the memory with rows.
+/// Largest number of steps of a stage, which bounds the memory for the rows of the path.
 const MAX_STEPS: usize = 1_000_000;
 
-/// Largest strain of a step: above it, the relative deformation of the step inverts.
+/// Largest strain of a step; with a larger one the deformation gradient of the step may invert.
 const LARGEST_STRAIN: f64 = 1.0;
 
 /// Message on a reversal as the first stage.
@@ -171,7 +171,7 @@ impl TestProblems {
         self.require(holds, path, || format!("{stiffness} is not positive (Pa)"));
     }
 
-    /// Checks increments given one by one, with as many rotations or none.
+    /// Checks the increments of a direct path and that the number of rotations is zero or that of the increments.
     fn direct(&mut self, place: &str, increments: &[[f64; 6]], spins: &[[f64; 3]]) {
         let at = |key: &str| format!("{place}.{key}");
         let (count, turns) = (increments.len(), spins.len());
@@ -230,7 +230,7 @@ impl TestProblems {
     }
 }
 
-/// Largest strain prescribed by a row of strain alone.
+/// Largest strain increment among the equations that prescribe strain only.
 fn largest_strain(conditions: &ControlEquations) -> f64 {
     let amount = |row: usize| {
         let free = conditions.stress[row].iter().all(|s| *s == 0.0);

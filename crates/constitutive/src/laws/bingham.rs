@@ -51,7 +51,8 @@ pub struct BinghamSpec {
     pub density: f64,
     /// Bulk modulus at zero pressure (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only for `viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
+    /// `viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Yield stress `τ_y` (Pa), not negative.
@@ -78,7 +79,8 @@ pub struct FrictionalFluidSpec {
     pub density: f64,
     /// Bulk modulus at zero pressure (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only for `viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
+    /// `viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Friction angle (degrees), 0 to 90 (excluded).

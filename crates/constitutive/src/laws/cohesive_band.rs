@@ -22,7 +22,7 @@ use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 /// Value of the key `model` in case files.
 const NAME: &str = "cohesive-friction";
 
-/// Largest softening variable: beyond it the cohesion vanishes, `e⁻³⁰⁰`.
+/// Largest softening variable; above it the cohesion, which is proportional to its negative exponential, is negligible.
 const LARGEST_SOFTENING: f64 = 300.0;
 
 /// Parameters of the cohesive–frictional band.
@@ -63,7 +63,7 @@ pub struct CohesiveBand {
 pub struct CohesiveState {
     /// Softening variable `χ`: damage is `1 - e^(-χ)`.
     pub softening: f64,
-    /// Plastic part of the jump (m), normal first.
+    /// Plastic part of the displacement jump (m): normal and two tangential components.
     pub plastic_jump: [f64; 3],
 }
 
@@ -184,7 +184,7 @@ impl CohesiveBand {
         ]
     }
 
-    /// Shear traction (Pa) at which the return to the hyperbola of `softening` ends.
+    /// Shear traction (Pa) at the end of the return to the yield hyperbola at a given softening variable.
     fn shear_at_softening(&self, trial: &TractionTrial, softening: f64, start: f64) -> Option<f64> {
         if trial.shear == 0.0 {
             return Some(0.0);
@@ -244,7 +244,7 @@ impl CohesiveBand {
         Ok(BandReturn { normal: on.normal, shear, softening, opening, plastic_slip, a: on.a[0], jacobian })
     }
 
-    /// Parts of a trial traction, and whether it lies outside.
+    /// Normal and tangential parts of a trial traction (Pa), and whether it is outside the yield surface.
     fn trial(&self, traction: [f64; 3], stiffness: [f64; 2], softening: f64) -> (TractionTrial, bool) {
         let [normal, s, t] = traction;
         let shear = s.hypot(t);
@@ -261,7 +261,7 @@ impl CohesiveBand {
         [old[0] + kn * jump[0], old[1] + ks * jump[1], old[2] + ks * jump[2]]
     }
 
-    /// Traction and state after the return of the trial traction, with the given stiffnesses.
+    /// Traction and state after the return of a trial traction, for given normal and shear stiffnesses (Pa/m).
     fn state_after_return(
         &self,
         traction: [f64; 3],

@@ -39,7 +39,7 @@ pub struct CohesiveDamage {
 /// Internal variables of the damage band.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DamageState {
-    /// Jump (m), normal first, the elastic part at insertion included.
+    /// Displacement jump (m): normal and two tangential components, the elastic jump at insertion included.
     pub jump: [f64; 3],
     /// Largest effective opening in the history, `κ` (m).
     pub max_opening: f64,

@@ -35,8 +35,8 @@ pub struct MuISpec {
     pub density: f64,
     /// Bulk modulus of the packing `ρ₀ c₀²` (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only
-    /// for `elasto-viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
+    /// `elasto-viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Density of the grains (kg/m³), > 0.
@@ -301,7 +301,7 @@ impl FlowCurve for MuI {
     }
 }
 
-/// Friction law as a viscosity that is finite at rest.
+/// Friction law `μ(I)` as a viscous fluid whose viscosity at rest is finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegularisedMuI {
     /// Friction law.

@@ -80,7 +80,7 @@ pub struct NeoHookean {
     pub volumetric_law: VolumetricLaw,
 }
 
-/// Volumetric term at some volume.
+/// Volumetric stress, its derivative and its energy at a given volume.
 struct VolumetricTerm {
     /// Kirchhoff stress `U` (Pa).
     stress: f64,

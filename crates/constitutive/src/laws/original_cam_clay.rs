@@ -28,7 +28,7 @@ const NAME: &str = "original-cam-clay";
 /// Round-off tolerance of a stress on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
-/// Parameters of `original-cam-clay`: those of `modified-cam-clay`.
+/// Parameters of `original-cam-clay`, which are those of `modified-cam-clay`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct OriginalCamClaySpec(pub CamClaySpec);

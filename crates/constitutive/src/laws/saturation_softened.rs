@@ -81,7 +81,7 @@ impl Model for SaturationSoftenedSpec {
 
 /// Law with scalable cohesion.
 pub(crate) trait ScalableCohesion: SmallStrain<State = PlasticStrain> + Clone {
-    /// Returns the law with `share` of its cohesion, peak and residual.
+    /// Returns the law with peak and residual cohesion multiplied by `share`.
     fn with_cohesion_share(&self, share: f64) -> Self;
 }
 
@@ -105,7 +105,7 @@ struct SaturationSoftened<L> {
     saturated_law: f64,
 }
 
-/// State of the inner law and saturation at the end of the last step.
+/// State of the inner law with the saturation at the end of the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct WettedState {
     plastic_strain: PlasticStrain,

@@ -59,10 +59,10 @@ pub struct SnowSpec {
     /// Elastic law: stress from the elastic stretches.
     #[serde(default)]
     pub elastic_law: SnowElasticity,
-    /// Lower bound of the plastic volume `J_P` for stiffening: packing below it does not stiffen further; in 0..=1 (0 excluded).
+    /// Lower bound of the plastic volume ratio `J_P` for hardening, above 0 and at most 1. Denser snow does not harden further.
     #[serde(default = "least_plastic_volume")]
     pub least_plastic_volume: f64,
-    /// Upper bound of the plastic volume `J_P` for softening: tearing above it does not soften further; at least 1.
+    /// Upper bound of the plastic volume ratio `J_P` for softening, at least 1. Looser snow does not soften further.
     #[serde(default = "largest_plastic_volume")]
     pub largest_plastic_volume: f64,
 }
@@ -183,7 +183,7 @@ pub struct Snow {
 /// State of a point of [`Snow`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SnowState {
-    /// Elastic left Cauchy–Green tensor less the unit tensor, `b_E - 1`, which keeps the digits of small strains.
+    /// Elastic left Cauchy–Green tensor minus the unit tensor, `b_E - 1`, which resolves small strains without cancellation.
     pub elastic: SymTensor,
     /// Plastic volume over initial volume, `J_P`.
     pub plastic_volume: f64,
@@ -225,7 +225,7 @@ impl Snow {
         }
     }
 
-    /// Kirchhoff stresses of principal elastic stretches less one, before any hardening.
+    /// Principal Kirchhoff stresses of elastic elongations (stretches minus one) without hardening (Pa).
     #[inline]
     fn principal(&self, elongations: [f64; 3]) -> PrincipalStress {
         match self.spec.elastic_law {
@@ -381,7 +381,7 @@ impl StressUpdate for Snow {
         substepped_motion(motion, LARGEST_STEP, old, step)
     }
 
-    /// Consistent tangent: a clamped stretch changes the plastic volume, and through it the moduli.
+    /// Consistent tangent: a clamped stretch changes the plastic volume ratio and thereby the moduli.
     fn tangent(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Tangent, MaterialError> {
         if motion.strain_increment().norm() > LARGEST_STEP {
             return numerical_tangent(motion, |m| StressUpdate::update(self, m, old).map(|p| p.stress));

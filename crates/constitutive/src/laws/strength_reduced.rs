@@ -42,7 +42,7 @@ impl StrengthReduction {
         Self { factor, scope: ReductionScope::Both, keep_dilatancy: false }
     }
 
-    /// Reduced angle (degrees).
+    /// Angle whose tangent is divided by the reduction factor (degrees).
     pub(crate) fn angle(&self, degrees: f64) -> f64 {
         (degrees.to_radians().tan() / self.factor).atan().to_degrees()
     }

@@ -23,7 +23,7 @@ const KEYWORDS: [&str; 14] = [
     "*End",
 ];
 
-/// Largest number of steps after repetitions: more is taken as a typing error.
+/// Largest number of steps with repetitions; a larger number is reported as an error.
 const MAX_STEPS: usize = 100_000;
 
 /// Content of `test.inp`.
@@ -34,7 +34,7 @@ pub(super) struct TestSteps {
     pub(super) steps: Vec<TestStep>,
 }
 
-/// Step: the stage, its row interval, and the line of its keyword.
+/// Step of the test: the stage, its output interval and the line of its keyword.
 #[derive(Clone)]
 pub(super) struct TestStep {
     /// Loading path, number of increments and duration (s) of the step.
@@ -65,8 +65,7 @@ pub(super) fn read_steps(text: &str, unit: f64) -> Result<TestSteps, TestProblem
     Ok(TestSteps { title, steps })
 }
 
-/// Supported keyword of a line, irrespective of case and without a remark behind it; the line
-/// itself where there is none, or a condition.
+/// Keyword of a line in its standard spelling, without a remark. It is the line itself if it has no supported keyword or a condition.
 fn keyword(line: &str) -> &str {
     let word = line.split(|c: char| c.is_whitespace() || c == '#').next().unwrap_or_default();
     let known = KEYWORDS.iter().find(|known| known.eq_ignore_ascii_case(word));
@@ -112,7 +111,7 @@ fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestS
     Ok(TestStep { stage: TestStage { path, steps, duration }, output_interval: every, line })
 }
 
-/// Reads `ninc maxiter deltaTime`, and after a colon the row interval.
+/// Reads number of increments, maximum number of iterations and duration (`ninc maxiter deltaTime`), and the output interval after a colon.
 fn increment_header(lines: &mut NumberedLines<'_>) -> Result<(usize, f64, usize), TestProblem> {
     let what = "ninc maxiter deltaTime";
     let text = lines.require_line(what)?;
@@ -206,7 +205,7 @@ fn deformation(lines: &mut NumberedLines<'_>) -> Result<LoadingPath, TestProblem
     Ok(LoadingPath::DeformationGradient { deformation: f })
 }
 
-/// Stress and strain variables of the rows of a load.
+/// Variables in which a load prescribes stress and strain.
 #[derive(Clone, Copy)]
 enum StressVariables {
     /// Cartesian components.
@@ -235,7 +234,7 @@ fn variables(lines: &mut NumberedLines<'_>) -> Result<StressVariables, TestProbl
 }
 
 impl StressVariables {
-    /// Rows of the stress variables from T11 T22 T33, and of the strain variables from ε11 ε22 ε33.
+    /// Matrices of the stress variables from T11 T22 T33 and of the strain variables from ε11 ε22 ε33.
     fn rows(self) -> ([[f64; 3]; 3], [[f64; 3]; 3]) {
         let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let (third, s, r3, r6) = (1.0 / 3.0, FRAC_1_SQRT_2, 1.0 / 3f64.sqrt(), 1.0 / 6f64.sqrt());
@@ -257,7 +256,7 @@ impl StressVariables {
     }
 }
 
-/// Six rows of a load, each prescribing stress or strain.
+/// Six equations of a load, each with a prescribed stress or strain.
 struct LoadRows {
     variables: StressVariables,
     stress: [bool; 6],

@@ -78,7 +78,7 @@ pub(in crate::laws) struct CamClayTrial {
 }
 
 impl CamClayConstants {
-    /// State at the start; `size` gives `p_c` of the surface through a stress.
+    /// State at the start; `size` gives the preconsolidation pressure `p_c` of the yield surface through a stress (Pa).
     pub(in crate::laws) fn initial(
         &self,
         model: &'static str,

@@ -67,7 +67,7 @@ impl DruckerPrager {
         Self { name, ..self }
     }
 
-    /// Returns the law with `share` of its cohesion, peak and residual.
+    /// Returns the law with peak and residual cohesion multiplied by `share`.
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;
@@ -76,7 +76,7 @@ impl DruckerPrager {
         law
     }
 
-    /// Updates a point of a law whose cone changes, or by an algorithm of the source.
+    /// Updates a point of a law with softening or hardening, or by an algorithm of Bui & Nguyen 2021.
     #[inline(never)]
     fn step_with_changing_cone(
         &self,
@@ -164,7 +164,7 @@ impl SmallStrain for DruckerPrager {
         true
     }
 
-    /// Largest strain increment: forward steps are limited to a share of the yield strain.
+    /// Largest strain increment of a sub-step: half the yield strain, within 1e-4 and 1e-2, for the explicit algorithm, else 1e-2.
     fn max_strain_increment(&self) -> f64 {
         match self.spec.integration {
             PlasticIntegration::Explicit => {

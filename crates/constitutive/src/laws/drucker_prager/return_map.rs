@@ -170,8 +170,8 @@ impl DruckerPrager {
     }
 }
 
-/// Root of `at` between 0, where it is `excess > 0`, and `end`, by secants inside a shrinking
-/// bracket; beyond `end` (apex) when there is none. Returns the root and the cone there.
+/// Root of `at` between 0, where it is `excess > 0`, and `end`, by the secant method in a bracket. The result is beyond `end`, for a return
+/// to the apex, if there is no root. Returns the root and the cone there.
 fn solve_softening(
     at: impl Fn(f64) -> (f64, Cone),
     start: f64,

@@ -44,7 +44,7 @@ pub struct HypoplasticConstants {
     pub c4: f64,
 }
 
-/// Critical-state line and density function; pressures enter as `|tr T| = 3p`.
+/// Critical-state line and density function, with pressures as `|tr T| = 3p`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CriticalState {
@@ -86,9 +86,8 @@ impl CriticalState {
         self.q3 * (a - self.q1) * grown * density + (a - 1.0) * change
     }
 
-    /// Density function `f_d` (eqs. 19–22) at `tr T` (Pa) and void ratio `e`. `D_c` is limited to -1 to
-    /// 1: no soil is denser than `e_min`, and where the critical line has come down to `e_min` the
-    /// quotient is meaningless.
+    /// Density function `f_d` (eqs. 19–22) at `tr T` (Pa) and void ratio `e`. `D_c` is limited to -1 to 1, because no soil is denser than
+    /// `e_min`.
     #[inline]
     pub fn density_function(&self, trace: f64, void_ratio: f64) -> f64 {
         let critical = self.critical_void_ratio(trace);
@@ -192,8 +191,8 @@ impl HypoplasticConstants {
         states
     }
 
-    /// Failure flow `-𝓛⁻¹ N`: the strain rate, per unit of its own norm, that would keep `stress` constant. Its norm is 1 on the
-    /// failure surface (eq. 14) and below 1 inside.
+    /// Strain rate of unit norm that keeps the stress constant, `-𝓛⁻¹ N`: the flow at failure. Its norm is 1 on the failure surface (eq.
+    /// 14) and below 1 inside.
     pub fn failure_flow(&self, stress: &SymTensor, density_function: f64) -> SymTensor {
         let trace = stress.trace();
         let (alpha, beta) = (self.c1 * trace, self.c2 / trace);
@@ -209,7 +208,7 @@ impl HypoplasticConstants {
         squared(stress) * (self.c3 * factor) + squared(&stress.deviator()) * (self.c4 * factor)
     }
 
-    /// Change of [`HypoplasticConstants::rate`] with changes of stress, stretching and density function.
+    /// Change of [`HypoplasticConstants::rate`] due to changes of stress, stretching and density function.
     fn rate_change(
         &self,
         (stress, d, density_function): (&SymTensor, &SymTensor, f64),
@@ -251,7 +250,7 @@ pub struct Hypoplastic {
 }
 
 impl Hypoplastic {
-    /// Constants, calibrated or given.
+    /// Constants of the law, calibrated or given by the case.
     pub fn constants(&self) -> &HypoplasticConstants {
         &self.constants
     }

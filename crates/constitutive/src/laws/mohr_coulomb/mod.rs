@@ -29,7 +29,7 @@ pub use pyramid::{Pyramid, YieldRegion};
 /// Value of the key `model` in case files.
 const NAME: &str = "mohr-coulomb";
 
-/// Least number of points near yield in a batch for computing all spectra at once.
+/// Number of points near yield in a batch from which all spectra are computed together.
 const MIN_BATCH_POINTS: usize = 8;
 
 /// Mohr–Coulomb law. See the module's head for source and limits.
@@ -48,7 +48,7 @@ impl MohrCoulomb {
         Self { name, ..self }
     }
 
-    /// Returns the law with `share` of its cohesion, peak and residual.
+    /// Returns the law with peak and residual cohesion multiplied by `share`.
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;

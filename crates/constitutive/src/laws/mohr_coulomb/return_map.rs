@@ -25,14 +25,14 @@ pub(super) struct PyramidReturn {
 pub(super) struct PyramidEdge {
     /// Direction of the edge in the space of principal stresses.
     pub direction: [f64; 3],
-    /// Vector whose product with a trial (from the apex) is the position along the edge at the end of its return.
+    /// Vector whose scalar product with a trial stress (from the apex) is the position on the edge at the end of the return.
     pub edge_coordinate: [f64; 3],
     /// Normal of the plane through the edge and the direction of return.
     pub plane_normal: [f64; 3],
 }
 
 impl PyramidReturn {
-    /// Return of `trial` and the region of the surface at its end.
+    /// Stress after the return of a trial stress, and the part of the surface on which it ends.
     #[inline]
     pub(super) fn return_map(&self, trial: [f64; 3]) -> ([f64; 3], YieldRegion) {
         let region = self.shear_region(trial);
@@ -79,7 +79,7 @@ impl PyramidReturn {
         }
     }
 
-    /// Principal stresses of the return of `trial` to the given region of the surface.
+    /// Principal stresses after the return of a trial stress to a given part of the surface (Pa).
     #[inline]
     pub(super) fn return_to(&self, region: YieldRegion, trial: [f64; 3]) -> [f64; 3] {
         let pyramid = &self.pyramid;

@@ -108,7 +108,7 @@ pub struct UmatSpec {
     /// P-wave modulus that bounds the time step (Pa), > 0; from the library's stiffness when absent.
     #[serde(default)]
     pub wave_modulus: Option<f64>,
-    /// Whether several threads may call the library at once.
+    /// Whether several threads may call the library at the same time.
     #[serde(default)]
     pub thread_safe: bool,
 }
@@ -151,7 +151,7 @@ impl Model for UmatSpec {
         Ok(Arc::new(Umat { spec: self.clone(), routine }))
     }
 
-    /// No samples: the behaviour of a library is unknown, and it may be absent.
+    /// No examples, as the behaviour of a library is unknown and it may be absent.
     fn examples() -> Vec<Self> {
         Vec::new()
     }
@@ -225,7 +225,7 @@ fn from_umat(values: [f64; 6]) -> SymTensor {
     SymTensor(std::array::from_fn(|k| values[ORDER[k]]))
 }
 
-/// Column-major array of a matrix, as in Fortran.
+/// Components of a matrix in column-major order, as in Fortran.
 fn column_major(m: &Mat3) -> [f64; 9] {
     std::array::from_fn(|k| m.0[k % 3][k / 3])
 }
@@ -369,7 +369,7 @@ impl UmatArguments {
 }
 
 impl Umat {
-    /// Calls the routine once: `stress` is already rotated by `rotation`.
+    /// Calls the routine once; the stress must already be rotated by `rotation`.
     fn call(
         &self,
         stress: &SymTensor,

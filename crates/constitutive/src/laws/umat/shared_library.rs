@@ -13,14 +13,14 @@ use libloading::Library;
 
 use crate::MaterialError;
 
-/// Environment variable that allows libraries where it is `1`.
+/// Environment variable that allows the loading of libraries if its value is `1`.
 const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
 
 /// Whether the program has allowed the loading of libraries.
 static LOADING_ALLOWED: AtomicBool = AtomicBool::new(false);
 
-/// Allows materials to load shared libraries, from now on and in this whole process. Without it, a case that names a library is
-/// rejected as foreign code. The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` is equivalent.
+/// Allows materials to load shared libraries, for the whole process. Without it, a case that names a library is rejected as foreign code.
+/// The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` is equivalent.
 pub fn allow_libraries() {
     LOADING_ALLOWED.store(true, Ordering::Relaxed);
 }
@@ -34,7 +34,7 @@ fn is_loading_allowed() -> bool {
 /// Library and the common lock of its routines.
 pub(crate) type LoadedLibrary = (Arc<Library>, Arc<Mutex<()>>);
 
-/// Libraries in use, each opened once, so that materials of one library share its lock.
+/// Libraries in use by path. Each is opened once, so that its materials share its lock.
 fn libraries() -> &'static Mutex<HashMap<PathBuf, LoadedLibrary>> {
     /// Libraries that are loaded, by path.
     static LOADED_LIBRARIES: OnceLock<Mutex<HashMap<PathBuf, LoadedLibrary>>> = OnceLock::new();
@@ -78,7 +78,7 @@ pub(crate) fn open(path: &Path) -> Result<LoadedLibrary, MaterialError> {
 }
 
 thread_local! {
-    /// Whether this thread is inside a library.
+    /// Whether this thread is executing a function of a library.
     static IS_INSIDE_LIBRARY: Cell<bool> = const { Cell::new(false) };
 }
 
