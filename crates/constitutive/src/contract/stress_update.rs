@@ -68,7 +68,7 @@ pub trait Law: Send + Sync {
     }
 }
 
-/// Approximate cost of an update of a point on one thread.
+/// Approximate computing time of the update of a point on one thread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UpdateCost {
     /// Least time of an update with motion (s).

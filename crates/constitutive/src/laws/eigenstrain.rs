@@ -64,7 +64,7 @@ impl Model for EigenstrainSpec {
     }
 }
 
-/// Stress-free strain; own state: the time since the start (s).
+/// Stress-free strain that grows with time; its internal variable is the time since the start (s).
 struct Eigenstrain {
     volumetric: f64,
     duration: f64,

@@ -90,7 +90,7 @@ pub enum StrainMeasure {
 }
 
 impl StrainMeasure {
-    /// Wraps the law with this measure.
+    /// Wraps the law with this strain measure.
     pub(crate) fn wrap<L: SmallStrain + PrincipalReturn>(self, law: L) -> Arc<dyn Material> {
         match self {
             Self::Rate => Arc::new(Corotational(law)),

@@ -16,7 +16,7 @@ use crate::neighbours::simd_neighbour_list::PackedNeighbours;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::{NeighbourData, PhaseNodes};
 
-/// Force sums between the nodes of one set, with the data that they read.
+/// Force sums over pairs of nodes of one set, with the data that they need.
 pub(crate) struct PairForces<'a, const D: usize> {
     /// Material, gravity and numerical parameters of the flow.
     pub(crate) settings: &'a FlowSettings<D>,
@@ -39,7 +39,7 @@ pub(crate) struct PairForces<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> PairForces<'a, D> {
-    /// Forces between the nodes of a set.
+    /// Force sums of the nodes of a set.
     pub(super) fn for_set(settings: &'a FlowSettings<D>, set: &'a PhaseSet<D>) -> Self {
         Self {
             settings,
@@ -188,7 +188,7 @@ impl<'a, const D: usize> PairForces<'a, D> {
     }
 }
 
-/// `(∂W/∂r)/r` of four neighbours, from the squares of their distances and their mean smoothing lengths.
+/// Kernel factor `(∂W/∂r)/r` of four neighbours, from squared distances and mean smoothing lengths.
 #[inline(always)]
 fn kernel_slopes<const D: usize>(kernel: Kernel, factor: f64x4, square: f64x4, mean: f64x4) -> f64x4 {
     // For a node at the same position, the node itself above all, the vector is zero.

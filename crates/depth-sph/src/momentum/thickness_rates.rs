@@ -9,7 +9,7 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{PlanVector, dot};
 
-/// Computes rates of height by one of the forms of the sheet (m/s).
+/// Computes the rates of height (m/s) by the chosen thickness equation.
 pub(super) fn find_thickness_rates<const D: usize>(numerics: &Numerics, sets: &mut [PhaseSet<D>]) {
     let (kernel, form) = (numerics.kernel, numerics.continuity);
     for set in sets {

@@ -8,7 +8,7 @@ use crate::output::flow_view::FlowView;
 use crate::output::hazard_rasters::HazardRasters;
 use crate::phases::phase::PhaseSet;
 
-/// State of a run beside its flow.
+/// State of a run that is not part of the flow: stopping time and errors of the bed surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RunState {
     /// Time at which the flow had stopped (s); NaN before.
@@ -36,7 +36,7 @@ fn energy_outputs<const D: usize>(flow: &FlowView<'_, D>) -> [(&'static str, f64
     ]
 }
 
-/// Scalar outputs of the method in each row of the measures.
+/// Scalar outputs of the method, one per column of the table of measures.
 pub(crate) fn scalar_outputs<const D: usize>(
     flow: &FlowView<'_, D>,
     rasters: Option<&HazardRasters>,
@@ -83,7 +83,7 @@ fn flow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
     ]
 }
 
-/// Volumes that have entered, where there is inflow.
+/// Volumes that have entered, for a case with inflow.
 fn inflow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
     let boundary = flow.boundary;
     if boundary.inflows.is_empty() && !boundary.open_sides.iter().any(OpenBoundary::has_inlet) {
@@ -108,7 +108,7 @@ fn erosion_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> 
     outputs
 }
 
-/// Mean liquefaction of the grains, where there are columns of pore pressure.
+/// Mean liquefaction ratio of the grains, for a case with pore-pressure columns.
 fn mean_liquefaction<const D: usize>(flow: &FlowView<'_, D>) -> Option<ScalarOutput> {
     let columns = &flow.nodes.pore_columns;
     if columns.is_empty() {

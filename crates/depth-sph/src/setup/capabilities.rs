@@ -116,7 +116,7 @@ fn check_walls(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Rejects an absorbing layer without a side, or without space.
+/// Rejects an absorbing layer without an open boundary, or without space for it.
 fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     let mut absorbing =
         case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
@@ -136,7 +136,7 @@ fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     }
 }
 
-/// Checks open sides, through which one phase leaves, grains and fluid, or two layers.
+/// Checks that the phases of the flow support open boundaries: one phase, grains and fluid, or two layers.
 fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {

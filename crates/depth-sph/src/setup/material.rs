@@ -11,7 +11,7 @@ use crate::laws::interphase_drag::MixtureDensities;
 use crate::setup::bed::case_bed::BedFriction;
 use crate::setup::pore_fluid;
 
-/// Largest relative difference of the density of a material from that of the mixture.
+/// Tolerance of the density of a material against that of the mixture.
 const DENSITY_TOLERANCE: f64 = 0.01;
 
 /// Densities and porosity, from the options or from the material.
@@ -41,7 +41,7 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
     Ok(whole)
 }
 
-/// Law of the bed: that of the options, or that of wall and material.
+/// Basal law of a case: that of the options, else that of wall and material.
 pub fn basal_law(
     case: &Case,
     options: &DepthOptions,
@@ -65,7 +65,7 @@ pub fn basal_law(
     require_two_phase_law(options, law, "basal").map(Some)
 }
 
-/// Builds a law given in the options under a key.
+/// Basal law of the parameters under a key of the options.
 pub fn build_basal_law(
     options: &DepthOptions,
     spec: &BasalSpec,

@@ -28,7 +28,7 @@ use crate::flow::{Flow, FlowFailure, OutsideNodes};
 use crate::laws::interphase_drag::MixtureDensities;
 use crate::solver::DepthSolver;
 
-/// Node-updates per second and thread, from the benchmark of one phase without columns.
+/// Node updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;
 /// Node-updates per second and thread with two phases or columns.
 const COUPLED_UPDATES_PER_SECOND: f64 = 5e5;
@@ -100,7 +100,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     })
 }
 
-/// Densities of the bodies where those of the mixture apply (kg/m³).
+/// Densities of the bodies, if those of the mixture apply (kg/m³).
 fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
     let mixture = options.mixture.as_ref()?;
     let densities = MixtureDensities {
@@ -155,7 +155,7 @@ pub(crate) fn solver<const D: usize>(
     Ok(build_in(case, options)?.0)
 }
 
-/// Builds a solver at time zero; returns it with the warnings of its bed.
+/// Solver of a case at time zero, with the warnings of its bed.
 fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -198,7 +198,7 @@ fn build_in<const D: usize>(
     Ok((solver, warnings))
 }
 
-/// Raster of the erodible depths, where there is one.
+/// Raster of the erodible depths, if the case has one.
 fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>, CaseError> {
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
     let wrong = |problem: String| option_error("erodible_depth_raster", problem);

@@ -81,7 +81,7 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
-    /// Restores a saved state; `None` where its parts are inconsistent.
+    /// Restores a saved state; `None` if its parts are inconsistent.
     pub(super) fn restore_state(&mut self, saved: CheckpointState) -> Option<()> {
         self.limit = None;
         if saved.maps.is_some() != self.hazard_rasters.is_some() {

@@ -83,7 +83,7 @@ impl<const D: usize> DepthSolver<D> {
         &self.flow
     }
 
-    /// Volume of the nodes of each body within the domain (m³), without those of absorbing layers beyond it.
+    /// Volume of the nodes of each body within the domain (m³), without those outside open boundaries.
     pub(crate) fn volumes(&self) -> Vec<f64> {
         let Domain { min, max, .. } = &self.case.domain;
         let inside =
@@ -102,8 +102,8 @@ impl<const D: usize> DepthSolver<D> {
         stages::is_equilibration_stage(&self.case.stages[self.stage])
     }
 
-    /// Bound on the step (s) without motion: an idle stage ends when its criterion has been checked as often as required,
-    /// and where all of the flow has left, the run goes on to its end.
+    /// Bound of the time step for a flow without motion (s). An idle stage ends when its criterion has been checked as often as required;
+    /// without any material the run continues to its end.
     fn idle_step(&self) -> f64 {
         let stage = &self.case.stages[self.stage];
         if let Some(criterion) = stage.equilibrium {
@@ -134,7 +134,7 @@ impl<const D: usize> DepthSolver<D> {
         self.stop_detection.update(stop, &motion, self.time);
     }
 
-    /// State of the run beside its flow.
+    /// State of the run that is not part of the flow.
     fn run_state(&self) -> RunState {
         RunState { stop_time: self.stop_detection.stop_time, fit_errors: self.fit_errors }
     }

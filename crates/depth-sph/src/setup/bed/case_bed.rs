@@ -16,11 +16,11 @@ use crate::setup::bed::face_heights::highest_faces;
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
 
-/// Slope that half of a survey may exceed without a warning (degrees; sheet: depth-sph §7).
+/// Slope angle above which there is a warning if half of a survey exceeds it (degrees; sheet: depth-sph §7).
 const STEEPEST_TERRAIN: f64 = 60.0;
 /// Number of nodes of a raster whose slopes are sampled.
 const SAMPLE: usize = 1 << 18;
-/// Steepest slope of the faces of other obstacles without a warning (degrees).
+/// Slope angle of the faces of obstacles above which there is a warning (degrees).
 const STEEPEST_FACE: f64 = 60.0;
 
 /// Friction of the bed on the flow.
@@ -38,7 +38,7 @@ pub enum BedFriction {
 pub struct CaseBed<const D: usize> {
     /// Surface.
     pub bed: Bed<D>,
-    /// Cells of the raster, where the bed is one.
+    /// Cells of the raster, if the bed is one.
     pub grid: Option<PlanCells>,
     /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
     pub fit_errors: Option<[f64; 2]>,
@@ -46,7 +46,7 @@ pub struct CaseBed<const D: usize> {
     pub warnings: Vec<String>,
 }
 
-/// Makes the bed of `case`: its obstacles, and the highest wall that faces upward where it is above them.
+/// Bed of a case: its obstacles, and upward-facing walls where these are higher.
 pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<CaseBed<D>, CaseError> {
     let floor = highest_wall(case);
     let Some(first) = case.obstacles.first() else {
@@ -147,7 +147,7 @@ fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
     Err(CaseError::new(format!("obstacles[{number}].wall"), problem))
 }
 
-/// Rejects erosion with a record on a plane, which has no nodes for it, and a dam on one.
+/// Rejects recorded erosion and dams on a plane bed, which has no raster nodes.
 fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
     if !options.dams.is_empty() {
         let problem = "the bed is a plane, whose heights cannot be raised: give the bed as a raster";
@@ -180,8 +180,7 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
     Ok((highest_faces::<D>(case, spacing, Some((number, own)))?, path))
 }
 
-/// Warns of faces in the way of a flow, and of terrain so steep throughout that its heights may not be in metres: single cliffs
-/// of survey terrain may be upright, but not half of it.
+/// Warning for steep faces in the way of a flow, and for terrain that is so steep everywhere that its levels may not be in metres.
 fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
@@ -244,13 +243,13 @@ fn raise_to_wall(
     Ok(())
 }
 
-/// Friction of the bed of `case`, without making it; `None` where there is no bed.
+/// Friction of the bed of a case; `None` without a bed.
 pub fn bed_friction(case: &Case) -> Option<BedFriction> {
     let obstacle = case.obstacles.first().map(friction_of_obstacle);
     obstacle.or_else(|| highest_wall(case).map(|(_, _, wall)| wall_friction(wall)))
 }
 
-/// Whether the bed of `case` is smooth all over, or there is none.
+/// Whether the whole bed of a case is smooth, or there is no bed.
 pub fn is_smooth(case: &Case) -> bool {
     let regions = case.obstacles.iter().flat_map(|obstacle| &obstacle.regions);
     let mut holds =
