@@ -26,7 +26,7 @@ use crate::stress::stress_work::dissipated_energy;
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 18;
 
-/// Depth of a point under an obstacle (cells) above which the run reports it.
+/// Penetration of a point into an obstacle (cells) above which the run reports it.
 const REPORTED_DEPTH: f64 = 0.1;
 
 /// State of the solver beside the columns of points.

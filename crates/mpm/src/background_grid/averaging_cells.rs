@@ -19,11 +19,11 @@ pub trait AveragingCells<const D: usize>: Sync {
     /// Calls `visit(node)` for the corners of a cell.
     fn corners(&self, cell: usize, visit: impl FnMut(usize));
 
-    /// Calls `visit(cell)` for the cells across the faces of one; there is none across a face on the boundary.
+    /// Calls `visit(cell)` for each cell that has a face in common with the given one.
     fn neighbours(&self, cell: usize, visit: impl FnMut(usize));
 
-    /// Integrals over a cell of the gradient of the function of a corner (m²; m in the plane, m² per radian in axisymmetry),
-    /// and in axisymmetry of the function over the radius (m² per radian), else zero.
+    /// Integrals over a cell of the gradient of a corner's shape function (m²; m in the plane, m² per radian in axisymmetry), and in
+    /// axisymmetry of the shape function over the radius (m² per radian).
     fn gradient_integrals(&self, cell: usize, corner: usize) -> ([f64; D], f64);
 }
 

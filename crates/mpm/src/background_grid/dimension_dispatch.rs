@@ -20,7 +20,7 @@ pub trait DimensionVisitor {
     /// Result of the visit.
     type Output;
 
-    /// Visits the space.
+    /// Runs the operation in `D` dimensions with the selected transfers.
     fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output;
 }
 

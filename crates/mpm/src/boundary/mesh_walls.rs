@@ -9,7 +9,7 @@ use colluvium_grid::{Layout, Mesh, NodeWall, NodeWalls, WallKind};
 use crate::MpmOptions;
 use crate::boundary::walls;
 
-/// Returns the walls of a stage: the nodes of a group, or those on and beyond a plane.
+/// Walls of a stage on a mesh: the nodes of a physical group, or those on or outside a plane.
 pub fn mesh_walls<const D: usize>(
     case: &Case,
     stage: usize,
@@ -40,7 +40,7 @@ pub fn mesh_walls<const D: usize>(
     Ok(NodeWalls::for_mesh_nodes(layout.strides(), layout.len(), walls))
 }
 
-/// Rejects a group with a face that is not normal to the axis of its side, along which alone such a wall acts.
+/// Rejects a physical group with a face that is not normal to the axis of the wall.
 fn reject_oblique_group<const D: usize>(
     mesh: &Mesh<D>,
     number: usize,

@@ -305,7 +305,7 @@ impl MpmOptions {
         }
     }
 
-    /// Whether nodes with a small reach of material strain it without bound: with stress last and gradients that do not decrease with
+    /// Whether the strain near nodes of small mass is unbounded: for stress last with shape functions whose gradients do not decrease with
     /// their weights.
     pub(crate) fn has_unbounded_small_node_strain(&self) -> bool {
         matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain)
@@ -313,25 +313,25 @@ impl MpmOptions {
             && self.mass == NodalMass::Lumped
     }
 
-    /// Least reach of material into a cell at which a node has its full force (`small_mass_nodes.rs`), in `dimension` axes at the Courant
-    /// number of a step: `C²/2` for the node on the far side along each axis, and `C⁴/2` for those on the near side.
+    /// Least extension of material into a cell for the full force of a node, at a Courant number `C`. It is `C²/2` along each axis for the
+    /// node on the far side, and `C⁴/2` for nodes on the near side.
     pub(crate) fn min_reach(courant: f64, dimension: usize) -> f64 {
         let square = courant * courant;
         0.5 * square * (dimension as f64 + square)
     }
 
-    /// Whether the forces of nodes with a small reach of material are reduced.
+    /// Whether the forces of nodes with little material in reach are reduced.
     pub(crate) fn rescales_small_mass_forces(&self) -> bool {
         self.has_unbounded_small_node_strain() && self.node_mass_cutoff.is_none()
     }
 
-    /// Share of the mass of the heaviest point up to which a node is too light for a meaningful force.
+    /// Nodal mass, as a fraction of the largest point mass, up to which a node has no force.
     pub(crate) fn mass_cutoff(&self) -> f64 {
         self.node_mass_cutoff.unwrap_or(ROUND_OFF)
     }
 
-    /// Half the width of the domain of a point over the cell size, where the gradients of its functions fall with the root of their
-    /// weights.
+    /// Half the width of a point domain over the cell size, for shape functions whose gradients decrease with the square root of their
+    /// weights; else `None`.
     fn half_width(&self) -> Option<f64> {
         match self.shape {
             ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2 => {
@@ -342,10 +342,9 @@ impl MpmOptions {
         }
     }
 
-    /// Largest stable viscosity times step over density and the square of the cell size, in `dimension` axes: that of `sheet: mpm §2.10`
-    /// or less. With stress last a strain rate is that of the solved velocity, of which points keep only a part. One step must not
-    /// reverse the shortest wave, which a liquid resists with 4/3 of its viscosity, nor the contribution of the node beyond a free
-    /// surface.
+    /// Largest stable viscosity times step over density and squared cell size, at most that of sheet: mpm §2.10. With stress last a strain
+    /// rate is that of the solved velocity, of which points keep only a part. One step must not reverse the shortest wave, which a liquid
+    /// resists with 4/3 of its viscosity, nor the contribution of the node beyond a free surface.
     fn surface_diffusion(&self, dimension: usize) -> f64 {
         let sheet = 0.25 / dimension as f64;
         match self.stress_update {
@@ -371,8 +370,8 @@ impl MpmOptions {
         }
     }
 
-    /// Factor on the wave modulus of a point in the step: at worst the springs of obstacles on points add to the square of the
-    /// largest frequency of a cell, `4 M/(ρ h²)`, the `obstacle_stiffness` times `M/(ρ h²)`.
+    /// Factor on the wave modulus of a point for obstacle springs. At worst these add `obstacle_stiffness` times `M/(ρ h²)` to the square
+    /// of the largest frequency of a cell, `4 M/(ρ h²)`.
     pub(crate) fn obstacle_stiffness_factor(&self) -> f64 {
         match self.obstacles {
             ObstacleCoupling::Nodes => 1.0,
@@ -411,8 +410,7 @@ impl MpmOptions {
         if matches!(self.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic) { 2.0 } else { 1.0 }
     }
 
-    /// Share of the old velocity and of the acceleration in the update of a point in a stage; the rest is the grid's
-    /// velocity.
+    /// FLIP fraction of a stage: weight of the point velocity with its acceleration in the update, against the grid velocity.
     pub(crate) fn flip_share(&self, stage: &Stage) -> f64 {
         match self.transfer {
             VelocityTransfer::Flip => self.stage_flip.get(&stage.name).copied().unwrap_or(self.flip),
@@ -446,9 +444,9 @@ fn courant() -> f64 {
 fn default_points_per_cell() -> usize {
     2
 }
-/// Largest reach of material into a cell below which the forces of nodes are reduced.
+/// Upper limit of the extension of material into a cell, in cells, below which the forces of nodes are reduced.
 const MAX_REACH: f64 = 0.375;
-/// Share of the heaviest point's mass at the level of round-off (sheet: mpm §3.2).
+/// Fraction of the largest point mass that is regarded as round-off (sheet: mpm §3.2).
 const ROUND_OFF: f64 = 1e-12;
 
 /// Default value (`sheet: mpm §2.16`).

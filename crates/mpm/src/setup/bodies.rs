@@ -71,7 +71,7 @@ pub(super) fn point_set<const D: usize>(
     })
 }
 
-/// Initial velocities (m/s) of points at `position` (m) of a body, `listed` where they come from a file.
+/// Initial velocities of the points of a body (m/s); `listed` values are from a file.
 fn velocities<const D: usize>(
     body: &Body,
     listed: Option<&PointList>,
@@ -98,12 +98,12 @@ fn domains<const D: usize>(
     Ok(domains)
 }
 
-/// Whether the points of a body lie on a lattice and have the same width.
+/// Whether the points of a body are on a lattice, with equal widths.
 fn on_lattice(body: &Body) -> bool {
     !body.shape.follows_terrain() && body.sampling.is_lattice()
 }
 
-/// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows, the mean width of squares or cubes of
+/// Full width of the points of a body (m). For points in elements, lists or boundary-fitted rows it is the mean edge of squares or cubes of
 /// their volume.
 fn width<const D: usize>(
     view: &GridView<'_, D>,

@@ -149,7 +149,7 @@ impl<'a, const D: usize> CaseObstacles<'a, D> {
     }
 }
 
-/// Returns the points of all bodies, none of which lies in an obstacle.
+/// Point sets of all bodies; an error if a point is inside an obstacle.
 fn point_sets<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -262,7 +262,7 @@ fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions)
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Sets the walls of a stage, of all phases.
+    /// Sets the walls of a stage for all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let walls = |case: &Case, faces: &Arc<NodeFaces>| -> Result<NodeWalls, CaseError> {
             let mut walls = walls::walls(case, stage, &self.background, &self.clock.options)?;

@@ -4,7 +4,7 @@ use colluvium_case::{Capabilities, Case, CaseError};
 
 use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, ShapeFunctions};
 
-/// Features that MPM supports beyond those of all methods with points.
+/// Features that MPM supports in addition to those of all point methods.
 const SUPPORTED: [&str; 44] = [
     "space=axisymmetric",
     "domain.origin",

@@ -33,7 +33,7 @@ struct EstimateSize<'a> {
     options: &'a MpmOptions,
 }
 
-/// Number of nodes and elements of a mesh, and of the points of the bodies of a case in it.
+/// Number of nodes and elements of a mesh, and of points of the bodies in it.
 struct MeshCounts {
     nodes: f64,
     elements: f64,
@@ -134,7 +134,7 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Memory of points, nodes and mesh (bytes), including that of sorting.
+    /// Memory of points, nodes and mesh (bytes), that for sorting included.
     pub(crate) fn memory(&self) -> usize {
         let points = |set: &PointSet<D>| set.bytes() + set.len() * sort_memory(set.material.state_size());
         let mesh = Mesh::<D>::bytes(

@@ -50,7 +50,7 @@ pub struct MpmSolver<const D: usize> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Advances one step (sheet: mpm §3.3); the numbers are those of the sheet.
+    /// Advances the solver by a step (sheet: mpm §3.3); step numbers in the code are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.clock.begin_step(dt)?;
         self.sort_if_moved(); // 0: cells, weights
@@ -121,8 +121,8 @@ impl<const D: usize> MpmSolver<D> {
     }
 }
 
-/// Runs steps 1 to 9 of all phases (sheet: mpm §3.3, §3.4); the numbers are those of the sheet. Returns the largest displacement of a
-/// point along an axis (m).
+/// Runs steps 1 to 9 for all phases (sheet: mpm §3.3, §3.4); step numbers in the code are those of the sheet. Returns the largest
+/// displacement of a point along an axis (m).
 fn step<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

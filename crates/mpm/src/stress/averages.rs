@@ -6,7 +6,7 @@ use crate::stress::dual_domain::DualDomainNodes;
 use crate::stress::free_surface::FreeSurface;
 use crate::stress::volumetric_strain::CellStrains;
 
-/// Averages over cells and nodes; each is empty where the options do not need it.
+/// Averages over cells and nodes; those that the options do not need are empty.
 pub struct CellAverages<const D: usize> {
     /// Mean volumetric strains of cells.
     pub(crate) strains: CellStrains,
@@ -19,7 +19,7 @@ pub struct CellAverages<const D: usize> {
 }
 
 impl<const D: usize> CellAverages<D> {
-    /// Sets the active entries to zero.
+    /// Sets the entries of active cells and nodes to zero.
     pub fn reset(&mut self, background: &BackgroundGrid<D>) {
         let cells = background.cell_layout();
         self.strains.reset([&background.layout, cells]);
