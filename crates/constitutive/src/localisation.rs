@@ -24,7 +24,7 @@ pub fn acoustic_tensor(stiffness: &Tangent, normal: [f64; 3]) -> Mat3 {
 /// Direction in which a stiffness is nearest to loss of ellipticity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipticity {
-    /// Least determinant of the acoustic tensor (Pa³): ellipticity is lost where it is not positive.
+    /// Smallest determinant of the acoustic tensor (Pa³); ellipticity is lost if it is not positive.
     pub determinant: f64,
     /// Unit normal of that plane.
     pub normal: [f64; 3],
@@ -37,9 +37,8 @@ pub fn least_ellipticity(stiffness: &Tangent, axes: &Mat3) -> Ellipticity {
     scan_directions(stiffness, axes, 72)
 }
 
-/// Least ellipticity as [`least_ellipticity`], of an isotropic law at its principal `axes` (columns), whose stiffness is
-/// symmetric about the planes between them: of equivalent normals the one whose components along the
-/// axes are not negative.
+/// Least ellipticity like [`least_ellipticity`], for an isotropic law with the principal directions `axes` (columns). Of equivalent normals
+/// the result is that with components of no negative sign along the axes.
 pub fn least_isotropic_ellipticity(stiffness: &Tangent, axes: &Mat3) -> Ellipticity {
     let found = scan_directions(stiffness, axes, 18);
     let along = axes.transpose().apply(found.normal).map(f64::abs);
@@ -135,8 +134,8 @@ impl FiniteBand {
         Ok(Self { thickness, size, normal, outside, inside_tangent })
     }
 
-    /// Jump and stresses of `strain`, eqs. (2.19)–(2.20): traction is continuous across the band. `None`
-    /// where the acoustic tensors add up to a singular one.
+    /// Displacement jump and stresses of a strain, with continuous traction across the band (eqs. 2.19–2.20); `None` if the system is
+    /// singular.
     pub fn response(&self, strain: &SymTensor) -> Option<BandResponse> {
         let (h, n) = (self.thickness, self.normal);
         let share = h / self.size;
@@ -156,8 +155,8 @@ impl FiniteBand {
     }
 }
 
-/// Jump (m) across a band without thickness of `stiffness` (Pa/m, as a matrix in space) and unit `normal`
-/// in a point of effective `size` (m), eq. (2.21). `None` where it is not unique.
+/// Displacement jump (m) across a band without thickness, eq. (2.21); `None` if it is not unique. `stiffness` is in Pa/m, `normal` a unit
+/// vector and `size` the effective size of the point (m).
 pub fn zero_thickness_jump(
     outside: &Tangent,
     stiffness: &Mat3,
@@ -169,7 +168,7 @@ pub fn zero_thickness_jump(
     Some(resistance.inverse()?.apply(outside.apply(strain).apply(normal)))
 }
 
-/// Stress (Pa) of a point with that jump: `D : (ε - n ⊗ u / H)`.
+/// Stress (Pa) of a point with the displacement jump `u`, `D : (ε - n ⊗ u / H)`.
 pub fn zero_thickness_stress(
     outside: &Tangent,
     size: f64,

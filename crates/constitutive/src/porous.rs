@@ -17,7 +17,7 @@ pub struct Biot {
 }
 
 impl Biot {
-    /// Returns the constants from the drained bulk modulus `K_T` of the skeleton (Pa) and those of grains and fluid.
+    /// Returns Biot's constants from the drained bulk modulus `K_T` of the skeleton and the moduli of grains and fluid (Pa).
     ///
     /// # Errors
     /// Unless all moduli are positive, `0 ≤ B ≤ 1` and the porosity lies between 0 and 1.
@@ -31,7 +31,7 @@ impl Biot {
         Self::with_coefficient(1.0 - skeleton_modulus / grain_modulus, grain_modulus, fluid_modulus, porosity)
     }
 
-    /// Returns the constants from the Biot coefficient.
+    /// Returns Biot's constants from the Biot coefficient.
     ///
     /// # Errors
     /// Those of [`Biot::new`].
@@ -79,8 +79,8 @@ pub fn hydraulic_conductivity(permeability: f64, density: f64, viscosity: f64, g
     permeability * density * gravity / viscosity
 }
 
-/// Effective stress of an unsaturated soil after Bishop, `σ = σ_total + (χ p_w + (1 - χ) p_a) 1`, with
-/// `χ` the saturation (literature; sheet: constitutive §2.17).
+/// Effective stress of an unsaturated soil after Bishop, `σ = σ_total + (χ p_w + (1 - χ) p_a) 1` (Pa), with the saturation as `χ` (sheet:
+/// constitutive §2.17).
 pub fn bishop_stress(
     total: &SymTensor,
     saturation: f64,
@@ -95,8 +95,8 @@ pub fn apparent_cohesion(saturation: f64, suction: f64, friction_angle: f64) -> 
     saturation * suction * friction_angle.tan()
 }
 
-/// Geostatic `K₀` stress (Pa) at the depth `z` (m, positive down) of a soil of weight `gamma` (N/m³): vertical in y,
-/// `σ_v = -γ z`, horizontal `K₀ σ_v` (sheet: constitutive §3.11).
+/// Geostatic `K₀` stress at a depth `z` (Pa): vertical `σ_v = -γ z` in y, horizontal `K₀ σ_v` (sheet: constitutive §3.11). `gamma` is the
+/// unit weight (N/m³), the depth is positive downwards (m).
 pub fn geostatic_stress(gamma: f64, depth: f64, earth_pressure: f64) -> SymTensor {
     let vertical = -gamma * depth;
     SymTensor::diagonal(earth_pressure * vertical, vertical, earth_pressure * vertical)

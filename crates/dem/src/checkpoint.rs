@@ -46,10 +46,12 @@ struct CheckpointState {
     controlled_stresses: Vec<ControlledStress>,
 }
 
+/// Entries of a matrix, row after row.
 fn flattened_matrix<const D: usize>(matrix: &[[f64; D]; D]) -> Vec<f64> {
     matrix.as_flattened().to_vec()
 }
 
+/// Matrix of entries stored row after row; `None` if their number does not fit.
 fn matrix<const D: usize>(flat: &[f64]) -> Option<[[f64; D]; D]> {
     let mut out = [[0.0; D]; D];
     let entries = out.as_flattened_mut();
@@ -60,6 +62,7 @@ fn matrix<const D: usize>(flat: &[f64]) -> Option<[[f64; D]; D]> {
     Some(out)
 }
 
+/// Writes pairs of grains with their contact histories to a checkpoint.
 fn write_pairs<const R: usize>(pairs: &PairList<R>, out: &mut dyn Write) -> io::Result<()> {
     write_column(&pairs.row_offsets, |value| value, out)?;
     write_column(&pairs.second, |value| value, out)?;
@@ -67,6 +70,7 @@ fn write_pairs<const R: usize>(pairs: &PairList<R>, out: &mut dyn Write) -> io::
     pairs.histories.write(out)
 }
 
+/// Reads pairs of `count` grains from a checkpoint and checks that their indices are valid.
 fn read_pairs<const R: usize>(pairs: &mut PairList<R>, count: usize, input: &mut dyn Read) -> io::Result<()> {
     read_column(&mut pairs.row_offsets, |value: u32| value, input)?;
     read_column(&mut pairs.second, |value: u32| value, input)?;
@@ -85,6 +89,7 @@ fn read_pairs<const R: usize>(pairs: &mut PairList<R>, count: usize, input: &mut
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Writes the state of the solver to a checkpoint.
     pub(crate) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let GrainNeighbours { pairs, walls: near, since_build, .. } = &self.neighbours;
         let geometry = &self.cell.geometry;
@@ -134,6 +139,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         near.history.write(out)
     }
 
+    /// Reads the state of the solver from a checkpoint of the same format, dimension and case.
     pub(crate) fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         let mut bytes: Vec<u8> = Vec::new();
         read_column(&mut bytes, |byte: u8| byte, input)?;
@@ -172,6 +178,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.restore_state(head).ok_or_else(|| invalid_data("the cell or the walls do not match the case"))
     }
 
+    /// Restores cell, walls and records from the head of a checkpoint; `None` if it does not fit the case.
     fn restore_state(&mut self, head: CheckpointState) -> Option<()> {
         let third = head.cell.len() / 3;
         self.cell.geometry.h = matrix(&head.cell[..third])?;

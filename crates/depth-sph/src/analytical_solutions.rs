@@ -5,8 +5,8 @@ pub fn ritter(gravity: f64, h0: f64, x: f64, t: f64) -> (f64, f64) {
     frictional_dam_break(gravity, h0, 0.0, x, t)
 }
 
-/// Dam break of a frictional material on an incline: [`ritter`] with a net acceleration `acceleration` = `g'(tan θ - tan δ)`
-/// (m/s²) along a bed whose normal gravity is `gravity` (m/s²).
+/// Dam break of a frictional material on an incline: [`ritter`] with the net acceleration `g'(tan θ - tan δ)` along the bed (m/s²).
+/// `gravity` is the gravity normal to the bed (m/s²).
 pub fn frictional_dam_break(gravity: f64, h0: f64, acceleration: f64, x: f64, t: f64) -> (f64, f64) {
     let celerity = (gravity * h0).sqrt();
     let fall = 0.5 * acceleration * t * t;
@@ -82,7 +82,7 @@ impl Stoker {
         }
     }
 
-    /// Depth (m) behind the bore after its reflection at a wall, and velocity of the reflected bore (m/s).
+    /// Depth (m) and velocity (m/s) of the bore that a wall reflects.
     pub fn reflected(&self) -> (f64, f64) {
         let (h, u) = (self.depth, self.velocity);
         let depth = root(h, 100.0 * h, |wall| bore_velocity(self.gravity, h, wall) - u);
@@ -90,7 +90,7 @@ impl Stoker {
     }
 }
 
-/// Dam break of a mixture whose phases move together, with a density of its own on each side (sheet: depth-sph §5.2, B1).
+/// Dam break of a mixture with a common velocity of the phases and a different density on each side (sheet: depth-sph §5.2, B1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LockedDam {
     gravity: f64,
@@ -100,12 +100,12 @@ pub struct LockedDam {
     pub pressure: f64,
     /// Velocity between the waves (m/s).
     pub velocity: f64,
-    /// Depths left and right of the contact (m).
+    /// Depths at the left and the right of the contact discontinuity (m).
     pub contact_depths: [f64; 2],
 }
 
 impl LockedDam {
-    /// Creates the solution of densities (kg/m³) and depths (m) left and right.
+    /// Solution for given densities (kg/m³) and depths (m) at the left and the right.
     pub fn new(gravity: f64, densities: [f64; 2], depths: [f64; 2]) -> Self {
         let star = |side: usize, p: f64| (2.0 * p / (gravity * densities[side])).sqrt();
         let jump = |side: usize, p: f64| {
@@ -129,8 +129,7 @@ impl LockedDam {
         }
     }
 
-    /// Speeds of the waves (m/s): tail and head of each, as one where it is a bore: left head, left tail, contact, right tail,
-    /// right head.
+    /// Speeds of the waves (m/s): left head, left tail, contact, right tail, right head. Head and tail of a bore are equal.
     pub fn waves(&self) -> [f64; 5] {
         let celerity = |h: f64| (self.gravity * h).sqrt();
         let side = |side: usize, sign: f64| {
@@ -170,7 +169,7 @@ impl LockedDam {
     }
 }
 
-/// Parabolic cap of Savage and Hutter on an incline, from rest.
+/// Parabolic cap of Savage and Hutter, released on an incline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParabolicCap {
     /// Half of the initial length (m).
@@ -205,8 +204,8 @@ impl ParabolicCap {
     }
 }
 
-/// Speeds of the four waves of two phases of heights `heights` (m) and velocities (m/s), grains first, as roots of the
-/// characteristic equation (sheet: depth-sph §2.5, property 4); `None` where two of them are complex.
+/// Speeds of the four waves of a two-phase flow (m/s), the roots of the characteristic equation (sheet: depth-sph §2.5, property 4).
+/// `heights` (m) and `velocities` (m/s) list the grains first. `None` if two speeds are complex.
 pub fn wave_speeds(gravity: f64, heights: [f64; 2], velocities: [f64; 2], ratio: f64) -> Option<[f64; 4]> {
     let [hs, hw] = heights;
     let a = gravity * (hs + 0.5 * (1.0 - ratio) * hw);

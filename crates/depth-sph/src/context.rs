@@ -6,7 +6,7 @@ use crate::clock::Clock;
 use crate::config::settings::FlowSettings;
 use crate::phases::limits::FlowLimits;
 
-/// Parts of a flow that the integration of a step and the outputs read, and do not change.
+/// Parts of a flow that a step and the outputs read without changing them.
 #[derive(Clone, Copy)]
 pub struct FlowContext<'a, const D: usize> {
     /// Time at the beginning of the step.

@@ -13,9 +13,9 @@ const STEPS_PER_SORT: u64 = 20;
 
 /// Nodes of a flow.
 pub struct FlowNodes<const D: usize> {
-    /// Sets of nodes: one, or grains and fluid, or the lower and the upper layer.
+    /// Node sets: one, or those of grains and fluid, or those of the lower and upper layer.
     pub sets: Vec<PhaseSet<D>>,
-    /// Pore pressure on the nodes of the first set.
+    /// Pore-pressure columns of the nodes of the first set.
     pub pore_columns: PorePressureColumns,
     /// Number of the next node.
     pub next_id: u64,
@@ -31,7 +31,7 @@ struct NodeWorkspace<const D: usize> {
 }
 
 impl<const D: usize> FlowNodes<D> {
-    /// Creates the nodes of each set, numbered in their order, with columns of pore pressure where the settings have them.
+    /// Nodes of each set, numbered in order, with pore-pressure columns if the settings have them.
     pub fn new(settings: &FlowSettings<D>, nodes: &[Vec<NewNode<D>>]) -> Self {
         let mut sets: Vec<PhaseSet<D>> = Vec::new();
         let mut next_id = 0;
@@ -96,7 +96,7 @@ impl<const D: usize> FlowNodes<D> {
         }
     }
 
-    /// Keeps these nodes of a set, with their columns of pore pressure.
+    /// Removes the nodes of a set for which the condition is false, with their pore-pressure columns.
     pub fn retain_nodes(&mut self, number: usize, is_kept: impl Fn(usize) -> bool) {
         let Self { sets, pore_columns, workspace, .. } = self;
         let set = &mut sets[number];

@@ -32,7 +32,7 @@ impl Kernel {
         }
     }
 
-    /// Normalisation factor: makes the integral over a line (`D` = 1) or a plane (`D` = 2) one, for `ℓ` = 1.
+    /// Normalisation factor for `ℓ` = 1, with which the kernel integral over a line (`D` = 1) or plane (`D` = 2) is one.
     #[inline]
     pub fn factor<const D: usize>(self) -> f64 {
         match (self, D) {
@@ -91,7 +91,7 @@ impl Kernel {
     // The forms for four arguments are separate from those for one: they need not vanish beyond the support, take inverses that are known
     // and select among lanes in place of branches, so that one form for both would be slower for either or change results.
 
-    /// [`Kernel::profile`] of four arguments; not valid beyond the support.
+    /// [`Kernel::profile`] of four arguments within the support.
     #[inline(always)]
     pub fn profile_of_four<const D: usize>(self, q: f64x4) -> f64x4 {
         let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
@@ -113,7 +113,7 @@ impl Kernel {
         }
     }
 
-    /// [`Kernel::slope`] of four arguments, which are not zero, and their inverses; not valid beyond the support.
+    /// [`Kernel::slope`] of four positive arguments within the support, with their inverses.
     #[inline(always)]
     pub fn slope_of_four<const D: usize>(self, q: f64x4, inverse: f64x4) -> f64x4 {
         let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
@@ -143,7 +143,7 @@ impl Kernel {
         self.factor::<D>() / length.powi(D as i32) * self.profile::<D>(distance / length)
     }
 
-    /// Gradient factor `(∂W/∂r) / r`: times `x_I - x_J` it is the gradient with respect to node `I`.
+    /// Gradient factor `(∂W/∂r)/r`, which times `x_I - x_J` is the kernel gradient with respect to node `I`.
     #[inline]
     pub fn gradient<const D: usize>(self, distance: f64, length: f64) -> f64 {
         self.factor::<D>() / length.powi(D as i32 + 2) * self.slope::<D>(distance / length)

@@ -78,8 +78,8 @@ impl Method for DepthSph {
     }
 }
 
-/// Points of a depth-resolved model from the nodes of a frame of `case`, for a model downstream (sheet: depth-sph §3.2, 4): each column a
-/// stack of points about as high as wide.
+/// Points of a depth-resolved model from the nodes of a depth-integrated flow (sheet: depth-sph §3.2, 4). Each node becomes a stack of
+/// points about as high as wide.
 ///
 /// # Errors
 /// When the frame is not one of depth-integrated flow of one phase, or of grains and fluid.

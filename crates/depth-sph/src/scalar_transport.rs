@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::kernel::Kernel;
 
-/// Nodes of a line in ascending order, each with a value.
+/// Nodes on a line in ascending order, each with a scalar value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScalarNodes {
     /// Positions (m), ascending.
@@ -24,19 +24,19 @@ impl ScalarNodes {
         Self { positions, values }
     }
 
-    /// Moves all nodes with one velocity `speed` (m/s) for `dt` (s).
+    /// Moves all nodes with a common velocity (m/s) for a time `dt` (s).
     pub fn advect(&mut self, speed: f64, dt: f64) {
         self.positions.iter_mut().for_each(|x| *x += speed * dt);
     }
 
-    /// Inserts a node behind the first one.
+    /// Inserts a node after the first one.
     pub fn insert_node(&mut self, place: f64, value: f64) {
         self.positions.insert(0, place);
         self.values.insert(0, value);
     }
 
-    /// Applies diffusion by `diffusivity` (m²/s) and decay at the rate `sink` (1/s) for `dt` (s), by the midpoint rule, with a smoothing
-    /// length `length` (m) and nodes `spacing` (m) apart. Stable for `dt` up to a quarter of `length²/diffusivity`.
+    /// Applies diffusion (m²/s) and decay at the rate `sink` (1/s) for `dt` (s), by the midpoint rule. `length` is the smoothing length and
+    /// `spacing` the node distance (m). Stable for `dt` up to a quarter of `length²/diffusivity`.
     pub fn diffuse(&mut self, length: f64, spacing: f64, diffusivity: f64, sink: f64, dt: f64) {
         let first = self.laplacian(&self.values, length, spacing);
         let half = |(value, bend): (&f64, &f64)| value + 0.5 * dt * diffusivity * bend;
@@ -48,8 +48,8 @@ impl ScalarNodes {
         }
     }
 
-    /// Second derivative at each node, `2 Σ Ω_J (φ_I - φ_J) x·∇W/|x|²`: the quotient is finite for coincident nodes, so that nothing is
-    /// added to the square (sheet: depth-sph §2.1).
+    /// Second derivative at each node, `2 Σ Ω_J (φ_I - φ_J) x·∇W/|x|²`. The quotient is finite for coincident nodes, so that no softening
+    /// is needed (sheet: depth-sph §2.1).
     fn laplacian(&self, values: &[f64], length: f64, spacing: f64) -> Vec<f64> {
         let kernel = Kernel::CubicSpline;
         let reach = kernel.support() * length;
@@ -66,7 +66,7 @@ impl ScalarNodes {
         (0..values.len()).into_par_iter().map(bend).collect::<Vec<_>>()
     }
 
-    /// Integrates Burgers' equation for `time` (s): every node moves with its own value, and colliding nodes become one.
+    /// Integrates Burgers' equation for `time` (s): each node moves with its value, and nodes that collide are merged.
     pub fn steepen(&mut self, time: f64) {
         let mut left = time;
         loop {
@@ -111,7 +111,7 @@ impl ScalarNodes {
         self.values.remove(i + 1);
     }
 
-    /// Value at a position (m), linear between the nodes; beyond them that of the outermost ones.
+    /// Value at a position (m), linear between the nodes and constant outside them.
     pub fn value_at(&self, x: f64) -> f64 {
         let after = self.positions.partition_point(|y| *y < x);
         if after == 0 || after == self.positions.len() {
@@ -122,7 +122,7 @@ impl ScalarNodes {
         self.values[after - 1] + share * (self.values[after] - self.values[after - 1])
     }
 
-    /// Area under the line between the outermost nodes.
+    /// Integral of the value between the outermost nodes.
     pub fn area(&self) -> f64 {
         let strips = self.positions.windows(2).zip(self.values.windows(2));
         strips.map(|(x, value)| 0.5 * (x[1] - x[0]) * (value[0] + value[1])).sum()

@@ -26,7 +26,7 @@ use crate::stress::stress_work::dissipated_energy;
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 18;
 
-/// Depth of a point under an obstacle (cells) above which the run reports it.
+/// Penetration of a point into an obstacle (cells) above which the run reports it.
 const REPORTED_DEPTH: f64 = 0.1;
 
 /// State of the solver beside the columns of points.
@@ -314,6 +314,7 @@ impl<const D: usize> MpmSolver<D> {
         self.bodies.travel_since_sort = travel;
     }
 
+    /// Restarts the material states of all points from their present stress.
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.bodies.sets.len() {
             let set = &self.bodies.sets[number];

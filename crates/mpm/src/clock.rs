@@ -7,14 +7,17 @@ use colluvium_case::{Case, SolverError, TimeStep};
 
 use crate::MpmOptions;
 
-/// Clock of a run with its case and options; constant during a step.
+/// Time, step, stage and options of a run with its case; constant during a step.
 pub struct Clock {
+    /// Case of the run.
     pub(crate) case: Arc<Case>,
+    /// Options of the method.
     pub(crate) options: MpmOptions,
     /// Share of FLIP in the stage.
     pub(crate) flip_fraction: f64,
     /// Full gravity (m/s²).
     pub(crate) gravity: [f64; 3],
+    /// Index of the current stage.
     pub(crate) stage: usize,
     /// Start time of the stage (s).
     pub(crate) stage_start: f64,
@@ -22,8 +25,9 @@ pub struct Clock {
     pub(crate) time: f64,
     /// Time step (s).
     pub(crate) dt: f64,
-    /// Number of steps before this one.
+    /// Number of completed steps.
     pub(crate) step: u64,
+    /// Critical time step, once computed.
     pub(crate) limit: Option<TimeStep>,
     /// Courant number of the step limit.
     pub(crate) courant: f64,
@@ -55,12 +59,12 @@ impl Clock {
         &self.case.stages[self.stage]
     }
 
-    /// Whether a held node keeps its momentum at the start of the step.
+    /// Whether constrained nodes keep their initial velocity of the step, so that walls act only on the velocity at its end.
     pub fn keeps_initial_velocity(&self) -> bool {
         self.options.fixed_nodes == crate::FixedNodes::Momentum
     }
 
-    /// Share of the null-space velocities of the points that XPIC removes in the step.
+    /// Fraction of the null-space velocities of the points that XPIC removes in the step.
     pub fn residual_share(&self) -> f64 {
         self.options.residual_time.map_or(1.0, |time| -(-self.dt / time).exp_m1())
     }
@@ -71,14 +75,14 @@ impl Clock {
         self.gravity.map(|g| g * factor)
     }
 
-    /// Ends the step: advances time and count.
+    /// Ends the step: increases time and number of steps.
     pub fn end(&mut self) {
         self.time += self.dt;
         self.step += 1;
         self.limit_age += 1;
     }
 
-    /// Begins a step of `dt` (s).
+    /// Begins a step of `dt` (s); an error if the fixed time step exceeds the critical one.
     ///
     /// # Errors
     /// Where the case fixes a step that the state no longer allows.

@@ -42,11 +42,13 @@ struct CheckpointState {
     bodies: Vec<(u32, Vec<usize>, Vec<u8>)>,
 }
 
+/// Error of a checkpoint that cannot be read or does not fit the case.
 fn checkpoint_error(what: &str) -> SolverError {
     SolverError::Checkpoint(what.to_owned())
 }
 
 impl<const D: usize> SnowSolver<D> {
+    /// State of the solver for a checkpoint.
     fn checkpoint_state(&self) -> CheckpointState {
         let body = |body: &BodyPoints<D>| (body.number, body.slabs.clone(), body.material.save(&body.states));
         CheckpointState {

@@ -24,6 +24,7 @@ use crate::walls::{ObstacleEnergies, flat_walls};
 /// Version of the checkpoint format.
 const FORMAT: u32 = 11;
 
+/// State of the solver in a checkpoint.
 #[derive(Serialize, Deserialize)]
 struct CheckpointState {
     format: u32,
@@ -50,6 +51,7 @@ struct CheckpointState {
 }
 
 impl<const D: usize> SphSolver<D> {
+    /// State of the solver for a checkpoint, without image and wall particles.
     fn checkpoint_state(&self) -> CheckpointState {
         let Self { setting, bodies, lists, rates, .. } = self;
         // Neither images nor walls.
@@ -130,6 +132,7 @@ impl<const D: usize> SphSolver<D> {
         Some(())
     }
 
+    /// Restarts the material states of all particles from their present stress.
     pub(crate) fn reset_states(&mut self) -> Result<(), SolverError> {
         let Self { clock, bodies, .. } = self;
         let p = &mut bodies.particles;
@@ -143,6 +146,7 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
+    /// Builds the neighbour lists.
     fn make_lists(&mut self) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, .. } = self;
         lists.build(setting, clock, bodies, walls)

@@ -1,4 +1,4 @@
-//! Case, options and kernel of a run.
+//! Data that are constant during a run: case, options, kernel and gravity.
 
 use std::sync::Arc;
 

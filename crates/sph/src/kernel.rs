@@ -167,11 +167,15 @@ impl Kernel {
 /// Kernel in `D` dimensions with a smoothing length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing<const D: usize> {
+    /// Kernel function.
     pub(crate) kernel: Kernel,
+    /// Smoothing length `h` (m).
     pub(crate) length: f64,
+    /// Inverse of the smoothing length (1/m).
     pub(crate) inverse: f64,
     /// Normalisation constant `α`.
     pub(crate) constant: f64,
+    /// Radius of the support (m).
     pub(crate) radius: f64,
 }
 

@@ -65,7 +65,7 @@ pub struct Rates<const D: usize> {
     pub rigid_forces: Vec<RigidForces>,
     /// Reactions of obstacles that support rigid bodies, each with the first particle of the body.
     pub support_reactions: Vec<(usize, SupportReaction)>,
-    /// Workspace of the support points of a rigid body.
+    /// Contact points at which walls and obstacles support a rigid body; memory that is reused for each body.
     pub support_points: SupportPoints,
     /// Number of support reactions that did not converge to the last digit.
     pub unconverged_supports: u64,

@@ -84,8 +84,8 @@ pub struct ObstacleMotion {
 }
 
 impl ObstacleMotion {
-    /// Equivalent time of motion at full velocity by `time` (s).
-    pub fn full_time(&self, time: f64) -> f64 {
+    /// Time at full velocity in which the obstacle would move as far as it does until `time`, its start and ramp included (s).
+    pub fn equivalent_full_speed_time(&self, time: f64) -> f64 {
         let since = (time - self.start).max(0.0);
         if since < self.ramp { 0.5 * since * since / self.ramp } else { since - 0.5 * self.ramp }
     }
@@ -104,7 +104,7 @@ impl ObstacleMotion {
 
     /// Position and rotation at `time` (s).
     pub fn transform<const D: usize>(&self, time: f64) -> RigidTransform<D> {
-        let full = self.full_time(time);
+        let full = self.equivalent_full_speed_time(time);
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
         let axis = std::array::from_fn(|c| at(&self.axis, c));
         let centre = std::array::from_fn(|c| at(&self.centre, c));

@@ -58,7 +58,7 @@ impl<const D: usize> MovingObstacle<D> {
     /// Moves it to its position at `time` (s).
     pub fn move_to(&mut self, time: f64) {
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
-        let full = self.motion.full_time(time);
+        let full = self.motion.equivalent_full_speed_time(time);
         self.surface.transform = self.motion.transform(time);
         self.centre =
             std::array::from_fn(|c| at(&self.motion.centre, c) + full * at(&self.motion.velocity, c));
@@ -69,7 +69,7 @@ impl<const D: usize> MovingObstacle<D> {
         let motion = &self.motion;
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
         let pace = if step > 0.0 {
-            (motion.full_time(end) - motion.full_time(end - step)) / step
+            (motion.equivalent_full_speed_time(end) - motion.equivalent_full_speed_time(end - step)) / step
         } else {
             motion.ramp_factor(end)
         };
@@ -90,7 +90,8 @@ impl<const D: usize> MovingObstacle<D> {
 
     /// Upper bound of the displacement of its surface in the domain from `start` to `end` (s) (m).
     pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
-        self.max_speed() * (self.motion.full_time(end) - self.motion.full_time(start))
+        self.max_speed()
+            * (self.motion.equivalent_full_speed_time(end) - self.motion.equivalent_full_speed_time(start))
     }
 
     /// Velocity of the obstacle at the position `x` (m/s).

@@ -10,10 +10,9 @@ use crate::{
     SmallStrain, StressUpdate, SymTensor, Tangent,
 };
 
-/// Objective stress update from a [`SmallStrain`] law (sheet: constitutive §3.2): stress is rotated by half the
-/// Hughes–Winget rotation of the step, updated with the strain increment in that frame, and rotated
-/// by the other half. Second-order accurate, exact for a rigid step, and keeps the yield condition
-/// of isotropic laws. Steps larger than [`SmallStrain::max_strain_increment`] are divided (§3.8).
+/// Objective stress update from a [`SmallStrain`] law (sheet: constitutive §3.2). The stress is rotated by half the Hughes–Winget rotation
+/// of the step, updated with the strain increment, and rotated by the other half. Second-order accurate, exact for a rigid step, and keeps
+/// the yield condition of isotropic laws. Steps larger than [`SmallStrain::max_strain_increment`] are divided (§3.8).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corotational<L>(pub L);
 
@@ -64,7 +63,7 @@ impl<L: SmallStrain> Corotational<L> {
         Ok(self.substepped(strain, motion, old)?.point)
     }
 
-    /// Advances the law in substeps; returns the work dissipated as well.
+    /// Advances the law in sub-steps and adds up the dissipated work.
     #[cold]
     fn substepped(
         &self,
@@ -86,6 +85,7 @@ impl<L: SmallStrain> Corotational<L> {
         })
     }
 
+    /// Whether the strain increment exceeds the maximum of the law, so that the step is divided into sub-steps.
     fn needs_substeps(&self, strain: &SymTensor) -> bool {
         substepping::substep_count(strain, self.0.max_strain_increment()) > 1
     }
@@ -98,6 +98,7 @@ impl<L: SmallStrain> Corotational<L> {
         turned
     }
 
+    /// Returns an error if a stress component is NaN or infinite.
     #[inline]
     fn check_finite(&self, stress: &SymTensor) -> Result<(), MaterialError> {
         // NaN and infinity make the sum NaN.
@@ -108,7 +109,7 @@ impl<L: SmallStrain> Corotational<L> {
         }
     }
 
-    /// Updates a batch point by point, where some motion cannot be used.
+    /// Updates the points of a batch one after another, for batches in which the motion of a point is invalid.
     #[cold]
     fn update_each(
         &self,
@@ -123,7 +124,7 @@ impl<L: SmallStrain> Corotational<L> {
         Ok(())
     }
 
-    /// Updates a batch with the rotations of all points at once, component by component; the law too where it can, else one by one.
+    /// Updates a batch of points. Rotations are computed for all points together, and so is the law if it has a variant for batches.
     fn update_all(
         &self,
         lanes: &mut ComponentArrays,
@@ -293,9 +294,9 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
     }
 }
 
-/// One-term spin update of Algorithms 1 and 2 of Bui & Nguyen 2021, with the sign corrected
-/// (sheet: constitutive §3.2): `σ + ΔW σ - σ ΔW`, then the small-strain law. For comparison only: a full turn in steps of ten
-/// degrees ends at twice the stress, and the yield condition is not kept.
+/// One-term spin update `σ + ΔW σ - σ ΔW`, followed by the small-strain law: Algorithms 1 and 2 of Bui & Nguyen 2021 with the sign
+/// corrected (sheet: constitutive §3.2). For comparison only: a full turn in steps of ten degrees ends at twice the stress, and the yield
+/// condition is not kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstOrderSpin<L>(pub L);
 

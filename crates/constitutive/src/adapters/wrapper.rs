@@ -10,15 +10,15 @@ use crate::{
     SymTensor, Tangent, UpdateCost,
 };
 
-/// Modification of an inner material by one around it. [`WrappedMaterial`] makes a [`Material`] of it.
+/// Modification of an inner material by an outer one, such as an eigenstrain. [`WrappedMaterial`] makes a [`Material`] of it.
 pub(crate) trait Wrapper: Send + Sync + 'static {
-    /// Own state of one point, apart from that of the inner law.
+    /// Internal variables of the wrapper at a point, without those of the inner law.
     type OwnState: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
 
     /// Name of the model in a case file.
     const NAME: &'static str;
 
-    /// Own state at the start.
+    /// Internal variables of the wrapper at the start.
     fn start(&self) -> Self::OwnState;
 
     /// Stress passed to the inner law (Pa) for the stress `stress` of the point.
@@ -27,7 +27,7 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     /// Stress of the point (Pa) for the stress `inner` of the inner law.
     fn outer_stress(&self, inner: &SymTensor, own: &Self::OwnState) -> SymTensor;
 
-    /// Motion passed to the inner law, and own state at the end of the step.
+    /// Motion that is passed to the inner law, and internal variables of the wrapper at the end of the step.
     fn step(&self, motion: &Motion, own: &Self::OwnState) -> (Motion, Self::OwnState);
 
     /// Whether the motion passed to the inner law depends on time, see [`crate::Law::is_time_dependent`].
@@ -38,7 +38,7 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
         0.0
     }
 
-    /// Tangent from that of the inner law, in the step `motion` from the own state `own`.
+    /// Tangent of the wrapped material for a step, from the tangent `inner` of the inner law.
     fn tangent(&self, inner: Tangent, _motion: &Motion, _own: &Self::OwnState) -> Tangent {
         inner
     }
@@ -48,7 +48,7 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
         0.0
     }
 
-    /// Name of its own output scalar, if it has one.
+    /// Name of the output value of the wrapper, if it has one.
     const OUTPUT: Option<&'static str> = None;
 
     /// Value of [`Wrapper::OUTPUT`].
@@ -57,7 +57,7 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     }
 }
 
-/// Material around another one.
+/// Material that consists of a wrapper and an inner material.
 pub(crate) struct WrappedMaterial<W> {
     wrapper: W,
     inner: Arc<dyn Material>,
@@ -65,12 +65,13 @@ pub(crate) struct WrappedMaterial<W> {
 }
 
 impl<W: Wrapper> WrappedMaterial<W> {
+    /// Wraps a material; the output of the wrapper follows those of the inner material.
     pub(crate) fn new(wrapper: W, inner: Arc<dyn Material>) -> Self {
         let outputs = inner.output_names().iter().copied().chain(W::OUTPUT).collect();
         Self { wrapper, inner, outputs }
     }
 
-    /// Stresses of the inner law, on the stack.
+    /// Stresses that are passed to the inner law (Pa).
     fn inner_stresses(&self, stresses: &[SymTensor], own: &[W::OwnState]) -> [SymTensor; BLOCK_SIZE] {
         let mut inner = [SymTensor::ZERO; BLOCK_SIZE];
         for ((slot, stress), own) in inner.iter_mut().zip(stresses).zip(own) {

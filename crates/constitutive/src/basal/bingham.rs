@@ -23,8 +23,8 @@ pub fn plug_ratio(a: f64) -> f64 {
     plug_root(a, 0.0, a).0
 }
 
-/// Root `ζ` in (0, 1] of `ζ³ - (3 + a) ζ + 2 + push = 0`, `held = a - push >= 0`, and `1 - ζ`, both to round-off of
-/// their own: at rest the root is double, so that Newton's method solves for `1 - ζ`.
+/// Root `ζ` in (0, 1] of `ζ³ - (3 + a) ζ + 2 + push = 0` with `held = a - push >= 0`, and `1 - ζ`. Each is accurate to round-off: at rest
+/// the root is double, so that Newton's method solves for `1 - ζ`.
 #[inline]
 fn plug_root(a: f64, push: f64, held: f64) -> (f64, f64) {
     let mut gap = 2.0 * held / (a + (a * a + 12.0 * held).sqrt()).max(f64::MIN_POSITIVE);
@@ -78,9 +78,8 @@ impl BinghamSolution {
         }
     }
 
-    /// Speed after an implicit step that does not stop the column: `held` is the speed less the loss by the static
-    /// stress. With `A = h τ_y/(6μ)` the speed of a plug ratio is `A a(ζ)`, so that `v₁ + k τ_y/ζ = v₀` is again a
-    /// cubic (quadratic) equation of `ζ`.
+    /// Speed (m/s) after an implicit step in which the column does not stop. `held` is the speed minus the loss by the static stress. With
+    /// `A = h τ_y/(6μ)` the speed of a plug ratio is `A a(ζ)`, so that `v₁ + k τ_y/ζ = v₀` is again a cubic (quadratic) equation of `ζ`.
     #[inline]
     pub(super) fn speed_after_step(
         self,

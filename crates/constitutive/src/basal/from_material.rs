@@ -6,9 +6,9 @@ use crate::laws::StrengthReduction;
 use crate::{MaterialError, MaterialSpec};
 
 impl MaterialSpec {
-    /// Basal law of depth-integrated flow of this material over a bed that is as strong as itself: `tan φ` and
-    /// cohesion of soils, cohesion alone of von Mises and Tresca, Bingham's profile of fluids (with `sin φ` and
-    /// `c cos φ` for `frictional-fluid`, whose yield stress is `c cos φ + p sin φ`), `μ(I)` of granular flow.
+    /// Basal law of a depth-integrated flow of this material over a bed of the same strength. Soils give `tan φ` and cohesion, von Mises
+    /// and Tresca cohesion only, granular flow `μ(I)`, fluids Bingham's profile. For `frictional-fluid` Bingham's profile has `sin φ` and
+    /// `c cos φ`, as its yield stress is `c cos φ + p sin φ`.
     ///
     /// # Errors
     /// Parameters out of range, and materials whose strength depends on a state that depth-integrated flow does not
@@ -19,6 +19,7 @@ impl MaterialSpec {
         self.basal_law().map(own).map_err(|error| error.with_model(self.name()))
     }
 
+    /// Basal law that corresponds to this material: Coulomb friction for soils, Bingham for fluids with a yield stress.
     fn basal_law(&self) -> Result<BasalRheology, MaterialError> {
         let soil = |friction_angle: f64, cohesion: f64| {
             let spec = CoulombSpec { cohesion, ..CoulombSpec::new(friction_angle) };

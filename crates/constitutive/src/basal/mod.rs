@@ -42,9 +42,9 @@ pub struct BasalFlow {
     pub speed: f64,
     /// Total normal stress on the base (Pa), compression-positive: `ρgh cos θ`, where the bed is plane.
     pub normal_stress: f64,
-    /// Pore pressure at the base (Pa), compression-positive, in addition to that of a law's own `pore_pressure_ratio`.
+    /// Pore pressure at the base (Pa), compression-positive, without the part of a law's constant `pore_pressure_ratio`.
     pub pore_pressure: f64,
-    /// Tangent of the slope that drives the flow (of the bed, or of the energy line), for flow at rest.
+    /// Tangent of the slope of the bed or energy line that drives the flow, used for flow at rest.
     pub slope: f64,
     /// Unit weight `ρg` of the flowing mass (N/m³).
     pub unit_weight: f64,
@@ -66,8 +66,8 @@ impl BasalRheology {
     pub const FRICTIONLESS: Self =
         Self { name: "none", strength: BasalStrength::ZERO, drag: BasalDrag::None };
 
-    /// Largest basal shear stress (Pa) of flow at rest; for moving flow, the limit of
-    /// [`BasalRheology::moving_shear_stress`] as the speed vanishes.
+    /// Largest basal shear stress of flow at rest (Pa). For moving flow it is the limit of [`BasalRheology::moving_shear_stress`] at zero
+    /// speed.
     #[inline]
     pub fn static_shear_strength(&self, flow: &BasalFlow) -> f64 {
         let strength = self.strength.shear_strength(flow);
@@ -77,7 +77,7 @@ impl BasalRheology {
         }
     }
 
-    /// Basal shear stress (Pa) of flow with a positive speed; depth positive.
+    /// Basal shear stress (Pa) of a flow with positive speed and depth.
     #[inline]
     pub fn moving_shear_stress(&self, flow: &BasalFlow) -> f64 {
         let strength = self.strength.shear_strength(flow);
@@ -89,8 +89,7 @@ impl BasalRheology {
         }
     }
 
-    /// Basal shear stress (Pa), not negative: zero where the bed is dry; at rest equal to the driving stress,
-    /// up to the strength.
+    /// Basal shear stress (Pa), not negative. It is zero on a dry bed; at rest it equals the driving stress, up to the strength.
     ///
     /// # Errors
     /// [`MaterialError::Motion`] where the flow is not finite or its speed negative.
@@ -114,16 +113,14 @@ impl BasalRheology {
         Ok(driving.min(self.static_shear_strength(flow)))
     }
 
-    /// Whether the strength and the speed-dependent part are separate forces, `τ_b = s + D(v̄)`; a Bingham profile
-    /// couples them.
+    /// Whether the basal stress is the sum of strength and drag, `τ_b = s + D(v̄)`. For a Bingham profile it is not.
     pub fn is_additive(&self) -> bool {
         !matches!(self.drag, BasalDrag::Bingham { .. })
     }
 
-    /// Speed (m/s) after a step in which the base alone acts, implicitly (sheet: depth-sph §3.5): the root
-    /// `v₁` of `v₁ - v₀ + k τ_b(v₁) = 0` with `v₀` the speed of `flow` and `k = Δt/(ρh)` its `impulse`
-    /// (m²s/kg); zero where the strength stops it. In closed form but for powers `m` other than 1 and 2, which an
-    /// iteration solves to 1e-14 of `v₀`.
+    /// Speed (m/s) after an implicit step with the basal stress as the only force (sheet: depth-sph §3.5). It is the root `v₁` of `v₁ - v₀
+    /// + k τ_b(v₁) = 0` with the speed `v₀` of `flow` and the `impulse` `k = Δt/(ρh)` (m²s/kg), and zero if the strength stops the flow. In
+    /// closed form but for powers `m` other than 1 and 2, which an iteration solves to 1e-14 of `v₀`.
     #[inline]
     pub fn speed_after_step(&self, flow: &BasalFlow, impulse: f64) -> f64 {
         let left = flow.speed - impulse * self.static_shear_strength(flow);
@@ -138,14 +135,14 @@ impl BasalRheology {
         }
     }
 
-    /// Speed (m/s) after a step as in [`BasalRheology::speed_after_step`], with the speed-dependent part alone. A Bingham profile has
+    /// Speed (m/s) after a step like [`BasalRheology::speed_after_step`] with the drag alone, without the strength. A Bingham profile has
     /// no such part: the speed is unchanged.
     #[inline]
     pub fn speed_after_drag(&self, flow: &BasalFlow, impulse: f64) -> f64 {
         self.drag.speed_after_step(self.strength.effective_stress(flow), flow, impulse)
     }
 
-    /// Returns the law with a coefficient of friction of at most `friction`: a bed smoother than the material.
+    /// Returns the law with a friction coefficient of at most `friction`, for a bed that is smoother than the material.
     #[must_use]
     pub fn with_max_friction(mut self, friction: f64) -> Self {
         self.strength.friction = self.strength.friction.min(friction);

@@ -57,7 +57,7 @@ impl BasalSpec {
         Ok(BasalRheology { name, strength, drag })
     }
 
-    /// Warnings about admissible but doubtful values, each starting with the parameter's name.
+    /// Warnings about valid but unusual parameter values, each with the name of the parameter.
     pub fn warnings(&self) -> Vec<String> {
         let angle = match self {
             Self::ViscousFrictional(ViscousFrictionalSpec { friction_angle, .. })
@@ -75,7 +75,7 @@ impl BasalSpec {
             .collect()
     }
 
-    /// Samples of all variants of every law.
+    /// Example laws that include all variants of each law, for tests.
     pub fn examples() -> Vec<Self> {
         let bingham = |friction_angle, solution| {
             Self::Bingham(BinghamBaseSpec {
@@ -108,6 +108,7 @@ impl BasalSpec {
     }
 }
 
+/// Strength and drag of a basal law, or the error of its first invalid parameter.
 type StrengthAndDrag = Result<(BasalStrength, BasalDrag), MaterialError>;
 
 /// Friction coefficient `tan φ` of an angle in degrees.
@@ -117,6 +118,7 @@ fn friction(angle: f64) -> Result<f64, MaterialError> {
     Ok(angle.to_radians().tan())
 }
 
+/// Checks that the ratio of pore pressure to total normal stress is between 0 and 1.
 fn pore_pressure_ratio(ratio: f64) -> Result<f64, MaterialError> {
     check("pore_pressure_ratio", ratio, (0.0..=1.0).contains(&ratio), "is not between 0 and 1")?;
     Ok(ratio)
@@ -135,7 +137,7 @@ pub struct BinghamBaseSpec {
     /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries, 0 to 1.
     #[serde(default)]
     pub pore_pressure_ratio: f64,
-    /// Plastic viscosity `μ` (Pa s), not negative; without it the yield stress alone acts.
+    /// Plastic viscosity `μ` (Pa s), not negative; at 0 the base has the yield stress only.
     pub viscosity: f64,
     /// Solution of the cubic equation.
     #[serde(default)]
@@ -149,6 +151,7 @@ impl BinghamBaseSpec {
         Self { yield_stress, friction_angle: 0.0, pore_pressure_ratio: 0.0, viscosity, solution }
     }
 
+    /// Strength and Bingham drag of the checked parameters.
     fn law(&self) -> StrengthAndDrag {
         not_negative("yield_stress", self.yield_stress, "Pa")?;
         not_negative("viscosity", self.viscosity, "Pa s")?;
@@ -188,6 +191,7 @@ macro_rules! frictional {
                 Self { $($field,)* cohesion: 0.0, cohesion_form, pore_pressure_ratio: 0.0 }
             }
 
+            /// Basal strength of the cohesion and a friction coefficient (-), with the parameters checked.
             fn strength(&self, friction: f64) -> Result<BasalStrength, MaterialError> {
                 not_negative("cohesion", self.cohesion, "Pa")?;
                 if self.cohesion_form == CohesionForm::Ramms && friction > 1.0 {
@@ -218,6 +222,7 @@ frictional! {
 }
 
 impl ViscousFrictionalSpec {
+    /// Frictional strength and power-law viscous drag of the checked parameters.
     fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         not_negative("consistency", self.consistency, "Pa sᵐ")?;
@@ -238,6 +243,7 @@ frictional! {
 }
 
 impl VoellmySpec {
+    /// Frictional strength and turbulent (Voellmy) drag of the checked parameters.
     fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         let coefficient = self.turbulence.check_positive("turbulence", "m/s²")?;
@@ -254,6 +260,7 @@ frictional! {
 }
 
 impl CoulombSpec {
+    /// Coulomb strength of the checked parameters, without drag.
     fn law(&self) -> StrengthAndDrag {
         Ok((self.strength(friction(self.friction_angle)?)?, BasalDrag::None))
     }
@@ -277,6 +284,7 @@ frictional! {
 }
 
 impl GranularBaseSpec {
+    /// Strength at the static friction and the rate-dependent granular drag of the checked parameters.
     fn law(&self) -> StrengthAndDrag {
         let (low, high) = (self.static_friction, self.limit_friction);
         crate::laws::mu_i::check_friction(low, high)?;
@@ -304,6 +312,7 @@ frictional! {
 }
 
 impl ManningSpec {
+    /// Frictional strength and Manning drag of the checked parameters.
     fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         not_negative("roughness", self.roughness, "s/m^⅓")?;
@@ -322,6 +331,7 @@ frictional! {
 }
 
 impl ChezySpec {
+    /// Frictional strength and turbulent drag of the checked parameters, whose coefficient is the square of Chézy's.
     fn law(&self) -> StrengthAndDrag {
         let friction = friction(self.friction_angle)?;
         positive("coefficient", self.coefficient, "m^½/s")?;

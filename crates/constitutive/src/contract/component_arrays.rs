@@ -4,15 +4,16 @@
 use crate::contract::motion::{BlockArray, OUT_OF_PLANE_COMPONENTS};
 use crate::{BLOCK_SIZE, Mat3, Motion, MotionBlock, Spectrum, SymTensor};
 
-/// Velocity gradients times step, and stresses, component by component.
+/// Velocity gradients times the time step and stresses of a batch of points, in one array per component.
 pub struct ComponentArrays {
     gradient: [BlockArray; 9],
+    /// Stress of the points, one array per component in the order xx, yy, zz, xy, yz, zx (Pa).
     pub(crate) stress: [BlockArray; 6],
     /// Whether no point moves or is sheared out of the plane of the first two axes: components there are zero.
     in_plane: bool,
 }
 
-/// Rotations, row by row; rotations in the plane leave the third axis unchanged.
+/// Rotations of the points, in one array per matrix component; rotations in the plane leave the third axis unchanged.
 pub(crate) struct Rotations {
     rows: [BlockArray; 9],
     in_plane: bool,
@@ -23,6 +24,7 @@ impl ComponentArrays {
     pub(crate) const EMPTY: Self =
         Self { gradient: [[0.0; BLOCK_SIZE]; 9], stress: [[0.0; BLOCK_SIZE]; 6], in_plane: false };
 
+    /// Copies motions and stresses of a block of points to arrays per component.
     #[inline]
     pub(crate) fn fill(&mut self, motions: &[Motion], stresses: &[SymTensor]) {
         let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &mut self.gradient;
@@ -46,7 +48,7 @@ impl ComponentArrays {
         }
     }
 
-    /// Fills the batch from gradients stored component by component.
+    /// Copies motions that are stored per component, and stresses.
     #[inline]
     pub(crate) fn fill_from_block(&mut self, motions: &MotionBlock, stresses: &[SymTensor]) {
         let count = stresses.len().min(BLOCK_SIZE);
@@ -64,11 +66,13 @@ impl ComponentArrays {
         self.in_plane = flat && is_zero(yz) && is_zero(zx);
     }
 
+    /// Stress of point `index` of the block (Pa).
     #[inline]
     pub(crate) fn stress_of(&self, index: usize) -> SymTensor {
         SymTensor(std::array::from_fn(|c| self.stress[c][index]))
     }
 
+    /// Stores the stress of point `index` of the block (Pa).
     #[inline]
     pub(crate) fn set_stress(&mut self, index: usize, stress: &SymTensor) {
         for (lane, value) in self.stress.iter_mut().zip(stress.0) {
@@ -76,8 +80,8 @@ impl ComponentArrays {
         }
     }
 
-    /// Replaces the stress of every point by the result of `step` for its strain increment and stress; the second
-    /// result of `step` is written to `out`.
+    /// Replaces the stress of each point by the result of `step` for its strain increment and stress. The second result of `step` is
+    /// written to `out`.
     #[inline(always)]
     pub(crate) fn for_each(
         &mut self,
@@ -103,7 +107,7 @@ impl ComponentArrays {
         }
     }
 
-    /// Computes principal values, the largest first, and their directions of all stresses.
+    /// Computes the principal stresses of all points in descending order, with their directions.
     #[inline(never)]
     pub(crate) fn spectra(&self, spectra: &mut Spectra) {
         let [xx, yy, zz, xy, yz, zx] = &self.stress;
@@ -134,7 +138,7 @@ impl ComponentArrays {
         within
     }
 
-    /// Computes half of the Hughes–Winget rotation of each gradient, as `half_rotation` of the co-rotational adapter.
+    /// Computes half the Hughes–Winget rotation of each point, like `half_rotation` of the co-rotational adapter.
     #[inline(never)]
     pub(crate) fn half_rotations(&self, rotations: &mut Rotations) {
         let [_, g1, g2, g3, _, g5, g6, g7, _] = &self.gradient;
@@ -174,14 +178,14 @@ impl ComponentArrays {
     }
 }
 
-/// Principal values and directions of all points.
+/// Principal values and directions of a batch of symmetric tensors.
 pub(crate) struct Spectra {
     values: [BlockArray; 3],
     directions: [BlockArray; 9],
 }
 
 impl Spectra {
-    /// Spectra to be filled in.
+    /// Array of spectra before they are computed.
     pub(crate) const EMPTY: Self =
         Self { values: [[0.0; BLOCK_SIZE]; 3], directions: [[0.0; BLOCK_SIZE]; 9] };
 
@@ -196,7 +200,7 @@ impl Spectra {
 }
 
 impl Rotations {
-    /// Rotations to be filled in.
+    /// Array of rotations before they are computed.
     pub(crate) const EMPTY: Self = Self { rows: [[0.0; BLOCK_SIZE]; 9], in_plane: false };
 
     /// Rotation of one point.
@@ -205,7 +209,7 @@ impl Rotations {
         Mat3(std::array::from_fn(|row| std::array::from_fn(|column| self.rows[3 * row + column][index])))
     }
 
-    /// Computes `Q σ Qᵀ` of all stresses, see [`SymTensor::rotated`].
+    /// Rotates the stresses of all points, `Q σ Qᵀ`, like [`SymTensor::rotated`].
     #[inline(never)]
     pub(crate) fn rotate_stresses(&self, stress: &mut [BlockArray; 6]) {
         let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &self.rows;
@@ -244,7 +248,7 @@ impl Rotations {
     }
 }
 
-/// Computes principal values and directions of many tensors, several at once, each equal to [`SymTensor::spectrum`].
+/// Computes principal values and directions of many tensors, equal to those of [`SymTensor::spectrum`].
 pub fn spectra(tensors: &[SymTensor], out: &mut [Spectrum]) {
     let (mut lanes, mut found) = (ComponentArrays::EMPTY, Spectra::EMPTY);
     for (tensors, out) in tensors.chunks(BLOCK_SIZE).zip(out.chunks_mut(BLOCK_SIZE)) {

@@ -95,7 +95,7 @@ impl MaterialError {
         Self::IncompatibleOptions { model: "", field: field.into(), rule: rule.into() }
     }
 
-    /// Sets the model of a parameter's error to `name`; an inner material's keeps its own name.
+    /// Sets the model name of a parameter error, unless an inner material has already set it.
     pub(crate) fn with_model(mut self, name: &'static str) -> Self {
         if let Self::Parameter { model, .. } | Self::IncompatibleOptions { model, .. } = &mut self
             && model.is_empty()
@@ -105,7 +105,7 @@ impl MaterialError {
         self
     }
 
-    /// Prefixes the key of a parameter's error by `part`, the key of the material inside another.
+    /// Adds the prefix `part`, the key of an inner material, to the parameter key of the error.
     pub(crate) fn under_key(mut self, part: &str) -> Self {
         if let Self::Parameter { field, .. } | Self::IncompatibleOptions { field, .. } = &mut self {
             *field = format!("{part}.{field}");
@@ -123,8 +123,7 @@ impl MaterialError {
         self
     }
 
-    /// Key of the parameter of the error, and the reason, with the model's name;
-    /// `None` for errors about no parameter.
+    /// Key of the invalid parameter and the reason with the name of the model; `None` for errors that concern no parameter.
     pub fn parameter_problem(&self) -> Option<(&str, String)> {
         match self {
             Self::Parameter { model, field, value, rule } => {
@@ -149,7 +148,7 @@ pub struct BatchError {
 }
 
 impl BatchError {
-    /// Adds the step to the error, where a solve failed.
+    /// Adds motion and stress of the failed point to the error, if its local solve did not converge.
     pub(crate) fn with_step(self, motion: impl Fn(usize) -> Motion, stresses: &[SymTensor]) -> Self {
         let MaterialError::NotConverged { model, reason } = self.source else { return self };
         let (stress, motion) = (stresses[self.index], motion(self.index));

@@ -18,7 +18,7 @@ pub struct InterfacePoint<S> {
 /// Law of the traction of an interface that opens and slides. Components are in the frame of the interface, the
 /// normal first; the law is isotropic in the plane. Positive opening is a gap.
 pub trait InterfaceLaw: Send + Sync + 'static {
-    /// Internal variables of one point: a typed struct of plain numbers.
+    /// Internal variables of a point of the interface.
     type State: Copy + Default + Send + Sync + Serialize + DeserializeOwned + 'static;
 
     /// Name of the law in a case file.
@@ -37,9 +37,8 @@ pub trait InterfaceLaw: Send + Sync + 'static {
         old: &InterfacePoint<Self::State>,
     ) -> Result<InterfacePoint<Self::State>, MaterialError>;
 
-    /// Jump increment (m), traction and state of the interface in equilibrium with the traction
-    /// `trial` (Pa) of its elastic surroundings, `trial - resistance · jump = t(jump)`. `resistance` (Pa/m) is
-    /// that of opening and of sliding.
+    /// Equilibrium of the interface with its elastic surroundings, `trial - resistance · jump = t(jump)`: jump increment (m), traction and
+    /// state. `trial` is the traction without a jump (Pa), `resistance` the stiffness of the surroundings in opening and sliding (Pa/m).
     ///
     /// # Errors
     /// When the local solve fails.
@@ -63,9 +62,8 @@ pub trait InterfaceLaw: Send + Sync + 'static {
     /// Yield function (Pa), `<= 0` inside.
     fn yield_value(&self, point: &InterfacePoint<Self::State>) -> f64;
 
-    /// Critical plane of an intact body with the extreme principal stresses `highest ≥ lowest` (Pa), the
-    /// one nearest to yield: its yield value (Pa) and `cos 2α`, α the angle between its normal and the
-    /// direction of `highest`.
+    /// Plane closest to yield in an intact body with the principal stresses `highest ≥ lowest` (Pa): its yield value (Pa) and `cos 2α`,
+    /// where `α` is the angle of its normal to the direction of `highest`.
     fn critical_plane(&self, highest: f64, lowest: f64) -> (f64, f64);
 
     /// Strength in pure opening (Pa), intact.
@@ -74,10 +72,9 @@ pub trait InterfaceLaw: Send + Sync + 'static {
     /// Damage, 0 intact to 1 cohesionless.
     fn damage(&self, state: &Self::State) -> f64;
 
-    /// Size (m) above which an elastic body of the given moduli (Pa) around the interface stores more energy
-    /// than the interface can dissipate: it snaps back.
+    /// Size (m) above which an elastic body around the interface snaps back: it stores more energy than the interface can dissipate.
     fn snap_back_size(&self, youngs_modulus: f64, shear_modulus: f64) -> f64;
 
-    /// Work dissipated from `old` to `new`, per unit area (J/m²).
+    /// Dissipated work per unit area between two states (J/m²).
     fn dissipation(&self, old: &InterfacePoint<Self::State>, new: &InterfacePoint<Self::State>) -> f64;
 }

@@ -8,8 +8,7 @@ use crate::{
     SymTensor, Tangent,
 };
 
-/// Points per block of [`States`]: the batch of one virtual call. A block's motions
-/// fit in the first-level cache.
+/// Number of points in a block of [`States`], which a material updates in one call. A block's motions fit in the first-level cache.
 pub const BLOCK_SIZE: usize = 64;
 
 /// States of up to [`BLOCK_SIZE`] points, with the type erased.
@@ -25,14 +24,18 @@ pub struct States {
     len: usize,
 }
 
+/// State block of any material, with the type of the states erased.
 trait ErasedBlock: Any + Send + Sync {
+    /// Copy of the block in a new box.
     fn clone_box(&self) -> Box<dyn ErasedBlock>;
-    /// Copies the states of a block of the same kind into its own memory; `false`, without a change, for another kind.
+    /// Copies the states of another block into the existing memory; false, without a change, if the other block is of another material.
     fn copy_from(&mut self, other: &StateBlock) -> bool;
     fn len(&self) -> usize;
-    /// Gathers points `order` of all `blocks` in a block of this kind.
+    /// Block with the states of the points with indices `order` in all `blocks`.
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
+    /// Block as `Any`, to downcast it to the type of the states.
     fn as_any(&self) -> &dyn Any;
+    /// Mutable block as `Any`, to downcast it to the type of the states.
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -62,7 +65,7 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     }
 }
 
-/// States of a material around another: its own and those of the inner one.
+/// States of a wrapped material: those of the wrapper and those of the inner material.
 struct WrappedStates<S> {
     outer_states: Vec<S>,
     inner: StateBlock,
@@ -97,22 +100,25 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for WrappedStates<S> {
     }
 }
 
-/// States of a block as their own type.
+/// States of a block as the type of the material that made it.
 fn downcast_states<S: 'static>(block: &StateBlock) -> &[S] {
     let states = block.0.as_any().downcast_ref::<Vec<S>>();
     states.expect("a state block is only ever used with the material that made it")
 }
 
+/// Mutable states of a block; panics if the block is of another material.
 fn downcast_states_mut<S: 'static>(block: &mut StateBlock) -> &mut [S] {
     let states = block.0.as_any_mut().downcast_mut::<Vec<S>>();
     states.expect("a state block is only ever used with the material that made it")
 }
 
 impl StateBlock {
+    /// State block of the given states, one per point.
     fn new<S: Clone + Send + Sync + 'static>(states: Vec<S>) -> Self {
         Self(Box::new(states))
     }
 
+    /// States of a wrapper and its inner material; panics if the block is of another material.
     fn nested<S: 'static>(&self) -> &WrappedStates<S> {
         self.0
             .as_any()
@@ -120,18 +126,18 @@ impl StateBlock {
             .expect("a state block is only ever used with the material that made it")
     }
 
-    /// Block of a material around another.
+    /// Block of a wrapped material, from the states of the wrapper and the block of the inner material.
     pub(crate) fn wrap<S: Clone + Send + Sync + 'static>(outer_states: Vec<S>, inner: Self) -> Self {
         Self(Box::new(WrappedStates { outer_states, inner }))
     }
 
-    /// Own states of a material around another, and the block of the inner one.
+    /// States of the wrapper and the block of the inner material.
     pub(crate) fn own_and_inner<S: 'static>(&self) -> (&[S], &Self) {
         let nested = self.nested::<S>();
         (&nested.outer_states, &nested.inner)
     }
 
-    /// Mutable variant of [`StateBlock::own_and_inner`].
+    /// Mutable states of the wrapper and mutable block of the inner material.
     pub(crate) fn own_and_inner_mut<S: 'static>(&mut self) -> (&mut [S], &mut Self) {
         let nested = self.0.as_any_mut().downcast_mut::<WrappedStates<S>>();
         let nested = nested.expect("a state block is only ever used with the material that made it");
@@ -180,6 +186,7 @@ impl fmt::Debug for StateBlock {
 }
 
 impl States {
+    /// States of all points, divided into blocks of [`BLOCK_SIZE`] points.
     fn from_points<S: Clone + Send + Sync + 'static>(states: &[S]) -> Self {
         let blocks = states.chunks(BLOCK_SIZE).map(|chunk| StateBlock::new(chunk.to_vec())).collect();
         Self { blocks, len: states.len() }
@@ -191,6 +198,7 @@ impl States {
         Self { blocks, len }
     }
 
+    /// Blocks of the states in the order of the points.
     pub(crate) fn into_blocks(self) -> Vec<StateBlock> {
         self.blocks
     }
@@ -222,8 +230,8 @@ impl States {
         Self::gather_from_blocks(&all, order)
     }
 
-    /// States gathered from several sets of the same material: point `i` of the result is point `k` of
-    /// `parts[part]`, `(part, k)` being `picks[i]`.
+    /// States gathered from several state arrays of one material: point `i` of the result is point `k` of `parts[part]`, where `(part, k)`
+    /// is `picks[i]`.
     #[must_use]
     pub fn gathered(parts: &[&Self], picks: &[(u32, u32)]) -> Self {
         let all: Vec<&StateBlock> = parts.iter().flat_map(|part| &part.blocks).collect();
@@ -239,7 +247,7 @@ impl States {
         Self::gather_from_blocks(&all, &order)
     }
 
-    /// Gathers points `order` of blocks of one material, with indices as if every block were full.
+    /// States of the points with indices `order`, where each block has [`BLOCK_SIZE`] indices, even if it has fewer points.
     fn gather_from_blocks(all: &[&StateBlock], order: &[u32]) -> Self {
         let Some(first) = all.first() else { return Self::default() };
         let blocks = order.chunks(BLOCK_SIZE).map(|part| StateBlock(first.0.gather(all, part))).collect();
@@ -270,7 +278,7 @@ pub trait Material: Law {
         states: &mut StateBlock,
     ) -> Result<(), BatchError>;
 
-    /// Updates a batch like [`Material::update`], with motions component by component, which some laws read directly.
+    /// Updates a batch like [`Material::update`], with motions stored in one array per component.
     ///
     /// # Errors
     /// As [`Material::update`].
@@ -297,10 +305,10 @@ pub trait Material: Law {
     /// Computes yield function values (Pa), `-inf` for laws without one.
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// Computes the scalars of [`Law::output_names`], point after point: `out.len() = points × names`.
+    /// Computes the output values of all points, point by point: `out.len() = points × names`.
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// Consistent tangent of the step `motion` from point `index` of the block.
+    /// Consistent tangent (Pa) of a step from the state of point `index` of the block.
     ///
     /// # Errors
     /// As [`Material::update`].
@@ -312,8 +320,8 @@ pub trait Material: Law {
         index: usize,
     ) -> Result<Tangent, MaterialError>;
 
-    /// Work dissipated by the step `motion` of a single point, `old` to `new` (stress and block of one
-    /// point each), per unit current volume (J/m³); `None` where the law does not define it.
+    /// Dissipated work of a step of a single point per unit current volume (J/m³), from `old` to `new`; `None` if the law does not define
+    /// it.
     fn dissipation(
         &self,
         motion: &Motion,
@@ -458,6 +466,7 @@ impl<L: StressUpdate> Material for L {
     }
 }
 
+/// Evaluates `value` at each point of a block and stores the results in `out`.
 fn update_each<L: StressUpdate>(
     stresses: &[SymTensor],
     states: &StateBlock,

@@ -33,7 +33,7 @@ impl MaybeInfinite {
         }
     }
 
-    /// Checks that the number is positive and finite; `"none"` is always valid. `unit` is named in the error.
+    /// Checks that the number is positive and finite; `"none"` is always valid. `unit` is the unit in the error message.
     ///
     /// # Errors
     /// When the number is not positive and finite.

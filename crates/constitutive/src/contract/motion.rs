@@ -2,7 +2,7 @@
 
 use crate::{BLOCK_SIZE, Mat3, MaterialError, SymTensor};
 
-/// State of the pore fluid at the point; zeros where there is none.
+/// State of the pore fluid at the point; zero for a point without pore fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoreFluidState {
     /// Pore pressure (Pa), compression-positive.
@@ -29,7 +29,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Zero motion during one second, of a point of 1 m and 1 kg/m³.
+    /// Motion of a point at rest: step of 1 s, size of 1 m, density of 1 kg/m³.
     pub const AT_REST: Self = Self {
         deformation: Mat3::IDENTITY,
         velocity_gradient_dt: Mat3::ZERO,
@@ -55,9 +55,8 @@ impl Motion {
         })
     }
 
-    /// Motion with relative deformation gradient `f`: the mid-step gradient is
-    /// `A = 2 (f - 1)(f + 1)⁻¹`, so a rigid `f = R` (any angle below 180°) carries no strain.
-    /// `None` where `f + 1` is singular.
+    /// Motion with the relative deformation gradient `f`, by the mid-step gradient `A = 2 (f - 1)(f + 1)⁻¹`. A rigid rotation below 180°
+    /// has no strain. `None` if `f + 1` is singular.
     pub fn from_deformation(f: &Mat3, dt: f64, density: f64, size: f64) -> Option<Self> {
         let gradient = (*f - Mat3::IDENTITY) * (*f + Mat3::IDENTITY).inverse()? * 2.0;
         Some(Self {
@@ -70,8 +69,8 @@ impl Motion {
         })
     }
 
-    /// Motion of the first of `count` equal parts of the step, a power of two; `None` where it rotates by more than a right
-    /// angle and a half. Density is that of the end of the step.
+    /// Motion of the first of `count` equal sub-steps, `count` being a power of two; `None` if the step rotates by more than 135°. Density
+    /// is that of the end of the step.
     pub(crate) fn equal_part(&self, count: u32) -> Option<Self> {
         let mut deformation = self.deformation;
         for _ in 0..count.trailing_zeros() {
@@ -81,8 +80,8 @@ impl Motion {
         Some(Self { pore: self.pore, ..part })
     }
 
-    /// Checks a step for admissibility in any law (sheet: constitutive §7): time is positive, the volume changes by no more than
-    /// a factor of two and does not invert, density is a positive number.
+    /// Checks that a step is valid for any law (sheet: constitutive §7): positive time step and density, and a volume ratio between one
+    /// half and two.
     #[inline]
     pub(crate) fn check(&self, model: &'static str) -> Result<(), MaterialError> {
         let volume = self.deformation.determinant();
@@ -100,7 +99,7 @@ impl Motion {
         Err(MaterialError::Motion { model, reason })
     }
 
-    /// Whether [`Motion::check`] passes for all of `motions`, without branches.
+    /// Whether all motions pass [`Motion::check`], computed without branches.
     #[inline]
     pub(crate) fn are_valid(motions: &[Self]) -> bool {
         let mut usable = true;
@@ -119,11 +118,11 @@ impl Motion {
     }
 }
 
-/// One component of all points of a block.
+/// Values of one component at all points of a block.
 pub(crate) type BlockArray = [f64; BLOCK_SIZE];
 
-/// Motions of up to [`BLOCK_SIZE`] points with each component in an array of its own, so that solvers write and laws read
-/// several points at once. Entries behind the last point are not read.
+/// Motions of up to [`BLOCK_SIZE`] points in one array per component, so that SIMD instructions process several points at once. Entries
+/// behind the last point are not read.
 #[derive(Clone, Debug)]
 pub struct MotionBlock {
     /// Relative deformation gradients, see [`Motion::deformation`], row by row.
@@ -164,7 +163,7 @@ impl MotionBlock {
         }
     }
 
-    /// Sets the motion of a point, whose step is that of all.
+    /// Sets the motion of a point; the time step remains that of the block.
     pub fn set(&mut self, index: usize, motion: &Motion) {
         for c in 0..9 {
             self.deformation[c][index] = motion.deformation.0[c / 3][c % 3];
@@ -175,7 +174,7 @@ impl MotionBlock {
         (self.pore_pressure[index], self.saturation[index]) = (motion.pore.pressure, motion.pore.saturation);
     }
 
-    /// Sets the gradients of the first points, whose columns along the first `D` axes `columns` lists.
+    /// Sets the velocity gradients of the first points from their columns along the first `D` axes.
     #[inline(always)]
     pub fn set_gradients<const D: usize>(&mut self, columns: impl Iterator<Item = [[f64; 4]; D]>) {
         for (index, columns) in columns.enumerate().take(BLOCK_SIZE) {
@@ -187,7 +186,7 @@ impl MotionBlock {
         }
     }
 
-    /// Sets the deformations `1 + dt L` along the first `D` axes.
+    /// Sets the relative deformation gradients to `1 + dt L` along the first `D` axes.
     #[inline(always)]
     pub fn deform_linearly<const D: usize>(&mut self) {
         for i in 0..D {
@@ -219,8 +218,8 @@ impl MotionBlock {
         ratios
     }
 
-    /// Multiplies `volumes` (m³) of points of these `masses` (kg) by their `ratios`, and sets the resulting densities; returns the first
-    /// point whose ratio is not positive, and the reason.
+    /// Multiplies the volumes of points (m³) by their volume ratios and sets the densities from the masses (kg). The error is the first
+    /// point whose ratio is not positive, with the reason.
     #[inline(always)]
     pub fn change_volumes(
         &mut self,
@@ -257,12 +256,12 @@ impl MotionBlock {
         }
     }
 
-    /// Motions of the first `count` points one by one, followed by those of a block at rest.
+    /// Motions of the first `count` points as separate structures; the remaining ones are at rest.
     pub(crate) fn to_array(&self, count: usize) -> [Motion; BLOCK_SIZE] {
         std::array::from_fn(|i| if i < count { self.motion(i) } else { Motion::AT_REST })
     }
 
-    /// Whether [`Motion::check`] passes for the first `count` points, without branches.
+    /// Whether the first `count` points pass [`Motion::check`], computed without branches.
     #[inline]
     pub(crate) fn are_valid(&self, count: usize) -> bool {
         let density = &self.density;
@@ -306,7 +305,8 @@ impl MotionBlock {
         within
     }
 
-    /// Deformations of up to `N` points from `first` on, row by row; the last of the `count` points is repeated for missing ones.
+    /// Relative deformation gradients of up to `N` points from index `first` on, in one array per component; missing points repeat the last
+    /// one.
     #[inline(always)]
     pub(crate) fn deformation_components<const N: usize>(
         &self,

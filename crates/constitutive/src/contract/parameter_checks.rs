@@ -2,7 +2,7 @@
 
 use crate::MaterialError;
 
-/// Returns an error of `field` unless `holds`.
+/// Returns an error of the parameter `field` if the condition is false.
 pub(crate) fn check(field: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), MaterialError> {
     if holds { Ok(()) } else { Err(MaterialError::parameter(field, value, rule)) }
 }
@@ -24,7 +24,7 @@ pub(crate) fn not_negative(field: &'static str, value: f64, unit: &str) -> Resul
     check(field, value, value.is_finite() && value >= 0.0, &rule)
 }
 
-/// Checks that `value` lies between `low` and `high`, both allowed.
+/// Checks that a value lies between `low` and `high`, bounds included.
 pub(crate) fn within_range(
     field: &'static str,
     value: f64,

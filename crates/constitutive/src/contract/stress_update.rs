@@ -25,18 +25,18 @@ pub struct InitialCondition {
     pub density: f64,
 }
 
-/// Point-independent properties of a law, common to [`StressUpdate`], [`SmallStrain`] and [`crate::Material`].
+/// Properties of a law that do not depend on the point, common to [`StressUpdate`], [`SmallStrain`] and [`crate::Material`].
 pub trait Law: Send + Sync {
     /// Name of the model in a case file.
     fn name(&self) -> &'static str;
 
-    /// Whether the law has no direction but those of its stress and state: rotated motions give rotated stresses.
+    /// Whether the law is isotropic: a rotation of motion, stress and state rotates the new stress.
     fn is_isotropic(&self) -> bool {
         true
     }
 
-    /// Whether the law is in rate form: a step starts from the stress of the point, so that a stress changed externally
-    /// (smoothed, diffused) is kept. Other laws compute their stress from the state or the motion alone.
+    /// Whether the law is in rate form: a step starts from the stress of the point, so that a stress that the method has smoothed is
+    /// retained. Other laws compute their stress from the state or the motion alone.
     fn is_hypoelastic(&self) -> bool {
         false
     }
@@ -52,8 +52,7 @@ pub trait Law: Send + Sync {
         0.0
     }
 
-    /// Estimated computing time of a stress update (s), of laws with more than formulas; `None` where it is small against the rest of a
-    /// step.
+    /// Estimated computing time of a stress update (s); `None` if it is small compared with the rest of a step.
     fn update_cost(&self) -> Option<UpdateCost> {
         None
     }
@@ -69,7 +68,7 @@ pub trait Law: Send + Sync {
     }
 }
 
-/// Approximate cost of an update of a point on one thread.
+/// Approximate computing time of the update of a point on one thread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UpdateCost {
     /// Least time of an update with motion (s).
@@ -92,7 +91,7 @@ pub trait PointLaw: Law + 'static {
     /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
 
-    /// Computes [`PointLaw::wave_modulus`] of several points, one by one unless the law has a faster variant of equal operations.
+    /// Computes the wave moduli of several points (Pa), equal to [`PointLaw::wave_modulus`].
     #[inline]
     fn wave_moduli_batch(&self, stresses: &[SymTensor], states: &[Self::State], out: &mut [f64]) {
         for ((stress, state), slot) in stresses.iter().zip(states).zip(out) {
@@ -100,12 +99,12 @@ pub trait PointLaw: Law + 'static {
         }
     }
 
-    /// Elastic constants of laws whose stress is linear in the elastic strain: energy and dissipation follow from them.
+    /// Elastic constants of a law with linear elasticity, from which stored energy and dissipation follow.
     fn linear_elasticity(&self) -> Option<&Elasticity> {
         None
     }
 
-    /// Yield function at the point (Pa), `<= 0` inside; `None` for laws without one.
+    /// Yield function at the point (Pa), not positive inside the yield surface; `None` for laws without one.
     fn yield_value(&self, _point: &Point<Self::State>) -> Option<f64> {
         None
     }
@@ -115,8 +114,7 @@ pub trait PointLaw: Law + 'static {
         0.0
     }
 
-    /// Recoverable energy per unit current volume (J/m³), that of linear elasticity where the law has it; `None` where it is
-    /// not defined.
+    /// Recoverable energy per unit current volume (J/m³); `None` if the law does not define it.
     fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
         self.linear_elasticity().map(|elasticity| elasticity.energy(&point.stress))
     }
@@ -136,8 +134,8 @@ pub trait StressUpdate: PointLaw {
     /// When the motion cannot be used or the local solve fails.
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError>;
 
-    /// Updates a batch of at most [`crate::BLOCK_SIZE`] points by one step, in place: equal to [`StressUpdate::update`], one by one
-    /// unless the law has a faster variant. On error the batch is of no further use.
+    /// Updates a batch of at most [`crate::BLOCK_SIZE`] points by one step in place, with the results of [`StressUpdate::update`]. On error
+    /// the batch is of no further use.
     ///
     /// # Errors
     /// The first point that fails.
@@ -157,7 +155,7 @@ pub trait StressUpdate: PointLaw {
         Ok(())
     }
 
-    /// Updates a batch as [`StressUpdate::update_batch`], with motions component by component, for laws with batched kernels.
+    /// Updates a batch like [`StressUpdate::update_batch`], with motions in one array per component.
     ///
     /// # Errors
     /// The first point that fails.
@@ -185,8 +183,7 @@ pub trait StressUpdate: PointLaw {
         numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
     }
 
-    /// Work dissipated by the step from `old` to `new`, per unit current volume (J/m³): never negative
-    /// for associated flow nor for `0 ≤ ψ ≤ φ`. `None` for laws that do not define it.
+    /// Dissipated work of a step per unit current volume (J/m³). It is never negative for associated flow or for `0 ≤ ψ ≤ φ`.
     fn dissipation(
         &self,
         _motion: &Motion,
@@ -213,31 +210,30 @@ pub trait SmallStrain: PointLaw {
         old: &Point<Self::State>,
     ) -> Result<Point<Self::State>, MaterialError>;
 
-    /// Updates a whole batch whose steps are no larger than [`SmallStrain::max_strain_increment`] as [`SmallStrain::update`], for
-    /// laws without tensorial state that process several points at once, with equal operations. Returns
-    /// whether it has been done.
+    /// Updates a batch whose strain increments are at most [`SmallStrain::max_strain_increment`], for laws without tensorial state that
+    /// compute several points at once. Returns whether it has been done.
     #[inline]
     fn update_component_arrays(&self, _lanes: &mut ComponentArrays, _states: &mut [Self::State]) -> bool {
         false
     }
 
-    /// Norm of the strain increment above which a step is divided (sheet: constitutive §3.8); infinite for laws
-    /// that are exact at any size or divide by themselves.
+    /// Norm of the strain increment above which a step is divided into sub-steps (sheet: constitutive §3.8). It is infinite for laws that
+    /// are exact at any size or divide steps themselves.
     fn max_strain_increment(&self) -> f64 {
         1e-2
     }
 
-    /// Rotates tensorial internal variables; nothing to do for scalar ones.
+    /// Rotates the tensorial internal variables of a law, if it has any.
     #[inline]
     fn rotate_state(&self, _state: &mut Self::State, _rotation: &crate::Mat3) {}
 
-    /// Tangent `∂σ/∂ε` of [`SmallStrain::update`], where the law has it in closed form.
+    /// Tangent `∂σ/∂ε` of [`SmallStrain::update`] (Pa); `None` if the law has no closed form.
     fn tangent(&self, _strain: &SymTensor, _motion: &Motion, _old: &Point<Self::State>) -> Option<Tangent> {
         None
     }
 
-    /// Work dissipated (J/m³), see [`StressUpdate::dissipation`]; both stresses in the co-rotating frame. With linear elasticity it is
-    /// the work on the strain between elastic trial and new stress.
+    /// Dissipated work (J/m³) between two stresses in the co-rotating frame, see [`StressUpdate::dissipation`]. With linear elasticity it
+    /// is the work on the strain between elastic trial and new stress.
     fn dissipation(
         &self,
         strain: &SymTensor,

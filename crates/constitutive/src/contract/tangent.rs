@@ -3,9 +3,8 @@
 use crate::tensors::tensor::PAIRS;
 use crate::{Mat3, MaterialError, Motion, Spectrum, SymTensor};
 
-/// Consistent tangent of a stress update: derivative of the new Cauchy stress (rows, tensor
-/// components xx yy zz xy yz zx) with respect to the strain increment of the step (columns,
-/// engineering shear), at fixed spin.
+/// Consistent tangent of a stress update: derivative of the new Cauchy stress with respect to the strain increment of the step, at fixed
+/// spin. Rows are tensor components xx yy zz xy yz zx, columns have engineering shear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tangent(pub [[f64; 6]; 6]);
 
@@ -49,8 +48,8 @@ impl Tangent {
         }))
     }
 
-    /// Tangent from principal values: normal part `block = ∂σ_A/∂ε_B` and shear moduli `shear[C]` of the plane
-    /// normal to direction `C`, with `σ_AB = 2 shear ε_AB` there (eq. 3.11).
+    /// Tangent from its principal values (eq. 3.11): normal part `block = ∂σ_A/∂ε_B`, and shear modulus `shear[C]` of the plane normal to
+    /// direction `C`, in which `σ_AB = 2 shear ε_AB`.
     pub(crate) fn spectral(spectrum: &Spectrum, block: &[[f64; 3]; 3], shear: [f64; 3]) -> Self {
         let n = spectrum.directions;
         let dyads = n.map(|n| SymTensor::symmetric_dyad(n, n));
@@ -68,8 +67,8 @@ impl Tangent {
     }
 }
 
-/// Shear moduli of the planes normal to each principal direction for [`Tangent::spectral`]:
-/// `(σ_A - σ_B) / (2 (ε_A - ε_B))`, its limit where the strains are equal.
+/// Shear moduli of the planes normal to each principal direction for [`Tangent::spectral`], `(σ_A - σ_B) / (2 (ε_A - ε_B))` or its limit
+/// for equal strains.
 pub(crate) fn shear_moduli(stress: [f64; 3], strain: [f64; 3], block: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
         let (a, b) = ((c + 1) % 3, (c + 2) % 3);
@@ -83,8 +82,8 @@ pub(crate) fn shear_moduli(stress: [f64; 3], strain: [f64; 3], block: &[[f64; 3]
     })
 }
 
-/// Spatial tangent `c` of the Kirchhoff stress, `L_v τ = c : d`, of an isotropic law given in principal
-/// logarithmic strains: `block = ∂τ_A/∂ε_B`, `squares = λ_A²` of the trial (eq. 3.12).
+/// Spatial tangent `c` of the Kirchhoff stress, `L_v τ = c : d`, of an isotropic law in principal logarithmic strains (eq. 3.12). `block`
+/// is `∂τ_A/∂ε_B` and `squares` the squared trial stretches `λ_A²`.
 pub(crate) fn kirchhoff_tangent(
     spectrum: &Spectrum,
     stress: [f64; 3],
@@ -107,9 +106,8 @@ pub(crate) fn kirchhoff_tangent(
     Tangent::spectral(spectrum, &normal, shear)
 }
 
-/// Tangent with respect to the strain increment of the step, from the spatial tangent `c` of the
-/// Kirchhoff stress: a change `δA` of the mid-step gradient changes the deformation by
-/// `δl = (1 - A/2)⁻¹ δA (1 + A/2)⁻¹`, and `δσ = (c : δd)/J + δl σ + σ δlᵀ - tr(δl) σ`.
+/// Tangent with respect to the strain increment of the step, from the spatial tangent `c` of the Kirchhoff stress. A change `δA` of the
+/// mid-step gradient changes the deformation by `δl = (1 - A/2)⁻¹ δA (1 + A/2)⁻¹`, and `δσ = (c : δd)/J + δl σ + σ δlᵀ - tr(δl) σ`.
 pub(crate) fn from_spatial(
     c: &Tangent,
     motion: &Motion,

@@ -38,33 +38,33 @@ pub(super) const COLUMNS: [(&str, &str); 26] = [
 /// Index of the first stress column.
 const STRESS: usize = 7;
 
-/// Path of an element test: one row per step, the start included.
+/// Result of an element test as a table, with one row for the start and one for each step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ElementPath {
-    /// Name and unit of each column; the law's own outputs come last.
+    /// Name and unit of each column; the output values of the law are in the last columns.
     pub columns: Vec<(&'static str, &'static str)>,
     /// Rows of the table.
     pub rows: Vec<Vec<f64>>,
 }
 
 impl ElementPath {
-    /// Values of a column, or `None` where there is none of that name.
+    /// Values of the column with this name, if there is one.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let index = self.columns.iter().position(|(column, _)| *column == name)?;
         Some(self.rows.iter().map(|row| row.get(index).copied().unwrap_or(f64::NAN)).collect())
     }
 
-    /// Last value of a column; NaN where there is none of that name.
+    /// Last value of a column; NaN if there is no column of this name.
     pub fn last(&self, name: &str) -> f64 {
         self.column(name).and_then(|values| values.last().copied()).unwrap_or(f64::NAN)
     }
 
-    /// Stress at the end (Pa); NaN where there are no rows.
+    /// Stress at the end (Pa); NaN if the table is empty.
     pub fn last_stress(&self) -> SymTensor {
         self.stress(self.rows.len().wrapping_sub(1))
     }
 
-    /// Stress of a row (Pa); NaN where there is none.
+    /// Stress of a row (Pa); NaN if there is no such row.
     pub fn stress(&self, row: usize) -> SymTensor {
         let value = |k: usize| self.rows.get(row).and_then(|row| row.get(STRESS + k)).copied();
         SymTensor(std::array::from_fn(|k| value(k).unwrap_or(f64::NAN)))
@@ -154,7 +154,7 @@ impl PathRecorder {
         self.initial_density / specimen.density
     }
 
-    /// Adds a row unless the last one already has the specimen's state.
+    /// Adds a row, unless the last row already has the state of the specimen.
     pub(super) fn push_if_moved(&mut self, specimen: &ElementSpecimen) {
         if !std::mem::take(&mut self.has_new_row) {
             return;
@@ -184,7 +184,7 @@ impl PathRecorder {
         self.rows.push(row);
     }
 
-    /// Returns the table, with the law's own columns last.
+    /// Returns the table of the path; the output values of the law are in the last columns.
     pub(super) fn into_path(self, outputs: &[&'static str]) -> ElementPath {
         let mut columns = COLUMNS.to_vec();
         columns.extend(outputs.iter().map(|name| (*name, "")));

@@ -133,7 +133,7 @@ pub enum LoadingPath {
     },
 }
 
-/// Quantity prescribed by a row of a direct path.
+/// Quantity that a component of a direct path prescribes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlledQuantity {
@@ -143,6 +143,7 @@ pub enum ControlledQuantity {
     Stress,
 }
 
+/// Default fraction of the previous stage that is reversed: all of it.
 fn default_fraction() -> f64 {
     1.0
 }

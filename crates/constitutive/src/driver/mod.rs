@@ -58,10 +58,12 @@ pub struct TestStage {
     pub duration: f64,
 }
 
+/// Default number of increments of a stage.
 fn steps() -> usize {
     200
 }
 
+/// Default duration of a stage (s).
 fn duration() -> f64 {
     1.0
 }
@@ -114,6 +116,7 @@ struct ElementSpecimen {
 }
 
 impl ElementSpecimen {
+    /// Specimen of the test with its initial stress, initial states and density.
     fn new(test: &ElementTest) -> Result<Self, MaterialError> {
         let material = test.material.build()?;
         let density = test.material.density();
@@ -122,10 +125,12 @@ impl ElementSpecimen {
         Ok(Self { material, stress: stresses[0], states, density })
     }
 
+    /// State block of the single point of the specimen.
     fn block(&self) -> &StateBlock {
         &self.states.blocks()[0]
     }
 
+    /// Motion of an increment `L Δt` in the time `dt` (s) with the density at its end; `None` if the motion is invalid.
     fn motion(&self, gradient: &Mat3, dt: f64) -> Option<Motion> {
         let mut motion = Motion::from_velocity_gradient(&(*gradient * (1.0 / dt)), dt, 1.0, 1.0)?;
         motion.velocity_gradient_dt = *gradient;
@@ -143,16 +148,19 @@ impl ElementSpecimen {
         Ok((stress[0], states))
     }
 
+    /// Tangent stiffness at the current state for a motion (Pa).
     fn tangent(&self, motion: &Motion) -> Result<crate::Tangent, MaterialError> {
         self.material.tangent(motion, &self.stress, self.block(), 0)
     }
 
+    /// Replaces stress, states and density by those at the end of an increment.
     fn accept(&mut self, motion: &Motion, (stress, states): (SymTensor, States)) {
         self.stress = stress;
         self.states = states;
         self.density = motion.density;
     }
 
+    /// Value of the yield function at the current stress (Pa).
     fn yield_value(&self) -> f64 {
         self.yield_value_at(&self.stress)
     }
@@ -171,12 +179,14 @@ impl ElementSpecimen {
         if defined { value[0] } else { f64::NAN }
     }
 
+    /// P-wave speed at the current state (m/s).
     fn wave_speed(&self) -> f64 {
         let mut modulus = [0.0];
         self.material.wave_moduli(&[self.stress], self.block(), &mut modulus);
         (modulus[0] / self.density).sqrt()
     }
 
+    /// Output values of the material, in the order of its output names.
     fn outputs(&self) -> Vec<f64> {
         let mut values = vec![0.0; self.material.output_names().len()];
         self.material.outputs(&[self.stress], self.block(), &mut values);
@@ -184,11 +194,11 @@ impl ElementSpecimen {
     }
 }
 
-/// Result of a test up to its end or to its stop.
+/// Result of a test, complete or up to the step at which it stopped.
 pub struct TestTrace {
-    /// Path up to the end or to the step where the test stopped.
+    /// Path up to the end of the test or to the step at which it stopped.
     pub path: ElementPath,
-    /// Reason why the test stopped before its end; `None` for a complete test.
+    /// Reason for which the test stopped early; `None` for a complete test.
     pub stop_reason: Option<DriverError>,
     start: ElementSpecimen,
     end: ElementSpecimen,
@@ -214,7 +224,7 @@ impl ElementTest {
         trace.stop_reason.map_or(Ok(trace.path), Err)
     }
 
-    /// Runs the test to its end or to the first failure.
+    /// Runs the test to its end or to the first failure, and returns the path up to there.
     ///
     /// # Errors
     /// When the description of the test is invalid; a failure during the test is in [`TestTrace::stop_reason`].
@@ -236,6 +246,7 @@ impl ElementTest {
         Ok(TestTrace { path, stop_reason, start, end: specimen })
     }
 
+    /// Runs the stages of the test one after another on the specimen and records the path.
     fn stages(&self, specimen: &mut ElementSpecimen, record: &mut PathRecorder) -> Result<(), DriverError> {
         let mut before = None;
         for (number, stage) in self.stages.iter().enumerate() {

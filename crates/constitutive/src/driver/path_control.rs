@@ -11,11 +11,11 @@ pub(super) const NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 /// Control of a stage, for its initial stress.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ControlSequence {
-    /// Consecutive parts, each with the stage's number of steps.
+    /// Consecutive segments, each with the number of steps of the stage.
     pub(super) segments: Vec<Control>,
 }
 
-/// Control of a part of a stage: either six linear equations a step, or the whole motion.
+/// Control of a segment of a stage: six linear equations for each step, or the motion itself.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Control {
     /// Mixed control by `S Δσ + E Δε = ΔY`.
@@ -33,7 +33,7 @@ pub(super) enum Control {
     },
 }
 
-/// Equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and its coefficients in the six others.
+/// Equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and coefficients of the pore pressure in the other six equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PorePressureEquation {
     /// Coefficients `a` of stress.
@@ -50,7 +50,8 @@ impl PorePressureEquation {
     /// Drained condition: constant pore pressure.
     const DRAINED: Self = Self { stress: [0.0; 6], strain: [0.0; 6], pressure: 1.0, column: [0.0; 6] };
 
-    /// Undrained condition: the pore pressure follows from the volume by the stiffness `K_f/n` (Pa); without one the volume is constant.
+    /// Undrained condition: the pore pressure follows from the volumetric strain and the stiffness `K_f/n` (Pa). Without a stiffness the
+    /// volume is constant.
     fn undrained(fluid_stiffness: Option<f64>, stress: &[[f64; 6]; 6]) -> Self {
         let pressure = fluid_stiffness.map_or(0.0, f64::recip);
         // Rows of total stress, Δσ = Δσ' - Δp_w 1.
@@ -59,19 +60,22 @@ impl PorePressureEquation {
     }
 }
 
-/// Six linear equations, with engineering shear in Δε; amounts over the part.
+/// Six linear control equations between stress and engineering strain increments, with the total change over a segment as right-hand side.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ControlEquations {
+    /// Coefficients of the stress components, one row per equation.
     pub(super) stress: [[f64; 6]; 6],
+    /// Coefficients of the engineering strain components, one row per equation.
     pub(super) strain: [[f64; 6]; 6],
     /// Seventh equation, of the pore pressure.
     pub(super) pore: PorePressureEquation,
+    /// Right-hand sides: total change of each controlled quantity over the segment.
     pub(super) total: [f64; 6],
-    /// Amplitude of one period of a sine.
+    /// Amplitude of a quantity that changes by one period of a sine over the segment.
     pub(super) amplitude: [f64; 6],
     /// Phase of the sine (rad).
     pub(super) phase: [f64; 6],
-    /// Whether the shear xy is simple shear: the material rotates with it.
+    /// Whether the shear strain xy is simple shear, with rotation of the material.
     pub(super) is_simple_shear: bool,
     /// Angles of rotation about x, y, z (rad).
     pub(super) spin: [f64; 3],
@@ -93,11 +97,13 @@ impl ControlEquations {
         }
     }
 
+    /// Prescribes the total change of a strain component.
     fn strain(mut self, component: usize, total: f64) -> Self {
         self.total[component] = total;
         self
     }
 
+    /// Prescribes the total change of a stress component (Pa) in place of its strain.
     fn stress(mut self, component: usize, total: f64) -> Self {
         self.strain[component][component] = 0.0;
         self.stress[component][component] = 1.0;
@@ -105,19 +111,20 @@ impl ControlEquations {
         self
     }
 
+    /// Sets the motion to simple shear, with rotation of the shear strain.
     fn simple_shear(mut self) -> Self {
         self.is_simple_shear = true;
         self
     }
 
-    /// Equations whose rows of stress are total stress; see [`PorePressureEquation::undrained`].
+    /// Equations of undrained deformation, in which prescribed stresses are total stresses; see [`PorePressureEquation::undrained`].
     fn undrained(mut self, fluid_stiffness: Option<f64>) -> Self {
         self.pore = PorePressureEquation::undrained(fluid_stiffness, &self.stress);
         self
     }
 
-    /// Equations of the solver from those of a file, whose strain has tensor shear and whose angles are in degrees, with the
-    /// stiffness `K_f/n` (Pa) of undrained pore fluid.
+    /// Equations in the units of the solver, from those of a file with tensorial shear strain and angles in degrees. `fluid_stiffness` is
+    /// the stiffness `K_f/n` of undrained pore fluid (Pa).
     fn into_solver_units(mut self, fluid_stiffness: Option<f64>) -> Self {
         self.strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
         self.phase = self.phase.map(f64::to_radians);
@@ -128,7 +135,7 @@ impl ControlEquations {
         }
     }
 
-    /// Right-hand side of step `step` of `steps`.
+    /// Right-hand sides of the equations in step `step` of `steps`.
     pub(super) fn right_hand_side(&self, step: usize, steps: usize) -> [f64; 6] {
         let share = 1.0 / steps as f64;
         let sine = |row: usize, step: usize| (TAU * step as f64 * share + self.phase[row]).sin();
@@ -139,7 +146,7 @@ impl ControlEquations {
         })
     }
 
-    /// Spin of a step, as `dt W`: the step's rotation is exact where there is no strain.
+    /// Spin increment `dt W` of a step; the rotation of a step without strain is exact.
     pub(super) fn spin(&self, steps: usize) -> Mat3 {
         let [x, y, z] = self.spin.map(|angle| angle / steps as f64);
         let angle = (x * x + y * y + z * z).sqrt();
@@ -149,7 +156,7 @@ impl ControlEquations {
         Mat3([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) * (2.0 * (0.5 * angle).tan() / angle)
     }
 
-    /// Equations of the reversal, by a share of the amounts.
+    /// Equations of the reversed segment, with a fraction of the total changes.
     fn reversed(&self, fraction: f64) -> Self {
         let back = |amounts: [f64; 6]| amounts.map(|amount| -fraction * amount);
         Self {
@@ -163,6 +170,7 @@ impl ControlEquations {
 }
 
 impl Control {
+    /// Control of the reversed motion, by `fraction` of it.
     fn reversed(&self, fraction: f64) -> Self {
         match self {
             Self::Mixed(conditions) => Self::Mixed(conditions.reversed(fraction)),
@@ -176,6 +184,7 @@ impl Control {
 }
 
 impl ControlSequence {
+    /// Sequence of the reversed segments in reversed order, by `fraction` of each.
     fn reversed(&self, fraction: f64) -> Self {
         let segments = self.segments.iter().rev().map(|part| part.reversed(fraction)).collect();
         Self { segments }
@@ -264,10 +273,12 @@ impl LoadingPath {
     }
 }
 
+/// Engineering strain of a tensorial strain: shear components are doubled.
 fn engineering(strain: &[f64; 6]) -> [f64; 6] {
     std::array::from_fn(|c| if c < 3 { strain[c] } else { 2.0 * strain[c] })
 }
 
+/// Segments with strain or stress prescribed for each component, one per row of `increments`, with spins in degrees.
 fn direct_control(
     control: &[ControlledQuantity; 6],
     increments: &[[f64; 6]],

@@ -25,9 +25,10 @@ impl StandardPlot {
 }
 
 impl ElementPath {
-    /// Returns the four standard plots: q and volume (pore pressure, where it changed) over the largest
-    /// compression, q over p, and volume (void ratio, where the law has one) over ln p.
+    /// Returns the four standard plots: `q` and volume change over the largest compression, `q` over `p`, and volume change over `ln p`.
+    /// Excess pore pressure and void ratio replace the volume change if the test has them.
     pub fn standard_plots(&self) -> [StandardPlot; 4] {
+        /// Key and axis label of the largest axial compression.
         const COMPRESSION: (&str, &str) = ("axial_compression", "largest compression (-)");
         let plot = |name, x: (&'static str, &'static str), y: (&'static str, &'static str)| StandardPlot {
             name,
@@ -66,7 +67,7 @@ const VOID_RATIO: &str = "void_ratio";
 /// Yield curve of a law in triaxial compression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct YieldCurve {
-    /// Label: `yield surface`, or that of the start and of the end where it moved.
+    /// Label of the curve: `yield surface`, or that of the start and the end if the surface has moved.
     pub label: &'static str,
     /// Points p and q (Pa).
     pub points: Vec<(f64, f64)>,
@@ -82,8 +83,8 @@ const BISECTIONS: usize = 60;
 const DOUBLINGS: i32 = 40;
 
 impl TestTrace {
-    /// Yield surface in triaxial compression over the pressures of the test: one line, two where
-    /// it moved, none for laws without one.
+    /// Yield curves in triaxial compression over the range of pressures of the test: one, two if the surface has moved, none for laws
+    /// without a yield function.
     pub fn yield_lines(&self) -> Vec<YieldCurve> {
         let extreme = |name: &str, start: f64, pick: fn(f64, f64) -> f64| {
             let values = self.path.column(name).unwrap_or_default();
@@ -118,7 +119,7 @@ fn compression(p: f64, q: f64) -> SymTensor {
     SymTensor::diagonal(lateral, lateral, axial)
 }
 
-/// Stress at which `yields` crosses zero, by bisection; `None` where it starts outside or never does.
+/// Stress at which the yield function becomes zero, by bisection; `None` if it is positive at zero stress or never becomes zero.
 fn strength(yields: &dyn Fn(f64) -> f64, scale: f64) -> Option<f64> {
     if !(yields(0.0) <= 0.0) {
         return None;

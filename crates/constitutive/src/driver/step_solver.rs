@@ -9,6 +9,7 @@ use crate::{Mat3, Motion, SymTensor, Tangent};
 
 /// Matrix of the seven unknowns, strain increment (engineering shear) and pore pressure, and their equations.
 type Matrix7 = SMatrix<f64, 7, 7>;
+/// Vector of six strain or stress components and the pore pressure.
 type Vector7 = SVector<f64, 7>;
 
 /// Largest number of Newton iterations of a step.
@@ -28,7 +29,7 @@ pub(super) struct StageContext<'t> {
     pub(super) stage: &'t TestStage,
 }
 
-/// Runs one stage; the steps reached are recorded also on failure.
+/// Runs a stage and records its steps, up to the last converged one if it fails.
 pub(super) fn run_stage(
     specimen: &mut ElementSpecimen,
     record: &mut PathRecorder,
@@ -57,7 +58,7 @@ pub(super) fn run_stage(
     Ok(())
 }
 
-/// Advances one step of a part of a stage.
+/// Advances a step of a segment of a stage.
 fn advance(
     specimen: &mut ElementSpecimen,
     record: &mut PathRecorder,
@@ -107,7 +108,7 @@ fn apply_step(
     Ok(())
 }
 
-/// System `S Δσ' + E Δε + P Δp_w = ΔY`, the last equation that of the pore pressure.
+/// Linear system `S Δσ' + E Δε + P Δp_w = ΔY` of a step, whose last equation is that of the pore pressure.
 #[derive(Clone, Copy)]
 struct ControlSystem {
     /// Matrix S; its last column is unused.
@@ -117,6 +118,7 @@ struct ControlSystem {
 }
 
 impl ControlSystem {
+    /// Matrices 7 × 7 of the control equations, with the pore pressure as the seventh unknown.
     fn from_conditions(conditions: &ControlEquations) -> Self {
         let ControlEquations { stress, strain, pore, .. } = conditions;
         let entry = |row: usize, column: usize, six: &[[f64; 6]; 6], last: &[f64; 6]| match (row, column) {
@@ -140,7 +142,7 @@ impl ControlSystem {
     }
 }
 
-/// Checks that the conditions are independent for some elastic stiffness.
+/// Checks that the control equations are independent, for some elastic stiffness.
 pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
     // A generic positive stiffness replaces the material's.
     let stiffness = std::array::from_fn(|i| {
@@ -165,7 +167,7 @@ pub(super) fn check_rank(conditions: &ControlEquations) -> Result<(), String> {
     }
 }
 
-/// Factors of the equations and unknowns of a step, which give their terms one size.
+/// Scale factors of the equations and unknowns of a step, by which all terms have the same magnitude.
 struct StepScaling {
     /// Largest stiffness at the start of the step (Pa).
     stiffness: f64,
@@ -176,6 +178,7 @@ struct StepScaling {
 }
 
 impl StepScaling {
+    /// Scales of equations and unknowns by the largest diagonal stiffness of the tangent (Pa).
     fn new(equations: &ControlSystem, tangent: &Tangent) -> Self {
         let stiffness = (0..6).map(|i| tangent.0[i][i].abs()).fold(1.0, f64::max);
         let ControlSystem { stress, strain_coefficients } = equations;
@@ -187,7 +190,7 @@ impl StepScaling {
     }
 }
 
-/// Residual, relative to the stresses subtracted in it, that counts as round-off.
+/// Tolerance of the residual for round-off, relative to the stresses of which it is the difference.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Reason why a step cannot be solved.
@@ -200,6 +203,7 @@ enum StepError {
     Law(crate::MaterialError),
 }
 
+/// Control equations of a segment with their right-hand sides and the spin of the motion.
 struct MixedControl {
     equations: ControlSystem,
     total: Vector7,
@@ -222,7 +226,7 @@ impl MixedControl {
         a + self.spin
     }
 
-    /// Solves one step, in halves where it does not converge.
+    /// Solves a step by Newton's method, and divides it into halves if the iteration does not converge.
     fn advance(
         &self,
         specimen: &mut ElementSpecimen,
@@ -303,7 +307,7 @@ impl MixedControl {
     }
 }
 
-/// Stress components with an unused last one.
+/// Vector of the stress components with a zero for the pore pressure.
 fn stress_vector(stress: &SymTensor) -> Vector7 {
     Vector7::from_iterator(stress.0.into_iter().chain([0.0]))
 }

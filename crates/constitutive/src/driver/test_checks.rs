@@ -7,7 +7,7 @@ use crate::driver::path_control::{Control, ControlEquations};
 use crate::driver::{ElementSpecimen, ElementTest, TestStage, step_solver};
 use crate::{Mat3, MaterialError, SymTensor};
 
-/// Problem of a test with its path: `stages[1].path.b: 2 is not in 0..=1`.
+/// Problem in the description of a test with the path of the value, such as `stages[1].path.b: 2 is not in 0..=1`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TestProblem {
     /// JSON path of the value.
@@ -22,16 +22,16 @@ impl fmt::Display for TestProblem {
     }
 }
 
-/// Text of the problems, one a line.
+/// Text of the problems, one per line.
 pub(super) fn problem_lines(problems: &[TestProblem]) -> String {
     let lines: Vec<String> = problems.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
 
-/// Largest number of steps of a stage: more fill the memory with rows.
+/// Largest number of steps of a stage, which bounds the memory for the rows of the path.
 const MAX_STEPS: usize = 1_000_000;
 
-/// Largest strain of a step: above it, the relative deformation of the step inverts.
+/// Largest strain of a step; with a larger one the deformation gradient of the step may invert.
 const LARGEST_STRAIN: f64 = 1.0;
 
 /// Message on a reversal as the first stage.
@@ -68,25 +68,30 @@ pub(super) fn problems(test: &ElementTest) -> Vec<TestProblem> {
     findings.0
 }
 
+/// Problems of an element test, collected by the checks.
 struct TestProblems(Vec<TestProblem>);
 
 impl TestProblems {
+    /// Adds a problem at `path` unless the condition is true.
     fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl FnOnce() -> String) {
         if !holds {
             self.0.push(TestProblem { path: path.into(), problem: problem() });
         }
     }
 
+    /// Requires a finite number.
     fn number(&mut self, path: &str, value: f64) {
         self.require(value.is_finite(), path, || format!("{value} is not a finite number"));
     }
 
+    /// Requires that all values are finite.
     fn finite(&mut self, path: &str, values: &[f64]) {
         for (index, value) in values.iter().enumerate() {
             self.number(&format!("{path}[{index}]"), *value);
         }
     }
 
+    /// Checks the number of increments, the duration and the loading path of a stage.
     fn stage(&mut self, place: &str, stage: &TestStage) {
         let (steps, duration) = (stage.steps, stage.duration);
         self.require((1..=MAX_STEPS).contains(&steps), format!("{place}.steps"), || {
@@ -159,13 +164,14 @@ impl TestProblems {
         }
     }
 
+    /// Requires a positive stiffness of the pore fluid (Pa), where one is given.
     fn fluid(&mut self, path: &str, stiffness: Option<f64>) {
         let Some(stiffness) = stiffness else { return };
         let holds = stiffness.is_finite() && stiffness > 0.0;
         self.require(holds, path, || format!("{stiffness} is not positive (Pa)"));
     }
 
-    /// Checks increments given one by one, with as many rotations or none.
+    /// Checks the increments of a direct path and that the number of rotations is zero or that of the increments.
     fn direct(&mut self, place: &str, increments: &[[f64; 6]], spins: &[[f64; 3]]) {
         let at = |key: &str| format!("{place}.{key}");
         let (count, turns) = (increments.len(), spins.len());
@@ -177,6 +183,7 @@ impl TestProblems {
         self.rows(&at("spins"), spins);
     }
 
+    /// Requires that all numbers of the rows are finite.
     fn rows<const N: usize>(&mut self, path: &str, rows: &[[f64; N]]) {
         for (number, row) in rows.iter().enumerate() {
             self.finite(&format!("{path}[{number}]"), row);
@@ -223,7 +230,7 @@ impl TestProblems {
     }
 }
 
-/// Largest strain prescribed by a row of strain alone.
+/// Largest strain increment among the equations that prescribe strain only.
 fn largest_strain(conditions: &ControlEquations) -> f64 {
     let amount = |row: usize| {
         let free = conditions.stress[row].iter().all(|s| *s == 0.0);
@@ -234,6 +241,7 @@ fn largest_strain(conditions: &ControlEquations) -> f64 {
     (0..6).map(amount).fold(0.0, f64::max)
 }
 
+/// Largest absolute component of a velocity gradient.
 fn size(gradient: &Mat3) -> f64 {
     gradient.0.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
 }

@@ -5,8 +5,8 @@ use crate::driver::{ElementTest, LoadingPath, TestStage};
 use crate::laws::spec::MaterialSpec;
 
 impl UnconvergedStep {
-    /// Returns the step as an element test of `material`, to examine it separately. Internal variables are those of a point that
-    /// starts with this stress.
+    /// Element test of `material` that consists of this step, for an examination outside the simulation. Internal variables are those of a
+    /// point that starts with this stress.
     pub fn element_test(&self, material: MaterialSpec) -> ElementTest {
         let velocity_gradient = (self.gradient * (1.0 / self.dt)).0;
         ElementTest {

@@ -25,7 +25,7 @@ use crate::{
     InitialCondition, Law, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
 };
 
-/// Largest ratio of a component of `T` to that of `T_i`.
+/// Upper bound of the ratio of a total stress component to the rate-independent one, `T/T_i`.
 const MAX_AMPLIFICATION: f64 = 10.0;
 
 /// Integration of the viscous rate.
@@ -39,7 +39,7 @@ pub enum ViscousMode {
     RateMaterial,
 }
 
-/// Parameters of the viscous part.
+/// Parameters of the viscous stress with an acceleration term.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccelerationViscosity {
@@ -47,7 +47,7 @@ pub struct AccelerationViscosity {
     pub a: f64,
     /// Coefficient `m1`, > 0.
     pub m1: f64,
-    /// Coefficient `m2` (s²), not negative.
+    /// Coefficient `m2` (s²) of the factor `√(m1 + m2 ‖D‖²)` of the viscosity `η = A √(m1 + m2 ‖D‖²)`, not negative.
     #[serde(default)]
     pub m2: f64,
     /// Viscosity `η1` (Pa s) of the term `η1 D̊`, not negative.
@@ -99,8 +99,8 @@ impl AccelerationViscosity {
         local.rotated(&axes)
     }
 
-    /// Increment `η1 ΔD + η (T ΔD + ΔD T) + η3 ΔD²/Δt` of the viscous stress for a change of stretching from `from` to `to` (1/s)
-    /// within `dt` (s) under the stress `stress`.
+    /// Increment `η1 ΔD + η (T ΔD + ΔD T) + η3 ΔD²/Δt` of the viscous stress under the stress `T`. The stretching changes from `from` to
+    /// `to` (1/s) in the time `dt` (s).
     pub fn increment(&self, stress: &SymTensor, from: &SymTensor, to: &SymTensor, dt: f64) -> SymTensor {
         let eta = self.eta(((*from + *to) * 0.5).norm());
         let change = (*to - *from).to_matrix();
@@ -109,6 +109,7 @@ impl AccelerationViscosity {
             + (change * change).sym() * (self.eta3 / dt)
     }
 
+    /// Checks signs and ranges of the viscosity parameters.
     fn validate(&self) -> Result<(), MaterialError> {
         check("viscous.a", self.a, self.a.is_finite() && self.a < 0.0, "must be negative (s)")?;
         positive("viscous.m1", self.m1, "")?;
@@ -126,7 +127,7 @@ pub struct AccelerationViscous<L> {
     viscosity: AccelerationViscosity,
 }
 
-/// State of a point: the parts of the stress.
+/// State of a point: rate-independent and viscous parts of the stress.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ViscousState<S> {
     /// Internal variables of the frictional law.
@@ -149,6 +150,7 @@ impl<L: StressUpdate> AccelerationViscous<L> {
         Ok(Self { frictional, viscosity })
     }
 
+    /// Point with the stress and state of the law without the viscous part.
     fn inviscid_point(point: &Point<ViscousState<L::State>>) -> Point<L::State> {
         Point { stress: point.state.inviscid, state: point.state.frictional.clone() }
     }

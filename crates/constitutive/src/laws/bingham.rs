@@ -51,7 +51,8 @@ pub struct BinghamSpec {
     pub density: f64,
     /// Bulk modulus at zero pressure (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only for `viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
+    /// `viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Yield stress `τ_y` (Pa), not negative.
@@ -78,7 +79,8 @@ pub struct FrictionalFluidSpec {
     pub density: f64,
     /// Bulk modulus at zero pressure (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only for `viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
+    /// `viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Friction angle (degrees), 0 to 90 (excluded).
@@ -111,6 +113,7 @@ struct ViscoplasticParameters {
 }
 
 impl ViscoplasticParameters {
+    /// Checks the parameters with the density (kg/m³) and viscosity (Pa s) of the material.
     fn validate(&self, density: f64, viscosity: f64) -> Result<(), MaterialError> {
         positive("density", density, "kg/m³")?;
         positive("bulk_modulus", self.bulk_modulus, "Pa")?;
@@ -124,6 +127,7 @@ impl ViscoplasticParameters {
         Ok(())
     }
 
+    /// Law of a flow curve with the equation of state and shear modulus of the parameters.
     fn law<Y>(&self, rheology: Y) -> Result<Viscoplastic<Y>, MaterialError> {
         let pressure =
             Barotropic { bulk_modulus: self.bulk_modulus, tension: self.tension, equation: self.equation };
@@ -131,6 +135,7 @@ impl ViscoplasticParameters {
         Ok(Viscoplastic { rheology, pressure, shear_modulus })
     }
 
+    /// Material of a flow curve: elastic–viscoplastic, or a viscous fluid with a capped viscosity.
     fn build<Y: YieldStress>(&self, rheology: Y) -> Result<Arc<dyn Material>, MaterialError> {
         let law = self.law(rheology)?;
         Ok(match self.form {
@@ -143,6 +148,7 @@ impl ViscoplasticParameters {
         })
     }
 
+    /// Warnings for the user: a material with a capped viscosity creeps on every slope.
     fn warnings(&self) -> Vec<String> {
         match self.form {
             YieldForm::Viscoplastic {} => Vec::new(),
@@ -155,6 +161,7 @@ impl ViscoplasticParameters {
 }
 
 impl BinghamSpec {
+    /// Parameters that the law has in common with other viscoplastic fluids.
     fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
@@ -185,6 +192,7 @@ impl BinghamSpec {
 }
 
 impl FrictionalFluidSpec {
+    /// Parameters that the law has in common with other viscoplastic fluids.
     fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {
             bulk_modulus: self.bulk_modulus,
@@ -216,6 +224,7 @@ impl FrictionalFluidSpec {
     }
 }
 
+/// Kind of tangent that the list of materials shows.
 const TANGENT: &str = "analytic (capped form: numerical)";
 
 impl Model for BinghamSpec {

@@ -19,9 +19,10 @@ use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::return_maps::scalar_roots::falling_root;
 use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "cohesive-friction";
 
-/// Largest softening variable: beyond it the cohesion vanishes, `e⁻³⁰⁰`.
+/// Largest softening variable; above it the cohesion, which is proportional to its negative exponential, is negligible.
 const LARGEST_SOFTENING: f64 = 300.0;
 
 /// Parameters of the cohesive–frictional band.
@@ -62,7 +63,7 @@ pub struct CohesiveBand {
 pub struct CohesiveState {
     /// Softening variable `χ`: damage is `1 - e^(-χ)`.
     pub softening: f64,
-    /// Plastic part of the jump (m), normal first.
+    /// Plastic part of the displacement jump (m): normal and two tangential components.
     pub plastic_jump: [f64; 3],
 }
 
@@ -151,6 +152,7 @@ impl CohesiveBand {
         shear.hypot(z * self.offset) - (z * self.spec.cohesion - self.spec.friction_coefficient * normal)
     }
 
+    /// Point of the hyperbolic yield surface at a shear traction (Pa) and softening variable, with its derivatives.
     fn on_surface(&self, trial: &TractionTrial, shear: f64, softening: f64) -> HyperbolaPoint {
         let CohesiveBandSpec { cohesion, friction_coefficient: mu, .. } = self.spec;
         let [normal_stiffness, shear_stiffness] = trial.stiffness;
@@ -182,7 +184,7 @@ impl CohesiveBand {
         ]
     }
 
-    /// Shear traction (Pa) at which the return to the hyperbola of `softening` ends.
+    /// Shear traction (Pa) at the end of the return to the yield hyperbola at a given softening variable.
     fn shear_at_softening(&self, trial: &TractionTrial, softening: f64, start: f64) -> Option<f64> {
         if trial.shear == 0.0 {
             return Some(0.0);
@@ -242,7 +244,7 @@ impl CohesiveBand {
         Ok(BandReturn { normal: on.normal, shear, softening, opening, plastic_slip, a: on.a[0], jacobian })
     }
 
-    /// Parts of a trial traction, and whether it lies outside.
+    /// Normal and tangential parts of a trial traction (Pa), and whether it is outside the yield surface.
     fn trial(&self, traction: [f64; 3], stiffness: [f64; 2], softening: f64) -> (TractionTrial, bool) {
         let [normal, s, t] = traction;
         let shear = s.hypot(t);
@@ -253,12 +255,13 @@ impl CohesiveBand {
         (TractionTrial { normal, shear, stiffness }, !(excess <= 8.0 * f64::EPSILON * scale))
     }
 
+    /// Elastic traction after a displacement jump (m): normal and two tangential components (Pa).
     fn elastic_traction(&self, jump: [f64; 3], old: [f64; 3]) -> [f64; 3] {
         let CohesiveBandSpec { normal_stiffness: kn, shear_stiffness: ks, .. } = self.spec;
         [old[0] + kn * jump[0], old[1] + ks * jump[1], old[2] + ks * jump[2]]
     }
 
-    /// Traction and state after the return of the trial traction, with the given stiffnesses.
+    /// Traction and state after the return of a trial traction, for given normal and shear stiffnesses (Pa/m).
     fn state_after_return(
         &self,
         traction: [f64; 3],

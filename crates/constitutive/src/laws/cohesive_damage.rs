@@ -13,6 +13,7 @@ use crate::contract::parameter_checks::{check, positive};
 use crate::return_maps::scalar_roots::falling_root;
 use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "cohesive-damage";
 
 /// Parameters of the damage band.
@@ -38,7 +39,7 @@ pub struct CohesiveDamage {
 /// Internal variables of the damage band.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DamageState {
-    /// Jump (m), normal first, the elastic part at insertion included.
+    /// Displacement jump (m): normal and two tangential components, the elastic jump at insertion included.
     pub jump: [f64; 3],
     /// Largest effective opening in the history, `κ` (m).
     pub max_opening: f64,
@@ -63,6 +64,7 @@ impl CohesiveDamageSpec {
     }
 }
 
+/// Effective opening of a displacement jump: norm of the positive normal and the tangential components (m).
 fn effective_opening(jump: [f64; 3]) -> f64 {
     jump[0].max(0.0).hypot(jump[1].hypot(jump[2]))
 }
@@ -74,6 +76,7 @@ impl CohesiveDamage {
         if largest <= elastic { 1.0 } else { elastic / largest * (-(largest - elastic) / tail).exp() }
     }
 
+    /// Traction of a displacement jump (Pa); `integrity`, one minus the damage, reduces all but a closing normal component.
     fn traction(&self, jump: [f64; 3], integrity: f64) -> [f64; 3] {
         let stiffness = self.spec.stiffness;
         let normal = if jump[0] > 0.0 { integrity * jump[0] } else { jump[0] };

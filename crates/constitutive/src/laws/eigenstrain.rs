@@ -18,7 +18,7 @@ use crate::{Mat3, Material, MaterialError, MaterialSpec, Motion, SymTensor};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EigenstrainSpec {
-    /// Volumetric strain at the end (-), expansion-positive (shrinkage is negative), -0.5 to 0.5.
+    /// Volumetric strain at the end (-), expansion-positive, -0.5 to 0.5.
     pub volumetric_strain: f64,
     /// Time over which the strain grows linearly from the start (s), > 0.
     pub duration: f64,
@@ -64,7 +64,7 @@ impl Model for EigenstrainSpec {
     }
 }
 
-/// Stress-free strain; own state: the time since the start (s).
+/// Stress-free strain that grows with time; its internal variable is the time since the start (s).
 struct Eigenstrain {
     volumetric: f64,
     duration: f64,

@@ -31,7 +31,7 @@ pub struct FluidState {
     pub rest_density: f64,
     /// Current density (kg/m³).
     pub density: f64,
-    /// Shear rate `√(2 D':D')` of the last step (1/s); of its plastic part where there is an elastic one.
+    /// Shear rate `√(2 D':D')` of the last step (1/s); only its plastic part for a law with elastic shear.
     pub shear_rate: f64,
 }
 
@@ -71,7 +71,7 @@ impl Barotropic {
         (pressure >= -self.tension).then_some(pressure)
     }
 
-    /// Density ratio at `pressure` (Pa); NaN where there is none.
+    /// Density ratio at `pressure` (Pa); NaN if no density has this pressure.
     pub fn ratio_of(&self, pressure: f64) -> f64 {
         let share = pressure / self.bulk_modulus;
         match self.equation {
@@ -123,8 +123,7 @@ impl Barotropic {
         Ok(FluidState { rest_density: density / ratio, density, shear_rate: 0.0 })
     }
 
-    /// State at the end of a step, without the shear rate (sheet: constitutive §7: the density changes by less
-    /// than a factor of two).
+    /// State at the end of a step, without the shear rate. The density changes by less than a factor of two (sheet: constitutive §7).
     #[inline]
     pub(super) fn step(
         &self,

@@ -25,10 +25,10 @@ pub trait MaterialFactory: Send + Sync {
     ) -> Result<Arc<dyn Material>, MaterialError>;
 }
 
+/// Factories of materials that other crates have registered.
 static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::new());
 
-/// Registers a factory, whose law case files use as `{"model": "external", "law": …}`. Of two factories with one name the first
-/// is kept.
+/// Registers a factory, whose law case files select by `{"model": "external", "law": …}`. Of two factories with one name the first is kept.
 pub fn register_material(factory: &'static dyn MaterialFactory) {
     let mut known = FACTORIES.write().unwrap_or_else(PoisonError::into_inner);
     if known.iter().all(|other| other.name() != factory.name()) {
@@ -40,7 +40,7 @@ pub fn register_material(factory: &'static dyn MaterialFactory) {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExternalSpec {
-    /// Density of the material as a whole (kg/m³), > 0.
+    /// Density of the material with its pores (kg/m³), > 0.
     pub density: f64,
     /// Name of the law: `granular-cell`, a periodic cell of grains.
     pub law: String,
@@ -74,6 +74,7 @@ impl Model for ExternalSpec {
     }
 }
 
+/// Names separated by commas, or `none`.
 fn name_list(names: &[&str]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

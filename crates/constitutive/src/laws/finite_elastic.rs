@@ -10,7 +10,7 @@ use crate::{
     InitialCondition, Law, Mat3, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
 };
 
-/// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`, which keeps the digits of small strains.
+/// Left Cauchy–Green tensor of a point minus the unit tensor, `b - 1`, which resolves small strains without cancellation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftCauchyGreen(pub SymTensor);
 
@@ -23,7 +23,7 @@ pub struct PrincipalStress {
     pub slope: [[f64; 3]; 3],
 }
 
-/// Isotropic elastic law of the left Cauchy–Green tensor `b`; its arguments are `b - 1`.
+/// Isotropic elastic law in the left Cauchy–Green tensor `b`; its functions take `b - 1`.
 pub trait FiniteElastic: Send + Sync + 'static {
     /// Name of the model in a case file.
     const NAME: &'static str;
@@ -31,7 +31,7 @@ pub trait FiniteElastic: Send + Sync + 'static {
     /// Cauchy stress (Pa).
     fn cauchy_stress(&self, b: &SymTensor) -> SymTensor;
 
-    /// Tensor `b - 1` of the Cauchy stress `stress`.
+    /// Tensor `b - 1` that has the Cauchy stress `stress` (Pa).
     ///
     /// # Errors
     /// When no deformation of moderate size gives the stress.
@@ -106,13 +106,13 @@ pub(super) fn log_jacobian(b: &SymTensor) -> f64 {
     0.5 * (i1 + i2 + b.determinant()).ln_1p()
 }
 
-/// Volume change `J - 1` of the principal stretches less one.
+/// Volume change `J - 1` of principal elongations (stretches minus one).
 pub(super) fn volume_change(elongations: [f64; 3]) -> f64 {
     let [a, b, c] = elongations;
     a + b + c + a * b + b * c + c * a + a * b * c
 }
 
-/// Principal stretches less one from the principal values of `b - 1`.
+/// Principal elongations (stretches minus one) from the principal values of `b - 1`.
 pub(super) fn elongations(changes: [f64; 3]) -> [f64; 3] {
     changes.map(|b| b / (1.0 + (1.0 + b).sqrt()))
 }
@@ -135,7 +135,7 @@ pub(super) fn updated_left_cauchy_green(
     }
 }
 
-/// Returns `stress`, or an error where it is not finite.
+/// Returns the stress, or an error if it is not finite.
 pub(super) fn check_finite(model: &'static str, stress: SymTensor) -> Result<SymTensor, MaterialError> {
     if stress.is_finite() {
         Ok(stress)
@@ -144,8 +144,8 @@ pub(super) fn check_finite(model: &'static str, stress: SymTensor) -> Result<Sym
     }
 }
 
-/// Tensor `b - 1` of the Cauchy stress `stress`, of an isotropic law `principal` from elongations
-/// (stretches less one) to Kirchhoff stresses: Newton's method from small strain, on the logarithms.
+/// Tensor `b - 1` that has the Cauchy stress `stress` (Pa). `principal` gives the Kirchhoff stresses of principal elongations, by which
+/// Newton's method iterates.
 ///
 /// # Errors
 /// When no deformation of moderate size gives the stress.

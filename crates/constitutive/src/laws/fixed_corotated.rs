@@ -59,7 +59,7 @@ pub struct FixedCorotated {
 }
 
 impl FixedCorotated {
-    /// Kirchhoff stresses of principal stretches less one.
+    /// Principal Kirchhoff stresses (Pa) of principal elongations (stretches minus one).
     #[inline]
     pub fn principal(&self, elongations: [f64; 3]) -> PrincipalStress {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
@@ -74,7 +74,7 @@ impl FixedCorotated {
         PrincipalStress { stress, slope }
     }
 
-    /// Elastic energy per unit initial volume (J/m³) of principal stretches less one.
+    /// Elastic energy per unit initial volume (J/m³) of principal elongations (stretches minus one).
     pub fn energy(&self, elongations: [f64; 3]) -> f64 {
         let change = volume_change(elongations);
         self.elasticity.shear_modulus * elongations.iter().map(|e| e * e).sum::<f64>()

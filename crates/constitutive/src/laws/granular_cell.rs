@@ -4,8 +4,8 @@
 use crate::contract::parameter_checks::positive;
 use crate::{Mat3, MaterialError, SymTensor};
 
-/// Stress `1/(2V) Σ (f ⊗ l + l ⊗ f)` of a cell (Pa, tension-positive) over its contacts: `l` is the branch (m) from
-/// one grain to the other, `f` the force (N) on the first by the second.
+/// Stress `1/(2V) Σ (f ⊗ l + l ⊗ f)` of a cell with contacts (Pa, tension-positive). The branch vector `l` (m) is from one grain to the
+/// other, and `f` is the force on the first grain by the second (N).
 ///
 /// # Errors
 /// Unless the volume (m³) is positive.
@@ -42,9 +42,8 @@ impl FabricTensor {
         (self.tensor - SymTensor::isotropic(1.0 / 3.0)) * 7.5
     }
 
-    /// Alignment `A = n_F : n_s`, 1 where the contacts concentrate in the directions of compression of the stress: with the
-    /// deviator of the compression-positive stress. `None` where either has no direction. At the critical state
-    /// `A = 1` along with `η = η_c` and `e = e_c`.
+    /// Alignment `A = n_F : n_s` of fabric and stress deviators, 1 if the contacts concentrate in the direction of compression. `None` if
+    /// either deviator is zero. At the critical state `A = 1` along with `η = η_c` and `e = e_c`.
     pub fn alignment(&self, stress: &SymTensor) -> Option<f64> {
         let (fabric, deviator) = (self.anisotropy(), -stress.deviator());
         let size = fabric.norm() * deviator.norm();
@@ -55,7 +54,7 @@ impl FabricTensor {
 /// Cell of grains that represents an interface: of height `thickness`, its top displaced against its bottom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceCell {
-    /// Unit normal `N` of the interface before it deforms.
+    /// Unit normal `N` of the interface in the undeformed configuration.
     pub normal: [f64; 3],
     /// Height `h_0` of the cell (m).
     pub thickness: f64,
@@ -78,23 +77,24 @@ impl InterfaceCell {
         stress.apply(self.normal)
     }
 
-    /// Unit normal of the deformed interface, along `F⁻ᵀ N`; `None` where `F` is singular. (The source's eq. 57
-    /// interchanges normal and tangent.)
+    /// Unit normal of the deformed interface, along `F⁻ᵀ N`; `None` if `F` is singular. Eq. 57 of the source interchanges normal and
+    /// tangent.
     pub fn deformed_normal(&self, f: &Mat3) -> Option<[f64; 3]> {
         unit(f.inverse()?.transpose().apply(self.normal))
     }
 }
 
-/// Unit vector along the deformed tangent `F M` of a surface; `None` where it vanishes.
+/// Unit vector along the deformed tangent `F M` of a surface; `None` if its length is zero.
 pub fn deformed_tangent(f: &Mat3, tangent: [f64; 3]) -> Option<[f64; 3]> {
     unit(f.apply(tangent))
 }
 
-/// Permeability `J F⁻¹ k F⁻ᵀ` in the reference configuration of a spatial one `k`; `None` where `F` is singular.
+/// Permeability `J F⁻¹ k F⁻ᵀ` in the reference configuration of a spatial permeability `k`; `None` if `F` is singular.
 pub fn pulled_back_permeability(permeability: &SymTensor, f: &Mat3) -> Option<SymTensor> {
     Some(permeability.rotated(&f.inverse()?) * f.determinant())
 }
 
+/// Unit vector of `v`; `None` for a zero vector.
 fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     (length > 0.0).then(|| v.map(|c| c / length))

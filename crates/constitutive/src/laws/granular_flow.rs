@@ -21,8 +21,8 @@ pub fn linear_concentration(fraction: f64, densest: f64) -> f64 {
     1.0 / ((densest / fraction).cbrt() - 1.0)
 }
 
-/// Bagnold number `ρ d² √λ_B γ̇ / μ_f`, grain inertia over viscous stress of the fluid between the grains,
-/// whose viscosity is `fluid_viscosity` (Pa s); `concentration` is the linear one.
+/// Bagnold number `ρ d² √λ_B γ̇ / μ_f`, the ratio of grain inertia to viscous stress of the pore fluid. `concentration` is the linear
+/// concentration `λ_B`, `fluid_viscosity` the viscosity `μ_f` (Pa s).
 pub fn bagnold_number(
     shear_rate: f64,
     diameter: f64,

@@ -99,6 +99,7 @@ fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
     check("dilatancy_angle", dilatancy, (-friction..=friction).contains(&dilatancy), &rule)
 }
 
+/// Warnings for friction angles above 60 degrees and for negative dilatancy angles (degrees).
 fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if friction > 60.0 {

@@ -24,7 +24,7 @@ pub trait Model: Sized {
         self.wrap_material(law)
     }
 
-    /// Wraps `inner`, the valid law of the material this one acts on, for models around another.
+    /// Wraps the law `inner` of the inner material, for models that modify another one.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -32,15 +32,15 @@ pub trait Model: Sized {
         Err(MaterialError::incompatible_options("model", "acts on no other material"))
     }
 
-    /// Key of the material this one acts on.
+    /// Key of the inner material.
     const INNER_KEY: &'static str = "material";
 
-    /// Warnings about admissible but doubtful values, each starting with the parameter's name.
+    /// Warnings about valid but unusual parameter values, each with the name of the parameter.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Material that this one acts on, for models around another.
+    /// Inner material, for models that modify another one.
     fn inner(&self) -> Option<&MaterialSpec> {
         None
     }
@@ -50,7 +50,7 @@ pub trait Model: Sized {
         None
     }
 
-    /// Samples of all variants of the model, for the contract tests.
+    /// Example parameters that include all variants of the model, for tests.
     fn examples() -> Vec<Self>;
 }
 
@@ -90,7 +90,7 @@ pub enum StrainMeasure {
 }
 
 impl StrainMeasure {
-    /// Wraps the law with this measure.
+    /// Wraps the law with this strain measure.
     pub(crate) fn wrap<L: SmallStrain + PrincipalReturn>(self, law: L) -> Arc<dyn Material> {
         match self {
             Self::Rate => Arc::new(Corotational(law)),

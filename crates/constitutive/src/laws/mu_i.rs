@@ -24,6 +24,7 @@ use crate::laws::viscous_flow::{
 };
 use crate::{Corotational, Material, MaterialError};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "mu-i";
 
 /// Parameters of `mu-i`.
@@ -34,8 +35,8 @@ pub struct MuISpec {
     pub density: f64,
     /// Bulk modulus of the packing `ρ₀ c₀²` (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only
-    /// for `elasto-viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
+    /// `elasto-viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Density of the grains (kg/m³), > 0.
@@ -129,6 +130,7 @@ impl MuISpec {
         })
     }
 
+    /// Linear equation of state without tensile strength.
     fn pressure(&self) -> Barotropic {
         Barotropic { bulk_modulus: self.bulk_modulus, tension: 0.0, equation: EquationOfState::Linear }
     }
@@ -242,6 +244,7 @@ impl MuI {
         self.static_friction + (self.limit_friction - self.static_friction) * share
     }
 
+    /// Quadratic equation of the shear stress at the end of the step, from the trial shear stress and pressure (Pa).
     #[inline]
     fn quadratic(&self, trial: f64, pressure: f64, stiffness: f64) -> ReturnQuadratic {
         let (s0, s2) = (self.static_friction * pressure, self.limit_friction * pressure);
@@ -252,6 +255,7 @@ impl MuI {
         ReturnQuadratic { b, h, alpha, root: b * (1.0 - 4.0 * (h / b) / b).max(0.0).sqrt() }
     }
 
+    /// Writes shear rate (1/s), effective viscosity (Pa s) and inertial number to `out`.
     fn fill_outputs(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
         out[0] = rate;
         out[1] = if rate > 0.0 { shear / rate } else { 0.0 };
@@ -260,6 +264,7 @@ impl MuI {
     }
 }
 
+/// Names of the output values: shear rate (1/s), effective viscosity (Pa s), inertial number (-).
 const OUTPUTS: &[&str] = &["shear_rate", "effective_viscosity", "inertial_number"];
 
 impl FlowOutputs for MuI {
@@ -296,7 +301,7 @@ impl FlowCurve for MuI {
     }
 }
 
-/// Friction law as a viscosity that is finite at rest.
+/// Friction law `μ(I)` as a viscous fluid whose viscosity at rest is finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegularisedMuI {
     /// Friction law.

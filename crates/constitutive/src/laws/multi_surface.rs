@@ -13,19 +13,20 @@ use super::Elasticity;
 pub struct YieldPlane {
     /// Outward normal `a`.
     pub normal: [f64; 3],
-    /// Offset `b` (Pa): admissible stresses have `a · σ ≤ b`.
+    /// Offset `b` of the plane (Pa): stresses with `a · σ ≤ b` do not yield.
     pub offset: f64,
     /// Flow direction `g`.
     pub flow: [f64; 3],
 }
 
-/// Set of active planes of a return, one bit each.
+/// Set of active planes of a return, one bit per plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ActiveSet(pub u16);
 
-/// Rows of a matrix: at most three planes are active at once.
+/// Rows of a matrix of at most three active planes.
 type Matrix3Rows = [[f64; 3]; 3];
 
+/// Scalar product.
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -39,11 +40,12 @@ impl YieldPlane {
 }
 
 impl ActiveSet {
-    /// All sets of one, two and three of `count` planes, the small ones first.
+    /// All combinations of one, two and three out of `count` planes, the smaller ones first.
     fn combinations(count: usize) -> impl Iterator<Item = Self> {
         (1..=3).flat_map(move |size| (1u16..1 << count).filter(move |s| s.count_ones() == size)).map(Self)
     }
 
+    /// Active planes of the set, at most three, and their number.
     fn planes(self, planes: &[YieldPlane]) -> ([YieldPlane; 3], usize) {
         let mut active = [YieldPlane { normal: [0.0; 3], offset: 0.0, flow: [0.0; 3] }; 3];
         let mut count = 0;
@@ -57,7 +59,7 @@ impl ActiveSet {
     }
 }
 
-/// Inverse of the leading `n` by `n` part; `None` where singular.
+/// Inverse of the leading `n` by `n` submatrix; `None` if it is singular.
 fn inverse(m: Matrix3Rows, n: usize) -> Option<Matrix3Rows> {
     let mut a = m;
     let mut inverse = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -83,12 +85,13 @@ fn inverse(m: Matrix3Rows, n: usize) -> Option<Matrix3Rows> {
     Some(inverse)
 }
 
+/// Principal stresses of principal elastic strains (Pa).
 fn stiffness(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
     let volumetric = elasticity.lame() * (v[0] + v[1] + v[2]);
     v.map(|c| volumetric + 2.0 * elasticity.shear_modulus * c)
 }
 
-/// Return of `trial` to the planes of `set`: stress and multipliers; `None` where the system is singular.
+/// Return of a trial stress to the planes of `set`: stress (Pa) and multipliers; `None` if the system is singular.
 fn solve(
     planes: &[YieldPlane],
     set: ActiveSet,
@@ -123,7 +126,7 @@ fn plane_intersection(active: &[YieldPlane; 3]) -> Option<[f64; 3]> {
     Some(inverse.map(|row| dot(row, active.map(|plane| plane.offset))))
 }
 
-/// Stress of the return of `trial` to the planes of `set`; the trial itself where the system is singular.
+/// Stress after the return of a trial stress to the planes of `set` (Pa); the trial stress if the system is singular.
 pub fn return_to(
     planes: &[YieldPlane],
     set: ActiveSet,
@@ -133,7 +136,7 @@ pub fn return_to(
     solve(planes, set, elasticity, trial).map_or(trial, |(stress, _)| stress)
 }
 
-/// Active planes of the return of `trial` (sorted, outside the surface); `None` where no set is admissible.
+/// Active planes of the return of a sorted trial stress outside the surface; `None` if no combination has valid multipliers.
 pub fn active_set(planes: &[YieldPlane], elasticity: &Elasticity, trial: [f64; 3]) -> Option<ActiveSet> {
     let size = trial.iter().fold(0.0, |s: f64, c| s.max(c.abs()));
     let slack = 1e-11 * (size + planes.iter().fold(0.0, |s: f64, plane| s.max(plane.offset.abs())));

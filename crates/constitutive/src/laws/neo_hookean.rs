@@ -80,7 +80,7 @@ pub struct NeoHookean {
     pub volumetric_law: VolumetricLaw,
 }
 
-/// Volumetric term at some volume.
+/// Volumetric stress, its derivative and its energy at a given volume.
 struct VolumetricTerm {
     /// Kirchhoff stress `U` (Pa).
     stress: f64,
@@ -91,6 +91,7 @@ struct VolumetricTerm {
 }
 
 impl NeoHookean {
+    /// Volumetric stress (Pa), its slope and energy (J/m³) at the logarithm of the volume ratio.
     fn volumetric(&self, log: f64) -> VolumetricTerm {
         let lame = self.elasticity.lame();
         match self.volumetric_law {

@@ -15,6 +15,7 @@ use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{EffectiveViscosity, FlowOutputs, ViscousFluid};
 use crate::{Material, MaterialError};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "newtonian-fluid";
 
 /// Parameters of `newtonian-fluid`.

@@ -22,12 +22,13 @@ use crate::{
     SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "original-cam-clay";
 
 /// Round-off tolerance of a stress on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
-/// Parameters of `original-cam-clay`: those of `modified-cam-clay`.
+/// Parameters of `original-cam-clay`, which are those of `modified-cam-clay`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct OriginalCamClaySpec(pub CamClaySpec);
@@ -104,6 +105,7 @@ impl OriginalCamClay {
         self.constants.critical * pressure * (preconsolidation_pressure / pressure).ln()
     }
 
+    /// Return of an elastic trial to the yield surface with preconsolidation pressure `size` (Pa).
     fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<OriginalCamClayReturn, MaterialError> {
         let m = self.constants.critical;
         let (p_tr, q_tr) = (trial.pressure, trial.q);
@@ -141,6 +143,7 @@ impl OriginalCamClay {
         Ok(OriginalCamClayReturn::Surface { pressure, size_ratio, shear })
     }
 
+    /// Stress, state and dissipated work after a sub-step.
     fn step(
         &self,
         strain: &SymTensor,

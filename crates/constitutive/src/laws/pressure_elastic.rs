@@ -23,15 +23,16 @@ use crate::{
     SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "pressure-dependent-elastic";
 
-/// Reference pressure of laws without one of their own (Pa).
+/// Reference pressure of laws that have none as a parameter (Pa).
 pub(super) const REFERENCE_PRESSURE: f64 = 1e3;
 
-/// Least pressure, as a share of the reference pressure (sheet: constitutive P-14).
+/// Smallest pressure over the reference pressure (sheet: constitutive P-14).
 const MIN_PRESSURE_RATIO: f64 = 1e-3;
 
-/// Least pressure of laws without a reference pressure of their own (Pa).
+/// Smallest pressure of laws that have no reference pressure as a parameter (Pa).
 pub(super) const MIN_PRESSURE: f64 = MIN_PRESSURE_RATIO * REFERENCE_PRESSURE;
 
 /// Dependence of stiffness on pressure.
@@ -67,12 +68,12 @@ pub struct PressureElasticSpec {
     pub poissons_ratio: f64,
     /// Initial void ratio, > 0.
     pub void_ratio: f64,
-    /// Pressure below which stiffness no longer falls (Pa), > 0; a thousandth of the reference pressure
-    /// (clay: of 1 kPa) when absent.
+    /// Pressure below which the stiffness is constant (Pa), > 0; when absent a thousandth of the reference pressure (1 kPa for clay).
     #[serde(default)]
     pub least_pressure: Option<f64>,
 }
 
+/// Default Poisson's ratio.
 fn poissons_ratio() -> f64 {
     0.2
 }
@@ -179,9 +180,8 @@ pub(super) struct VolumeStep {
 }
 
 impl VolumeStep {
-    /// Returns the step of a compression from `p_n` with bulk modulus `modulus` there, pressure growing by the factor
-    /// `1 + growth`, with bulk modulus `tangent` at the end; `curvature = dK/dΔ` at the start is used for steps
-    /// too small for differences.
+    /// Returns the step of a compression from the pressure `p_n` with bulk modulus `modulus`, to `(1 + growth) p_n` with bulk modulus
+    /// `tangent` (Pa). `curvature = dK/dΔ` at the start replaces differences in very small steps.
     pub(super) fn new(
         p_n: f64,
         compression: f64,
@@ -238,7 +238,7 @@ impl PressureElastic {
         VolumeStep { secant, secant_slope: (second.tangent - secant) / compression, ..second }
     }
 
-    /// Pressure after a compression as [`Self::compress`], pressures on one side of the least pressure.
+    /// Pressure after a compression like [`Self::compress`], for pressures all above or all below the smallest pressure.
     fn compress_within_branch(&self, p: f64, e: f64, compression: f64) -> VolumeStep {
         let modulus = self.bulk_modulus(p, e);
         let after = void_ratio_after(e, -compression);
@@ -274,7 +274,7 @@ impl PressureElastic {
         }
     }
 
-    /// Compression that changes the pressure from `p` to `to`, both on one side of the least pressure.
+    /// Compression that changes the pressure from `p` to `to` (Pa), both above or both below the smallest pressure.
     fn compression_to(&self, p: f64, e: f64, to: f64) -> f64 {
         match self.spec.stiffness {
             PressureStiffness::Sand { exponent, .. } => {
@@ -295,6 +295,7 @@ impl PressureElastic {
         }
     }
 
+    /// Elastic trial of a strain increment: volumetric step and deviatoric trial stress with the secant moduli (Pa).
     fn trial(&self, strain: &SymTensor, old: &Point<VoidRatio>) -> (VolumeStep, RadialTrial) {
         let step = self.compress(old.stress.pressure(), old.state.void_ratio, -strain.trace());
         let (shear, slope) = (self.shear_ratio * step.secant, self.shear_ratio * step.secant_slope);

@@ -27,12 +27,13 @@ use crate::{
     SymTensor,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "sand";
 
 /// Constant `√6`.
 const ROOT_6: f64 = 2.449_489_742_783_178;
 
-/// Round-off of a return, relative to the stress.
+/// Tolerance of a returned stress for round-off, relative to the stress.
 const YIELD_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
 /// Parameters of `sand`, angles in degrees.
@@ -50,14 +51,13 @@ pub struct SandSpec {
     /// Change of the friction angle with flow; none when absent.
     #[serde(default)]
     pub hardening: Option<SandHardening>,
-    /// Whether volume gained in tension is closed before the sand carries stress again; when false, sand keeps the volume that it has
-    /// gained.
+    /// Whether volume gained in tension must be closed again before the sand carries stress; when false the sand retains that volume.
     #[serde(default = "default_true")]
     pub volume_correction: bool,
     /// Tensor of the invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
-    /// Whether an initial stress outside the cone is replaced by the stress at the end of its return; refused when false.
+    /// Whether an initial stress outside the cone is returned to it; when false such a case is rejected.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -71,24 +71,27 @@ fn default_true() -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SandHardening {
-    /// Initial growth `h1` of the friction angle with plastic strain (degrees), not negative; 9 in the source.
+    /// Initial growth `h1` of the friction angle with plastic strain (degrees), not negative; 9 in Klar et al. 2016.
     #[serde(default = "growth")]
     pub growth: f64,
-    /// Rate `h2` of decay of the change with plastic strain, > 0; 0.2 in the source.
+    /// Decay rate `h2` of the change with plastic strain (-), > 0; 0.2 in Klar et al. 2016.
     #[serde(default = "default_decay_rate")]
     pub fading: f64,
-    /// Difference `h3` between `friction_angle` and the initial friction angle below it (degrees), not negative, less than
-    /// `friction_angle`; 10 in the source.
+    /// Difference `h3` of `friction_angle` and the initial friction angle (degrees), not negative and below `friction_angle`; 10 in Klar et
+    /// al. 2016.
     #[serde(default = "default_angle_difference")]
     pub below: f64,
 }
 
+/// Default initial growth `h1` of the friction angle with plastic strain (degrees).
 fn growth() -> f64 {
     9.0
 }
+/// Default decay rate `h2` of the change of the friction angle (-).
 fn default_decay_rate() -> f64 {
     0.2
 }
+/// Default difference `h3` of the friction angle and its initial value (degrees).
 fn default_angle_difference() -> f64 {
     10.0
 }
@@ -109,7 +112,7 @@ impl SandHardening {
     }
 }
 
-/// Law of cohesionless sand, in small strain; [`SandSpec`] builds it on logarithmic strains.
+/// Law of cohesionless sand in small strain, which [`SandSpec`] applies to logarithmic strains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sand {
     /// Elastic constants of `d` dimensions.
@@ -133,7 +136,7 @@ impl Sand {
             + self.spec.hardening.map_or(0.0, |hardening| hardening.friction_change(flow).0)
     }
 
-    /// Slope `M` of the cone after the plastic strain `flow`, and its slope with it.
+    /// Slope `M` of the cone at the plastic strain `flow`, and its derivative.
     fn slope(&self, flow: f64) -> (f64, f64) {
         let (sin, cos) = self.friction_angle(flow).to_radians().sin_cos();
         let share = 2.0 * self.spec.invariants.dimensions();
@@ -142,7 +145,7 @@ impl Sand {
         (share * sin / (3.0 - sin), share * 3.0 * cos / (3.0 - sin).powi(2) * turns)
     }
 
-    /// Return to the cone: deviatoric stress `q` (Pa) at `pressure` for a trial beyond it, and the plastic strain.
+    /// Return of a trial stress to the cone at constant pressure: deviatoric stress `q` (Pa) and plastic strain.
     fn return_to_cone(&self, pressure: f64, q: f64, flow: f64) -> Result<(f64, f64), MaterialError> {
         let per_strain = ROOT_6 * self.elasticity.shear_modulus;
         if self.spec.hardening.is_none() {
@@ -189,6 +192,7 @@ impl Sand {
         Ok((Some((closed, kept)), SandState { plastic_strain: state.plastic_strain + grown, ..shut }))
     }
 
+    /// Yield function `q - M p` at the mobilised friction (Pa), positive outside the surface.
     fn excess(&self, stress: &SymTensor, state: &SandState) -> f64 {
         stress.q() - self.slope(state.plastic_strain).0 * stress.pressure()
     }
@@ -257,7 +261,7 @@ impl SmallStrain for Sand {
         Ok(Point { stress, state })
     }
 
-    /// Largest strain increment, infinite: flow keeps directions, and the return is exact at any size.
+    /// Infinite strain increment: the return is exact at any size, because it keeps the principal directions.
     fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }

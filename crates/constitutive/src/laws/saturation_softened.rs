@@ -17,6 +17,7 @@ use crate::{
     SmallStrain, SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "saturation-softened";
 
 /// Parameters of `saturation-softened`.
@@ -80,7 +81,7 @@ impl Model for SaturationSoftenedSpec {
 
 /// Law with scalable cohesion.
 pub(crate) trait ScalableCohesion: SmallStrain<State = PlasticStrain> + Clone {
-    /// Returns the law with `share` of its cohesion, peak and residual.
+    /// Returns the law with peak and residual cohesion multiplied by `share`.
     fn with_cohesion_share(&self, share: f64) -> Self;
 }
 
@@ -104,7 +105,7 @@ struct SaturationSoftened<L> {
     saturated_law: f64,
 }
 
-/// State of the inner law and saturation at the end of the last step.
+/// State of the inner law with the saturation at the end of the last step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct WettedState {
     plastic_strain: PlasticStrain,
@@ -112,6 +113,7 @@ struct WettedState {
 }
 
 impl<L: ScalableCohesion> SaturationSoftened<L> {
+    /// Law with the cohesion interpolated between its dry and its saturated value at a degree of saturation.
     fn law_at_saturation(&self, saturation: f64) -> L {
         if saturation == 0.0 || self.dry_law == 0.0 {
             return self.law.clone();
@@ -120,6 +122,7 @@ impl<L: ScalableCohesion> SaturationSoftened<L> {
         self.law.with_cohesion_share(cohesion / self.dry_law)
     }
 
+    /// Point with the plastic state of the inner law, without the saturation.
     fn plastic_point(point: &Point<WettedState>) -> Point<PlasticStrain> {
         Point { stress: point.stress, state: point.state.plastic_strain }
     }

@@ -31,6 +31,7 @@ use crate::{
     SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "snow";
 
 /// Strain increment above which a step is divided (sheet: constitutive §3.8).
@@ -58,31 +59,36 @@ pub struct SnowSpec {
     /// Elastic law: stress from the elastic stretches.
     #[serde(default)]
     pub elastic_law: SnowElasticity,
-    /// Lower bound of the plastic volume `J_P` for stiffening: packing below it does not stiffen further; in 0..=1 (0 excluded).
+    /// Lower bound of the plastic volume ratio `J_P` for hardening, above 0 and at most 1. Denser snow does not harden further.
     #[serde(default = "least_plastic_volume")]
     pub least_plastic_volume: f64,
-    /// Upper bound of the plastic volume `J_P` for softening: tearing above it does not soften further; at least 1.
+    /// Upper bound of the plastic volume ratio `J_P` for softening, at least 1. Looser snow does not soften further.
     #[serde(default = "largest_plastic_volume")]
     pub largest_plastic_volume: f64,
 }
 
 // Published defaults (sheet: constitutive §2.14).
+/// Default critical compression `θ_c` of the elastic stretches (-).
 fn critical_compression() -> f64 {
     0.025
 }
 
+/// Default critical stretch `θ_s` of the elastic stretches (-).
 fn critical_stretch() -> f64 {
     0.0075
 }
 
+/// Default hardening coefficient `ξ` (-).
 fn hardening_factor() -> f64 {
     10.0
 }
 
+/// Default lower bound of the plastic volume ratio (-).
 fn least_plastic_volume() -> f64 {
     0.6
 }
 
+/// Default upper bound of the plastic volume ratio (-).
 fn largest_plastic_volume() -> f64 {
     20.0
 }
@@ -177,7 +183,7 @@ pub struct Snow {
 /// State of a point of [`Snow`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SnowState {
-    /// Elastic left Cauchy–Green tensor less the unit tensor, `b_E - 1`, which keeps the digits of small strains.
+    /// Elastic left Cauchy–Green tensor minus the unit tensor, `b_E - 1`, which resolves small strains without cancellation.
     pub elastic: SymTensor,
     /// Plastic volume over initial volume, `J_P`.
     pub plastic_volume: f64,
@@ -195,6 +201,7 @@ struct ClampedStretches {
 }
 
 impl ClampedStretches {
+    /// Volume ratio `J`, the product of the plastic and elastic ones.
     fn jacobian(&self) -> f64 {
         self.plastic_volume * (1.0 + volume_change(self.elongations))
     }
@@ -218,7 +225,7 @@ impl Snow {
         }
     }
 
-    /// Kirchhoff stresses of principal elastic stretches less one, before any hardening.
+    /// Principal Kirchhoff stresses of elastic elongations (stretches minus one) without hardening (Pa).
     #[inline]
     fn principal(&self, elongations: [f64; 3]) -> PrincipalStress {
         match self.spec.elastic_law {
@@ -264,11 +271,13 @@ impl Snow {
         }
     }
 
+    /// Clamped elastic stretches and plastic volume ratio after a motion.
     fn step(&self, motion: &Motion, state: &SnowState) -> Result<ClampedStretches, MaterialError> {
         Ok(self
             .clamp_stretches(updated_left_cauchy_green(NAME, &state.elastic, motion)?, state.plastic_volume))
     }
 
+    /// Cauchy stress (Pa) and state of clamped elastic stretches.
     fn point(&self, clamped: &ClampedStretches) -> Result<Point<SnowState>, MaterialError> {
         let ClampedStretches { spectrum, elongations, plastic_volume, .. } = clamped;
         let elastic = if clamped.is_clamped.contains(&true) {
@@ -284,6 +293,7 @@ impl Snow {
         })
     }
 
+    /// Principal elastic elongations of a state, stretches minus one.
     fn elongations(&self, state: &SnowState) -> [f64; 3] {
         elongations(state.elastic.spectrum().values)
     }
@@ -371,7 +381,7 @@ impl StressUpdate for Snow {
         substepped_motion(motion, LARGEST_STEP, old, step)
     }
 
-    /// Consistent tangent: a clamped stretch changes the plastic volume, and through it the moduli.
+    /// Consistent tangent: a clamped stretch changes the plastic volume ratio and thereby the moduli.
     fn tangent(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Tangent, MaterialError> {
         if motion.strain_increment().norm() > LARGEST_STEP {
             return numerical_tangent(motion, |m| StressUpdate::update(self, m, old).map(|p| p.stress));

@@ -63,12 +63,12 @@ macro_rules! models {
                 density.and_then(|()| law()).map_err(|error| error.with_model(self.name()))
             }
 
-            /// Warnings about admissible but doubtful values, each starting with the parameter's name.
+            /// Warnings about valid but unusual parameter values, each with the name of the parameter.
             pub fn warnings(&self) -> Vec<String> {
                 match self { $(Self::$variant(spec) => spec.warnings(),)* }
             }
 
-            /// Material that this one acts on, for models around another.
+            /// Inner material, for models that modify another one.
             pub fn inner(&self) -> Option<&MaterialSpec> {
                 match self { $(Self::$variant(spec) => spec.inner(),)* }
             }
@@ -88,7 +88,7 @@ macro_rules! models {
                 }
             }
 
-            /// Samples of all variants of every model, for the contract tests.
+            /// Example materials that include all variants of each model, for tests.
             pub fn examples() -> Vec<Self> {
                 let mut all = Vec::new();
                 $(if <$spec as Model>::INFO.kind != ModelFamily::Wrapper {
@@ -97,7 +97,7 @@ macro_rules! models {
                 all
             }
 
-            /// Samples as in [`MaterialSpec::examples`], of the models that act on another.
+            /// Example materials of the models that modify another one.
             pub fn wrapped_examples() -> Vec<Self> {
                 let mut all = Vec::new();
                 $(if <$spec as Model>::INFO.kind == ModelFamily::Wrapper {
@@ -175,6 +175,7 @@ models! {
 const MAX_NESTING: usize = 8;
 
 impl MaterialSpec {
+    /// Requires at most [`MAX_NESTING`] nested materials.
     fn check_depth(&self) -> Result<(), MaterialError> {
         if std::iter::successors(Some(self), |spec| spec.inner()).nth(MAX_NESTING).is_none() {
             return Ok(());
@@ -183,7 +184,7 @@ impl MaterialSpec {
         Err(MaterialError::incompatible_options("model", rule))
     }
 
-    /// Parameters of the double-scale law, if the material is one, whatever materials surround it.
+    /// Parameters of the double-scale law, if the material is one or contains one.
     pub fn double_scale(&self) -> Option<&DoubleScaleSpec> {
         match self {
             Self::DoubleScale(spec) => Some(spec),
@@ -200,7 +201,7 @@ impl MaterialSpec {
         matches!(self, Self::DruckerPrager(spec) if planar.contains(&spec.matching))
     }
 
-    /// Whether the law is a fluid: shear stress at rest is zero, or at most the yield stress.
+    /// Whether the material is a fluid, with a shear stress at rest of at most its yield stress.
     pub fn is_fluid(&self) -> bool {
         self.inner().map_or(self.model_info().kind == ModelFamily::Fluid, Self::is_fluid)
     }

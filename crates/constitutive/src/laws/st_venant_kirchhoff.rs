@@ -59,7 +59,7 @@ pub struct StVenantKirchhoff {
 }
 
 impl StVenantKirchhoff {
-    /// Kirchhoff stress (Pa) of the left Cauchy–Green tensor less the unit tensor.
+    /// Kirchhoff stress (Pa) of the left Cauchy–Green tensor minus the unit tensor.
     #[inline]
     pub fn kirchhoff_stress(&self, b: &SymTensor) -> SymTensor {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
@@ -67,7 +67,7 @@ impl StVenantKirchhoff {
         (*b + SymTensor::IDENTITY) * (0.5 * lame * b.trace()) + (*b + square) * mu
     }
 
-    /// Kirchhoff stresses of principal stretches less one.
+    /// Principal Kirchhoff stresses (Pa) of principal elongations (stretches minus one).
     pub fn principal(&self, elongations: [f64; 3]) -> PrincipalStress {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
         let change = elongations.map(|e| e * (2.0 + e));

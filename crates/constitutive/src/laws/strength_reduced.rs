@@ -42,7 +42,7 @@ impl StrengthReduction {
         Self { factor, scope: ReductionScope::Both, keep_dilatancy: false }
     }
 
-    /// Reduced angle (degrees).
+    /// Angle whose tangent is divided by the reduction factor (degrees).
     pub(crate) fn angle(&self, degrees: f64) -> f64 {
         (degrees.to_radians().tan() / self.factor).atan().to_degrees()
     }
@@ -84,10 +84,12 @@ pub struct StrengthReducedSpec {
 }
 
 impl StrengthReducedSpec {
+    /// Specification of the inner material with reduced strength.
     fn reduced_material(&self) -> Result<MaterialSpec, MaterialError> {
         self.material.strength_reduced(&self.reduction())
     }
 
+    /// Strength reduction of the specification: factor, scope and treatment of dilatancy.
     fn reduction(&self) -> StrengthReduction {
         let Self { factor, scope, keep_dilatancy, .. } = *self;
         StrengthReduction { factor, scope, keep_dilatancy }

@@ -19,6 +19,7 @@ use crate::{
     SymTensor, Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "tension-cut";
 
 /// Parameters of `tension-cut`.
@@ -36,7 +37,7 @@ pub struct TensionCutSpec {
     /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
+    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -96,6 +97,7 @@ pub struct TensionCut {
 }
 
 impl TensionCut {
+    /// Yield planes of the three principal stresses, each at the tensile strength (Pa).
     fn planes(&self) -> [YieldPlane; 3] {
         let plane = |c| {
             let normal = std::array::from_fn(|i| if i == c { 1.0 } else { 0.0 });
@@ -104,6 +106,7 @@ impl TensionCut {
         [plane(0), plane(1), plane(2)]
     }
 
+    /// Planes that are active after the return of principal trial stresses (Pa); `None` inside the cut-off.
     fn active_planes(&self, trial: [f64; 3]) -> Option<ActiveSet> {
         let slack = 8.0 * f64::EPSILON * (self.strength + trial[0].abs());
         if trial[0] <= self.strength + slack {

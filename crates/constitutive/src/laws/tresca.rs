@@ -29,7 +29,7 @@ pub struct TrescaSpec {
     /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
+    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

@@ -108,7 +108,7 @@ impl Model for UndrainedSpec {
     }
 }
 
-/// Undrained pore water; own state: the pore pressure (Pa).
+/// Undrained pore water; its internal variable is the pore pressure (Pa).
 struct Undrained {
     /// Modulus `K_f/n` (Pa).
     modulus: f64,

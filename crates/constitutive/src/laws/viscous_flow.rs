@@ -29,7 +29,7 @@ pub trait FlowOutputs {
 
 /// Effective viscosity as a function of shear rate and pressure.
 pub trait EffectiveViscosity: FlowOutputs + Send + Sync + 'static {
-    /// Viscosity `η` (Pa s) at shear rate `rate` (1/s) and `pressure` (Pa): finite, also at rest.
+    /// Viscosity `η` (Pa s) at a shear rate (1/s) and pressure (Pa), finite at rest.
     fn viscosity(&self, rate: f64, pressure: f64) -> f64;
 }
 
@@ -42,11 +42,11 @@ pub trait FlowCurve: FlowOutputs + Send + Sync + 'static {
     /// `τ = strength((trial - τ)/stiffness, pressure)`, with `stiffness = G Δt` (Pa s).
     fn return_shear_stress(&self, trial: f64, pressure: f64, stiffness: f64) -> f64;
 
-    /// Derivatives of [`FlowCurve::return_shear_stress`] with respect to trial and pressure.
+    /// Derivatives of [`FlowCurve::return_shear_stress`] with respect to trial stress and pressure.
     fn return_derivatives(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64);
 }
 
-/// Rejects a shear modulus that would have no effect in a viscous form; `form` is the one that uses it.
+/// Rejects a shear modulus in a viscous form, in which it has no effect; `form` is the form that uses it.
 pub(super) fn without_shear_modulus(given: Option<f64>, form: &str) -> Result<(), MaterialError> {
     let rule = || format!("has no effect on a viscous form, only on {form}");
     given.map_or(Ok(()), |_| Err(MaterialError::incompatible_options("shear_modulus", rule())))
@@ -151,6 +151,7 @@ struct ShearTrial {
 }
 
 impl<R: FlowCurve> Viscoplastic<R> {
+    /// Elastic trial deviator of a strain increment and its shear stress `√J2` (Pa).
     #[inline]
     fn trial(&self, strain: &SymTensor, old: &SymTensor) -> ShearTrial {
         let deviator = old.deviator() + strain.deviator() * (2.0 * self.shear_modulus);
@@ -200,7 +201,7 @@ impl<R: FlowCurve> PointLaw for Viscoplastic<R> {
         self.pressure.modulus(point.state.ratio()) + 4.0 / 3.0 * self.shear_modulus
     }
 
-    /// Yield value (Pa): shear stress less that of the flow curve at the plastic shear rate of the last step.
+    /// Yield value (Pa): shear stress minus that of the flow curve at the plastic shear rate of the last step.
     fn yield_value(&self, point: &Point<FluidState>) -> Option<f64> {
         let strength = self.rheology.strength(point.state.shear_rate, point.stress.pressure());
         Some(point.stress.j2().sqrt() - strength)
@@ -248,8 +249,8 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
         f64::INFINITY
     }
 
-    /// Tangent by the implicit-function theorem: `s = τ(τᵗʳ, p) m` along `m = sᵗʳ/τᵗʳ`, and
-    /// `dp = -ρ p'(ρ) H : dε`, `H = (1 - A²/4)⁻¹`, the change of `ln det f` with the mid-step gradient.
+    /// Tangent by the implicit-function theorem (Pa), from `s = τ(τᵗʳ, p) m` with `m = sᵗʳ/τᵗʳ` and `dp = -ρ p'(ρ) H : dε`. `H = (1 -
+    /// A²/4)⁻¹` is the change of `ln det f` with the mid-step gradient.
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<FluidState>) -> Option<Tangent> {
         let state = self.pressure.step(R::NAME, motion, &old.state).ok()?;
         let Some(pressure) = self.pressure.pressure(state.ratio()) else { return Some(Tangent::ZERO) };
@@ -290,7 +291,7 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
 /// Ratio of shear to bulk modulus at a Poisson's ratio of 0.3.
 const DEFAULT_SHEAR_RATIO: f64 = 6.0 / 13.0;
 
-/// Shear modulus (Pa) of a yielding material: as given, or the default share of the bulk modulus.
+/// Shear modulus (Pa) of a yielding material: the given one, or a fixed fraction of the bulk modulus.
 pub(super) fn shear_modulus(given: Option<f64>, bulk_modulus: f64) -> Result<f64, MaterialError> {
     let modulus = given.unwrap_or(DEFAULT_SHEAR_RATIO * bulk_modulus);
     crate::contract::parameter_checks::positive("shear_modulus", modulus, "Pa")?;

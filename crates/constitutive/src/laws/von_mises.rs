@@ -43,7 +43,7 @@ pub struct VonMisesSpec {
     /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
+    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -92,7 +92,7 @@ impl VonMisesSpec {
         Ok(law.with_name("von-mises"))
     }
 
-    /// Checks that the parameters of softening are given together: either does nothing without the other.
+    /// Checks that both parameters of softening are given or neither.
     fn check_softening_pair(&self) -> Result<(), MaterialError> {
         let refuse = |field, rule| Err(MaterialError::incompatible_options(field, rule));
         match self.residual_cohesion {

@@ -17,6 +17,7 @@ pub(crate) struct RadialTrial {
 }
 
 impl RadialTrial {
+    /// Trial deviator of a strain increment with the shear modulus `shear` (Pa) and its slope with the volumetric strain.
     pub(crate) fn new(stress: &SymTensor, strain: &SymTensor, shear: f64, shear_slope: f64) -> Self {
         let strain = strain.deviator();
         Self { deviator: stress.deviator() + strain * (2.0 * shear), strain, shear, shear_slope }
@@ -32,12 +33,12 @@ impl RadialTrial {
         *slope * (2.0 * self.shear) + SymTensor::isotropic(-2.0 * self.shear_slope * slope.dot(&self.strain))
     }
 
-    /// Stress `-p 1 + keep s_tr` (Pa).
+    /// Stress `-p 1 + keep s_tr` (Pa), where `keep` is the factor on the trial deviator.
     pub(crate) fn stress(&self, pressure: f64, keep: f64) -> SymTensor {
         self.deviator * keep + SymTensor::isotropic(-pressure)
     }
 
-    /// Consistent tangent, from the factor `keep` and the derivatives of `p` and `keep` by the strain.
+    /// Consistent tangent (Pa), from the factor `keep` on the trial deviator and the strain derivatives of pressure and `keep`.
     pub(crate) fn tangent(&self, keep: f64, pressure_slope: &SymTensor, keep_slope: &SymTensor) -> Tangent {
         let unit = SymTensor::IDENTITY;
         let mut tangent = Tangent::ZERO;

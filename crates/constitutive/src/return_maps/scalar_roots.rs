@@ -6,8 +6,8 @@ const EVALUATIONS: usize = 300;
 /// Relative size of a step below which Newton's method converges quadratically.
 const NEWTON_RANGE: f64 = 1e-9;
 
-/// Root of a function that falls from positive at `low` to negative at `high`, by Newton's method from
-/// `start`, safeguarded by bisection. `f` returns value and derivative. `None` where it is not finite.
+/// Root of a decreasing function that is positive at `low` and negative at `high`, by Newton's method from `start` with bisection as a
+/// safeguard.
 pub(crate) fn falling_root(
     low: f64,
     high: f64,
@@ -46,10 +46,10 @@ pub(crate) fn falling_root(
     None
 }
 
-/// Evaluations of [`first_fixed_point`] with strides by secants; later ones double the stride, so that the search ends.
+/// Number of evaluations of [`first_fixed_point`] with secant steps. Later steps are doubled, so that the search ends.
 const MAX_SECANT_STEPS: usize = 20;
 
-/// Least positive fixed point of a bounded `map`, to within `small`, where `first > 0` is the map of 0.
+/// Smallest positive fixed point of a bounded `map`, to within `small`, where `first > 0` is the map of 0.
 ///
 /// The search marches from `first`, each stride by the secant of the last two points, at most to twice the position, until
 /// `map(x) < x`; then [`falling_root`] solves inside the last stride. Of several fixed points it thus finds the least,
@@ -88,7 +88,7 @@ pub(crate) fn first_fixed_point(first: f64, small: f64, mut map: impl FnMut(f64)
     None
 }
 
-/// Returns `difference`, or zero where it is round-off of its terms, whose sizes add up to `terms`.
+/// Returns `difference`, or zero if it is below the round-off of its terms. `terms` is the sum of their magnitudes.
 #[inline]
 pub(crate) fn drop_round_off(difference: f64, terms: f64) -> f64 {
     if difference.abs() <= 2.0 * f64::EPSILON * terms { 0.0 } else { difference }

@@ -15,7 +15,7 @@ pub(crate) struct SubstepResult<S> {
     pub dissipated_work: f64,
 }
 
-/// Initial number of equal substeps of a strain increment: none of them is larger than `largest`.
+/// Initial number of equal sub-steps of a strain increment, each at most `largest`.
 pub(crate) fn substep_count(strain: &SymTensor, largest: f64) -> u32 {
     let norm = strain.norm();
     let mut count = 1;
@@ -25,8 +25,7 @@ pub(crate) fn substep_count(strain: &SymTensor, largest: f64) -> u32 {
     count
 }
 
-/// Applies `strain` by `step` in equal substeps: their number follows from the size and doubles as long as the
-/// local solve does not converge.
+/// Applies a strain increment in equal sub-steps. Their number follows from its size, and doubles while the local solve does not converge.
 ///
 /// # Errors
 /// For a strain increment of 1 or more, and the error of `step` with the most substeps.
@@ -50,7 +49,7 @@ pub(crate) fn substepped<S: Clone>(
     }
 }
 
-/// Applies a motion at finite strain as [`substepped`]: the parts are roots of its deformation.
+/// Applies a finite-strain motion in sub-steps like [`substepped`], with roots of its deformation gradient.
 ///
 /// # Errors
 /// The error of `step` with the most substeps.
@@ -76,6 +75,7 @@ pub(crate) fn substepped_motion<P>(
     }
 }
 
+/// Divides a strain increment into `count` equal sub-steps and adds up their dissipated work.
 fn run_substeps<S: Clone>(
     count: u32,
     strain: &SymTensor,

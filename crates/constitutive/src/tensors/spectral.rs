@@ -11,11 +11,13 @@ pub struct Spectrum {
     pub directions: [[f64; 3]; 3],
 }
 
+/// Vector product.
 #[inline(always)]
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Scalar product.
 #[inline(always)]
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -34,8 +36,7 @@ fn largest_root(c: f64) -> f64 {
     x
 }
 
-/// Extreme eigenvalue of a deviator: the one farthest from the others, positive where it is the
-/// largest, as multiple `x` of the radius `√(J2/3)`.
+/// Eigenvalue of largest magnitude of a deviator, as multiple `x` of the radius `√(J2/3)`.
 #[derive(Clone, Copy)]
 struct ExtremeEigenvalue {
     radius: f64,
@@ -43,6 +44,7 @@ struct ExtremeEigenvalue {
     is_largest: bool,
 }
 
+/// Eigenvalue of largest magnitude of a deviator (Pa), by the trigonometric formula; `None` for a zero deviator.
 fn extreme_eigenvalue(deviator: &SymTensor) -> Option<ExtremeEigenvalue> {
     let j2 = 0.5 * deviator.dot(deviator);
     let radius = (j2 / 3.0).sqrt();
@@ -83,8 +85,8 @@ fn longest_unit(vectors: [[f64; 3]; 3]) -> [f64; 3] {
 }
 
 impl SymTensor {
-    /// Principal values in descending order, from the invariants: to the last digit of the deviator
-    /// where they are distinct, to half the digits where two of them coincide.
+    /// Principal values in descending order, from the invariants. Distinct ones are accurate to round-off of the deviator, two equal ones
+    /// to half the digits.
     #[inline]
     pub fn principal_values(&self) -> [f64; 3] {
         let mean = self.trace() / 3.0;
@@ -98,7 +100,7 @@ impl SymTensor {
         if is_largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
     }
 
-    /// Least principal value where the third axis is a principal one, for loops over many tensors.
+    /// Smallest principal value of a tensor with the third axis as principal axis, for loops over many tensors.
     #[inline(always)]
     pub(crate) fn least_principal_value_in_plane(&self) -> f64 {
         let [xx, yy, zz, xy, ..] = self.0;
@@ -106,7 +108,7 @@ impl SymTensor {
         (centre - (half * half + xy * xy).sqrt()).min(zz)
     }
 
-    /// Least of [`SymTensor::principal_values`], for loops over many tensors.
+    /// Smallest value of [`SymTensor::principal_values`], for loops over many tensors.
     #[inline(always)]
     pub(crate) fn least_principal_value(&self) -> f64 {
         let mean = self.trace() / 3.0;
@@ -120,9 +122,8 @@ impl SymTensor {
         if radius <= 0.0 { mean } else { smallest }
     }
 
-    /// Principal values and directions, to the last digits of the deviator, equal values included:
-    /// the eigenvalue farthest from the others by Newton's method, its direction by a cross product,
-    /// the other two from the plane normal to it.
+    /// Principal values and directions, accurate to round-off of the deviator also for equal values. The eigenvalue of largest magnitude
+    /// follows from Newton's method, its direction from a vector product, the others from the plane normal to it.
     #[inline]
     pub fn spectrum(&self) -> Spectrum {
         self.spectrum_without_branches()
@@ -183,7 +184,7 @@ impl SymTensor {
 }
 
 impl Spectrum {
-    /// Tensor with the principal values `values` in the directions of this spectrum.
+    /// Tensor with given principal values in the directions of this spectrum.
     #[inline]
     pub fn compose(&self, values: [f64; 3]) -> SymTensor {
         let mut out = SymTensor::ZERO;

@@ -27,8 +27,8 @@ pub fn first_piola_kirchhoff(kirchhoff: &SymTensor, f: &Mat3) -> Option<Mat3> {
     Some(kirchhoff.to_matrix() * f.inverse()?.transpose())
 }
 
-/// Second Piola–Kirchhoff stress `S = F⁻¹ P = F⁻¹ τ F⁻ᵀ` of a Kirchhoff stress; `None` where `F` is singular. (The
-/// source's eq. 5 prints `F P`.)
+/// Second Piola–Kirchhoff stress `S = F⁻¹ P = F⁻¹ τ F⁻ᵀ` of a Kirchhoff stress; `None` if `F` is singular. Eq. 5 of the source prints `F
+/// P`.
 pub fn second_piola_kirchhoff(kirchhoff: &SymTensor, f: &Mat3) -> Option<SymTensor> {
     Some(kirchhoff.rotated(&f.inverse()?))
 }

@@ -46,6 +46,7 @@ impl SymTensor {
     /// Component `(row, column)`.
     #[inline]
     pub fn component(&self, row: usize, column: usize) -> f64 {
+        /// Position of matrix component `[i][j]` in the array xx, yy, zz, xy, yz, zx.
         const MAP: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
         self.0[MAP[row][column]]
     }
@@ -306,8 +307,8 @@ impl Mat3 {
         Some(Self(std::array::from_fn(|i| std::array::from_fn(|j| cofactor(j, i) / det))))
     }
 
-    /// Square root without rotations of more than a right angle, by the iteration of Denman and Beavers; `None`
-    /// where there is none (half turns, a determinant that is not positive).
+    /// Square root of a rotation or deformation, by the iteration of Denman and Beavers. `None` for half turns and for a determinant that
+    /// is not positive.
     pub fn square_root(&self) -> Option<Self> {
         let (mut root, mut inverse) = (*self, Self::IDENTITY);
         for _ in 0..40 {

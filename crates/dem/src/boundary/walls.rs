@@ -34,7 +34,7 @@ pub struct RigidWall<const D: usize> {
     pub regions: Vec<Vec<PairLaw>>,
     /// Force on the wall in the last step (N), and impulse since the start (N s).
     pub reaction: [[f64; D]; 2],
-    /// Moment of that force about the origin of coordinates (N m), of an obstacle.
+    /// Moment of the force in the last step about the origin of coordinates (N m); computed for obstacles only.
     pub moment: [f64; 3],
 }
 
@@ -43,7 +43,7 @@ pub struct RigidWall<const D: usize> {
 pub struct WallReaction<const D: usize> {
     /// Force (N).
     pub force: [f64; D],
-    /// Moment about the origin of coordinates (N m), of an obstacle.
+    /// Moment of the force about the origin of coordinates (N m); computed for obstacles only.
     pub moment: [f64; 3],
 }
 

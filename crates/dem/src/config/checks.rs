@@ -5,10 +5,12 @@ use super::{Adhesion, BondSpec, DemOptions, Friction, NormalLaw, PairSpec, Rolli
 /// Violated rule: path from the options, and problem.
 pub type BrokenRule = (String, String);
 
+/// Whether a number is finite and positive.
 fn positive(value: f64) -> bool {
     value.is_finite() && value > 0.0
 }
 
+/// Whether a number is finite and zero or positive.
 fn not_negative(value: f64) -> bool {
     value.is_finite() && value >= 0.0
 }
@@ -19,24 +21,29 @@ struct RuleChecker {
 }
 
 impl RuleChecker {
+    /// Records the first rule that does not hold, with the path of the option.
     fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
         if !holds && self.first.is_none() {
             self.first = Some((path.into(), problem.into()));
         }
     }
 
+    /// Requires a finite positive value.
     fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
         self.require(positive(value), path, format!("{value} must be finite and positive{unit}"));
     }
 
+    /// Requires a finite value that is zero or positive.
     fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
         self.require(not_negative(value), path, format!("{value} must be finite and not negative{unit}"));
     }
 
+    /// Requires a value between `low` and `high`, bounds included.
     fn in_range(&mut self, path: impl Into<String>, value: f64, low: f64, high: f64) {
         self.require((low..=high).contains(&value), path, format!("{value} is not in {low}..={high}"));
     }
 
+    /// Checks the stiffness and the damping of a normal contact law.
     fn normal(&mut self, path: &str, law: &NormalLaw) {
         let (restitution, ratio) = match law {
             NormalLaw::Linear { stiffness, grain_modulus, restitution, damping_ratio, .. } => {
@@ -94,6 +101,7 @@ impl RuleChecker {
         }
     }
 
+    /// Checks the friction coefficients; the one at rest must not be below the sliding one.
     fn friction(&mut self, path: &str, friction: &Friction) {
         self.not_negative(format!("{path}.coefficient"), friction.coefficient, "");
         if let Some(at_rest) = friction.at_rest {
@@ -103,17 +111,20 @@ impl RuleChecker {
         }
     }
 
+    /// Checks stiffness and damping ratio of the tangential spring.
     fn tangential(&mut self, path: &str, spec: &TangentialSpec) {
         self.in_range(format!("{path}.stiffness_ratio"), spec.stiffness_ratio.unwrap_or(0.0), 0.0, 3.0);
         self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio.unwrap_or(0.0), "");
     }
 
+    /// Checks friction, stiffness and damping ratio of rolling or torsion resistance.
     fn rolling(&mut self, path: &str, spec: &RollingSpec) {
         self.not_negative(format!("{path}.friction"), spec.friction, "");
         self.positive(format!("{path}.stiffness_ratio"), spec.stiffness_ratio, "");
         self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio, "");
     }
 
+    /// Checks the parameters of an adhesion law and that the normal law supports it.
     fn adhesion(&mut self, path: &str, adhesion: &Adhesion, normal: &NormalLaw) {
         match adhesion {
             Adhesion::Cohesive { tension, shear, .. } => {
@@ -141,6 +152,7 @@ impl RuleChecker {
         }
     }
 
+    /// Checks stiffnesses, strengths and factors of a bond.
     fn bond(&mut self, path: &str, bond: &BondSpec) {
         self.positive(format!("{path}.normal_stiffness"), bond.normal_stiffness, " (Pa/m)");
         self.positive(format!("{path}.shear_stiffness"), bond.shear_stiffness, " (Pa/m)");
@@ -158,6 +170,7 @@ impl RuleChecker {
         self.require((0.0..90.0).contains(&angle), format!("{path}.friction_angle"), problem);
     }
 
+    /// Checks all contact laws of a pair of materials.
     fn pair(&mut self, path: &str, pair: &PairSpec) {
         self.normal(&format!("{path}.normal"), &pair.normal);
         self.tangential(&format!("{path}.tangential"), &pair.tangential);
@@ -177,11 +190,13 @@ impl RuleChecker {
         }
     }
 
+    /// Requires a fraction between 0 and 1, bounds excluded.
     fn fraction(&mut self, path: String, fraction: f64) {
         let problem = format!("{fraction} is not in 0..1 (both excluded)");
         self.require(fraction > 0.0 && fraction < 1.0, path, problem);
     }
 
+    /// Checks the options of the filling of a body with grains.
     fn fill(&mut self, path: &str, fill: &super::Fill) {
         match fill {
             super::Fill::Single | super::Fill::DropAndRoll => {}
@@ -211,6 +226,7 @@ impl RuleChecker {
         }
     }
 
+    /// Checks pressure and number of grains of a membrane.
     fn membrane(&mut self, path: &str, membrane: &super::Membrane, dimension: usize) {
         self.not_negative(
             format!("{path}.pressure"),
@@ -230,6 +246,7 @@ impl RuleChecker {
         self.require(dimension == 3 || !membrane.closed, format!("{path}.closed"), problem);
     }
 
+    /// Checks the options of a stage, with the contact laws that it changes.
     fn stage(&mut self, path: &str, stage: &super::GrainStage, dimension: usize) {
         for (number, pair) in stage.pairs.iter().enumerate() {
             let path = format!("{path}.pairs[{number}]");

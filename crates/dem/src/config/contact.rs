@@ -217,9 +217,11 @@ pub struct PairOverride {
     pub rolling: Option<RollingSpec>,
 }
 
+/// Default value of an option that is on unless the case turns it off.
 fn default_true() -> bool {
     true
 }
+/// Default value 1 of factors.
 fn default_one() -> f64 {
     1.0
 }

@@ -89,6 +89,7 @@ struct BeamSection {
 }
 
 impl Beam {
+    /// Cross-section of the beam between grains of which the smaller has radius `small` (m).
     fn section<const D: usize>(&self, small: f64) -> BeamSection {
         let radius = self.radius * small;
         if D == 2 {
@@ -162,6 +163,7 @@ impl Beam {
         }
     }
 
+    /// Whether tension or shear in the bond exceeds its strength, from shear force (N) and bending moment (N m).
     fn breaks<const R: usize>(&self, section: &BeamSection, bond: &Bond<R>, shear: f64, bent: f64) -> bool {
         let tension = bond.tension / section.area;
         let outer = tension + self.moments * bent * section.radius / section.bending;

@@ -121,10 +121,12 @@ impl<const R: usize> ContactHistories<R> {
     }
 }
 
+/// Shear displacement of a stored spring (m).
 fn shear_displacement<const R: usize>(spring: &[f64; SPRING_WIDTH]) -> [f64; R] {
     std::array::from_fn(|c| spring[c])
 }
 
+/// Sets a column to `count` copies of a value.
 fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
     column.clear();
     column.resize(count, value);
@@ -144,6 +146,7 @@ pub struct ContactHistoriesMut<'a, const R: usize> {
     pub bond: &'a mut [Bond<R>],
 }
 
+/// Splits a column at an index; an empty column gives two empty ones.
 fn split_column<T>(column: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
     let at = at.min(column.len());
     column.split_at_mut(at)

@@ -13,9 +13,9 @@ pub struct Hertz<T = f64> {
     pub shear_modulus: T,
     /// Effective shear modulus `G*` of the grains: `1/G* = (2-ν_i)/G_i + (2-ν_j)/G_j` (Pa).
     pub grain_shear_modulus: T,
-    /// Factor of the normal dashpot, `2 √(5/6) β`: the dashpot is `that · √(S m_eff)`.
+    /// Factor of the normal dashpot, `2 √(5/6) β`: the dashpot is the factor times `√(S m_eff)` (N s/m).
     pub damping: T,
-    /// Factor of the tangential dashpot, with the tangential stiffness.
+    /// Factor of the tangential dashpot, `2 √(5/6) β_t`: the dashpot is the factor times `√(S_t m_eff)` (N s/m).
     pub tangential_damping: T,
     /// Square root of the tangential over the normal stiffness.
     pub tangential_stiffness_root: T,

@@ -250,7 +250,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                 if code > 0 {
                     energies.boundary += dot(&on, &self.shifts[code].1) * self.dt;
                 }
-                count_contact(&mut energies, &geometry, &on, i);
+                record_contact(&mut energies, &geometry, &on, i);
             }
         }
         accumulators.energies[slab - accumulators.slab] = (energies, virial);
@@ -359,9 +359,9 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     }
 }
 
-/// Counts a contact and its force.
+/// Adds a contact to the number of contacts, its squared force (N²) to their sum, and its overlap over radius to their maximum.
 #[inline]
-pub fn count_contact<const D: usize, const R: usize>(
+pub fn record_contact<const D: usize, const R: usize>(
     energies: &mut ContactEnergies,
     geometry: &ContactGeometry<D, R>,
     force: &[f64; D],

@@ -200,11 +200,17 @@ pub fn contact_bodies<const D: usize, const R: usize>(
 /// Laws of four contacts.
 #[derive(Clone, Copy)]
 pub struct SimdLaws {
+    /// Linear normal law; zero for pairs with another law.
     pub linear: LinearSpring<Lanes>,
+    /// Hertz law; zero for pairs with another law.
     pub hertz: Hertz<Lanes>,
+    /// Mask of the laws whose normal force is never attractive.
     pub no_tension: Lanes,
+    /// Lag of the velocities in the dashpots over half a step: 1 for lagged, 0 for predicted velocities.
     pub lag: Lanes,
+    /// Sliding friction coefficient.
     pub coefficient: Lanes,
+    /// Friction coefficient at rest.
     pub at_rest: Lanes,
     /// Mask of the laws whose spring is reset to the friction force.
     pub spring: Lanes,
@@ -213,6 +219,7 @@ pub struct SimdLaws {
 }
 
 impl SimdLaws {
+    /// Gathers the laws of four pairs, one in each SIMD lane.
     pub fn gather(laws: [&PairLaw; WIDTH]) -> Self {
         let lane = |of: &dyn Fn(&PairLaw) -> f64| Lanes::new(laws.map(of));
         let mask =

@@ -10,7 +10,7 @@ use crate::contact::contact_histories::ContactHistoriesMut;
 use crate::contact::{
     ContactEnergies, ContactGeometry, ContactState, NormalForceLaw, Virial, contact_force, release_contact,
 };
-use crate::force_loop::{ContactInput, ForceKernel, PlaneContact, PlaneSums, SimdLaws, count_contact};
+use crate::force_loop::{ContactInput, ForceKernel, PlaneContact, PlaneSums, SimdLaws, record_contact};
 use crate::neighbours::wall_list::{WallList, WallListView};
 use crate::points::vector::{WIDTH, add, difference, dot, from_tangential, moment, normal_spin};
 
@@ -28,6 +28,7 @@ struct WallForceAccumulators<'a, const D: usize, const R: usize> {
 }
 
 impl<'a, const D: usize, const R: usize> WallForceAccumulators<'a, D, R> {
+    /// Splits the accumulators at a grain, list entry and slab, so that two threads can write to them.
     fn split_at(self, grain: usize, entry: usize, slab: usize, walls: usize) -> (Self, Self) {
         let (force, more_force) = self.force.split_at_mut(grain - self.first);
         let (torque, more_torque) = self.torque.split_at_mut(grain - self.first);
@@ -122,6 +123,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         self.wall_slabs(walls, list, 0..slabs, accumulators);
     }
 
+    /// Forces of the wall contacts in a range of slabs, halved recursively among threads.
     fn wall_slabs(
         &self,
         walls: &[RigidWall<D>],
@@ -220,6 +222,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
+    /// Force of the contact `k` of the list, added to the grain and to the reaction of the wall.
     fn wall_contact(
         &self,
         walls: &[RigidWall<D>],
@@ -264,7 +267,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                         * self.dt;
                 }
             }
-            count_contact(energies, &geometry, &on, i);
+            record_contact(energies, &geometry, &on, i);
         } else {
             release_contact(law, &geometry, &mut history, self.dt, energies);
         }

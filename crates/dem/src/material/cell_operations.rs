@@ -13,6 +13,7 @@ use crate::setup;
 
 /// Stages of the case of a cell: compression with the preparation friction, rest with the contact friction, deformation.
 const STAGES: [&str; 3] = ["prepare", "settle", "deform"];
+/// Index of the stage in which the cell is deformed.
 const DEFORM: usize = 2;
 
 /// Number of steps after which the search for equilibrium fails.
@@ -36,6 +37,7 @@ pub struct CellCase {
 }
 
 impl CellCase {
+    /// Case of a periodic cell of grains, with the stages of its preparation and deformation.
     pub fn new(spec: &GranularCellSpec) -> Result<Self, MaterialError> {
         let d = spec.dimension;
         let unit = volume(d, 0.5) * spec.diameter.mean_power(d, d as i32);
@@ -101,18 +103,22 @@ fn cell_error(problem: &str) -> MaterialError {
     parameter_error("law", first)
 }
 
+/// Error of a cell that does not reach equilibrium, for the given reason.
 fn equilibrium_error(reason: &'static str) -> MaterialError {
     MaterialError::NotConverged { model: NAME, reason }
 }
 
+/// Message of a step in which grains overlap by more than the contact laws permit.
 const OVERLAP_MESSAGE: &str = "grains overlap too far in this step: make steps smaller or contacts stiffer";
 
+/// Checkpoint of the cell, as bytes.
 pub fn bytes<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<Vec<u8>, MaterialError> {
     let mut out = Vec::new();
     solver.save(&mut out).map_err(|_| equilibrium_error("the state of the cell cannot be stored"))?;
     Ok(out)
 }
 
+/// Restores a cell from the bytes of its checkpoint.
 pub fn restore<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     mut bytes: &[u8],
@@ -135,10 +141,12 @@ pub fn stress<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> SymTe
     SymTensor([at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(1, 2), at(0, 2)])
 }
 
+/// Solid fraction: volume of the grains over volume of the cell.
 pub fn solid_fraction<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
     solver.grains.radius.iter().map(|radius| volume(D, *radius)).sum::<f64>() / solver.cell.geometry.volume()
 }
 
+/// Coordination number: twice the number of contacts over the number of grains.
 pub fn coordination<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
     2.0 * solver.records.energy_balance.contacts[0] as f64 / solver.grains.len() as f64
 }
@@ -156,6 +164,7 @@ pub fn modulus<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 
     sum / solver.cell.geometry.volume()
 }
 
+/// Sets the control of the cell in the current stage.
 fn set_cell<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, control: Option<CellControl>) {
     let name = STAGES[solver.clock.stage];
     solver.clock.options.stages.entry(name.to_owned()).or_default().cell = control;
@@ -256,6 +265,7 @@ fn largest_rate<const D: usize, const R: usize>(
 /// Grain updates per second on one thread, disks and spheres, and time to load and store the cell (s) per grain: measured on
 /// cells of 200 disks on a desktop computer (docs/theory/dem.md), for spheres twice as long as for disks.
 const UPDATES: [f64; 2] = [1.2e6, 6e5];
+/// Time to load and store the cell, per grain (s).
 const LOAD_AND_STORE_TIME: f64 = 1.5e-6;
 
 /// Estimated computing time of a stress update (s): steps of the grains, loading and storing of the cell.

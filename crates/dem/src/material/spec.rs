@@ -73,12 +73,15 @@ pub struct Preparation {
     pub solid_fraction: Option<f64>,
 }
 
+/// Default dimension of the cell: disks in the plane.
 fn default_dimension() -> usize {
     2
 }
+/// Default number of grains of the cell.
 fn default_grains() -> usize {
     200
 }
+/// Default inertial number of the deformation.
 fn inertial_number() -> f64 {
     1e-3
 }
@@ -86,6 +89,7 @@ fn inertial_number() -> f64 {
 fn damping() -> f64 {
     0.2
 }
+/// Default noise level of the stress, as a share of the stress (-).
 fn tolerance() -> f64 {
     2e-3
 }
@@ -133,6 +137,7 @@ impl GranularCellSpec {
         within("preparation.solid_fraction", self.solid_fraction(), 0.2, 0.75)
     }
 
+    /// Solid fraction at which grains are placed in the cell; by default that of a loose packing.
     pub(crate) fn solid_fraction(&self) -> f64 {
         self.preparation.solid_fraction.unwrap_or(if self.dimension == 3 { 0.5 } else { 0.7 })
     }

@@ -12,10 +12,15 @@ use crate::points::vector::dot;
 pub(crate) struct GrainBlock<'a, const D: usize, const R: usize> {
     /// Number of the first grain.
     pub(crate) first: usize,
+    /// Radius of each grain (m).
     pub(crate) radius: &'a [f64],
+    /// Mass of each grain (kg).
     pub(crate) mass: &'a [f64],
+    /// Force on each grain (N).
     pub(crate) force: &'a [[f64; D]],
+    /// Moment on each grain (N m).
     pub(crate) torque: &'a [[f64; R]],
+    /// Position of each grain when the neighbour lists were built (m).
     pub(crate) listed_position: &'a [[f64; D]],
 }
 
@@ -49,6 +54,7 @@ fn sum_by_grain<const D: usize>(parts: &[Lanes; D]) -> Lanes {
     sum
 }
 
+/// Sum of the four lanes.
 fn sum_lanes(lanes: Lanes) -> f64 {
     let [a, b, c, d] = lanes.to_array();
     (a + b) + (c + d)
@@ -60,6 +66,7 @@ fn first_not_finite<const D: usize>(position: &[[f64; D]], velocity: &[[f64; D]]
     sizes.position(|size| !size.is_finite()).unwrap_or(0)
 }
 
+/// Largest of the four lanes, at least zero.
 fn largest_lane(lanes: Lanes) -> f64 {
     lanes.to_array().into_iter().fold(0.0, f64::max)
 }

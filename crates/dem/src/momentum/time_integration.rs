@@ -83,6 +83,7 @@ impl<const D: usize> Default for GrainSums<D> {
 }
 
 impl<const D: usize> GrainSums<D> {
+    /// Sums of two parts of the grains.
     fn add(mut self, other: &Self) -> Self {
         self.kinetic += other.kinetic;
         self.rotation += other.rotation;
@@ -173,6 +174,7 @@ pub(crate) struct LeapfrogKick {
 }
 
 impl LeapfrogKick {
+    /// Factors of the velocity update for a step with viscous damping.
     fn from_actions<const D: usize>(actions: &ExternalActions<'_, D>) -> Self {
         let time = 0.5 * (actions.last_step + actions.dt);
         let slow = 1.0 / (1.0 + 0.5 * actions.viscous * time);
@@ -235,6 +237,7 @@ fn local_damping(damping: f64, force: f64, velocity: f64) -> f64 {
 }
 
 impl<const D: usize, const R: usize> Grain<'_, D, R> {
+    /// Advances velocity, spin and position of a grain by a step and adds its energies to the sums.
     #[inline]
     fn advance(
         &self,

@@ -85,6 +85,7 @@ fn wrap<const D: usize, const R: usize>(
     Ok(())
 }
 
+/// Error of the solver for a failed build of the neighbour lists.
 fn list_error(clock: &Clock, error: &ListError) -> SolverError {
     let reason = match error {
         ListError::Search(error) => error.to_string(),

@@ -96,6 +96,7 @@ impl<const D: usize> SizeClasses<D> {
         Ok(())
     }
 
+    /// Sorts the grains of a size class into cells that are as wide as the range of their contacts.
     fn bin(&mut self, class: u8, radii: &[f64], extent: &[f64; D]) {
         let members: Vec<usize> = (0..radii.len()).filter(|i| self.size_class[*i] == class).collect();
         let radius = members.iter().map(|&i| radii[i]).fold(0.0, f64::max);

@@ -61,12 +61,14 @@ struct CoarseGrainingKernel<const D: usize> {
 }
 
 impl<const D: usize> CoarseGrainingKernel<D> {
+    /// Kernel of radius `width` (m) with an integral of one.
     fn new(width: f64) -> Self {
         let pi = std::f64::consts::PI;
         let scale = if D == 2 { 5.0 / (pi * width * width) } else { 105.0 / (16.0 * pi * width.powi(3)) };
         Self { width, scale }
     }
 
+    /// Value of the kernel (1/m³, in the plane 1/m²) at a distance vector (m).
     fn value(&self, apart: &[f64; D]) -> f64 {
         let q = dot(apart, apart).sqrt() / self.width;
         if q < 1.0 { self.scale * (1.0 + 3.0 * q) * (1.0 - q).powi(3) } else { 0.0 }

@@ -85,6 +85,7 @@ struct GrainBins<'a> {
 }
 
 impl<'a> GrainBins<'a> {
+    /// Bins of grain centres in a periodic cell; `mean` is the mean diameter (m).
     fn new(position: &[[f64; 2]], cell: &'a PeriodicCell<2>, mean: f64) -> Self {
         let unit = inverse(&cell.h).0;
         let back = |x: &[f64; 2]| {

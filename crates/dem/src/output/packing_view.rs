@@ -93,6 +93,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         }
     }
 
+    /// Visits all contacts of a pair list with their forces and energies.
     fn visit_pairs(
         &self,
         input: &ContactInput<'_, D, R>,

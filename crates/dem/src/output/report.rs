@@ -17,6 +17,7 @@ struct IdOrder {
 }
 
 impl IdOrder {
+    /// Order of the grains by their ids.
     fn new<const D: usize, const R: usize>(grains: &Grains<D, R>) -> Self {
         let mut indices: Vec<usize> = (0..grains.len()).collect();
         indices.sort_unstable_by_key(|&i| grains.id[i]);
@@ -54,6 +55,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         v
     }
 
+    /// Spin of a grain after a further time `ahead` (s) under its present moment (rad/s).
     fn spin(&self, i: usize, ahead: f64) -> [f64; R] {
         let g = &self.grains;
         if g.is_held[i] {

@@ -71,6 +71,7 @@ impl SimdNumber for f64x4 {
     }
 }
 
+/// Scalar product.
 #[inline(always)]
 pub fn dot<const N: usize, T: SimdNumber>(a: &[T; N], b: &[T; N]) -> T {
     let mut sum = a[0] * b[0];
@@ -80,21 +81,25 @@ pub fn dot<const N: usize, T: SimdNumber>(a: &[T; N], b: &[T; N]) -> T {
     sum
 }
 
+/// Euclidean norm.
 #[inline(always)]
 pub fn norm<const N: usize>(a: &[f64; N]) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// Difference `a - b`.
 #[inline(always)]
 pub fn difference<const N: usize, T: SimdNumber>(a: &[T; N], b: &[T; N]) -> [T; N] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
+/// Vector times a factor.
 #[inline(always)]
 pub fn scaled<const N: usize, T: SimdNumber>(s: T, a: &[T; N]) -> [T; N] {
     std::array::from_fn(|c| s * a[c])
 }
 
+/// Adds `s b` to `a`.
 #[inline(always)]
 pub fn add<const N: usize, T: SimdNumber>(a: &mut [T; N], s: T, b: &[T; N]) {
     for c in 0..N {
@@ -102,6 +107,7 @@ pub fn add<const N: usize, T: SimdNumber>(a: &mut [T; N], s: T, b: &[T; N]) {
     }
 }
 
+/// Vector product; in the plane, with scalars as vectors normal to it.
 #[inline(always)]
 pub fn cross<const A: usize, const B: usize, const C: usize, T: SimdNumber>(
     a: &[T; A],

@@ -213,6 +213,7 @@ fn initialise_motion<const D: usize, const R: usize>(
     Ok(())
 }
 
+/// Places the grains of a body by the filling that the case selects.
 fn place_grains<const D: usize>(
     case: &Case,
     options: &DemOptions,
@@ -244,18 +245,28 @@ fn place_grains<const D: usize>(
         }
         Fill::Random { solid_fraction } => {
             let round = round_wall(&body.shape);
-            in_box(case, (body, round), sizes, solid_fraction, random, |container, radii, random| {
-                pack(container, radii, random)
-            })
+            pack_to_solid_fraction(
+                case,
+                (body, round),
+                sizes,
+                solid_fraction,
+                random,
+                |container, radii, random| pack(container, radii, random),
+            )
         }
         Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
             let layers =
                 UndercompactedLayers { count: layers, first: first_solid_fraction, last: solid_fraction };
             // A lid moves down along the last axis: the sections that it passes must be equal.
             let round = round_wall(&body.shape).filter(|round| round.axis == Some(D - 1));
-            in_box(case, (body, round), sizes, solid_fraction, random, |container, radii, random| {
-                pack_layers(container, radii, layers, random)
-            })
+            pack_to_solid_fraction(
+                case,
+                (body, round),
+                sizes,
+                solid_fraction,
+                random,
+                |container, radii, random| pack_layers(container, radii, layers, random),
+            )
         }
         Fill::DropAndRoll => dropped_grains(case, body, sizes, random),
         Fill::Sleeve { columns } => rings(&body.shape, sizes, columns),
@@ -317,6 +328,7 @@ fn sites<const D: usize>(
     Ok(all)
 }
 
+/// Grains on the sites of a lattice inside a shape, with random deviations up to `jitter` times the pitch (m).
 fn lattice<const D: usize>(
     shape: &Shape,
     sizes: &Diameters,
@@ -360,9 +372,9 @@ fn round_wall<const D: usize>(shape: &Shape) -> Option<RoundWall<D>> {
     Some(RoundWall { axis, centre: std::array::from_fn(|c| centre[c]), radius })
 }
 
-/// Grains of a solid fraction within the round wall of a body, or else in the box around it and cut to its shape, at the positions
-/// that `pack` returns.
-fn in_box<const D: usize>(
+/// Packs grains to a solid fraction with the algorithm `pack`. The container is the round wall of a body, if it has one. Otherwise it is
+/// the bounding box of the body, and grains outside the shape are removed.
+fn pack_to_solid_fraction<const D: usize>(
     case: &Case,
     (body, round): (&Body, Option<RoundWall<D>>),
     sizes: &Diameters,

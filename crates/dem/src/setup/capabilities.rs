@@ -7,7 +7,9 @@ use serde_json::Value;
 
 use crate::config::{CellControl, DemOptions, PairSpec};
 
+/// Message for an adhesion that the case gives for an obstacle.
 const ADHESION: &str = "the adhesion is given in the pair of the grains and the obstacle: leave it out";
+/// Message for a space other than plane strain and 3D.
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 
 /// Rejects clumps of grains, by their key.
@@ -243,6 +245,7 @@ fn no_servo_reason(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Opti
     grains.then(|| format!("grains cannot have a prescribed stress: use a wall of boundaries; {force}"))
 }
 
+/// Message for a force on bonded grains, with the option to use in a stage.
 fn bonded_stage_message(stage: &str) -> String {
     format!("to apply a force to bonded grains that are not held, use methods.dem.stages.{stage}.forces")
 }

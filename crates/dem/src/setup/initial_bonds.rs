@@ -13,7 +13,7 @@ use crate::neighbours::VerletLists;
 use crate::points::grains::Grains;
 use crate::points::vector::{difference, dot};
 use crate::specimen::size_distributions::gamma;
-use crate::specimen::specimen_state::SpecimenSource;
+use crate::specimen::specimen_preparation::SpecimenSource;
 
 /// Pair of grains that may be bonded.
 struct BondCandidate<'a> {

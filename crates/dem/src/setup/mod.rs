@@ -38,7 +38,7 @@ use crate::solver::{DemSolver, Workspace};
 use crate::specimen::file::StoredSpecimen;
 use crate::specimen::fill_report::fill_reports;
 use crate::specimen::pluviation;
-use crate::specimen::specimen_state::{SpecimenSource, SpecimenState};
+use crate::specimen::specimen_preparation::{SpecimenPreparation, SpecimenSource};
 
 /// Memory of a disk and of a sphere during a run, with buffers and pairs (bytes).
 const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
@@ -58,6 +58,7 @@ pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
     Ok(options)
 }
 
+/// Solver of a case.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     Ok(match case.dimension() {
         3 => Box::new(solver::<3, 3>(case)?),
@@ -65,6 +66,7 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     })
 }
 
+/// Plan of a case: number of grains, steps and memory, with warnings.
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     Ok(match case.dimension() {
         3 => build_plan(case, &solver::<3, 3>(case)?),
@@ -86,6 +88,7 @@ pub fn plan_and_build(case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError>
     })
 }
 
+/// Plan of a case in `D` dimensions, from its solver with all grains.
 fn build_plan<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Plan {
     let time_step = solver.critical_step();
     let points = solver.grains.len();
@@ -136,7 +139,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
             broken_bonds: Vec::new(),
             controlled_stresses: vec![ControlledStress::default(); D * D + case.boundaries.len()],
         },
-        specimen: SpecimenState {
+        specimen: SpecimenPreparation {
             sources: pluviation::sources(case, &options),
             next_id: body_grains::next_id(&grains),
             reports: Vec::new(),

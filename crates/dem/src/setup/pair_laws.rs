@@ -35,6 +35,7 @@ fn damping(restitution: Option<f64>, ratio: Option<f64>, clamp: bool) -> f64 {
     }
 }
 
+/// Rolling or torsion resistance of its options.
 fn resistance(spec: &RollingSpec) -> RollingResistance {
     RollingResistance {
         friction: spec.friction,
@@ -43,6 +44,7 @@ fn resistance(spec: &RollingSpec) -> RollingResistance {
     }
 }
 
+/// Normal law of its options, and whether the force is never attractive (Sheet: dem §3.11).
 fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool) {
     match law {
         NormalLaw::Linear { stiffness, grain_modulus, restitution, damping_ratio, clamp } => {
@@ -142,6 +144,7 @@ fn law(pair: &PairSpec, velocity: ContactVelocity, largest: f64, dimension: usiz
     }
 }
 
+/// Whether a pair of names is `a` and `b`, in either order.
 fn is_between(pair: &[String; 2], a: &str, b: &str) -> bool {
     (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a)
 }
@@ -348,6 +351,7 @@ fn impact(law: &PairLaw, minimum: &[(f64, f64)]) -> f64 {
     sizes.map(of).fold(0.0, f64::max)
 }
 
+/// Step limits of a contact (s): fraction of the contact duration or Rayleigh time, and limit of stability.
 fn limits_of<const D: usize>(law: &PairLaw, radius: f64, mass: f64, small: f64, fraction: f64) -> [f64; 2] {
     let bond = law.bond.map_or(0.0, |bond| bond.stiffness::<D>(small));
     match &law.normal {

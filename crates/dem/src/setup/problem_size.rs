@@ -51,6 +51,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     })
 }
 
+/// Expected number of grains of a body and the time to place them, before they are placed.
 fn expected_grains(case: &Case, options: &DemOptions, number: usize) -> ExpectedGrains {
     let (body, dimension) = (&case.bodies[number], case.dimension());
     let listed = |grains| ExpectedGrains { grains, ..ExpectedGrains::default() };
@@ -66,6 +67,7 @@ fn expected_grains(case: &Case, options: &DemOptions, number: usize) -> Expected
     }
 }
 
+/// Expected number of grains in a shape that is filled, from the volume of its bounding box.
 fn filled_box(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> ExpectedGrains {
     let (low, high) = body.shape.bounds(dimension);
     let space: f64 = low.iter().zip(&high).take(dimension).map(|(low, high)| high - low).product();

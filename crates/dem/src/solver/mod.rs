@@ -25,19 +25,29 @@ use crate::points::grain_extremes::GrainExtremes;
 use crate::points::grains::Grains;
 use crate::solver::critical_step::{critical_step, deep_contact_factor};
 use crate::specimen::pluviation_entry::add_entering_grains;
-use crate::specimen::specimen_state::SpecimenState;
+use crate::specimen::specimen_preparation::SpecimenPreparation;
 
 /// DEM solver of grains in `D` dimensions with rotations of `R` components: its owners, which a step hands round.
 pub struct DemSolver<const D: usize, const R: usize> {
+    /// Time, step, stage and options of the run.
     pub(crate) clock: Clock,
+    /// Contact laws of all pairs of materials.
     pub(crate) laws: ContactLaws,
+    /// Grains with their motion and forces.
     pub(crate) grains: Grains<D, R>,
+    /// Smallest and largest radius and speed of the fastest grain.
     pub(crate) extremes: GrainExtremes,
+    /// Periodic cell with the control of its stress or strain.
     pub(crate) cell: ControlledCell<D>,
+    /// Walls, membranes and other boundary conditions.
     pub(crate) boundary: BoundaryConditions<D>,
+    /// Lists of neighbouring grains and walls.
     pub(crate) neighbours: GrainNeighbours<D, R>,
+    /// Energy balance and other records for the output.
     pub(crate) records: Records,
-    pub(crate) specimen: SpecimenState,
+    /// Preparation of the specimen: grains that enter during the run, reports on filled bodies and origin from a file.
+    pub(crate) specimen: SpecimenPreparation,
+    /// Memory that a step reuses.
     pub(crate) workspace: Workspace<D, R>,
 }
 

@@ -34,6 +34,7 @@ struct RestingDisks<'a> {
 }
 
 impl<'a> RestingDisks<'a> {
+    /// Empty set of disks in a container; `largest` is the largest radius (m).
     fn new(container: &'a Container<2>, largest: f64) -> Self {
         let length = container.width(0);
         // As wide as two of the largest disks, so that contacts of a disk are in its column or beside it.
@@ -41,6 +42,7 @@ impl<'a> RestingDisks<'a> {
         Self { container, disks: Vec::new(), columns: vec![Vec::new(); count], width: length / count as f64 }
     }
 
+    /// Column of a horizontal position `x` (m).
     fn column(&self, x: f64) -> usize {
         (((x - self.container.low[0]) / self.width).max(0.0) as usize).min(self.columns.len() - 1)
     }

@@ -20,6 +20,7 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// circle, four, and the two radii.
 const SUPPORT_DISTANCE: f64 = 6.0;
 
+/// Vector in three dimensions.
 type Vector3 = [f64; 3];
 
 /// Support of a sphere: a sphere about a centre with the sum of both radii (m), or a plane across an axis.
@@ -48,6 +49,7 @@ impl RollSupport {
     }
 }
 
+/// Unit vector of `v`.
 fn unit(v: &Vector3) -> Vector3 {
     let length = norm(v);
     v.map(|c| c / length)
@@ -132,6 +134,7 @@ impl RollCircle {
         (norm(&to) > 0.0).then(|| Self { centre, radius, first_axis, second_axis: unit(&to) })
     }
 
+    /// Point of the circle at an angle (rad) from its first axis (m).
     fn point_at_angle(&self, angle: f64) -> Vector3 {
         let (sin, cos) = angle.sin_cos();
         std::array::from_fn(|c| {
@@ -207,6 +210,7 @@ struct RestingSpheres<'a> {
 }
 
 impl<'a> RestingSpheres<'a> {
+    /// Empty set of spheres in a container; `max_radius` is the largest radius (m).
     fn new(container: &'a Container<3>, max_radius: f64) -> Self {
         // As wide as the largest distance of the next support of a rolling sphere, so that all of them are in its column or beside it.
         let counts = [0, 1]
@@ -220,6 +224,7 @@ impl<'a> RestingSpheres<'a> {
         }
     }
 
+    /// Column of a position in plan.
     fn column(&self, x: &Vector3) -> [usize; 2] {
         [0, 1].map(|axis| {
             let share = (x[axis] - self.container.low[axis]) / self.container.width(axis);

@@ -5,7 +5,7 @@ use crate::output::packing_view::PackingView;
 use crate::points::grains::volume;
 use crate::points::vector::{difference, dot};
 use crate::specimen::Specimen;
-use crate::specimen::specimen_state::SpecimenState;
+use crate::specimen::specimen_preparation::SpecimenPreparation;
 
 /// Gap over the smaller radius up to which grains count as in contact: dropped ones are in contact to round-off.
 const CONTACT_TOLERANCE: f64 = 1e-9;
@@ -13,7 +13,7 @@ const CONTACT_TOLERANCE: f64 = 1e-9;
 /// Reports on the bodies as they are filled at present.
 pub fn fill_reports<const D: usize, const R: usize>(
     view: &PackingView<'_, D, R>,
-    specimen: &SpecimenState,
+    specimen: &SpecimenPreparation,
 ) -> Vec<Specimen> {
     let case = &view.clock.case;
     let mut counts = vec![0usize; case.bodies.len()];

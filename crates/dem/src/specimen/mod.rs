@@ -10,7 +10,7 @@ pub(crate) mod pluviation;
 pub(crate) mod pluviation_entry;
 mod report;
 pub mod size_distributions;
-pub(crate) mod specimen_state;
+pub(crate) mod specimen_preparation;
 pub mod undercompaction;
 
 use std::ops::Range;
@@ -30,10 +30,13 @@ const INITIAL_RADIUS_RATIO: f64 = 0.6;
 const GROWTH: usize = 40;
 /// Number of relaxation iterations in each of them, and in the last.
 const RELAXATION_ITERATIONS: usize = 60;
+/// Number of relaxation iterations at the final radius.
 const LAST_RELAXATION_ITERATIONS: usize = 20_000;
 /// Number of iterations after which overlaps far above the tolerance must have decreased by a share for the relaxation to go on.
 const STALL_ITERATIONS: usize = 1000;
+/// Relative decrease of the overlap that a stalled relaxation does not reach.
 const MIN_DECREASE: f64 = 0.02;
+/// Factor of the overlap tolerance above which stalling ends the relaxation.
 const FAR_FACTOR: f64 = 1.5;
 /// Tolerance of the overlap over the smaller radius.
 const OVERLAP_TOLERANCE: f64 = 0.01;
@@ -72,6 +75,7 @@ impl<const D: usize> RoundWall<D> {
         std::array::from_fn(|c| if self.axis == Some(c) { 0.0 } else { x[c] - self.centre[c] })
     }
 
+    /// Whether a point is inside the round wall.
     fn contains(&self, x: &[f64; D]) -> bool {
         let apart = self.apart(x);
         dot(&apart, &apart) <= self.radius * self.radius
@@ -154,6 +158,7 @@ impl<const D: usize> Container<D> {
         }
     }
 
+    /// Width of the container along an axis (m).
     fn width(&self, axis: usize) -> f64 {
         self.high[axis] - self.low[axis]
     }

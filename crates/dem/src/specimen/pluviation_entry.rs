@@ -14,7 +14,7 @@ use crate::points::grain_extremes::GrainExtremes;
 use crate::points::grains::{Grains, volume};
 use crate::points::vector::{difference, dot};
 use crate::specimen::pluviation::{EnteredGrains, GrainSource, contains_ball};
-use crate::specimen::specimen_state::SpecimenState;
+use crate::specimen::specimen_preparation::SpecimenPreparation;
 
 /// Number of positions drawn for a grain in a step before it waits for the next step.
 const DRAWS: usize = 100;
@@ -29,10 +29,10 @@ pub fn add_entering_grains<const D: usize, const R: usize>(
     boundary: &mut BoundaryConditions<D>,
     (grains, extremes): (&mut Grains<D, R>, &mut GrainExtremes),
     neighbours: &mut GrainNeighbours<D, R>,
-    specimen: &mut SpecimenState,
+    specimen: &mut SpecimenPreparation,
     records: &mut Records,
 ) {
-    let SpecimenState { sources, next_id, .. } = specimen;
+    let SpecimenPreparation { sources, next_id, .. } = specimen;
     for source in sources {
         if clock.case.is_removed(&clock.case.bodies[source.body as usize].name, clock.stage) {
             continue;
@@ -163,7 +163,7 @@ fn is_clear_of_grain<const D: usize, const R: usize>(
 }
 
 /// Warning about a source that cannot keep up.
-pub fn full_source_warning(clock: &Clock, specimen: &SpecimenState) -> Option<String> {
+pub fn full_source_warning(clock: &Clock, specimen: &SpecimenPreparation) -> Option<String> {
     let is_behind = |source: &&GrainSource| {
         source.entered_grains.waiting_mass > REPORTED_BACKLOG * source.entered_grains.mass
     };

@@ -50,6 +50,7 @@ pub fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     front * sum
 }
 
+/// Logarithm of the beta function `B(a, b)`.
 fn log_beta(a: f64, b: f64) -> f64 {
     log_gamma(a) + log_gamma(b) - log_gamma(a + b)
 }
@@ -61,6 +62,7 @@ pub fn gamma(x: f64) -> f64 {
 
 /// Logarithm of the gamma function of a positive number (Lanczos).
 fn log_gamma(x: f64) -> f64 {
+    /// Coefficients of the Lanczos approximation of the gamma function.
     const COEFFICIENTS: [f64; 8] = [
         676.520_368_121_885_1,
         -1_259.139_216_722_402_8,

@@ -4,14 +4,14 @@ use crate::bed::{Bed, BedPoint};
 use crate::points::image_nodes::PlanBoundaries;
 use crate::points::phase_nodes::{PlanVector, dot};
 
-/// Scalar product of two vectors in plan along a bed of this slope.
+/// Scalar product of two velocities along a bed, from their components in plan and the slope of the bed.
 #[inline]
 pub fn dot_along_bed<const D: usize>(slope: &PlanVector<D>, a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
     dot(a, b) + dot(slope, a) * dot(slope, b)
 }
 
-/// Velocity along the plane of slope `from`, transported into that of slope `to`: `V - V·n'/(1 + n·n') (n + n')` in plan, which keeps
-/// its magnitude.
+/// Velocity in the plane of slope `from`, transported to that of slope `to`: `V - V·n'/(1 + n·n') (n + n')` in plan. The magnitude is
+/// conserved.
 #[inline]
 pub fn parallel_transport<const D: usize>(
     v: &PlanVector<D>,
@@ -32,12 +32,12 @@ pub struct BedPath<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> BedPath<'a, D> {
-    /// Path over a bed between these walls and periods.
+    /// Path over a bed with walls and periodic boundaries.
     pub fn new(bed: &'a Bed<D>, walls: &'a PlanBoundaries<D>) -> Self {
         Self { bed, walls, is_open: walls.are_open() }
     }
 
-    /// Bed at a position, mirrored and repeated beyond walls and ends of periods; `None` where there is none.
+    /// Bed at a position; beyond walls it is mirrored, beyond periodic boundaries repeated. `None` if there is no bed.
     #[inline]
     pub fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         if self.is_open {
@@ -49,7 +49,7 @@ impl<'a, const D: usize> BedPath<'a, D> {
         self.bed.bed_point(&inside).map(|point| point.mirrored(&signs))
     }
 
-    /// Reflects a node that has passed a wall, with its velocity and the bed below it.
+    /// Reflects a node that has crossed a wall, with its velocity and the bed point below it.
     #[inline]
     pub fn reflect(&self, x: &mut PlanVector<D>, v: &mut PlanVector<D>, point: &mut BedPoint<D>) {
         if !self.is_open {

@@ -7,12 +7,12 @@ use colluvium_points::Raster;
 
 /// Weight of each neighbour along an axis in a mean with weights 1, 2, 1.
 const MEAN_WEIGHT: f64 = 0.25;
-/// Weight of second differences in the filter after which the spline passes through levels of the third degree.
+/// Weight of second differences in the filter of the levels, with which the spline interpolates cubic levels exactly.
 const SHARPEN: f64 = -1.0 / 6.0;
-/// Distance over which a level influences coefficients (nodes): one by the filter, two by the continuation on either side of it.
+/// Distance over which a level influences coefficients (nodes): one by the filter, and two by the extrapolation at each side.
 const INFLUENCE_NODES: usize = 5;
 
-/// Coefficients of a bicubic B-spline, with a rim of one around the nodes of the raster.
+/// Coefficients of a bicubic B-spline at the nodes of a raster and one node beyond its edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BicubicSpline {
     columns: usize,
@@ -22,7 +22,7 @@ pub struct BicubicSpline {
 /// Level, slopes along x and y, and second derivatives xx, xy, yy.
 pub type SplineValues = (f64, [f64; 2], [f64; 3]);
 
-/// Weights of four coefficients for the value, for the first derivative times the spacing and for the second one times its square.
+/// Weights of four coefficients for the value, the first derivative times the spacing, and the second derivative times its square.
 #[inline(always)]
 fn weights(s: f64) -> [[f64; 4]; 3] {
     let (t, sixth) = (1.0 - s, 1.0 / 6.0);
@@ -35,7 +35,7 @@ fn weights(s: f64) -> [[f64; 4]; 3] {
 }
 
 impl BicubicSpline {
-    /// Builds the spline of these levels.
+    /// Spline that interpolates the levels of a raster.
     pub fn new(raster: &Raster) -> Self {
         let (columns, rows) = (raster.columns + 2, raster.rows + 2);
         let mut spline = Self { columns, coefficients: vec![0.0; columns * rows] };
@@ -43,7 +43,7 @@ impl BicubicSpline {
         spline
     }
 
-    /// Recomputes the coefficients that depend on levels of these columns and rows.
+    /// Recomputes the coefficients that depend on the levels of given columns and rows.
     pub fn update_window(&mut self, raster: &Raster, [columns, rows]: [Range<usize>; 2]) {
         // Coefficients that change, and levels that they depend on, on the lattice with the rim.
         let wide = |range: &Range<usize>, by: usize, count: usize| {
@@ -67,7 +67,7 @@ impl BicubicSpline {
         }
     }
 
-    /// Surface in cell `i, j` at the fractions `s, t` of it, of nodes `dx, dy` (m) apart.
+    /// Surface at the fractions `s, t` of cell `i, j`, whose nodes are `dx, dy` apart (m).
     #[inline]
     pub fn evaluate(&self, [i, j]: [usize; 2], [s, t]: [f64; 2], [dx, dy]: [f64; 2]) -> SplineValues {
         let ([w, w1, w2], [u, u1, u2]) = (weights(s), weights(t));
@@ -93,7 +93,7 @@ impl BicubicSpline {
     }
 }
 
-/// Levels after `times` means with weights 1, 2, 1 along each axis; linear extrapolation over rims and gaps.
+/// Levels after smoothing `times` times with the weights 1, 2, 1 along each axis, extrapolated linearly at edges and gaps.
 pub fn smoothed_raster(raster: &Raster, times: usize) -> Raster {
     let mut patch = LevelWindow::from_raster(raster, &[0..raster.columns + 2, 0..raster.rows + 2]);
     (0..times).for_each(|_| patch.filter(MEAN_WEIGHT));
@@ -107,7 +107,7 @@ pub fn smoothed_raster(raster: &Raster, times: usize) -> Raster {
     result
 }
 
-/// Levels of a window of a raster and of the rim around it.
+/// Levels of a window of a raster with one node beyond its edges.
 struct LevelWindow {
     columns: usize,
     rows: usize,
@@ -117,6 +117,7 @@ struct LevelWindow {
 }
 
 impl LevelWindow {
+    /// Levels of a window of columns and rows of a raster; nodes outside the raster have no data.
     fn from_raster(raster: &Raster, [columns, rows]: &[Range<usize>; 2]) -> Self {
         let mut levels = Vec::with_capacity(columns.len() * rows.len());
         for j in rows.clone() {
@@ -129,7 +130,7 @@ impl LevelWindow {
         Self { columns: columns.len(), rows: rows.len(), levels, has_data: known }
     }
 
-    /// Applies a mean of 3 × 3 nodes in which each neighbour along an axis has the weight `side`.
+    /// Smooths over 3 × 3 nodes, with the weight `side` for each neighbour along an axis.
     fn filter(&mut self, side: f64) {
         self.fill();
         let before = self.levels.clone();
@@ -149,7 +150,7 @@ impl LevelWindow {
         }
     }
 
-    /// Extrapolates levels linearly to nodes without data that lie beside nodes with data.
+    /// Extrapolates the levels linearly to nodes without data next to nodes with data.
     fn fill(&mut self) {
         for j in 0..self.rows {
             for i in 0..self.columns {
@@ -161,7 +162,8 @@ impl LevelWindow {
         }
     }
 
-    /// Mean of linear extrapolations along the axes, or else along the diagonals; of single neighbours where no line has two.
+    /// Mean of the linear extrapolations to a node along the axes, else along the diagonals. If no direction has two levels, it is the mean
+    /// of single neighbours.
     fn extrapolated_level(&self, i: usize, j: usize) -> f64 {
         let at = |di: isize, dj: isize| {
             let (i, j) = (i.checked_add_signed(di)?, j.checked_add_signed(dj)?);

@@ -4,9 +4,9 @@ use crate::bed::terrain_bed::TerrainBed;
 use crate::bed::{BedPoint, BedSurface};
 use crate::points::phase_nodes::PlanVector;
 
-/// Steps between two updates of the heights: erosion in so few steps is some millimetres.
+/// Number of steps between two updates of the bed surface, in which erosion is some millimetres.
 const STEPS_PER_UPDATE: u64 = 10;
-/// Nodes along the edge of a tile, whose spline is recomputed as a whole.
+/// Number of nodes along the edge of a tile, the unit in which the spline is recomputed.
 const TILE_NODES: usize = 32;
 
 /// Terrain with erosion.
@@ -35,7 +35,7 @@ pub struct ErosionState {
 }
 
 impl ErodibleBed {
-    /// Creates a bed without erosion so far and without a limit of depth; `lowers` is whether its surface follows.
+    /// Bed before erosion and without a limit of the erodible depth. With `lowers` the surface follows the erosion.
     pub fn new(ground: TerrainBed, lowers: bool) -> Self {
         let given = ground.raster().values.clone();
         let count = given.len();
@@ -67,7 +67,7 @@ impl ErodibleBed {
         self.ground.bed_point(x)
     }
 
-    /// Whether there is a bed at `x` (m).
+    /// Whether the bed is defined at a position in plan (m).
     pub fn is_defined<const D: usize>(&self, x: &PlanVector<D>) -> bool {
         self.ground.is_defined(x)
     }
@@ -77,7 +77,7 @@ impl ErodibleBed {
         BedSurface::<2>::cell(&self.ground)
     }
 
-    /// Area of a node (m²); in a profile, where all rows are equal, length (m).
+    /// Area of a raster node (m²); in a profile, where rows are equal, its length (m).
     fn area<const D: usize>(&self, number: usize) -> f64 {
         let raster = self.ground.raster();
         let half = |k: usize, count: usize| if k == 0 || k + 1 == count { 0.5 } else { 1.0 };
@@ -88,8 +88,8 @@ impl ErodibleBed {
         along * half(number / raster.columns, raster.rows) * raster.spacing[1]
     }
 
-    /// Erodes `wanted` (m³; m² in a profile) at `x`, or as much as is left: each node around gives its share as far as it can.
-    /// Returns the eroded volume.
+    /// Erodes the volume `wanted` (m³; m² in a profile) at a position, as far as the erodible depth of the nodes around it permits. Returns
+    /// the eroded volume. Returns the eroded volume.
     pub fn erode<const D: usize>(&mut self, x: &PlanVector<D>, wanted: f64) -> f64 {
         let y = x.get(1).copied().unwrap_or(self.ground.y);
         let Some(mut weights) = self.ground.weights(x[0], y) else { return 0.0 };
@@ -127,6 +127,7 @@ impl ErodibleBed {
         lowers
     }
 
+    /// Lowers the surface by the eroded depth of the changed tiles.
     fn lower<const D: usize>(&mut self) {
         let raster = self.ground.raster();
         let (columns, rows) = (raster.columns, raster.rows);
@@ -156,12 +157,12 @@ impl ErodibleBed {
         self.changed_tiles.fill(false);
     }
 
-    /// Eroded depth at each node of the terrain (m), row by row; in a profile in the first row.
+    /// Eroded depth at each raster node (m), one row after another; in a profile of the first row only.
     pub fn eroded_depths(&self) -> impl Iterator<Item = f64> + '_ {
         self.state.in_surface.iter().zip(&self.state.pending_depth).map(|(shown, pending)| shown + pending)
     }
 
-    /// Eroded depth at a position in plan (m), bilinear; zero beyond the terrain.
+    /// Eroded depth at a position in plan (m), by bilinear interpolation; zero outside the terrain.
     pub fn eroded_depth_at(&self, x: f64, y: f64) -> f64 {
         let of = |(node, weight): (usize, f64)| {
             weight * (self.state.in_surface[node] + self.state.pending_depth[node])
@@ -179,7 +180,7 @@ impl ErodibleBed {
         &self.state
     }
 
-    /// Restores eroded depths; `None` where they are those of another terrain.
+    /// Restores the eroded depths; `None` if the saved ones are of another raster.
     pub fn restore<const D: usize>(&mut self, state: ErosionState) -> Option<()> {
         let count = self.initial_heights.len();
         if state.in_surface.len() != count || state.pending_depth.len() != count {

@@ -32,7 +32,7 @@ impl<const D: usize> BedPoint<D> {
         Self { level, slope: [0.0; D], curvature: [[0.0; D]; D] }
     }
 
-    /// Steepness `1 + |∇Z|²`, one over the square of the cosine of the slope angle.
+    /// Steepness `1 + |∇Z|²` of the bed, the inverse square of the cosine of the slope angle.
     #[inline]
     pub fn steepness(&self) -> f64 {
         1.0 + dot(&self.slope, &self.slope)
@@ -63,18 +63,18 @@ impl<const D: usize> BedPoint<D> {
     }
 }
 
-/// Bed surface that can be evaluated at any position in plan; `None` where it ends.
+/// Bed surface as a function of the position in plan; `None` outside its extent.
 pub trait BedSurface<const D: usize>: Send + Sync {
     /// Bed at `x` (m).
     fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>>;
 
-    /// Whether there is a bed at `x` (m).
+    /// Whether the bed is defined at a position in plan (m).
     fn is_defined(&self, x: &PlanVector<D>) -> bool {
         self.bed_point(x).is_some()
     }
 
-    /// Distance of the positions between which the surface is interpolated (m): no node moves farther in a step than half of that.
-    /// `None` where it is known everywhere.
+    /// Distance of the nodes between which the surface is interpolated (m); `None` for an analytical surface. A node moves by at most half
+    /// of it in a step.
     fn cell(&self) -> Option<f64> {
         None
     }
@@ -113,7 +113,7 @@ impl<const D: usize> Bed<D> {
         Self::Surface(Arc::new(formula))
     }
 
-    /// Bed at `x`; `None` beyond its end.
+    /// Bed at a position in plan; `None` outside its extent.
     #[inline]
     pub fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         match self {
@@ -133,7 +133,7 @@ impl<const D: usize> Bed<D> {
         }
     }
 
-    /// Distance of the positions between which the bed is interpolated (m), where it is.
+    /// Distance of the nodes between which the bed is interpolated (m); `None` for an analytical bed.
     pub fn cell(&self) -> Option<f64> {
         match self {
             Self::Flat(_) => None,
@@ -142,7 +142,7 @@ impl<const D: usize> Bed<D> {
         }
     }
 
-    /// Bed below a node; level zero beyond its end, where nodes are only until the end of the step.
+    /// Bed below a node; a horizontal one of level zero outside its extent, where nodes remain until the end of the step.
     pub fn bed_below(&self, x: &PlanVector<D>) -> BedPoint<D> {
         self.bed_point(x).unwrap_or(BedPoint::horizontal(0.0))
     }
@@ -157,7 +157,7 @@ impl<const D: usize> Bed<D> {
         settings.frame == DepthFrame::Horizontal && !self.is_flat()
     }
 
-    /// Whether the bed is a plane without slope, so that it need not be sampled.
+    /// Whether the bed is horizontal, so that it need not be sampled.
     pub fn is_flat(&self) -> bool {
         matches!(self, Self::Flat(_))
     }

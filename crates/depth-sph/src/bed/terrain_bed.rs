@@ -8,10 +8,10 @@ use crate::bed::bicubic_spline::{BicubicSpline, smoothed_raster};
 use crate::bed::{BedPoint, BedSurface};
 use crate::points::phase_nodes::PlanVector;
 
-/// Nodes around a position in plan and their bilinear weights, which add up to one.
+/// Raster nodes around a position in plan with their bilinear weights, whose sum is one.
 pub type BilinearWeights = [(usize, f64); 4];
 
-/// Terrain as the bed of a plan or, where it is constant along y, of a profile: a bicubic spline of the levels of a raster.
+/// Terrain as the bed of a flow in plan or, if constant along y, in a profile: bicubic spline of the levels of a raster.
 #[derive(Clone, Debug)]
 pub struct TerrainBed {
     raster: Raster,
@@ -21,7 +21,7 @@ pub struct TerrainBed {
 }
 
 impl TerrainBed {
-    /// Creates the bed of these levels (m).
+    /// Bed of the levels of a raster (m).
     ///
     /// # Errors
     /// As [`Raster::validate`].
@@ -31,7 +31,7 @@ impl TerrainBed {
         Ok(Self { spline: BicubicSpline::new(&raster), raster, y })
     }
 
-    /// Levels of a survey after `times` means with weights 1, 2, 1 along each axis, from which a bed is made.
+    /// Levels of a survey after smoothing `times` times with the weights 1, 2, 1 along each axis.
     pub fn smoothed(raster: &Raster, times: usize) -> Raster {
         if times == 0 { raster.clone() } else { smoothed_raster(raster, times) }
     }
@@ -41,12 +41,12 @@ impl TerrainBed {
         &self.raster
     }
 
-    /// Levels (m), to change them; call [`TerrainBed::update_window`] afterwards.
+    /// Levels of the raster (m) to be changed; [`TerrainBed::update_window`] must follow.
     pub(super) fn levels_mut(&mut self) -> &mut [f64] {
         &mut self.raster.values
     }
 
-    /// Updates the surface after changes of levels in these columns and rows.
+    /// Updates the surface after the levels of given columns and rows have changed.
     pub(super) fn update_window(&mut self, window: [Range<usize>; 2]) {
         self.spline.update_window(&self.raster, window);
     }
@@ -56,7 +56,7 @@ impl TerrainBed {
         self.spline = BicubicSpline::new(&self.raster);
     }
 
-    /// Nodes around a position in plan (m) with their weights; `None` beyond the outermost nodes.
+    /// Raster nodes around a position in plan (m) with their bilinear weights; `None` outside the raster.
     pub fn weights(&self, x: f64, y: f64) -> Option<BilinearWeights> {
         let ([i, j], [s, t]) = self.raster.locate_cell(x, y)?;
         let node = j * self.raster.columns + i;
@@ -69,8 +69,8 @@ impl TerrainBed {
         ])
     }
 
-    /// Cell around a position in plan (m) and the fractions of it along both axes; `None` beyond the outermost nodes or where a node
-    /// of the cell has no data.
+    /// Raster cell at a position in plan (m) and the fractional position in it. `None` outside the raster and in cells with a node without
+    /// data.
     #[inline]
     fn cell_around<const D: usize>(&self, x: &PlanVector<D>) -> Option<([usize; 2], [f64; 2])> {
         let (cell, share) = self.raster.locate_cell(x[0], x.get(1).copied().unwrap_or(self.y))?;

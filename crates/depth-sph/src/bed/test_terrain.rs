@@ -9,12 +9,12 @@ const WAVES: usize = 160;
 /// Distance over which the roughness grows (m).
 const RAMP: f64 = 50.0;
 
-/// Slope along x with random waves, whose amplitude falls with the square of their number.
+/// Slope along x with random waves, whose amplitude decreases with the square of the wave number.
 #[derive(Clone, Debug)]
 pub struct RoughSlope {
     /// Tangent of the mean slope.
     pub slope: f64,
-    /// Position where the roughness begins (m).
+    /// Position from which the slope is rough (m).
     pub start: f64,
     /// Wave numbers (1/m) along x and y, phase and amplitude (m) of each wave.
     waves: Vec<[f64; 4]>,
@@ -30,8 +30,8 @@ fn next_random(state: &mut u64) -> f64 {
 }
 
 impl RoughSlope {
-    /// Creates a slope of this tangent that becomes rough behind `start` (m), with waves between these lengths (m) and this root mean
-    /// square of their slopes.
+    /// Slope with the tangent `slope` that is rough from `start` on (m). Waves have lengths within `lengths` (m), and their slopes the root
+    /// mean square `rms`.
     pub fn new(slope: f64, start: f64, lengths: [f64; 2], rms: f64, seed: u64) -> Self {
         let mut state = seed;
         let mut wave = || {
@@ -57,14 +57,14 @@ impl RoughSlope {
         t * t * (3.0 - 2.0 * t) * rough - self.slope * x
     }
 
-    /// Raster of the slope with nodes `spacing` (m) apart over a window (m).
+    /// Raster of the slope with the node distance `spacing` (m) between two corners in plan (m).
     pub fn raster(&self, low: [f64; 2], high: [f64; 2], spacing: f64) -> Raster {
         let counts = [0, 1].map(|c| ((high[c] - low[c]) / spacing).round() as usize + 1);
         Raster::from_function(counts, low, [spacing; 2], |x, y| self.level(x, y))
     }
 }
 
-/// Level of a slope of 25° with a step of `height` (m) at this angle (degrees) behind `from` (m).
+/// Level of a slope of 25° that has a step from the position `from` on (m). The step has a `height` (m) and an `angle` (degrees).
 pub fn step_profile(from: f64, height: f64, angle: f64) -> impl Fn(f64, f64) -> f64 {
     let [gentle, steep] = [25.0, angle].map(|angle: f64| angle.to_radians().tan());
     let length = height / steep;

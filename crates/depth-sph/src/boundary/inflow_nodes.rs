@@ -8,16 +8,16 @@ use crate::inflow::{ArrivingFlow, Inflow, WaitingNodes};
 use crate::phases::failure::FlowFailure;
 use crate::phases::phase::PhaseSet;
 
-/// Distance before a line within which the initial flow is sampled (distances of nodes).
+/// Distance from an inflow line within which the initial flow is sampled, in distances of nodes.
 const SAMPLING_DISTANCE: f64 = 2.0;
 
-/// Ratio of the depth of an inflow across a line to that at its largest discharge, or at the start, at which the run ends.
+/// Ratio of the depth at an inflow line to that at the largest discharge, or at the start, above which the run ends with an error.
 pub(crate) const MAX_DEPTH_RATIO: f64 = 100.0;
 
-/// Flow that arrives at each line of inflow; `None` where it is dry.
+/// Flow that arrives at each inflow line; `None` for a dry line.
 type ArrivingFlows = Vec<Option<ArrivingFlow>>;
 
-/// Moves the rows behind the lines of inflow to their positions at `time` (s), with new ones behind them.
+/// Moves the rows of nodes behind the inflow lines to their positions at `time` (s), and adds new rows.
 ///
 /// # Errors
 /// When an inflow would be [`MAX_DEPTH_RATIO`] times too deep.
@@ -37,7 +37,8 @@ pub(crate) fn update_inflow_nodes<const D: usize>(
     Ok(())
 }
 
-/// Adds the first rows behind lines with flow before them, by the result of [`initial_state_before`], before the first step.
+/// Adds the first rows behind inflow lines that have flow next to them, before the first step. `initial` is the result of
+/// [`initial_state_at_inflow`] for each line.
 ///
 /// # Errors
 /// Those of [`update_inflow_nodes`].
@@ -58,8 +59,8 @@ pub(crate) fn add_first_rows<const D: usize>(
     Ok(())
 }
 
-/// Flow that arrives at a line, within the reach of kernels; `None` where it is dry. Waves along the normal, and one state
-/// for all of the line (sheet: depth-sph §3.9).
+/// Flow that arrives at an inflow line, from the nodes within the kernel support; `None` if it is dry. Waves along the normal, and one
+/// state for all of the line (sheet: depth-sph §3.9).
 fn arriving_flow<const D: usize>(
     settings: &FlowSettings<D>,
     sets: &[PhaseSet<D>],
@@ -98,8 +99,8 @@ fn sets_of_inflow<'a, const D: usize>(
     sets.iter().enumerate().filter(|(number, _)| inflow.is_of(*number)).map(|(_, set)| set)
 }
 
-/// Initial depth (m) and outward speed (m/s) of the flow before a line; `None` where it is dry.
-pub(crate) fn initial_state_before<const D: usize>(
+/// Mean initial depth (m) and speed away from the line (m/s) of the flow next to an inflow line; `None` if it is dry there.
+pub(crate) fn initial_state_at_inflow<const D: usize>(
     sets: &[PhaseSet<D>],
     inflow: &Inflow<D>,
 ) -> Option<(f64, f64)> {
@@ -119,8 +120,8 @@ pub(crate) fn initial_state_before<const D: usize>(
     (count > 0).then(|| (volume / area, moved / volume))
 }
 
-/// Number of nodes at the positions of those behind a line.
-pub(crate) fn nodes_behind<const D: usize>(sets: &[PhaseSet<D>], inflow: &Inflow<D>) -> usize {
+/// Number of nodes that lie where the rows of an inflow line are to be placed.
+pub(crate) fn count_nodes_behind<const D: usize>(sets: &[PhaseSet<D>], inflow: &Inflow<D>) -> usize {
     let is_behind = |x: &_| {
         let (before, along) = inflow.distances(x);
         (-inflow.row_extent..0.0).contains(&before) && (0.0..=inflow.width()).contains(&along)
@@ -128,7 +129,7 @@ pub(crate) fn nodes_behind<const D: usize>(sets: &[PhaseSet<D>], inflow: &Inflow
     sets_of_inflow(sets, inflow).flat_map(|set| &set.nodes.position).filter(|x| is_behind(x)).count()
 }
 
-/// Adds rows behind the lines of inflow, and removes rows that are no longer needed.
+/// Adds rows of nodes behind the inflow lines, and removes rows that are no longer needed.
 fn advance_rows<const D: usize>(
     time: f64,
     inflows: &mut [Inflow<D>],
@@ -173,7 +174,7 @@ fn advance_rows<const D: usize>(
     Ok(())
 }
 
-/// Sets positions and velocities of the nodes behind the lines at `time` (s).
+/// Sets positions and velocities of the nodes behind the inflow lines at `time` (s).
 fn place_waiting_nodes<const D: usize>(
     time: f64,
     boundary: &mut FlowBoundaries<D>,
@@ -191,7 +192,7 @@ fn place_waiting_nodes<const D: usize>(
     }
 }
 
-/// Resets columns of pore pressure of nodes that have not entered yet, so that they begin with the depth at entry.
+/// Resets the pore-pressure columns of nodes behind the inflow lines, so that they start with the depth at which the node enters.
 pub(crate) fn reset_inflow_columns<const D: usize>(boundary: &FlowBoundaries<D>, nodes: &mut FlowNodes<D>) {
     if nodes.pore_columns.is_empty() {
         return;
@@ -205,7 +206,7 @@ pub(crate) fn reset_inflow_columns<const D: usize>(boundary: &FlowBoundaries<D>,
 }
 
 impl<const D: usize> FlowBoundaries<D> {
-    /// Restores the prescribed velocities of nodes behind the lines.
+    /// Restores the prescribed velocities of the nodes behind the inflow lines.
     pub(super) fn hold_waiting_velocities(&self, sets: &mut [PhaseSet<D>]) {
         let WaitingNodes { nodes: waiting } = &self.waiting_nodes;
         if waiting.is_empty() {

@@ -29,41 +29,41 @@ pub struct FlowBoundaries<const D: usize> {
     pub walls: PlanBoundaries<D>,
     /// Lines with inflow.
     pub inflows: Vec<Inflow<D>>,
-    /// Nodes behind the lines of inflow, which have not entered yet.
+    /// Nodes behind the inflow lines, which have not entered the flow yet.
     pub waiting_nodes: WaitingNodes<D>,
-    /// Sides through which waves leave, or with inflow.
+    /// Open boundaries, through which waves leave or material flows in.
     pub open_sides: Vec<OpenBoundary<D>>,
     /// Treatment of nodes that leave the bed.
     pub outside: OutsideNodes,
 }
 
 impl<const D: usize> FlowBoundaries<D> {
-    /// Boundaries with these walls and periods only.
+    /// Boundaries that consist of walls and periodic boundaries only.
     pub fn from_walls(walls: PlanBoundaries<D>) -> Self {
         Self { walls, ..Self::default() }
     }
 
-    /// Whether there are lines with inflow or open sides.
+    /// Whether there are inflow lines or open boundaries.
     pub fn has_openings(&self) -> bool {
         !(self.inflows.is_empty() && self.open_sides.is_empty())
     }
 
-    /// Whether there are nodes behind a line of inflow or beyond an open side.
+    /// Whether there are nodes behind an inflow line or outside an open boundary.
     pub fn has_outside_nodes(&self) -> bool {
         !(self.waiting_nodes.nodes.is_empty() && self.open_sides.is_empty())
     }
 
-    /// Whether node number `id` has not entered yet, or is beyond an open side.
+    /// Whether a node is behind an inflow line or outside an open boundary; `id` is its number.
     pub fn is_outside(&self, id: u64) -> bool {
         self.waiting_nodes.position_and_velocity(id).is_some() || self.is_far_field_node(id)
     }
 
-    /// Whether node number `id` is beyond an open side.
+    /// Whether a node is outside an open boundary; `id` is its number.
     pub fn is_far_field_node(&self, id: u64) -> bool {
         self.open_sides.iter().any(|end| end.state.ids.binary_search(&id).is_ok())
     }
 
-    /// Whether node number `id` is beyond a side with inflow.
+    /// Whether a node is outside a boundary with inflow; `id` is its number.
     pub fn is_inlet_node(&self, id: u64) -> bool {
         self.open_sides.iter().any(|end| end.has_inlet() && end.state.ids.binary_search(&id).is_ok())
     }
@@ -75,7 +75,7 @@ impl<const D: usize> FlowBoundaries<D> {
         self.open_sides.iter().filter(|end| end.has_inlet()).fold(lines, |sum, end| sum - passed(end))
     }
 
-    /// Volume of pore fluid, on nodes of its own, that has entered (m³).
+    /// Volume of pore fluid with separate nodes that has flowed in (m³).
     pub fn fluid_entered(&self) -> f64 {
         let of_line = |inflow: &Inflow<D>| inflow.porosity.unwrap_or(0.0) * inflow.entered_volume();
         let lines: f64 = self.inflows.iter().map(of_line).sum();
@@ -85,18 +85,18 @@ impl<const D: usize> FlowBoundaries<D> {
             .fold(lines, |sum, end| sum - end.state.outflow[1])
     }
 
-    /// Volume that has passed the open sides without inflow, less that which has returned (m³).
+    /// Net volume that has flowed out through open boundaries without inflow (m³).
     pub fn outflow_volume(&self) -> f64 {
         self.open_sides.iter().filter(|end| !end.has_inlet()).flat_map(|end| end.state.outflow).sum()
     }
 
-    /// Volume of the nodes that have not entered yet, and of those beyond open ends (m³).
+    /// Volume of the nodes behind inflow lines and outside open boundaries (m³).
     pub fn waiting_volume(&self, sets: &[PhaseSet<D>]) -> f64 {
         let waiting: f64 = self.inflows.iter().map(Inflow::waiting_volume).sum();
         if self.open_sides.is_empty() { waiting } else { waiting + self.far_field_volume(sets) }
     }
 
-    /// Volume of the nodes beyond open sides (m³; m² in profiles).
+    /// Volume of the nodes outside open boundaries (m³; m² in profiles).
     pub fn far_field_volume(&self, sets: &[PhaseSet<D>]) -> f64 {
         let beyond = |nodes: &PhaseNodes<D>| -> f64 {
             let own = nodes.id.iter().zip(&nodes.volume).filter(|(id, _)| self.is_far_field_node(**id));
@@ -105,7 +105,7 @@ impl<const D: usize> FlowBoundaries<D> {
         sets.iter().map(|set| beyond(&set.nodes)).sum()
     }
 
-    /// Restores the prescribed velocities of nodes behind lines and beyond sides, whatever forces act on them.
+    /// Restores the prescribed velocities of the nodes behind inflow lines and outside open boundaries.
     pub(crate) fn hold_velocities(&self, sets: &mut [PhaseSet<D>]) {
         self.hold_far_field_velocities(sets);
         self.hold_waiting_velocities(sets);

@@ -10,7 +10,7 @@ pub(crate) fn is_equilibration_stage(stage: &Stage) -> bool {
     stage.equilibrium.is_some() || stage.damping > 0.0 || stage.gravity_ramp > 0.0
 }
 
-/// Side walls of a stage, and periods.
+/// Side walls and periodic boundaries of a stage.
 pub(crate) fn plan_boundaries<const D: usize>(case: &Case, stage: usize) -> PlanBoundaries<D> {
     let mut ends = PlanBoundaries::default();
     for (_, boundary) in case.active_boundaries(stage) {

@@ -14,18 +14,22 @@ use crate::laws::pore_pressure_column::{Drainage, LowerBound};
 /// Option that is out of range: its key and the reason.
 pub type OptionError = (String, String);
 
+/// Returns the problem of an option unless the condition is true.
 fn check(holds: bool, name: &str, problem: impl FnOnce() -> String) -> Result<(), OptionError> {
     if holds { Ok(()) } else { Err((name.to_owned(), problem())) }
 }
 
+/// Requires a finite positive value of an option.
 fn positive(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
     check(value > 0.0 && value.is_finite(), name, || format!("{value} must be positive{unit}"))
 }
 
+/// Requires a finite value of an option that is zero or positive.
 fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
     check(value >= 0.0 && value.is_finite(), name, || format!("{value} must not be negative{unit}"))
 }
 
+/// Requires a value of an option between `low` and `high`, bounds included.
 fn check_range(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
     check((low..=high).contains(&value), name, || format!("{value} is not in {low}..={high}"))
 }
@@ -88,6 +92,7 @@ impl DepthOptions {
         not_negative("stop.hold", self.stop.hold, " (s)")
     }
 
+    /// Checks the drainage of the bed and of its regions, which requires pore-pressure columns.
     fn check_drainage(&self) -> Result<(), OptionError> {
         drainage("drainage", self.drainage)?;
         let without = |key: &str, requested: bool| {
@@ -104,6 +109,7 @@ impl DepthOptions {
         Ok(())
     }
 
+    /// Checks the fluid resistance of the regions of the bed.
     fn check_fluid_resistance(&self) -> Result<(), OptionError> {
         for (number, region) in self.regions.iter().enumerate() {
             let key = format!("regions[{number}].fluid_resistance");
@@ -112,6 +118,7 @@ impl DepthOptions {
         Ok(())
     }
 
+    /// Checks the erosion of the bed and the erodible depth of its regions.
     fn check_erosion(&self) -> Result<(), OptionError> {
         erosion("erosion", self.erosion)?;
         for (number, region) in self.regions.iter().enumerate() {
@@ -141,6 +148,7 @@ impl DepthOptions {
         })
     }
 
+    /// Checks the line, height, width and slopes of the dams.
     fn check_dams(&self) -> Result<(), OptionError> {
         for (number, dam) in self.dams.iter().enumerate() {
             let key = |name: &str| format!("dams[{number}].{name}");
@@ -154,6 +162,7 @@ impl DepthOptions {
         Ok(())
     }
 
+    /// Requires one phase with depths by summation for the variational form of the pressure force.
     fn check_momentum(&self) -> Result<(), OptionError> {
         let is_plain = self.phases == Phases::One
             && self.continuity == ThicknessEquation::Summation
@@ -165,6 +174,7 @@ impl DepthOptions {
         })
     }
 
+    /// Checks the friction angles of the earth-pressure coefficient.
     fn check_earth_pressure(&self) -> Result<(), OptionError> {
         let Some(earth) = &self.earth_pressure else { return Ok(()) };
         let internal = earth.internal_friction_angle;
@@ -208,6 +218,7 @@ impl DepthOptions {
     }
 }
 
+/// Requires a positive conductance (1/s) of a partly drained bed.
 fn drainage(key: &str, drainage: Drainage) -> Result<(), OptionError> {
     match drainage {
         Drainage::Partly { conductance } => positive(&format!("{key}.conductance"), conductance, " (1/s)"),
@@ -215,10 +226,12 @@ fn drainage(key: &str, drainage: Drainage) -> Result<(), OptionError> {
     }
 }
 
+/// Checks the erosion law of an option.
 fn erosion(key: &str, erosion: Option<Erosion>) -> Result<(), OptionError> {
     erosion.map_or(Ok(()), |erosion| under_key(key, erosion.validate()))
 }
 
+/// Requires a finite erodible depth (m), only together with an erosion law.
 fn erodible(key: &str, depth: Option<f64>, erodes: bool) -> Result<(), OptionError> {
     let Some(depth) = depth else { return Ok(()) };
     not_negative(key, depth, " (m)")?;
@@ -226,6 +239,7 @@ fn erodible(key: &str, depth: Option<f64>, erodes: bool) -> Result<(), OptionErr
 }
 
 impl MixtureOptions {
+    /// Checks densities, porosity and drag of the mixture for the number of phases and the pore-pressure column.
     fn validate(&self, phases: Phases, column: bool) -> Result<(), OptionError> {
         let key = |name: &str| format!("mixture.{name}");
         positive(&key("grain_density"), self.grain_density, " (kg/m³)")?;
@@ -262,6 +276,7 @@ impl MixtureOptions {
 }
 
 impl FluidResistanceOptions {
+    /// Requires two phases and checks the parameter of the resistance law.
     fn validate(self, path: &str, phases: Phases) -> Result<(), OptionError> {
         check(self == Self::None || phases == Phases::Two, path, || {
             "applies only to a fluid with separate nodes: set `phases` to `two`, or leave this out".to_owned()
@@ -277,6 +292,7 @@ impl FluidResistanceOptions {
 }
 
 impl ColumnOptions {
+    /// Checks the discretisation and the consolidation parameters of the pore-pressure column.
     fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), OptionError> {
         let key = |name: &str| format!("column.{name}");
         check(mixture.is_some(), "column", || {
@@ -318,6 +334,7 @@ impl ColumnOptions {
 }
 
 impl SkeletonOptions {
+    /// Checks the elastic constants and the lateral confinement of the skeleton.
     fn validate(&self) -> Result<(), OptionError> {
         let key = |name: &str| format!("column.skeleton.{name}");
         positive(&key("youngs_modulus"), self.youngs_modulus, " (Pa)")?;

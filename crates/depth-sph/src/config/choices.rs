@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Number of phases with nodes of their own.
+/// Number of phases with separate nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phases {
@@ -16,7 +16,7 @@ pub enum Phases {
     Layers,
 }
 
-/// Distribution of an inflow along its line.
+/// Distribution of the discharge along an inflow line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InflowDistribution {

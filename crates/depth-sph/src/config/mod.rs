@@ -414,32 +414,41 @@ impl Default for StopOptions {
     }
 }
 
+/// Default value of an option that is on unless the case turns it off.
 const fn default_true() -> bool {
     true
 }
+/// Whether an option is off, so that output files omit it.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
 const fn is_false(value: &bool) -> bool {
     !*value
 }
+/// Default number of passes of the depth summation.
 const fn default_passes() -> usize {
     2
 }
+/// Default number of cells of a pore-pressure column.
 const fn default_column_cells() -> usize {
     20
 }
+/// Default number of smoothing passes.
 const fn default_smoothing_passes() -> usize {
     1
 }
 
+/// Default value 1 of factors, slopes, weights and Froude numbers.
 const fn default_factor() -> f64 {
     1.0
 }
+/// Default porosity of the mixture (-).
 const fn default_porosity() -> f64 {
     0.4
 }
+/// Default density of the pore fluid: water (kg/m³).
 const fn water() -> f64 {
     1000.0
 }
+/// Default Courant number of the time step (-).
 const fn courant() -> f64 {
     0.3
 }

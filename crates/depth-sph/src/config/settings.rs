@@ -20,7 +20,7 @@ pub struct FlowSettings<const D: usize> {
     pub phases: Phases,
     /// Gravity normal to the plan (m/s²).
     pub gravity: f64,
-    /// Gravity along the plan (m/s²), in the frame of a tilted bed.
+    /// Component of gravity along the plan of a tilted frame (m/s²).
     pub plan_gravity: [f64; D],
     /// Axes.
     pub frame: DepthFrame,
@@ -34,7 +34,8 @@ pub struct FlowSettings<const D: usize> {
     pub drag: InterphaseDrag,
     /// Excess pore pressure; none when absent.
     pub column: Option<PoreColumn>,
-    /// Zones of the bed: the first zone that contains a position applies there, the last one everywhere else.
+    /// Zones of the bed with different properties. The first zone that contains a position applies, and the last one contains all
+    /// positions.
     pub zones: Vec<BedZone>,
     /// Earth-pressure coefficients; isotropic stress when absent.
     pub earth_pressure: Option<EarthPressure>,
@@ -62,17 +63,17 @@ pub enum PhaseRole {
 /// The flowing material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// Densities of grains and fluid (kg/m³); of two layers those of the lower and the upper one. For a single phase without
-    /// pore fluid the density of grains is its own, and the porosity is zero.
+    /// Densities of grains and fluid, or of the lower and the upper layer (kg/m³). For a single phase without pore fluid the density of
+    /// grains is its own, and the porosity is zero.
     pub densities: MixtureDensities,
     /// Initial porosity.
     pub porosity: f64,
-    /// Whether pore fluid carries a part of the weight.
+    /// Whether pore fluid supports a part of the weight of the grains.
     pub is_saturated: bool,
 }
 
 impl Mixture {
-    /// Creates a single phase without pore fluid, of this density (kg/m³).
+    /// Single phase without pore fluid, with a density (kg/m³).
     pub fn single_phase(density: f64, gravity: f64) -> Self {
         let densities = MixtureDensities { grain: density, fluid: 0.0, gravity };
         Self { densities, porosity: 0.0, is_saturated: false }
@@ -99,7 +100,7 @@ pub struct PoreColumn {
     pub lower_bound: LowerBound,
     /// Initial liquefaction ratio at the base.
     pub excess_ratio: f64,
-    /// Stiffness of the skeleton `K_v/α` (Pa), for the terms that need it.
+    /// Stiffness of the skeleton `K_v/α` (Pa), used by loading and dilatancy.
     pub stiffness: f64,
     /// Dilatancy under shear: slope `K_ψ` and critical porosity.
     pub dilatancy: Option<(f64, f64)>,
@@ -119,7 +120,7 @@ pub enum Consolidation {
 pub struct EarthPressure {
     /// Coefficient where the flow expands.
     pub active_coefficient: f64,
-    /// Coefficient where it contracts.
+    /// Earth-pressure coefficient where the flow contracts.
     pub passive: f64,
 }
 
@@ -171,7 +172,7 @@ impl FluidResistance {
 /// Zone of the bed.
 #[derive(Clone)]
 pub struct BedZone {
-    /// Regions whose intersection is the zone; everywhere without one.
+    /// Regions whose intersection is the zone; empty for the whole plan.
     pub regions: Vec<PlanRegion>,
     /// Resistance; none when absent.
     pub law: Option<BasalRheology>,
@@ -193,7 +194,7 @@ impl fmt::Debug for BedZone {
 }
 
 impl BedZone {
-    /// Creates a sealed bed of one law everywhere, without erosion.
+    /// Zone of the whole bed with a basal law, sealed and without erosion.
     pub fn unbounded(law: Option<BasalRheology>) -> Self {
         Self {
             regions: Vec::new(),
@@ -229,21 +230,21 @@ pub struct Numerics {
     pub continuity: ThicknessEquation,
     /// Form of the pressure force.
     pub momentum: PressureForceForm,
-    /// Whether gradients are those of the free surface, level by construction.
+    /// Whether the pressure force uses the gradient of the free surface, so that a level surface stays at rest.
     pub surface_gradient: bool,
     /// Integration in time.
     pub integration: TimeScheme,
     /// Linear and quadratic artificial viscosity.
     pub viscosity: (f64, f64),
-    /// Share of the neighbours' velocity with which nodes drift.
+    /// XSPH fraction: share of the neighbours' mean velocity in the motion of nodes (-).
     pub xsph: f64,
     /// Orientation of the cells of the neighbour search.
     pub search: SearchOrientation,
     /// Courant number.
     pub courant: f64,
-    /// Whether friction acts along -x whatever the motion, for similarity solutions that assume it.
+    /// Whether friction acts along -x for any direction of motion, as similarity solutions assume.
     pub friction_along_x: bool,
-    /// Factors on resistance and on pressure, for tests that break them.
+    /// Factors on bed resistance and pressure, for tests that detect a wrong factor.
     #[cfg(test)]
     pub test_factors: [f64; 2],
 }
@@ -273,7 +274,7 @@ impl Numerics {
 }
 
 impl<const D: usize> FlowSettings<D> {
-    /// One phase of this material on a horizontal bed without resistance, gravity 9.81 m/s².
+    /// Single phase of a density on a horizontal bed without resistance, with gravity 9.81 m/s².
     pub fn single_phase(density: f64) -> Self {
         let gravity = 9.81;
         Self {
@@ -293,7 +294,7 @@ impl<const D: usize> FlowSettings<D> {
         }
     }
 
-    /// Magnitude of gravity, that along a tilted frame included (m/s²).
+    /// Magnitude of gravity with its component along a tilted frame (m/s²).
     #[inline]
     pub fn total_gravity(&self) -> f64 {
         (self.gravity * self.gravity + self.plan_gravity.iter().map(|g| g * g).sum::<f64>()).sqrt()
@@ -306,13 +307,13 @@ impl<const D: usize> FlowSettings<D> {
         self.zones[..last].iter().find(|zone| zone.contains(x)).unwrap_or(&self.zones[last])
     }
 
-    /// Erodible depth of the bed at a position (m): zero where there is no erosion.
+    /// Erodible depth of the bed at a position (m); zero without erosion.
     pub fn erodible_depth(&self, x: &[f64; D]) -> f64 {
         let zone = self.zone(x);
         if zone.erosion.is_some() { zone.erodible_depth } else { 0.0 }
     }
 
-    /// Whether any term needs neighbours one by one: sums of heights and forces do not.
+    /// Whether a term needs a list of neighbours. Sums of heights and forces need none.
     pub fn needs_neighbour_list(&self) -> bool {
         let numerics = &self.numerics;
         self.phases == Phases::Layers
@@ -337,7 +338,7 @@ impl<const D: usize> FlowSettings<D> {
         }
     }
 
-    /// Density of a set (kg/m³), of one or of two `sets`.
+    /// Density of a node set (kg/m³), where `sets` is the number of node sets.
     pub fn set_density(&self, sets: usize, set: usize) -> f64 {
         match (sets, set) {
             (1, _) => self.material.density(),

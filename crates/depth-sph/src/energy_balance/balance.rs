@@ -13,12 +13,12 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::PlanVector;
 
-/// Share of the exchanged energy by which the balance may be off without a warning.
+/// Error of the energy balance, as a share of the exchanged energy, above which there is a warning.
 const BALANCE_TOLERANCE: f64 = 0.01;
-/// Share of the pressure energy that is the least exchanged energy, for flows that are nearly at rest.
+/// Lower bound of the exchanged energy as a share of the pressure energy, for flows that are almost at rest.
 const MIN_EXCHANGE_FRACTION: f64 = 0.1;
 
-/// Energy of the flow that has entered and not left (J).
+/// Energies of the material in the flow, without nodes outside its boundaries (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FlowEnergies {
     /// Kinetic energy of the motion along the bed.
@@ -36,7 +36,7 @@ impl FlowEnergies {
     }
 }
 
-/// Works that have changed the energy of a flow (J).
+/// Work and energy exchange since the start, by cause (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
     /// Energy at the start; none before.
@@ -49,7 +49,7 @@ pub struct EnergyBalance {
     pub pressure_work: f64,
     /// Work of pressure in the last step.
     last_pressure_work: f64,
-    /// Energy of inflow less that of outflow.
+    /// Energy of the inflow minus that of the outflow (J).
     pub inflow: f64,
     /// Largest kinetic energy so far.
     peak: f64,
@@ -62,7 +62,7 @@ pub struct EnergyBalanceSummary {
     pub current_energy: FlowEnergies,
     /// Excess of energy.
     pub error: f64,
-    /// Work of pressure beyond the loss of pressure energy.
+    /// Work of the pressure forces minus the decrease of the pressure energy (J).
     pub difference: f64,
     /// Exchanged energy: the largest of drop, kinetic energy and losses.
     pub exchanged_energy: f64,
@@ -75,13 +75,13 @@ impl EnergyBalanceSummary {
     }
 }
 
-/// Slope of the bed in the metric of speeds and energies (-): zero where slopes are taken as small.
+/// Bed slope in the metric of speeds and energies (-); zero in the small-slope approximation.
 #[inline]
 pub(super) fn metric_slope<const D: usize>(settings: &FlowSettings<D>, bed: &BedPoint<D>) -> PlanVector<D> {
     if settings.frame == DepthFrame::Horizontal { bed.slope } else { [0.0; D] }
 }
 
-/// Energy of node `i` of a set of this density (J; kg/m³), from the bed below it; of one beyond the bed from the last bed there.
+/// Energies of a node (J), from the bed below it. A node outside the bed has the bed point at which it left.
 fn node_energies<const D: usize>(
     settings: &FlowSettings<D>,
     path: &BedPath<'_, D>,
@@ -103,7 +103,7 @@ fn node_energies<const D: usize>(
     }
 }
 
-/// Energy of the flow that has entered and not left.
+/// Energies of the material in the flow, without nodes outside its boundaries (J).
 pub fn energies<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,
@@ -132,7 +132,7 @@ pub fn energies<const D: usize>(
     sum
 }
 
-/// Whether pressure has an energy that follows from heights: of one phase without earth pressure. Otherwise its work is summed.
+/// Whether the pressure has an energy that is a function of depth: for a single phase without earth pressure. Otherwise its work is summed.
 fn pressure_has_energy<const D: usize>(settings: &FlowSettings<D>) -> bool {
     settings.phases == Phases::One && settings.earth_pressure.is_none()
 }
@@ -178,17 +178,17 @@ impl EnergyBalance {
         }
     }
 
-    /// Adds a change from outside the flow: its energy counts as inflow.
+    /// Adds an external change of the flow to the balance; its energy counts as inflow.
     pub fn add_external_change(&mut self, before: f64, after: f64) {
         self.inflow += after - before;
     }
 
-    /// Adds an inflow: its energy enters, and pressure does work at the inlet, as much again as its own energy.
+    /// Adds an inflow to the balance: energy of the material, and an equal work of the pressure at the inlet.
     pub fn add_inflow(&mut self, before: &FlowEnergies, after: &FlowEnergies) {
         self.inflow += after.total() - before.total() + after.pressure - before.pressure;
     }
 
-    /// Adds erosion: the kinetic energy that nodes lose counts as friction.
+    /// Adds erosion to the balance: the kinetic energy that nodes lose counts as friction.
     pub fn add_erosion(&mut self, before: &FlowEnergies, after: &FlowEnergies) {
         self.add_inflow(before, after);
         let lost = before.kinetic - after.kinetic;
@@ -196,7 +196,7 @@ impl EnergyBalance {
         self.inflow += lost;
     }
 
-    /// Adds works of friction, viscosity and pressure (J).
+    /// Adds the work of friction, viscosity and pressure to the balance (J).
     pub(super) fn add_works(&mut self, [friction, viscosity, pressure]: [f64; 3]) {
         self.friction -= friction.min(0.0);
         self.viscosity -= viscosity.min(0.0);

@@ -10,10 +10,10 @@ use crate::energy_balance::balance::EnergyBalance;
 pub struct FlowRecords {
     /// Energy balance.
     pub energy_balance: EnergyBalance,
-    /// Volume of each set that has left (m³; m² in one dimension).
+    /// Volume of each node set that has left the flow (m³; m² in one dimension).
     pub outflow_volume: [f64; 2],
-    /// Number of nodes that have left.
+    /// Number of nodes that have left the flow.
     pub removed_nodes: u64,
-    /// Volume of each set that has been eroded from the bed.
+    /// Volume of each node set that has been eroded from the bed (m³; m² in one dimension).
     pub eroded_volume: [f64; 2],
 }

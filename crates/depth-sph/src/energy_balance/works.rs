@@ -11,7 +11,7 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::PlanVector;
 
-/// Adds the works of a step: of a kick over `dt` (s) from the stored velocities, and of the resistance to it.
+/// Adds the work of a step: of the forces over `dt` (s) from the stored velocities on, and of the bed resistance.
 pub(crate) fn add_step_work<const D: usize>(
     settings: &FlowSettings<D>,
     boundary: &FlowBoundaries<D>,
@@ -30,7 +30,7 @@ pub(crate) fn add_step_work<const D: usize>(
     balance.add_works(works);
 }
 
-/// Adds the works of the forces of a stage of weight `dt` (s); resistance is added against stored velocities.
+/// Adds the work of the forces in a Runge–Kutta stage of weight `dt` (s), and of the resistance since the stored velocities.
 pub(crate) fn add_stage_work<const D: usize>(
     settings: &FlowSettings<D>,
     boundary: &FlowBoundaries<D>,
@@ -45,7 +45,7 @@ pub(crate) fn add_stage_work<const D: usize>(
     balance.add_works(works);
 }
 
-/// Adds the work of resistance since the velocities were stored.
+/// Adds the work of the bed resistance since the velocities were stored.
 pub(crate) fn add_resistance_work<const D: usize>(
     settings: &FlowSettings<D>,
     boundary: &FlowBoundaries<D>,
@@ -61,7 +61,7 @@ pub(crate) fn add_resistance_work<const D: usize>(
     balance.add_works(works);
 }
 
-/// Works per mass of viscosity and of pressure over `dt` (s) at this velocity (J/kg).
+/// Work per mass of viscosity and pressure over `dt` (s) at a velocity (J/kg).
 #[inline]
 fn force_works<const D: usize>(
     settings: &FlowSettings<D>,
@@ -78,8 +78,8 @@ fn force_works<const D: usize>(
     [dt * dot_along_bed(&slope, viscous, velocity), dt * dot_along_bed(&slope, &pressure, velocity)]
 }
 
-/// Sums of works per mass of friction, viscosity and pressure, over the nodes in their order (J). Resistance never adds energy:
-/// of one phase at no node, of two in no step.
+/// Sums the work of friction, viscosity and pressure over the nodes (J), in the order of the nodes. Resistance never adds energy: of one
+/// phase at no node, of two in no step.
 fn sum_works<const D: usize>(
     settings: &FlowSettings<D>,
     boundary: &FlowBoundaries<D>,

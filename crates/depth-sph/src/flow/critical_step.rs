@@ -15,9 +15,9 @@ const LONGEST_MOVE: f64 = 0.5;
 /// Limit of the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitingNode {
-    /// Time step (s); infinite where nothing limits it.
+    /// Time step (s); infinite for a flow without limiting node.
     pub dt: f64,
-    /// Limiting node, as number of its set and index in it.
+    /// Limiting node as number of its node set and index in it.
     pub limiting_node: Option<(usize, usize)>,
 }
 

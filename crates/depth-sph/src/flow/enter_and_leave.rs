@@ -15,7 +15,7 @@ use crate::flow_nodes::FlowNodes;
 use crate::phases::failure::FlowFailure;
 use crate::points::MIN_NODES_PER_TASK;
 
-/// Updates inflows and open boundaries at the beginning of a step of `dt` (s); the energy that they bring enters the balance.
+/// Updates inflow lines and open boundaries at the beginning of a step of `dt` (s). Their energy is added to the balance.
 ///
 /// # Errors
 /// When an inflow would be too deep.
@@ -39,7 +39,7 @@ pub(super) fn update_openings<const D: usize>(
     Ok(())
 }
 
-/// Removes nodes that have left the bed.
+/// Removes the nodes that have left the bed.
 ///
 /// # Errors
 /// The first such node, where that is an error.
@@ -72,7 +72,7 @@ pub(super) fn remove_outside<const D: usize>(
     Ok(())
 }
 
-/// Applies a change of the nodes from outside the flow: its energy counts as inflow.
+/// Applies an external change of the nodes; its energy counts as inflow.
 pub(super) fn change_from_outside<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,

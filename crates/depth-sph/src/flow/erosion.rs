@@ -10,7 +10,7 @@ use crate::momentum::curved_drift::transport_velocities;
 use crate::momentum::entrainment::{entrain, extend_paths};
 use crate::phases::phase::PhaseSet;
 
-/// Erodes the bed in a step of `dt` (s): the nodes entrain the eroded material and share their momentum with it.
+/// Erodes the bed in a step of `dt` (s). The nodes entrain the material, so that their momentum is shared with it.
 pub(super) fn erode_bed<const D: usize>(
     clock: &Clock,
     settings: &FlowSettings<D>,

@@ -1,7 +1,7 @@
 //! Initial state of a flow: heights, depths and bed below its nodes (sheet: depth-sph §3.2).
 
 use crate::bed::Bed;
-use crate::boundary::inflow_nodes::{add_first_rows, initial_state_before, nodes_behind};
+use crate::boundary::inflow_nodes::{add_first_rows, count_nodes_behind, initial_state_at_inflow};
 use crate::boundary::open::pore_columns::initialise_far_field_columns;
 use crate::boundary::{FlowBoundaries, OutsideNodes};
 use crate::clock::Clock;
@@ -22,7 +22,7 @@ use crate::pore_pressure::pore_pressure_columns::set_pore_pressures;
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
 
 impl<const D: usize> Flow<D> {
-    /// Creates a flow of nodes for each set, with their initial heights.
+    /// Flow of the given nodes, one list per node set, with their initial heights.
     ///
     /// # Errors
     /// When a node lies beyond the bed, positions are not finite, or there are neither one nor two dimensions in plan.
@@ -47,7 +47,7 @@ impl<const D: usize> Flow<D> {
         Ok(flow)
     }
 
-    /// Finds initial heights and smoothing lengths of all nodes.
+    /// Computes the initial heights and smoothing lengths of all nodes.
     fn initialise_thickness(&mut self) -> Result<(), FlowFailure> {
         let Self { clock, settings, bed, boundary, nodes, limits, .. } = self;
         let FlowNodes { sets, pore_columns, .. } = nodes;
@@ -71,7 +71,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Recomputes initial heights, with nodes that have been added; columns of pore pressure begin with them.
+    /// Recomputes the initial heights after nodes have been added, and starts the pore-pressure columns with them.
     pub(super) fn reinitialise_thickness(&mut self) -> Result<(), FlowFailure> {
         for set in &mut self.nodes.sets {
             set.nodes.length.clone_from(&set.nodes.first_length);
@@ -84,17 +84,18 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Initial depth (m) and outward speed (m/s) of the flow before a line; `None` where it is dry.
-    pub fn initial_state_before(&self, inflow: &Inflow<D>) -> Option<(f64, f64)> {
-        initial_state_before(&self.nodes.sets, inflow)
+    /// Mean initial depth (m) and speed away from the line (m/s) of the flow next to an inflow line; `None` if it is dry there.
+    pub fn initial_state_at_inflow(&self, inflow: &Inflow<D>) -> Option<(f64, f64)> {
+        initial_state_at_inflow(&self.nodes.sets, inflow)
     }
 
-    /// Number of nodes at the positions of those behind a line.
-    pub fn nodes_behind(&self, inflow: &Inflow<D>) -> usize {
-        nodes_behind(&self.nodes.sets, inflow)
+    /// Number of nodes that lie where the rows of an inflow line are to be placed.
+    pub fn count_nodes_behind(&self, inflow: &Inflow<D>) -> usize {
+        count_nodes_behind(&self.nodes.sets, inflow)
     }
 
-    /// Adds the first rows behind lines with flow before them, by the result of [`Flow::initial_state_before`], before the first step.
+    /// Adds the first rows behind inflow lines that have flow next to them, before the first step. `initial` is the result of
+    /// [`Flow::initial_state_at_inflow`] for each line.
     ///
     /// # Errors
     /// Those of [`Flow::new`].
@@ -104,8 +105,8 @@ impl<const D: usize> Flow<D> {
         self.reinitialise_thickness()
     }
 
-    /// Sets pore pressures of columns of the first set from points, before the first step: excess over the hydrostatic pressure, by
-    /// the numbers of the nodes. Returns the number of columns that were limited to their bounds.
+    /// Sets the pore pressure in the columns of the first node set, before the first step. `transferred` has the number of each node and
+    /// its excess over the hydrostatic pressure. Returns the number of columns that were limited to their bounds.
     pub fn set_pore_pressures(&mut self, transferred: &[(usize, TransferredPressure)]) -> usize {
         let Self { clock, settings, boundary, nodes, .. } = self;
         if nodes.pore_columns.is_empty() {
@@ -117,7 +118,7 @@ impl<const D: usize> Flow<D> {
         limited
     }
 
-    /// Applies a change of the nodes between stages: its energy counts as inflow.
+    /// Applies a change of the nodes between two stages; its energy counts as inflow.
     pub(crate) fn change_from_outside(&mut self, change: impl FnOnce(&mut FlowNodes<D>)) {
         let Self { settings, bed, boundary, nodes, records, .. } = self;
         change_from_outside(settings, bed, boundary, nodes, &mut records.energy_balance, change);

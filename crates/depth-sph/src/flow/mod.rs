@@ -37,7 +37,7 @@ pub use crate::phases::limits::FlowLimits;
 pub use crate::phases::phase::PhaseSet;
 pub use crate::points::image_nodes::PlanBoundaries;
 
-/// Flow over a bed: its owners, which a step hands round.
+/// Depth-integrated flow over a bed: settings, bed, nodes, boundaries and records.
 pub struct Flow<const D: usize> {
     /// Time and number of steps.
     pub clock: Clock,
@@ -51,12 +51,12 @@ pub struct Flow<const D: usize> {
     pub nodes: FlowNodes<D>,
     /// Bounds of depth and speed by the initial state.
     pub limits: FlowLimits,
-    /// Energy balance, and volumes that have left and that have been eroded.
+    /// Energy balance, and volumes that have left the flow or have been eroded.
     pub records: FlowRecords,
 }
 
 impl<const D: usize> Flow<D> {
-    /// Advances the flow by one step of `dt` (s); the numbers are those of the sheet (depth-sph §3.4).
+    /// Advances the flow by a step of `dt` (s); step numbers in the code are those of the sheet (depth-sph §3.4).
     ///
     /// # Errors
     /// The first node that has failed.
@@ -74,7 +74,7 @@ impl<const D: usize> Flow<D> {
         remove_outside(settings, bed, boundary, nodes, records) // 10
     }
 
-    /// Parts of the flow that outputs read.
+    /// Read-only view of the flow for outputs.
     pub fn view(&self) -> FlowView<'_, D> {
         let Self { clock, settings, bed, boundary, nodes, records, .. } = self;
         FlowView { clock, settings, bed, boundary, nodes, records }
@@ -85,12 +85,12 @@ impl<const D: usize> Flow<D> {
         critical_step(&self.settings, &self.bed, &self.boundary.inflows, &self.nodes.sets)
     }
 
-    /// Bed below a node; level zero beyond its end, where nodes are only until the end of the step.
+    /// Bed below a node; a horizontal one of level zero outside its extent, where nodes remain until the end of the step.
     pub fn bed_below(&self, x: &PlanVector<D>) -> BedPoint<D> {
         self.bed.bed_below(x)
     }
 
-    /// Totals of a set, summed in the order of the nodes' numbers.
+    /// Mass, momentum and energies of a node set, summed in the order of node numbers.
     pub fn totals(&self, set: usize) -> PhaseTotals<D> {
         totals(&self.settings, &self.bed, &self.nodes.sets, set)
     }
@@ -100,12 +100,12 @@ impl<const D: usize> Flow<D> {
         self.view().energy_balance()
     }
 
-    /// Volume of the nodes beyond open sides (m³; m² in profiles).
+    /// Volume of the nodes outside open boundaries (m³; m² in profiles).
     pub fn far_field_volume(&self) -> f64 {
         self.boundary.far_field_volume(&self.nodes.sets)
     }
 
-    /// Volume of the nodes that have not entered yet, and of those beyond open ends (m³).
+    /// Volume of the nodes behind inflow lines and outside open boundaries (m³).
     pub fn waiting_volume(&self) -> f64 {
         self.boundary.waiting_volume(&self.nodes.sets)
     }

@@ -8,7 +8,7 @@ use crate::flow::Flow;
 use crate::phases::failure::FlowFailure;
 
 impl<const D: usize> Flow<D> {
-    /// Opens an end of a profile, before the first step. `spacing` is that of the nodes (m).
+    /// Makes an end of a profile an open boundary, before the first step. `spacing` is that of the nodes (m).
     ///
     /// # Errors
     /// As [`Flow::new`].
@@ -25,7 +25,7 @@ impl<const D: usize> Flow<D> {
         }])
     }
 
-    /// Opens sides, all of them at once and before the first step. A common corner belongs to the first of its sides.
+    /// Makes sides of the domain open boundaries, before the first step. A common corner belongs to the first of its sides.
     ///
     /// # Errors
     /// As [`Flow::new`].
@@ -53,7 +53,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// Adds sides with their initial states; returns the inlets that begin after the sums of the initial state are known.
+    /// Adds open boundaries with their initial states. Returns the inlets, which start after the sums of the initial state are known.
     fn add_open_sides(&mut self, openings: &[Opening], sides: &OpenSides) -> Vec<Option<Inlet>> {
         let Self { clock, settings, boundary, nodes, limits, .. } = self;
         let longest = nodes.sets.iter().flat_map(|set| &set.nodes.first_length).copied().fold(0.0, f64::max);

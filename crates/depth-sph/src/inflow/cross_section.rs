@@ -1,11 +1,11 @@
 //! Cross-section of the bed along a line of inflow, and its filling by a discharge (sheet: depth-sph §3.9).
 
-/// Share of the largest depth below which a depth is given to its neighbours: such nodes would have next to no volume.
+/// Depth below which a position of the section has no inflow, as a share of the largest depth; its share is given to its neighbours.
 const MIN_DEPTH_RATIO: f64 = 0.02;
 /// Bisections for the level.
 const HALVINGS: usize = 60;
 
-/// Bed along a line, at positions that represent equal parts of it.
+/// Cross-section of the bed along an inflow line, as levels of equal parts of the line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossSection {
     /// Length of the line (m).
@@ -15,7 +15,7 @@ pub struct CrossSection {
 }
 
 impl CrossSection {
-    /// Creates the section of a line of length `width` (m) over a bed of these heights (m).
+    /// Cross-section of a line of length `width` (m) over a bed with these levels (m).
     pub fn new(width: f64, heights: &[f64]) -> Self {
         let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
         Self { width, beds: heights.iter().map(|height| height - lowest).collect() }
@@ -29,8 +29,8 @@ impl CrossSection {
         (sum * part, f64::from(count) * part)
     }
 
-    /// Level (m above the lowest point) at which the mean depth of the wetted section is `depth` (m) of its width (m); a depth of zero
-    /// leaves the line dry.
+    /// Water level (m above the lowest point) at which the mean depth of the wetted width equals `depth`, a function of that width (m). A
+    /// depth of zero leaves the line dry.
     pub fn level(&self, depth: impl Fn(f64) -> f64) -> f64 {
         if !(depth(self.width) > 0.0) {
             return 0.0;
@@ -50,7 +50,7 @@ impl CrossSection {
         high
     }
 
-    /// Wetted positions up to a level (m above the lowest point), and the share of each in the area.
+    /// Wetted positions of the section at a level (m above the lowest point), with their shares of the wetted area.
     pub fn wetted_shares(&self, level: f64) -> Vec<(usize, f64)> {
         let depths = self.beds.iter().map(|bed| level - bed).enumerate();
         let wet: Vec<(usize, f64)> = depths.filter(|(_, depth)| *depth > MIN_DEPTH_RATIO * level).collect();

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::inflow::cross_section::CrossSection;
 use crate::points::phase_nodes::{NewNode, PlanVector};
 
-/// Distance beyond their reach within which nodes behind the line are kept (rows), so that none is added and removed in turns.
+/// Distance outside the kernel range within which rows behind an inflow line are kept (rows), so that no row is removed and added again.
 const MARGIN_ROWS: f64 = 1.0;
 
 /// Value of a hydrograph at a time (s): linear between its pairs, zero before the first and after the last.
@@ -39,7 +39,7 @@ pub fn section_by_froude(flux: f64, froude: f64, gravity: f64) -> (f64, f64) {
     (depth, if depth > 0.0 { flux / depth } else { 0.0 })
 }
 
-/// Flow that arrives at a section from the flow before it.
+/// Flow that arrives at an inflow section from the flow domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArrivingFlow {
     /// Riemann invariant `u + 2c` of the outward speed `u` (m/s).
@@ -54,8 +54,8 @@ impl ArrivingFlow {
         Self { outgoing: speed + 2.0 * (effective_gravity * depth.max(0.0)).sqrt(), effective_gravity }
     }
 
-    /// Depth (m) and outward speed (m/s) of a discharge per width (m²/s) with subcritical inflow: `c² (2c - R) = g q` with the
-    /// invariant `R` of the arriving flow. `None` where it is supercritical, or the section is dry.
+    /// Depth (m) and speed into the flow domain (m/s) of a subcritical inflow with a discharge per width (m²/s): `c² (2c - R) = g q` with
+    /// the Riemann invariant `R` of the arriving flow. `None` for supercritical inflow and for a dry section.
     pub fn depth_and_speed(&self, flux: f64) -> Option<(f64, f64)> {
         let Self { outgoing, effective_gravity } = *self;
         // Start above the root, from where Newton's steps decrease to it.
@@ -76,8 +76,8 @@ impl ArrivingFlow {
     }
 }
 
-/// Depth (m) and inward speed (m/s) of a discharge per width (m²/s): by the invariant of the arriving flow, or by the Froude number under
-/// `gravity` (m/s²) where it is dry or the inflow is supercritical, then with a Froude number of 1 at least.
+/// Depth (m) and inward speed (m/s) of a discharge per width (m²/s). They follow from the Riemann invariant of the arriving flow. For a dry
+/// section and for supercritical inflow they follow from the Froude number, which is then at least 1.
 pub fn inflow_section(flux: f64, arriving: Option<ArrivingFlow>, froude: f64, gravity: f64) -> (f64, f64) {
     match arriving {
         None => section_by_froude(flux, froude, gravity),
@@ -93,40 +93,40 @@ pub fn inflow_section(flux: f64, arriving: Option<ArrivingFlow>, froude: f64, gr
 pub struct Inflow<const D: usize> {
     /// Begin of the line (m).
     pub start: PlanVector<D>,
-    /// End of the line (m); the flow is to the right of the direction from begin to end.
+    /// End of the inflow line (m); the flow is to the right of the direction from start to end.
     pub end: PlanVector<D>,
-    /// Times (s) and discharges (m³/s), linear between them; zero before the first and after the last.
+    /// Hydrograph: times (s) and discharges (m³/s), linear between them and zero before and after.
     pub hydrograph: Vec<[f64; 2]>,
-    /// Froude number `u/√(g h)` at the line where it is dry, or where the inflow is supercritical.
+    /// Froude number `u/√(g h)` of the inflow, used if the line is dry or the inflow supercritical.
     pub froude: f64,
-    /// Depth at which the distance of rows is that of their nodes (m).
+    /// Depth at which the distance of the rows equals the node spacing along the line (m).
     pub depth: f64,
     /// Gravity (m/s²).
     pub gravity: f64,
-    /// Distance of the nodes along the line, and of the rows at the largest discharge (m).
+    /// Node spacing along the line, which is also the distance of rows at the largest discharge (m).
     pub spacing: f64,
     /// Smoothing length over `spacing`.
     pub ratio: f64,
-    /// Extent of the rows behind the line (m).
+    /// Width of the zone of rows behind the line (m).
     pub row_extent: f64,
     /// Body of the nodes.
     pub body: u32,
-    /// Porosity of the inflow, of two phases; none of one.
+    /// Porosity of an inflow of grains and fluid; `None` for a single phase.
     pub porosity: Option<f64>,
-    /// Set of nodes of the inflow, of two layers; none of one phase, or of grains and fluid.
+    /// Number of the layer that flows in (0 lower, 1 upper); `None` for flows that are not of two layers.
     pub layer: Option<usize>,
-    /// Bed along the line, over which the inflow has one level; none where it has one depth.
+    /// Cross-section of the bed, over which the inflow has one water level; `None` for an inflow of one depth.
     pub channel: Option<CrossSection>,
-    /// Rows and section of the inflow.
+    /// Rows of nodes and flow state of the inflow.
     pub state: InflowState,
 }
 
-/// State of the rows of an inflow.
+/// Rows of nodes behind an inflow line, and the flow state there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InflowState {
-    /// Rows that have crossed the line.
+    /// Number of rows that have crossed the line.
     pub crossed_rows: u64,
-    /// Rows behind the line, the nearest first: its number, and the positions along the line and numbers of its nodes.
+    /// Rows behind the line, the nearest first: number of the row, and position along the line and number of each of its nodes.
     pub waiting_rows: Vec<(u64, Vec<(usize, u64)>)>,
     /// State of the flow at the line.
     pub section: InflowSection,
@@ -135,7 +135,7 @@ pub struct InflowState {
 /// State of the flow at a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InflowSection {
-    /// Mean depth over all of the line (m).
+    /// Mean depth over the whole length of the line (m).
     pub depth: f64,
     /// Speed (m/s).
     pub speed: f64,
@@ -143,7 +143,7 @@ pub struct InflowSection {
     pub max_depth: f64,
 }
 
-/// Positions and velocities of the nodes behind the lines.
+/// Positions and velocities of the nodes behind the inflow lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WaitingNodes<const D: usize> {
     /// Number, position (m) and velocity (m/s) of each, by number.
@@ -151,7 +151,7 @@ pub struct WaitingNodes<const D: usize> {
 }
 
 impl<const D: usize> WaitingNodes<D> {
-    /// Position and velocity of a node; `None` where it is free.
+    /// Prescribed position and velocity of a node; `None` for a node in the flow.
     pub fn position_and_velocity(&self, id: u64) -> Option<(PlanVector<D>, PlanVector<D>)> {
         let found = self.nodes.binary_search_by_key(&id, |node| node.0).ok()?;
         let (_, place, velocity) = self.nodes[found];
@@ -160,6 +160,7 @@ impl<const D: usize> WaitingNodes<D> {
 }
 
 impl<const D: usize> Inflow<D> {
+    /// Vector from the start to the end of the inflow line (m).
     fn direction(&self) -> PlanVector<D> {
         std::array::from_fn(|c| self.end[c] - self.start[c])
     }
@@ -169,7 +170,7 @@ impl<const D: usize> Inflow<D> {
         self.direction().iter().map(|c| c * c).sum::<f64>().sqrt()
     }
 
-    /// Direction of the flow: the normal to the right of the line.
+    /// Direction of the inflow: normal to the right of the line.
     pub fn normal(&self) -> PlanVector<D> {
         let (along, width) = (self.direction(), self.width());
         std::array::from_fn(|c| if c == 0 { along[D - 1] / width } else { -along[0] / width })
@@ -180,30 +181,30 @@ impl<const D: usize> Inflow<D> {
         at_time(&self.hydrograph, time)
     }
 
-    /// Volume that enters by a time (m³).
+    /// Inflow volume until a time (m³).
     pub fn volume(&self, time: f64) -> f64 {
         volume(&self.hydrograph, time)
     }
 
-    /// Distances of a position before the line (m) and along it (m).
+    /// Distances of a position from the line, positive on the flow side, and along it (m).
     pub fn distances(&self, x: &PlanVector<D>) -> (f64, f64) {
         let [normal, along] = self.normal_and_tangential(&std::array::from_fn(|c| x[c] - self.start[c]));
         (normal, along)
     }
 
-    /// Components of a velocity outward and along the line.
+    /// Components of a velocity against the inflow direction and along the line (m/s).
     pub fn outward_and_tangential(&self, velocity: &PlanVector<D>) -> [f64; 2] {
         let [normal, along] = self.normal_and_tangential(velocity);
         [-normal, along]
     }
 
-    /// Components of a vector along the normal, inward, and along the line.
+    /// Components of a vector in the inflow direction and along the line.
     fn normal_and_tangential(&self, vector: &PlanVector<D>) -> [f64; 2] {
         let dot = |a: &PlanVector<D>| -> f64 { (0..D).map(|c| a[c] * vector[c]).sum() };
         [dot(&self.normal()), dot(&self.direction()) / self.width()]
     }
 
-    /// State at the line at a discharge (m³/s) against the arriving flow, by the Froude number where it is dry.
+    /// Flow state at the line for a discharge (m³/s) and the arriving flow; by the Froude number if the line is dry.
     pub fn section(&self, discharge: f64, arriving: Option<ArrivingFlow>) -> InflowSection {
         let section = |width: f64| inflow_section(discharge / width, arriving, self.froude, self.gravity);
         let Some(channel) = &self.channel else {
@@ -216,7 +217,7 @@ impl<const D: usize> Inflow<D> {
         InflowSection { depth: area / self.width(), speed, max_depth: deepest }
     }
 
-    /// Positions of the nodes of a row along the line, and the volume of each, of all phases (m³).
+    /// Positions of the nodes of a row along the line, with the volume of each over all phases (m³).
     fn volumes(&self) -> Vec<(usize, f64)> {
         let (whole, count) = (self.row_volume(), self.count());
         let Some(channel) = &self.channel else {
@@ -226,40 +227,40 @@ impl<const D: usize> Inflow<D> {
         shares.map(|(k, share)| (k, whole * share)).collect()
     }
 
-    /// Height (m) of a node behind the line with this volume (m³).
+    /// Height of a node behind the line from its volume (m).
     pub fn height(&self, volume: f64) -> f64 {
         volume / self.row_volume() * self.count() as f64 * self.state.section.depth
     }
 
-    /// Number of positions of nodes along the line.
+    /// Number of node positions along the line.
     pub fn count(&self) -> usize {
         (self.width() / self.spacing).round().max(1.0) as usize
     }
 
-    /// Volume of a row (m³): about that of rows as far apart as their nodes, so that a whole number of rows has all of the volume.
+    /// Volume of a row (m³), close to that of rows at the node spacing, such that the total volume is a whole number of rows.
     pub fn row_volume(&self) -> f64 {
         let whole = self.volume(f64::INFINITY);
         whole / (whole / (self.depth * self.width() * self.spacing)).round().max(1.0)
     }
 
-    /// State at the line by the Froude number at the largest discharge.
+    /// Flow state at the line at the largest discharge, by the Froude number.
     pub fn max_section(&self) -> InflowSection {
         self.section(self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max), None)
     }
 
-    /// Position of node `k` of a row `behind` the line (m).
+    /// Position of node `k` of a row at the distance `behind` the line (m).
     pub fn node_position(&self, k: usize, behind: f64) -> PlanVector<D> {
         let (share, along, normal) =
             ((k as f64 + 0.5) / self.count() as f64, self.direction(), self.normal());
         std::array::from_fn(|c| self.start[c] + share * along[c] - behind * normal[c])
     }
 
-    /// Distance of row `row` behind the line (m) once `volume` (m³) has entered at `depth` (m).
+    /// Distance of a row behind the line (m) after the inflow of a volume (m³) at a depth (m).
     fn row_distance(&self, row: u64, volume: f64, depth: f64) -> f64 {
         ((row as f64 + 0.5) * self.row_volume() - volume) / (depth * self.width())
     }
 
-    /// Sets of nodes of the inflow and their shares in the volume: all of one phase or of a layer, or of grains and fluid.
+    /// Node sets of the inflow with their shares of the volume.
     fn set_shares(&self) -> Vec<(usize, f64)> {
         match (self.layer, self.porosity) {
             (Some(set), _) => vec![(set, 1.0)],
@@ -268,14 +269,14 @@ impl<const D: usize> Inflow<D> {
         }
     }
 
-    /// Whether set `number` has inflow.
+    /// Whether a node set has inflow.
     pub fn is_of(&self, number: usize) -> bool {
         self.layer.is_none_or(|own| own == number)
     }
 
-    /// Releases rows that have crossed the line by `time` (s), and adds rows behind it, where `section` is the state at the line.
-    /// Returns new nodes with their sets and numbers, from `next_id` on, and the numbers of nodes that are no longer needed. A row of two
-    /// phases has the nodes of the grains first.
+    /// Releases the rows that have crossed the line by `time` (s) to the flow, and adds rows behind it. `section` is the flow state at the
+    /// line. Returns new nodes with their sets and numbers, from `next_id` on, and the numbers of nodes that are no longer needed. A row of
+    /// two phases has the nodes of the grains first.
     pub fn advance(
         &mut self,
         time: f64,
@@ -325,7 +326,7 @@ impl<const D: usize> Inflow<D> {
         (fresh, stale)
     }
 
-    /// Numbers, positions (m) and velocities (m/s) of the nodes behind the line at `time` (s).
+    /// Numbers, positions (m) and velocities (m/s) of the nodes behind the line at a time (s).
     pub fn waiting_nodes(&self, time: f64) -> Vec<(u64, PlanVector<D>, PlanVector<D>)> {
         let (volume, InflowSection { depth, speed, .. }) = (self.volume(time), self.state.section);
         let velocity = self.normal().map(|c| c * speed);
@@ -337,7 +338,7 @@ impl<const D: usize> Inflow<D> {
         self.state.waiting_rows.iter().flat_map(row).collect()
     }
 
-    /// Volume that has crossed the line as nodes (m³).
+    /// Volume of the nodes that have crossed the line (m³).
     pub fn entered_volume(&self) -> f64 {
         self.state.crossed_rows as f64 * self.row_volume()
     }

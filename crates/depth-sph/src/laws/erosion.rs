@@ -58,9 +58,9 @@ impl Erosion {
         }
     }
 
-    /// Growth of the volume of a node in a step, over its volume: exact for Hungr's law of a block without other forces.
-    /// `speeds` are those along the bed and in plan (m/s), `tangent` is that of the slope, `depth` the vertical one (m),
-    /// `concentration` is `(1 - n)(ρ_s - ρ_w)` over the sum of this and `ρ_w`.
+    /// Relative growth of the volume of a node by erosion in a step, exact for Hungr's law without other forces. `speeds` are those along
+    /// the bed and in plan (m/s), `tangent` the slope and `depth` the vertical depth (m). `concentration` is `(1 - n)(ρ_s - ρ_w)` over the
+    /// sum of this and `ρ_w`.
     #[inline]
     pub fn growth(&self, speeds: [f64; 2], tangent: f64, depth: f64, concentration: f64, dt: f64) -> f64 {
         let [speed, plan] = speeds;

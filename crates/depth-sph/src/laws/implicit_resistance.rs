@@ -1,12 +1,12 @@
 //! Resistance to the pore fluid, implicit in its speed (sheet: depth-sph §2.6, §3.4).
 
-/// Iterations after which the search for a speed stops: bisection for a speed near zero needs half of them.
+/// Largest number of iterations of the search for a speed; a bisection to a speed near zero needs half of them.
 const ITERATIONS: usize = 200;
-/// Relative width of the bracket at which it stops.
+/// Relative width of the bracket at which the search ends.
 const TOLERANCE: f64 = 1e-13;
 
-/// Speed (m/s) after a step in which `resistance(speed)` (m/s, the speed lost; growing with the speed) acts implicitly on
-/// a node of initial speed `speed`: the root of `v + resistance(v) = speed` in `0..=speed`.
+/// Speed after an implicit step with a resistance (m/s): root of `v + resistance(v) = speed` in `0..=speed`. `resistance` is the speed lost
+/// in the step (m/s), which increases with the speed.
 pub fn implicit_speed(speed: f64, resistance: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, speed);
     let excess = |v: f64| v + resistance(v) - speed;

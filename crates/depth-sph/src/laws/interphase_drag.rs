@@ -43,6 +43,7 @@ pub enum InterphaseDrag {
     },
 }
 
+/// Default exponent of the drag law (-).
 const fn default_exponent() -> f64 {
     1.0
 }
@@ -141,8 +142,8 @@ impl InterphaseDrag {
     }
 }
 
-/// Relaxation of slip by drag within a step of `β Δt`: the share `f` of the initial slip that is lost, and the
-/// share `f̄` of the slip that the forces of the step add (sheet: depth-sph §3.4, as amended).
+/// Relaxation of slip by drag within a step of `β Δt`: share `f` of the initial slip that is lost, and share `f̄` of the slip that remains
+/// of the change by the forces (sheet: depth-sph §3.4, as amended).
 #[inline]
 pub fn relaxation_shares(beta_dt: f64) -> (f64, f64) {
     if beta_dt <= 0.0 {

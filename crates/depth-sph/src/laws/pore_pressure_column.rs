@@ -6,7 +6,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Largest number of intervals of a column, whose elimination needs no memory of its own.
+/// Largest number of intervals of a column, which bounds the size of arrays on the stack.
 pub const MAX_CELLS: usize = 1000;
 
 /// Drainage condition of the base.
@@ -69,8 +69,8 @@ pub enum BaseCondition {
     Partly(f64),
 }
 
-/// Advances `∂ψ/∂T = ∂²ψ/∂ζ²` over the time factor `step` = `c_v Δt / h²`, by the θ-scheme: `weight` 1 is backward
-/// Euler, ½ Crank–Nicolson. `scratch` is as long as the column.
+/// Advances the consolidation equation `∂ψ/∂T = ∂²ψ/∂ζ²` by the time factor `step = c_v Δt/h²` with the θ-scheme. A `weight` of 1 is
+/// backward Euler, ½ Crank–Nicolson. `scratch` is as long as the column.
 pub fn diffuse_head(head: &mut [f64], step: f64, weight: f64, base: BaseCondition, scratch: &mut [f64]) {
     let last = head.len() - 1;
     let r = step * (last * last) as f64;
@@ -148,7 +148,7 @@ pub fn mean(head: &[f64]) -> f64 {
     (inner + 0.5 * (head[0] + head[last])) / last as f64
 }
 
-/// Sets a linear profile with `base` (m) at the base and zero at the surface.
+/// Sets a linear profile from `base` at the base to zero at the surface (m).
 pub fn set_linear_profile(head: &mut [f64], base: f64) {
     head.fill(0.0);
     load_undrained(head, base);

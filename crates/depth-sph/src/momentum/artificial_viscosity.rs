@@ -5,7 +5,7 @@ use wide::f64x4;
 use crate::config::settings::Numerics;
 use crate::points::phase_nodes::PhaseNodes;
 
-/// Term that keeps the viscosity finite for coincident nodes, in squares of the smoothing length.
+/// Softening term of the viscosity for coincident nodes, in squares of the smoothing length.
 const SOFTENING: f64 = 0.01;
 
 /// Artificial viscosity of a node against four neighbours.

@@ -12,8 +12,8 @@ use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::PlanBoundaries;
 use crate::points::phase_nodes::{PlanVector, dot};
 
-/// Half a drift of a node with transport: by its velocity at the end of the half, with a first guess and one iteration, without which
-/// the order is one. Returns the position, and the bed there.
+/// First half of the drift of a node with transport of its velocity along the bed. The velocity at the end of the half is iterated once,
+/// which makes the drift of second order. Returns the position, and the bed there.
 #[inline]
 fn half_drift<const D: usize>(
     path: &BedPath<'_, D>,
@@ -83,7 +83,7 @@ pub(crate) fn first_half_drift<const D: usize>(
     }
 }
 
-/// Second half of the drift, after which velocities lie in the tangent planes at the nodes.
+/// Second half of the drift, after which the velocities lie in the tangent planes of the bed at the nodes.
 pub(crate) fn second_half_drift<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,
@@ -139,8 +139,8 @@ pub(crate) fn transport_velocities<const D: usize>(
     }
 }
 
-/// Acceleration along the normal of the bed, times the time step, of a velocity in the middle of it that follows the bed: from the
-/// slope at its beginning to that ahead (m/s; sheet: depth-sph §2.9, item 5 as amended).
+/// Normal acceleration of a velocity that follows the bed, times the time step (m/s), from the slopes at the start and ahead (sheet:
+/// depth-sph §2.9, item 5 as amended).
 fn curvature_acceleration_dt<const D: usize>(
     v: &PlanVector<D>,
     before: &PlanVector<D>,

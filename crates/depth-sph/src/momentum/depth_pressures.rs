@@ -14,7 +14,7 @@ use crate::pore_pressure::pore_pressure_columns::PorePressureColumns;
 /// Width of the transition of the earth-pressure coefficient over `√(g/h)` (sheet: depth-sph §2.5).
 const SWITCH_WIDTH: f64 = 1e-2;
 
-/// Earth-pressure coefficient of a node of this depth (m) and this rate of divergence (1/s).
+/// Earth-pressure coefficient of a node with a depth (m) and a rate of divergence (1/s).
 fn earth_pressure<const D: usize>(settings: &FlowSettings<D>, depth: f64, divergence: f64) -> f64 {
     let width = || SWITCH_WIDTH * (settings.gravity / depth).sqrt();
     settings
@@ -23,7 +23,7 @@ fn earth_pressure<const D: usize>(settings: &FlowSettings<D>, depth: f64, diverg
         .map_or(1.0, |coefficients| coefficients.coefficient_at(divergence, width()))
 }
 
-/// Computes rates of divergence of the first set, where earth pressure depends on them (1/s).
+/// Computes the divergence rates of the first node set (1/s), if the earth-pressure coefficient depends on them.
 pub(super) fn find_earth_pressure<const D: usize>(settings: &FlowSettings<D>, set: &mut PhaseSet<D>) {
     if settings.earth_pressure.is_none() {
         return;
@@ -121,7 +121,7 @@ pub(super) fn find_phase_pressures<const D: usize>(
     }
 }
 
-/// Mean heads of the grains around each node of the fluid (m).
+/// Mean pore-pressure head of the grains around each fluid node (m).
 fn heads_at_fluid<const D: usize>(
     kernel: Kernel,
     sets: &[PhaseSet<D>],

@@ -20,7 +20,7 @@ use crate::pore_pressure::pore_pressure_columns::PorePressureColumns;
 /// Velocities before the step and their changes in the step, of each phase in the order of its cells.
 type SortedVelocities = [[Vec<f64>; 4]; 2];
 
-/// Masses per area of the phases at a node, and the shares of slip that they lose in a step.
+/// Masses per area of both phases at a node (kg/m²), and the shares of slip that drag removes in a step.
 #[derive(Clone, Copy, Debug)]
 struct DragCoupling {
     /// Mass per plan area of the grains and of the fluid (kg/m²).
@@ -36,12 +36,12 @@ impl DragCoupling {
         (1.0 - self.slip_shares.1 * fluid / (solid + fluid)) / solid
     }
 
-    /// Velocity of the other phase per impulse on the grains (m²/kg), with impulses per plan area.
+    /// Velocity change of the other phase per impulse on the grains (m²/kg); impulses are per plan area.
     fn velocity_per_impulse(&self) -> f64 {
         self.slip_shares.1 / (self.masses[0] + self.masses[1])
     }
 
-    /// Share by which slip moves the nodes of a phase, towards the other one.
+    /// Share of the slip by which drag changes the velocity of a phase towards the other one.
     fn slip_share(&self, role: usize) -> f64 {
         let [solid, fluid] = self.masses;
         if role == 0 { fluid / (solid + fluid) } else { -solid / (solid + fluid) }
@@ -59,7 +59,7 @@ struct ColumnsOnBed<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> ColumnsOnBed<'a, D> {
-    /// Splits a set into its nodes and bed, and velocities that may change while these are read.
+    /// Splits a node set into its velocities, which may change, and the remaining data.
     fn split_set(
         settings: &'a FlowSettings<D>,
         pore_columns: &'a PorePressureColumns,
@@ -78,6 +78,7 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
         SplitPhase { columns, position, porosity: &data.porosity, velocity }
     }
 
+    /// Columns of a node set at the bed, with the pore pressure at their base.
     fn new(
         settings: &'a FlowSettings<D>,
         pore_columns: &'a PorePressureColumns,
@@ -120,7 +121,7 @@ impl<'a, const D: usize> ColumnsOnBed<'a, D> {
     }
 }
 
-/// Nodes of a set, separate from their velocities.
+/// Nodes of a set without their velocities.
 struct SplitPhase<'a, const D: usize> {
     columns: ColumnsOnBed<'a, D>,
     position: &'a [PlanVector<D>],
@@ -184,7 +185,7 @@ pub(super) fn apply_drag_and_resistance<const D: usize>(
     relax_slip(settings, sets, &couplings, SlipSelection::Increment, &velocities);
 }
 
-/// Masses and shares at the nodes of a phase; `None` where the other phase is absent.
+/// Masses and slip shares at the nodes of a phase; `None` for nodes without the other phase.
 fn drag_couplings<const D: usize>(
     settings: &FlowSettings<D>,
     limits: &FlowLimits,
@@ -235,8 +236,7 @@ fn sorted_velocities<const D: usize>(sets: &[PhaseSet<D>]) -> SortedVelocities {
     })
 }
 
-/// Slip at a node of a phase, by averages of both phases at one position with one kernel: that of the velocities
-/// before the step, and that added by the step.
+/// Slip velocity at a node: before the step, and the change by the step (m/s). Both phases are averaged at one position with one kernel.
 fn slip_velocity<const D: usize>(
     kernel: Kernel,
     sets: &[PhaseSet<D>],
@@ -253,7 +253,7 @@ fn slip_velocity<const D: usize>(
     Some([0, 2].map(|first| std::array::from_fn(|c| sign * (theirs[first + c] - mine[first + c]))))
 }
 
-/// Step 5: relaxation of slip, of all of it or of the part that the step has added.
+/// Step 5: relaxation of the slip by drag, either of the total slip or of its change in the step.
 fn relax_slip<const D: usize>(
     settings: &FlowSettings<D>,
     sets: &mut [PhaseSet<D>],
@@ -290,7 +290,7 @@ fn relax_slip<const D: usize>(
     }
 }
 
-/// Step 6: the yield part of the resistance on the grains, with a mobility that includes the drag; returns impulses per plan area.
+/// Step 6: yield part of the bed resistance on the grains, with a mobility that includes the drag. Returns impulses per plan area.
 fn apply_yield_resistance<const D: usize>(
     settings: &FlowSettings<D>,
     pore_columns: &PorePressureColumns,
@@ -330,7 +330,7 @@ fn apply_yield_resistance<const D: usize>(
     found.into_iter().map(|(impulse, _)| impulse).collect()
 }
 
-/// Passes to the fluid its share of the impulses on the grains.
+/// Transfers to the fluid its share of the impulses on the grains.
 fn pass_impulses<const D: usize>(
     kernel: Kernel,
     sets: &mut [PhaseSet<D>],
@@ -358,7 +358,7 @@ fn pass_impulses<const D: usize>(
     }
 }
 
-/// Applies the part of the resistance that grows with the speed to one phase.
+/// Applies the rate-dependent part of the bed resistance to one phase.
 fn apply_rate_resistance<const D: usize>(
     settings: &FlowSettings<D>,
     pore_columns: &PorePressureColumns,
@@ -393,7 +393,7 @@ enum SlipSelection {
 }
 
 impl<const D: usize> ColumnsOnBed<'_, D> {
-    /// Speed of the grains after the part of their resistance that grows with it (m/s).
+    /// Speed of the grains after the rate-dependent part of the bed resistance (m/s).
     fn resisted_solid_speed(&self, zone: &BedZone, i: usize, porosity: f64, speed: f64, dt: f64) -> f64 {
         let Some(law) = &zone.law else { return speed };
         let densities = &self.settings.material.densities;

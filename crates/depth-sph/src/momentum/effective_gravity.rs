@@ -9,7 +9,7 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::copy_with_images;
 
-/// Effective gravity over a bed (m/s²; sheet: depth-sph §2.9, as amended).
+/// Effective gravity normal to the bed (m/s²; sheet: depth-sph §2.9, as amended).
 struct EffectiveGravity {
     /// Effective gravity on pressure.
     pressure: f64,
@@ -20,8 +20,8 @@ struct EffectiveGravity {
 }
 
 impl EffectiveGravity {
-    /// Effective gravity at a point of the bed, with this acceleration along its normal (m/s²). Where velocities are `carried` along the
-    /// bed, the reaction leaves their rotation to that transport.
+    /// Effective gravity at a bed point, with an acceleration along the normal (m/s²). Where velocities are `carried` along the bed, the
+    /// reaction leaves their rotation to that transport.
     fn at_bed_point<const D: usize>(
         settings: &FlowSettings<D>,
         bed: &BedPoint<D>,
@@ -52,7 +52,7 @@ pub(crate) enum BedSampling {
     AlreadySampled,
 }
 
-/// Step 3: bed below each node, and effective gravity there.
+/// Step 3: samples the bed below each node and updates the effective gravity.
 pub(crate) fn sample_bed<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,
@@ -71,7 +71,7 @@ pub(crate) fn sample_bed<const D: usize>(
     }
 }
 
-/// Samples the bed below all nodes, after a state was restored; nodes beyond the bed get a flat one.
+/// Samples the bed below all nodes after a restart; nodes outside the bed get a horizontal one.
 pub(crate) fn resample_bed<const D: usize>(bed: &Bed<D>, sets: &mut [PhaseSet<D>]) {
     for set in sets {
         let below = set.nodes.position.iter().map(|x| bed.bed_below(x));
@@ -80,6 +80,7 @@ pub(crate) fn resample_bed<const D: usize>(bed: &Bed<D>, sets: &mut [PhaseSet<D>
     }
 }
 
+/// Samples the bed below all nodes of a set and updates their effective gravity and bed reaction.
 fn sample_bed_below<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,

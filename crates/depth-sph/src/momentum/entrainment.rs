@@ -16,7 +16,7 @@ pub(crate) fn extend_paths<const D: usize>(sets: &mut [PhaseSet<D>], dt: f64) {
     }
 }
 
-/// Adds material that is eroded in a step of `dt` (s) to the nodes, which share their momentum with it, and its volume to `entrained`.
+/// Adds the material that is eroded in a step of `dt` (s) to the nodes, at constant momentum, and its volume to `entrained`.
 pub(crate) fn entrain<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &mut Bed<D>,

@@ -5,7 +5,7 @@ use wide::f64x4;
 use crate::neighbours::cell_sorted::{CellSorted, FIELDS, four_values, sum_lanes};
 use crate::points::phase_nodes::{NeighbourData, PlanVector};
 
-/// Determinant below which the correction of gradients is left out (sheet: depth-sph §2.10).
+/// Determinant of the moment matrix below which the gradient correction is omitted (sheet: depth-sph §2.10).
 const ILL_CONDITIONED: f64 = 1e-3;
 /// Sums over the neighbours of a node.
 pub(crate) struct ForceSums<const D: usize> {
@@ -19,7 +19,7 @@ pub(crate) struct ForceSums<const D: usize> {
     pub(crate) moment: [PlanVector<D>; D],
 }
 
-/// Solution `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
+/// Solution `A⁻¹ b` in one or two dimensions; `b` itself if `A` is ill-conditioned.
 pub fn solve_or_copy<const D: usize>(matrix: &[PlanVector<D>; D], vector: &PlanVector<D>) -> PlanVector<D> {
     let mut result = *vector;
     if D == 1 {
@@ -49,6 +49,7 @@ pub(super) struct SimdForceSums<const D: usize> {
 }
 
 impl<const D: usize> SimdForceSums<D> {
+    /// Sums before the first neighbour.
     pub(super) const ZERO: Self = Self {
         pressure_gradient: [f64x4::ZERO; D],
         viscous: [f64x4::ZERO; D],
@@ -56,7 +57,7 @@ impl<const D: usize> SimdForceSums<D> {
         moment: [[f64x4::ZERO; D]; D],
     };
 
-    /// Adds the viscous terms `-m Π ∇W` of four neighbours, of this strength over their distance vectors.
+    /// Adds the viscous terms `-m Π ∇W` of four neighbours; `strength` is `m Π (∂W/∂r)/r`, `apart` are the distance vectors (m).
     #[inline(always)]
     pub(super) fn add_viscosity(&mut self, strength: f64x4, apart: &[f64x4; D]) {
         for c in 0..D {
@@ -64,7 +65,7 @@ impl<const D: usize> SimdForceSums<D> {
         }
     }
 
-    /// Adds the terms of four neighbours, `-(m/h) W'/r`, to the gradients of the fields, whose values at the node are `here`.
+    /// Adds the terms of four neighbours to the gradients of the fields, with the factor `-(m/h) W'/r`. `here` are the values at the node.
     #[inline(always)]
     pub(super) fn add_field_gradients(
         &mut self,
@@ -100,7 +101,7 @@ impl<const D: usize> SimdForceSums<D> {
     }
 }
 
-/// Fields whose gradients are computed; those that a problem does not have are zero.
+/// Fields of a node whose gradients are computed; zero for fields that the problem does not have.
 #[inline]
 pub(super) fn gradient_fields<const D: usize>(data: &NeighbourData<D>, i: usize) -> [f64; FIELDS] {
     let of = |column: &[f64]| column.get(i).copied().unwrap_or(0.0);

@@ -16,21 +16,30 @@ use crate::neighbours::simd_neighbour_list::PackedNeighbours;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::{NeighbourData, PhaseNodes};
 
-/// Force sums between the nodes of one set, with the data that they read.
+/// Force sums over pairs of nodes of one set, with the data that they need.
 pub(crate) struct PairForces<'a, const D: usize> {
+    /// Material, gravity and numerical parameters of the flow.
     pub(crate) settings: &'a FlowSettings<D>,
+    /// Nodes of the set.
     pub(crate) nodes: &'a PhaseNodes<D>,
+    /// Position, velocity and volume of the nodes as neighbours.
     pub(crate) neighbour_data: &'a NeighbourData<D>,
+    /// Copy of the neighbour data in the order of the search cells.
     pub(crate) cell_sorted: &'a CellSorted<D>,
+    /// Largest smoothing length around each cell (m).
     pub(crate) max_smoothing_length: &'a MaxSmoothingLength<D>,
+    /// Neighbour list for SIMD sums.
     pub(crate) packed_neighbours: &'a PackedNeighbours,
+    /// Bed below each node.
     pub(crate) bed: &'a [BedPoint<D>],
+    /// Reaction of the bed over mass, per node (m/s²).
     pub(crate) reaction: &'a [f64],
+    /// Neighbours of each node in the other phase.
     pub(crate) other_phase_neighbours: &'a NeighbourList<D>,
 }
 
 impl<'a, const D: usize> PairForces<'a, D> {
-    /// Forces between the nodes of a set.
+    /// Force sums of the nodes of a set.
     pub(super) fn for_set(settings: &'a FlowSettings<D>, set: &'a PhaseSet<D>) -> Self {
         Self {
             settings,
@@ -45,9 +54,10 @@ impl<'a, const D: usize> PairForces<'a, D> {
         }
     }
 
-    /// Sums over the neighbours of node `i` with the smoothing length of each for its pressure (sheet: depth-sph §3.4).
+    /// Force sums of node `i` in the variational form: each pressure is weighted by the kernel gradient with the smoothing length of its
+    /// own node (sheet: depth-sph §3.4).
     #[inline]
-    pub(super) fn variational(&self, i: usize) -> ForceSums<D> {
+    pub(super) fn variational_sums(&self, i: usize) -> ForceSums<D> {
         let numerics = &self.settings.numerics;
         let kernel = numerics.kernel;
         let support = kernel.support();
@@ -178,7 +188,7 @@ impl<'a, const D: usize> PairForces<'a, D> {
     }
 }
 
-/// `(∂W/∂r)/r` of four neighbours, from the squares of their distances and their mean smoothing lengths.
+/// Kernel factor `(∂W/∂r)/r` of four neighbours, from squared distances and mean smoothing lengths.
 #[inline(always)]
 fn kernel_slopes<const D: usize>(kernel: Kernel, factor: f64x4, square: f64x4, mean: f64x4) -> f64x4 {
     // For a node at the same position, the node itself above all, the vector is zero.

@@ -15,7 +15,7 @@ use crate::phases::phase::PhaseSet;
 use crate::points::image_nodes::PlanBoundaries;
 use crate::points::phase_nodes::PlanVector;
 
-/// State of a set at the beginning of a step, and the sums of the stages.
+/// State of a node set at the beginning of a Runge–Kutta step, and the weighted sums of the rates of its stages.
 #[derive(Clone, Debug, Default)]
 struct StageSums<const D: usize> {
     position: Vec<PlanVector<D>>,
@@ -80,6 +80,7 @@ fn reflect<const D: usize>(walls: &PlanBoundaries<D>, sets: &mut [PhaseSet<D>]) 
 }
 
 impl<const D: usize> StageSums<D> {
+    /// Initial values of the sums of a Runge–Kutta step, from the state of a node set.
     fn from_set(set: &PhaseSet<D>) -> Self {
         let zero = vec![[0.0; D]; set.nodes.len()];
         Self {
@@ -91,7 +92,7 @@ impl<const D: usize> StageSums<D> {
         }
     }
 
-    /// Sets the state after `dt` (s) under the rates of the stage before. Heights by summation are left to the next sum.
+    /// Sets the state after `dt` (s) with the rates of the previous stage. Heights by summation are left to the next sum.
     fn set_stage(&self, set: &mut PhaseSet<D>, dt: f64, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {
@@ -105,7 +106,7 @@ impl<const D: usize> StageSums<D> {
         }
     }
 
-    /// Adds a stage.
+    /// Adds the rates of a stage with the weight `dt` (s).
     fn add(&mut self, set: &PhaseSet<D>, dt: f64, with_heights: bool) {
         for i in 0..set.nodes.len() {
             for c in 0..D {

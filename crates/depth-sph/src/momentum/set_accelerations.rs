@@ -19,8 +19,8 @@ fn is_plain<const D: usize>(settings: &FlowSettings<D>) -> bool {
 }
 
 impl<const D: usize> PhaseSet<D> {
-    /// Step 4: accelerations of the nodes without drag and the resistance of the bed. `weak(i)` is whether drag is weak
-    /// at a node, `other` is the other set of two layers.
+    /// Step 4: accelerations of the nodes of a set without drag and bed resistance. `weak(i)` tells whether drag is weak at a node; `other`
+    /// is the other set of a two-layer flow.
     pub fn accelerate(
         &mut self,
         settings: &FlowSettings<D>,
@@ -51,7 +51,7 @@ impl<const D: usize> PhaseSet<D> {
 }
 
 impl<const D: usize> PairForces<'_, D> {
-    /// Sums over the neighbours of node `i`, and its pressure force (m/s²). `weak` is whether drag is weak there.
+    /// Force sums over the neighbours of node `i` and its pressure force (m/s²).
     #[inline]
     fn sums_and_pressure(
         &self,
@@ -64,7 +64,7 @@ impl<const D: usize> PairForces<'_, D> {
         let form = settings.numerics.momentum;
         if is_plain(settings) {
             let sums = if form == PressureForceForm::Variational {
-                self.variational(i)
+                self.variational_sums(i)
             } else {
                 self.sums::<false>(i, spare)
             };
@@ -128,7 +128,7 @@ impl<const D: usize> PairForces<'_, D> {
         })
     }
 
-    /// Adds the weight of the other layer to a force (m/s²), and its depth to the gradient (sheet: depth-sph §2.11).
+    /// Adds the weight of the other layer to the force (m/s²), and its depth to the gradient (sheet: depth-sph §2.11).
     fn add_layer(
         &self,
         role: PhaseRole,

@@ -5,12 +5,12 @@ use crate::momentum::force_sums::{ForceSums, solve_or_copy};
 use crate::momentum::pair_forces::PairForces;
 use crate::points::phase_nodes::{PlanVector, dot};
 
-/// Share of the slope of the bed up to which a depth gradient is treated as that of a sheet.
+/// Depth gradient as a share of the bed slope up to which the flow is regarded as a sheet parallel to the bed.
 const SHEET_SLOPE_FRACTION: f64 = 0.5;
 
-/// Levelness of the surface: 0 where it follows a bed of this slope, 1 where it is level, by the share `t = -q·∇h/|q|²` of the slope that a
-/// depth gradient compensates. It is even in `t`: gradients of a sheet scatter about zero, and pressure that is stronger uphill than
-/// downhill would take energy. Near a level surface nothing changes to first order.
+/// Levelness of the surface: 0 if it is parallel to the bed, 1 if it is level. It follows from the share `t = -q·∇h/|q|²` of the bed slope
+/// that the depth gradient compensates. It is even in `t`: gradients of a sheet scatter about zero, and pressure that is stronger uphill
+/// than downhill would take energy. Near a level surface nothing changes to first order.
 #[inline]
 fn surface_levelness<const D: usize>(slope: &PlanVector<D>, gradient: &PlanVector<D>) -> f64 {
     let square = dot(slope, slope);
@@ -24,7 +24,7 @@ fn surface_levelness<const D: usize>(slope: &PlanVector<D>, gradient: &PlanVecto
 }
 
 impl<const D: usize> PairForces<'_, D> {
-    /// Gradient of the flow depth at node `i`: that of the sums of pressure, or by corrected differences.
+    /// Gradient of the flow depth at node `i`: from the pressure sums, or from corrected differences.
     #[inline]
     pub(crate) fn depth_gradient(&self, i: usize, sums: &ForceSums<D>, plain: bool) -> PlanVector<D> {
         if plain {
@@ -35,8 +35,8 @@ impl<const D: usize> PairForces<'_, D> {
         std::array::from_fn(|c| own[c] + partner[c])
     }
 
-    /// Share by which the force of a depth gradient is reduced along the slope of the bed (sheet: depth-sph §2.9, metric as
-    /// amended): zero below a level surface, `1 - cos²θ` below one that follows the bed.
+    /// Reduction of the depth-gradient force along the bed slope (sheet: depth-sph §2.9, metric as amended): zero for a level surface, `1 -
+    /// cos²θ` for one parallel to the bed.
     #[inline]
     pub(crate) fn slope_reduction(&self, i: usize, gradient: &PlanVector<D>) -> f64 {
         let settings = self.settings;
@@ -52,7 +52,7 @@ impl<const D: usize> PairForces<'_, D> {
         }
     }
 
-    /// Force without this share of its component along the slope of the bed.
+    /// Force reduced by a share of its component along the bed slope.
     #[inline]
     pub(crate) fn along_bed(&self, i: usize, force: &PlanVector<D>, share: f64) -> PlanVector<D> {
         let slope = &self.bed[i].slope;
@@ -64,7 +64,7 @@ impl<const D: usize> PairForces<'_, D> {
         std::array::from_fn(|c| force[c] - part * slope[c])
     }
 
-    /// Force of node `i` with viscosity, the reaction of the bed and gravity along the frame (m/s²).
+    /// Total force on node `i` (m/s²): pressure, viscosity, bed reaction and gravity along the frame.
     #[inline]
     pub(crate) fn with_bed(&self, i: usize, force: &PlanVector<D>, viscous: &PlanVector<D>) -> PlanVector<D> {
         let settings = self.settings;

@@ -9,7 +9,7 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{PlanVector, dot};
 
-/// Computes rates of height by one of the forms of the sheet (m/s).
+/// Computes the rates of height (m/s) by the chosen thickness equation.
 pub(super) fn find_thickness_rates<const D: usize>(numerics: &Numerics, sets: &mut [PhaseSet<D>]) {
     let (kernel, form) = (numerics.kernel, numerics.continuity);
     for set in sets {
@@ -19,6 +19,7 @@ pub(super) fn find_thickness_rates<const D: usize>(numerics: &Numerics, sets: &m
 }
 
 impl<const D: usize> PhaseSet<D> {
+    /// Rates of the partial thickness by the velocity divergence of the neighbours (m/s).
     fn find_thickness_rates(&mut self, kernel: Kernel, form: ThicknessEquation) {
         let (data, neighbours) = (&self.neighbour_data, &self.same_phase_neighbours);
         let rate = |i: usize| -> f64 {

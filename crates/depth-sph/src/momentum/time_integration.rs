@@ -30,7 +30,9 @@ pub(crate) fn integrate<const D: usize>(
     balance: &mut EnergyBalance,
     dt: f64,
 ) -> Result<(), FlowFailure> {
+    /// Stages of the midpoint scheme: fraction of the step, and weight of the rates of the stage in their mean.
     const MIDPOINT: [(f64, f64); 2] = [(0.0, 0.0), (0.5, 1.0)];
+    /// Stages of the classical fourth-order scheme: fraction of the step, and weight of the rates of the stage in their mean.
     const CLASSICAL: [(f64, f64); 4] =
         [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)];
     match context.settings.numerics.integration {

@@ -20,7 +20,7 @@ pub(super) fn store_velocities<const D: usize>(sets: &mut [PhaseSet<D>]) {
     sets.iter_mut().for_each(|set| set.stored_velocity.clone_from(&set.nodes.velocity));
 }
 
-/// Drift velocities of the nodes, their own and a share of the mean around, where that is chosen (XSPH).
+/// Computes the drift velocities of the nodes: with XSPH, a weighted mean of their own and of their neighbours' velocities.
 pub(super) fn smooth_velocities<const D: usize>(
     settings: &FlowSettings<D>,
     walls: &PlanBoundaries<D>,

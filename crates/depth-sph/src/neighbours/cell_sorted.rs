@@ -14,9 +14,9 @@ use crate::neighbours::simd_neighbour_list;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{NeighbourData, PlanVector};
 
-/// Number of fields whose gradients are computed: height, that of the other phase, porosity, excess pressure, level of the bed.
+/// Number of fields whose gradients are computed: height, height of the other phase, porosity, excess pressure, bed level.
 pub const FIELDS: usize = 5;
-/// Masks of lanes beyond the end of a range: not-a-number, for which no distance is within reach.
+/// Masks of SIMD lanes after the end of a range: not-a-number, which no distance test accepts.
 const EMPTY_LANES: [f64x4; 4] = {
     let no = f64::from_bits(u64::MAX);
     [
@@ -48,7 +48,7 @@ pub struct CellSorted<const D: usize> {
     pub depth: Vec<f64>,
     /// Pressure, see [`NeighbourData`].
     pub pressure: Vec<f64>,
-    /// Fields whose gradients are computed, where the problem has them; the first one is empty.
+    /// Fields whose gradients are computed, if the problem has them. The first one is empty, as it is the height.
     pub fields: [Vec<f64>; FIELDS],
 }
 
@@ -71,7 +71,7 @@ impl<const D: usize> Default for CellSorted<D> {
     }
 }
 
-/// Four values of a column; zero where it is empty.
+/// Four consecutive values of a column; zero for an empty column.
 #[inline(always)]
 pub fn four_values(column: &[f64], first: usize) -> f64x4 {
     match column.get(first..first + 4).and_then(|four| four.first_chunk()) {
@@ -80,7 +80,7 @@ pub fn four_values(column: &[f64], first: usize) -> f64x4 {
     }
 }
 
-/// Sum of the lanes, in one order on every machine.
+/// Sum of the lanes, in the same order on every machine.
 #[inline(always)]
 pub fn sum_lanes(lanes: f64x4) -> f64 {
     let [a, b, c, d] = lanes.to_array();
@@ -192,9 +192,8 @@ impl<const D: usize> CellSorted<D> {
         }
     }
 
-    /// Calls `visit` for four nodes at a time of the cells that a ball of `radius` (m) around `x` can touch: the index of the first
-    /// node, vectors from each node to `x` (m), and the squares of their lengths (m²), which are not-a-number for lanes that do
-    /// not count.
+    /// Calls `visit` for groups of four nodes from the cells within `radius` of `x` (m). It receives the index of the first node, the
+    /// vectors from the nodes to `x` (m) and the squared distances (m²), which are not-a-number for unused lanes.
     #[inline(always)]
     pub fn for_each_neighbour(
         &self,
@@ -234,7 +233,7 @@ impl<const D: usize> CellSorted<D> {
         }
     }
 
-    /// Vectors from four nodes to a position (m), and the squares of their lengths (m²).
+    /// Vectors from four nodes to a position (m), and squared distances (m²).
     #[inline(always)]
     fn separation(&self, here: &[f64x4; D], first: usize) -> ([f64x4; D], f64x4) {
         let (mut apart, mut square) = ([f64x4::ZERO; D], f64x4::ZERO);
@@ -245,7 +244,7 @@ impl<const D: usize> CellSorted<D> {
         (apart, square)
     }
 
-    /// Kernel sum `Σ m W` at a position, with this smoothing length (m).
+    /// Kernel sum `Σ m W` at a position, for a smoothing length (m).
     #[inline]
     pub fn sum(&self, kernel: Kernel, x: &PlanVector<D>, length: f64) -> f64 {
         let reach = kernel.support() * length;

@@ -12,7 +12,7 @@ pub fn square<const D: usize>(a: &PlanVector<D>, b: &PlanVector<D>) -> f64 {
     (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
 
-/// Kernel average `Σ (m/h) f W / Σ (m/h) W` of a field at a position; `None` where there are no such nodes.
+/// Kernel average `Σ (m/h) f W / Σ (m/h) W` of a field at a position; `None` if no node is within the support.
 #[inline]
 pub fn kernel_average<const D: usize, const N: usize>(
     kernel: Kernel,

@@ -5,7 +5,7 @@ use crate::points::phase_nodes::PlanVector;
 /// Cells per node at most.
 const CELLS_PER_NODE: f64 = 4.0;
 
-/// Largest smoothing length of the nodes that reach each cell.
+/// Largest smoothing length among the nodes whose support includes a cell.
 #[derive(Debug)]
 pub struct MaxSmoothingLength<const D: usize> {
     low: PlanVector<D>,
@@ -28,7 +28,7 @@ impl<const D: usize> Default for MaxSmoothingLength<D> {
 }
 
 impl<const D: usize> MaxSmoothingLength<D> {
-    /// Updates the cells from nodes with these positions and smoothing lengths (m), each of which reaches `reach` of its lengths. Positions
+    /// Updates the cells from positions and smoothing lengths of nodes (m); `reach` is the kernel support in smoothing lengths. Positions
     /// that are not finite are left to the search to report.
     pub fn update(&mut self, places: &[PlanVector<D>], lengths: &[f64], reach: f64) {
         let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
@@ -65,7 +65,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         self.propagate(reach);
     }
 
-    /// Passes the length of each cell to all cells that its nodes reach.
+    /// Transfers the length of each cell to the cells within the support of its nodes.
     fn propagate(&mut self, reach: f64) {
         for cell in 0..self.cell_lengths.len() {
             let length = self.cell_lengths[cell];
@@ -92,6 +92,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         }
     }
 
+    /// Index of the cell of a position in plan (m).
     fn cell(&self, x: &PlanVector<D>) -> usize {
         (0..D).fold(0, |key, c| {
             let index = ((x[c] - self.low[c]) / self.edge).max(0.0) as usize;
@@ -99,7 +100,7 @@ impl<const D: usize> MaxSmoothingLength<D> {
         })
     }
 
-    /// Largest smoothing length of the nodes that reach a position (m); zero without any.
+    /// Largest smoothing length among the nodes whose support includes a position (m); zero if there are none.
     #[inline]
     pub fn length_at(&self, x: &PlanVector<D>) -> f64 {
         self.reaching_lengths.get(self.cell(x)).copied().unwrap_or(0.0)

@@ -9,10 +9,10 @@ use crate::neighbours::simd_neighbour_list;
 use crate::neighbours::simd_neighbour_list::MARGIN;
 use crate::points::phase_nodes::PlanVector;
 
-/// Largest number of packs of four neighbours that are kept for a position.
+/// Largest number of groups of four neighbours that are stored for a position.
 const MAX_PACKS: usize = 32;
 
-/// Neighbours of a position: distances (m) and volumes in packs of four nodes, as far as `search_radius` (m).
+/// Neighbours of a position: distances (m) and volumes in groups of four nodes, up to `search_radius` (m).
 pub struct NearbyNodes<'a, const D: usize> {
     sorted_nodes: &'a CellSorted<D>,
     x: PlanVector<D>,
@@ -30,8 +30,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         (self.x, self.search_radius) = (x, 0.0);
     }
 
-    /// Moves to a node with this smoothing length (m), and lists all neighbours that forces can reach where no length grows by more than
-    /// the margin and the longest around is `longest` (m).
+    /// Moves to a node and lists all neighbours that forces can need. Smoothing lengths may grow by the margin, up to `longest` (m).
     #[inline]
     pub fn list_neighbours(
         &mut self,
@@ -53,13 +52,13 @@ impl<const D: usize> NearbyNodes<'_, D> {
         fits.then(|| &self.entries[..self.count])
     }
 
-    /// Kernel sum `Σ m W` with this smoothing length (m).
+    /// Kernel sum `Σ m W` for a smoothing length (m).
     #[inline]
     pub fn sum(&mut self, kernel: Kernel, length: f64) -> f64 {
         self.sum_of::<false>(kernel, length)
     }
 
-    /// Kernel sum `Σ m W` with this smoothing length (m), for a kernel that may be the cubic spline at compile time.
+    /// Kernel sum `Σ m W` for a smoothing length (m); with `CUBIC` the kernel is the cubic spline at compile time.
     #[inline]
     pub fn sum_of<const CUBIC: bool>(&mut self, kernel: Kernel, length: f64) -> f64 {
         let kernel = if CUBIC { Kernel::CubicSpline } else { kernel };
@@ -74,7 +73,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         part.total()
     }
 
-    /// Kernel sum `Σ m W` with this smoothing length (m), and its derivative with respect to that length.
+    /// Kernel sum `Σ m W` for a smoothing length (m), and its derivative with respect to that length.
     #[inline]
     pub fn sum_and_slope(&mut self, kernel: Kernel, length: f64) -> (f64, f64) {
         let reach = kernel.support() * length;
@@ -100,7 +99,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         (sum_lanes(total) * factor, -sum_lanes(change) * factor * inverse)
     }
 
-    /// Keeps neighbours within `reach` (m); returns whether the buffer has room for all.
+    /// Stores the neighbours within `reach` (m); false if the buffer is too small for all of them.
     #[inline]
     fn collect(&mut self, reach: f64) -> bool {
         let within = f64x4::splat(reach * reach);
@@ -110,7 +109,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
         fits
     }
 
-    /// Keeps packs of the cells within `radius` (m) of which one node is nearer than the root of `within` (m²).
+    /// Stores the groups of four nodes within `radius` (m) of which at least one node is closer than the root of `within` (m²).
     #[inline(always)]
     fn collect_if(&mut self, radius: f64, within: impl Fn(usize) -> f64x4) {
         let Self { sorted_nodes, x, count, distances, volumes, entries, .. } = self;
@@ -130,7 +129,7 @@ impl<const D: usize> NearbyNodes<'_, D> {
 }
 
 impl<const D: usize> CellSorted<D> {
-    /// Buffer for the neighbours of one position after the other, for several sums at each.
+    /// Buffer for the neighbours of a position, from which several sums are computed.
     #[inline]
     pub fn nearby_nodes(&self) -> NearbyNodes<'_, D> {
         let none = [f64x4::ZERO; MAX_PACKS];

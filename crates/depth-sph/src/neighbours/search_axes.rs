@@ -5,7 +5,7 @@ use crate::points::phase_nodes::PlanVector;
 /// Largest number of positions in the covariance: the direction need not be exact.
 const MAX_SAMPLES: usize = 1000;
 
-/// Direction of the lines of cells; the last axis of the plan where there is none.
+/// Direction along which nodes are sorted in cells; by default the last axis of the plan.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchAxes<const D: usize> {
     direction: Option<PlanVector<D>>,
@@ -15,7 +15,7 @@ impl<const D: usize> SearchAxes<D> {
     /// Axes of the plan.
     pub const PLAN: Self = Self { direction: None };
 
-    /// Axes along the longest extent of these positions: the principal axis of their covariance. Those of the plan in a profile and where a
+    /// Axes along the longest extent of the nodes, the principal axis of their covariance. Those of the plan in a profile and where a
     /// position is not finite, which the search reports.
     pub fn along_longest_extent(places: &[PlanVector<D>]) -> Self {
         if D != 2 || places.is_empty() {
@@ -56,7 +56,7 @@ impl<const D: usize> SearchAxes<D> {
         turned
     }
 
-    /// Whether the axes are those of the plan.
+    /// Whether the search axes are those of the plan.
     pub fn are_those_of_the_plan(&self) -> bool {
         self.direction.is_none()
     }

@@ -5,10 +5,10 @@ use wide::f64x4;
 
 use crate::points::MIN_NODES_PER_TASK;
 
-/// Share by which lists reach beyond the smoothing lengths that they are made with: the largest growth of a length in a step.
+/// Relative margin of the lists for the growth of smoothing lengths in a step.
 pub const MARGIN: f64 = 0.05;
 
-/// Packed neighbours of each node, in blocks of [`MIN_NODES_PER_TASK`] nodes.
+/// Neighbours of each node in groups of four, stored for [`MIN_NODES_PER_TASK`] nodes at a time.
 #[derive(Debug, Default)]
 pub struct PackedNeighbours {
     blocks: Vec<NeighbourListBlock>,
@@ -16,7 +16,7 @@ pub struct PackedNeighbours {
     complete: bool,
 }
 
-/// Lists of the nodes of a block, one after the other.
+/// Neighbour lists of consecutive nodes, one list after another.
 #[derive(Debug, Default)]
 pub struct NeighbourListBlock {
     row_ends: Vec<u32>,
@@ -44,7 +44,7 @@ impl NeighbourListBlock {
         self.is_incomplete = false;
     }
 
-    /// Adds the list of the next node; `None` marks the block as incomplete.
+    /// Adds the list of the next node; `None` marks the lists as incomplete.
     #[inline]
     pub fn push(&mut self, entries: Option<&[u32]>) {
         match entries {
@@ -54,7 +54,7 @@ impl NeighbourListBlock {
         self.row_ends.push(self.entries.len() as u32);
     }
 
-    /// Marks the block as incomplete: the smoothing length of a node has grown beyond the margin of the lists.
+    /// Marks the lists as incomplete: the smoothing length of a node has grown by more than the margin.
     #[inline]
     pub fn mark_incomplete(&mut self) {
         self.is_incomplete = true;
@@ -62,7 +62,7 @@ impl NeighbourListBlock {
 }
 
 impl PackedNeighbours {
-    /// Blocks for this number of nodes.
+    /// Storage of the lists of this number of nodes.
     pub fn blocks(&mut self, nodes: usize) -> &mut [NeighbourListBlock] {
         self.blocks.resize_with(nodes.div_ceil(MIN_NODES_PER_TASK), NeighbourListBlock::default);
         &mut self.blocks
@@ -78,7 +78,7 @@ impl PackedNeighbours {
         self.complete = false;
     }
 
-    /// Whether the lists contain all neighbours that forces can reach.
+    /// Whether the lists contain all neighbours that forces need.
     pub fn are_complete(&self) -> bool {
         self.complete
     }

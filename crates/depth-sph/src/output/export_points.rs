@@ -9,10 +9,10 @@ use crate::config::choices::Phases;
 use crate::kernel::Kernel;
 use crate::points::phase_nodes::norm;
 
-/// Points of a depth-resolved model from the nodes of a frame: each column a stack of points about as high as wide, with mass,
-/// velocity, and the stress of the weight above them, taken isotropic. With columns of pore pressure they have pore pressure: means of
-/// `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth, whose base and mean are those of the column, and effective stresses. Of
-/// grains and fluid the nodes are those of the grains: each node of the fluid gives its mass and momentum to the grains within its kernel.
+/// Points of a depth-resolved model from the nodes of a flow: each node becomes a stack of points about as high as wide. Points have mass,
+/// velocity and the isotropic stress of the weight above them. With columns of pore pressure they have pore pressure: means of `(1 - ζ)(a +
+/// b ζ)` of the height `ζ` over the depth, whose base and mean are those of the column, and effective stresses. Of grains and fluid the
+/// nodes are those of the grains: each node of the fluid gives its mass and momentum to the grains within its kernel.
 ///
 /// # Errors
 /// When the frame is not one of depth-integrated flow of one phase, or of grains and fluid.
@@ -74,12 +74,12 @@ pub fn point_stacks(
     Ok(list)
 }
 
-/// Error of a frame without a field of that name.
+/// Error of a snapshot without a field of this name.
 fn missing_field(name: &str) -> CaseError {
     CaseError::new("output.fields", format!("the frame has no field {name:?}"))
 }
 
-/// Nodes that become stacks, those of the grains where there are two phases, with their share of the fluid.
+/// Nodes that become stacks of points: in two-phase flow the grains, with their shares of the fluid.
 fn column_nodes(
     case: &Case,
     options: &DepthOptions,
@@ -126,7 +126,7 @@ struct FluidShare {
 }
 
 impl FluidShare {
-    /// Mean velocity of the fluid and of grains of this mass (kg) and velocity (m/s).
+    /// Mean velocity of the fluid and grains (m/s), for a mass (kg) and velocity (m/s) of the grains.
     fn mean_velocity(&self, mass: f64, velocity: &[f64; 3]) -> [f64; 3] {
         if self.mass == 0.0 {
             return *velocity;
@@ -135,10 +135,10 @@ impl FluidShare {
     }
 }
 
-/// Number of iterations by which the fluid of the grains approaches the heights around them.
-const MAX_ITERATIONS: usize = 40;
+/// Number of Sinkhorn iterations that distribute the mass of the fluid nodes among the nodes of grains.
+const SINKHORN_ITERATIONS: usize = 40;
 
-/// Nodes of grains and of their pore fluid.
+/// Nodes of grains and of pore fluid in a snapshot.
 struct GrainsAndFluid<'a> {
     kernel: Kernel,
     /// Indices of the grains, and of the fluid.
@@ -181,9 +181,9 @@ impl GrainsAndFluid<'_> {
         Ok(self.fluid.iter().map(around).collect())
     }
 
-    /// Fluid of each node of the grains: each node of the fluid gives all of its mass to the grains within its kernel, so that nothing is
-    /// lost, and these get, as near as that allows, the amount by the heights of both phases there (scaling of rows and columns in turn,
-    /// after Sinkhorn). Where there are no grains a node keeps its fluid.
+    /// Shares of the fluid for each node of grains. Each fluid node distributes its mass among the grains within its kernel, by Sinkhorn's
+    /// scaling of rows and columns towards the heights of both phases. Mass is conserved, and fluid without grains nearby keeps its node.
+    /// Where there are no grains a node keeps its fluid.
     fn fluid_shares<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<FluidShare>, SearchError> {
         let near = self.nearby_grains::<D>(snapshot)?;
         let stands = |&node: &usize| self.volumes[node] * (self.depths[node] / self.heights[node] - 1.0);
@@ -195,7 +195,7 @@ impl GrainsAndFluid<'_> {
         let sum = |scale: &[f64], near: &[(usize, f64)]| -> f64 {
             near.iter().map(|(k, weight)| scale[*k] * weight).sum()
         };
-        for _ in 0..MAX_ITERATIONS {
+        for _ in 0..SINKHORN_ITERATIONS {
             let mut got = vec![0.0; scale.len()];
             for (node, near) in self.fluid.iter().zip(&near) {
                 let all = sum(&scale, near);

@@ -9,7 +9,7 @@ use crate::energy_balance::balance::{EnergyBalanceSummary, energies};
 use crate::flow_nodes::FlowNodes;
 use crate::phases::phase::PhaseSet;
 
-/// Parts of a flow that outputs read.
+/// Read-only view of a flow for outputs.
 #[derive(Clone, Copy)]
 pub struct FlowView<'a, const D: usize> {
     /// Time and number of steps.
@@ -27,7 +27,7 @@ pub struct FlowView<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> FlowView<'a, D> {
-    /// Sets of nodes.
+    /// Node sets of the flow.
     pub fn sets(&self) -> &'a [PhaseSet<D>] {
         &self.nodes.sets
     }

@@ -4,12 +4,12 @@ use crate::kernel::Kernel;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::{PlanVector, dot};
 
-/// Samples along a line for each smoothing length, at least.
+/// Least number of samples along a gauge line per smoothing length.
 const PLACES_PER_LENGTH: f64 = 4.0;
-/// Largest number of samples along a line.
+/// Largest number of samples along a gauge line.
 const MAX_SAMPLES: f64 = 1e4;
 
-/// Depth at a position in plan (m), and volume flux per width (m²/s): sums over the nodes around it.
+/// Depth (m) and volume flux per width (m²/s) at a position in plan, by kernel sums.
 pub fn depth_and_flux<const D: usize>(
     kernel: Kernel,
     sets: &[PhaseSet<D>],
@@ -32,7 +32,7 @@ pub fn depth_and_flux<const D: usize>(
     (depth, flux)
 }
 
-/// Discharge across a line in plan (m³/s), positive to the right of the direction `from` to `to`; zero in a profile.
+/// Discharge across a gauge line in plan (m³/s), positive to the right of the direction from `from` to `to`; zero in a profile.
 pub fn discharge<const D: usize>(
     kernel: Kernel,
     sets: &[PhaseSet<D>],

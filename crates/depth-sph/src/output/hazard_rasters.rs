@@ -16,7 +16,7 @@ use crate::points::phase_nodes::PlanVector;
 /// Rows of cells per task.
 const ROWS_PER_TASK: usize = 8;
 
-/// Shift of cell centres against a mapped outline (cells), so that one on the outline itself is on one side of it.
+/// Shift of cell centres relative to a mapped outline (cells), so that no centre lies on the outline.
 const ON_OUTLINE: f64 = 1e-6;
 
 /// A regular grid of cells in plan.
@@ -33,15 +33,17 @@ pub struct PlanCells {
 }
 
 impl PlanCells {
+    /// Area of a cell (m²).
     fn area(&self) -> f64 {
         self.spacing[0] * self.spacing[1]
     }
 
+    /// Centre of a cell in plan (m).
     fn centre(&self, column: usize, row: usize) -> [f64; 2] {
         [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
     }
 
-    /// Cell at a position; `None` beyond the grid.
+    /// Cell at a position in plan; `None` outside the raster.
     fn cell(&self, x: [f64; 2]) -> Option<[usize; 2]> {
         let along = |c: usize| {
             let steps = ((x[c] - self.origin[c]) / self.spacing[c]).round();
@@ -50,7 +52,7 @@ impl PlanCells {
         Some([along(0)?, along(1)?])
     }
 
-    /// First and last cell along an axis whose centre lies within `reach` (m) of `x` (m).
+    /// First and last cell along an axis whose centres are within `reach` of `x` (m).
     fn window(&self, axis: usize, x: f64, reach: f64) -> Option<[usize; 2]> {
         let steps = |x: f64| (x - self.origin[axis]) / self.spacing[axis];
         let first = steps(x - reach).ceil().max(0.0);
@@ -64,21 +66,22 @@ impl PlanCells {
 pub struct HazardCell {
     /// Largest thickness (m).
     pub thickness: f64,
-    /// Largest speed along the bed while the thickness was that of the threshold or more (m/s).
+    /// Largest speed along the bed during the times at which the thickness was at least the threshold (m/s).
     pub speed: f64,
     /// Largest `ρ |v|²` during that time (Pa).
     pub pressure: f64,
-    /// First time at which the thickness was that of the threshold or more (s); not-a-number before.
+    /// First time at which the thickness was at least the threshold (s); not-a-number before.
     pub arrival_time: f64,
 }
 
+/// Hazard cell that no flow has reached.
 const EMPTY_CELL: HazardCell =
     HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival_time: f64::NAN };
 
 /// Current content of a cell: thickness (m), mass over area (kg/m²), momentum in plan over area (kg/(m s)).
 type CellContent = [f64; 4];
 
-/// Share of a node in the cells around it.
+/// Distribution of the mass of a node over the cells around it, by kernel weights.
 struct NodeFootprint {
     position: [f64; 2],
     columns: [usize; 2],
@@ -107,7 +110,7 @@ pub struct HazardRasters {
     bands: Vec<Vec<u32>>,
 }
 
-/// Coordinates of a position in plan; of one in a profile the second is zero.
+/// Position in plan with two coordinates; the second one is zero in a profile.
 fn to_2d<const D: usize>(x: &PlanVector<D>) -> [f64; 2] {
     std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
 }
@@ -136,8 +139,8 @@ impl HazardRasters {
         }
     }
 
-    /// Compares the reached cells with a mapped outline, and returns the share of its area that lies beyond the cells. A cell whose
-    /// centre lies on the outline counts where it begins, and not where it ends.
+    /// Compares the reached cells with a mapped outline. Returns the share of its area outside the raster. A cell whose centre lies on the
+    /// outline counts where it begins, and not where it ends.
     pub fn compare(&mut self, outline: &Outline) -> f64 {
         let grid = &self.grid;
         let within = |k: usize| {
@@ -153,7 +156,7 @@ impl HazardRasters {
         self.mapped_beyond_cells / outline.area()
     }
 
-    /// Areas (m²) of the cells reached within the mapped outline, not reached within it, and reached beyond it; `None` without one.
+    /// Areas (m²): reached inside the mapped outline, not reached inside it, and reached outside it; `None` without an outline.
     pub fn score(&self) -> Option<[f64; 3]> {
         let mut counts = [0.0; 3];
         for (cell, within) in self.cells.iter().zip(&self.in_mapped_outline) {
@@ -168,12 +171,12 @@ impl HazardRasters {
         (!self.in_mapped_outline.is_empty()).then_some([hit, missed + self.mapped_beyond_cells, beyond])
     }
 
-    /// Extremes of the cells, row by row from the least y.
+    /// Extreme values of all cells, one row after another from the smallest y.
     pub fn cells(&self) -> &[HazardCell] {
         &self.cells
     }
 
-    /// Restores the extremes of the cells; `None` where they are those of another grid.
+    /// Restores the extreme values of the cells; `None` if the saved ones are of another raster.
     pub fn restore(&mut self, cells: Vec<HazardCell>) -> Option<()> {
         (cells.len() == self.cells.len()).then(|| self.cells = cells)
     }
@@ -203,7 +206,7 @@ impl HazardRasters {
         });
     }
 
-    /// Spreads the nodes over the cells; cells of bands without a node keep their content.
+    /// Adds the nodes to the cells by their kernel weights.
     fn add_nodes<const D: usize>(&mut self, flow: &FlowView<'_, D>) {
         let kernel = flow.settings.numerics.kernel;
         let Self { grid, contents, footprints, bands, .. } = self;
@@ -303,7 +306,7 @@ impl HazardRasters {
     }
 }
 
-/// Speed along the bed of the content of a cell (m/s).
+/// Speed along the bed of the material in a cell (m/s).
 fn speed(contents: &CellContent, slope: &[f64; 2]) -> f64 {
     let v = [contents[2] / contents[1], contents[3] / contents[1]];
     let rise = v[0] * slope[0] + v[1] * slope[1];
@@ -311,7 +314,7 @@ fn speed(contents: &CellContent, slope: &[f64; 2]) -> f64 {
 }
 
 impl NodeFootprint {
-    /// Weight of a cell; of a node whose kernel reaches no centre the cell around it has all.
+    /// Kernel weight of a cell. If a kernel contains no cell centre, the cell of the node has the weight 1.
     #[inline]
     fn weight(&self, grid: &PlanCells, kernel: Kernel, column: usize, row: usize) -> f64 {
         if self.length == 0.0 {
@@ -323,6 +326,7 @@ impl NodeFootprint {
     }
 }
 
+/// Footprint of a node on the cells, by kernel weights; `None` for a node outside the raster.
 fn patch(
     grid: &PlanCells,
     kernel: Kernel,

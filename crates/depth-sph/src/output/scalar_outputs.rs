@@ -8,15 +8,16 @@ use crate::output::flow_view::FlowView;
 use crate::output::hazard_rasters::HazardRasters;
 use crate::phases::phase::PhaseSet;
 
-/// State of a run beside its flow.
+/// State of a run that is not part of the flow: stopping time and errors of the bed surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RunState {
     /// Time at which the flow had stopped (s); NaN before.
     pub stop_time: f64,
-    /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
-    pub departure: Option<[f64; 2]>,
+    /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
+    pub fit_errors: Option<[f64; 2]>,
 }
 
+/// Scalar output with its name, unit and value.
 fn output(name: &str, unit: &str, value: f64) -> ScalarOutput {
     (name.to_owned(), unit.to_owned(), value)
 }
@@ -35,7 +36,7 @@ fn energy_outputs<const D: usize>(flow: &FlowView<'_, D>) -> [(&'static str, f64
     ]
 }
 
-/// Scalar outputs of the method in each row of the measures.
+/// Scalar outputs of the method, one per column of the table of measures.
 pub(crate) fn scalar_outputs<const D: usize>(
     flow: &FlowView<'_, D>,
     rasters: Option<&HazardRasters>,
@@ -44,7 +45,7 @@ pub(crate) fn scalar_outputs<const D: usize>(
     let mut outputs = flow_outputs(flow);
     outputs.push(output("stopped", "s", state.stop_time));
     outputs.extend(energy_outputs(flow).map(|(name, value)| output(name, "J", value)));
-    if let Some([largest, mean]) = state.departure {
+    if let Some([largest, mean]) = state.fit_errors {
         outputs.push(output("bed_off_raster", "m", largest));
         outputs.push(output("bed_off_raster_rms", "m", mean));
     }
@@ -82,7 +83,7 @@ fn flow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
     ]
 }
 
-/// Volumes that have entered, where there is inflow.
+/// Volumes that have entered, for a case with inflow.
 fn inflow_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> {
     let boundary = flow.boundary;
     if boundary.inflows.is_empty() && !boundary.open_sides.iter().any(OpenBoundary::has_inlet) {
@@ -107,7 +108,7 @@ fn erosion_outputs<const D: usize>(flow: &FlowView<'_, D>) -> Vec<ScalarOutput> 
     outputs
 }
 
-/// Mean liquefaction of the grains, where there are columns of pore pressure.
+/// Mean liquefaction ratio of the grains, for a case with pore-pressure columns.
 fn mean_liquefaction<const D: usize>(flow: &FlowView<'_, D>) -> Option<ScalarOutput> {
     let columns = &flow.nodes.pore_columns;
     if columns.is_empty() {

@@ -8,6 +8,7 @@ use crate::output::flow_view::FlowView;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::dot;
 
+/// Scalar field of a snapshot.
 fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
     Field { name: name.to_owned(), unit, data: FieldData::Scalar(values) }
 }
@@ -21,7 +22,7 @@ pub(super) fn along_bed<const D: usize>(v: &[f64; D], slope: &[f64; D]) -> [f64;
     })
 }
 
-/// Set and index of every node, in the order of ids.
+/// Node set and index of each node, in the order of node numbers.
 fn in_order<const D: usize>(sets: &[PhaseSet<D>]) -> Vec<(usize, usize)> {
     let numbered = sets.iter().enumerate();
     let mut order: Vec<(usize, usize)> =
@@ -30,7 +31,7 @@ fn in_order<const D: usize>(sets: &[PhaseSet<D>]) -> Vec<(usize, usize)> {
     order
 }
 
-/// Snapshot of all nodes, in the order of ids, at a time (s) of the case and after this number of steps.
+/// Snapshot of all nodes, in the order of node numbers, at a time of the case (s).
 pub(crate) fn snapshot<const D: usize>(flow: &FlowView<'_, D>, (time, step): (f64, u64)) -> Snapshot {
     let order = in_order(flow.sets());
     let nodes = |set: usize| &flow.sets()[set].nodes;
@@ -62,7 +63,7 @@ pub(crate) fn snapshot<const D: usize>(flow: &FlowView<'_, D>, (time, step): (f6
     }
 }
 
-/// Fields of the nodes in `order`, over the `beds` below them.
+/// Fields of the nodes in the given order; `beds` are the bed points below them.
 fn fields<const D: usize>(
     flow: &FlowView<'_, D>,
     order: &[(usize, usize)],
@@ -117,7 +118,7 @@ fn fields<const D: usize>(
     fields
 }
 
-/// Pore pressures of the nodes in `order`, where there are columns.
+/// Pore-pressure fields of the nodes in the given order, for a case with pore-pressure columns.
 fn fields_of_columns<const D: usize>(flow: &FlowView<'_, D>, order: &[(usize, usize)]) -> Vec<Field> {
     if flow.nodes.pore_columns.is_empty() {
         return Vec::new();

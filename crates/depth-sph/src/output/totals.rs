@@ -4,7 +4,7 @@ use crate::bed::Bed;
 use crate::config::settings::FlowSettings;
 use crate::phases::phase::PhaseSet;
 
-/// Totals of one set.
+/// Total mass, momentum and energies of the nodes of one phase or layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseTotals<const D: usize> {
     /// Mass (kg).
@@ -19,7 +19,7 @@ pub struct PhaseTotals<const D: usize> {
     pub potential: f64,
 }
 
-/// Totals of a set, summed in the order of the nodes' numbers.
+/// Mass, momentum and energies of a node set, summed in the order of node numbers.
 pub fn totals<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,

@@ -31,7 +31,7 @@ pub(crate) fn warnings_at_end<const D: usize>(
     }
     let account = flow.energy_balance();
     if account.is_off() {
-        let cure = match (state.departure.is_some(), flow.settings.numerics.variable_length) {
+        let cure = match (state.fit_errors.is_some(), flow.settings.numerics.variable_length) {
             (true, true) => {
                 "set `variable_smoothing` to false, increase `terrain_smoothing` or reduce `spacing`"
             }

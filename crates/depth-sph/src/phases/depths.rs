@@ -8,7 +8,7 @@ use crate::phases::node_checks::check_numbers;
 use crate::phases::phase::PhaseSet;
 use crate::points::image_nodes::{PlanBoundaries, copy_with_images};
 
-/// Finds neighbours, and heights and smoothing lengths by them.
+/// Lists neighbours and computes heights and smoothing lengths from them.
 ///
 /// # Errors
 /// The first node that a neighbour search cannot locate.
@@ -49,6 +49,7 @@ pub fn find_neighbours<const D: usize>(
     Ok(())
 }
 
+/// Lists the neighbours of each node in its own and in the other phase.
 fn list_neighbours<const D: usize>(sets: &mut [PhaseSet<D>], support: f64) -> Result<(), FlowFailure> {
     for set in &mut *sets {
         set.list_same_phase(support).map_err(|error| FlowFailure::of_search(set, &error))?;
@@ -76,7 +77,7 @@ pub fn repeat_thickness_sum<const D: usize>(numerics: &Numerics, sets: &mut [Pha
     }
 }
 
-/// Computes heights of the other phase, total depths and porosities.
+/// Computes height of the other phase, total depth and porosity at each node.
 pub fn find_depths<const D: usize>(
     settings: &FlowSettings<D>,
     limits: &FlowLimits,

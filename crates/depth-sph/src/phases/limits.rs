@@ -4,7 +4,7 @@ use crate::bed::BedPoint;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::norm;
 
-/// Depths below this share of the largest initial one, and below a millimetre, have no partner phase.
+/// Depth below which a node has no partner phase, over the largest initial depth; it is at least one millimetre.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
 
 /// Bounds of depth and speed by the initial state.
@@ -29,7 +29,7 @@ impl Default for FlowLimits {
 }
 
 impl FlowLimits {
-    /// Limits of nodes at rest or in motion over their bed.
+    /// Limits of depth and speed for the nodes of a flow.
     pub fn for_sets<const D: usize>(sets: &[PhaseSet<D>]) -> Self {
         let depths = || sets.iter().flat_map(|set| set.nodes.depth.iter().zip(&set.bed));
         let deepest = depths().map(|(depth, _)| *depth).fold(0.0, f64::max);
@@ -42,7 +42,7 @@ impl FlowLimits {
         }
     }
 
-    /// Adds the level (m) and the speed (m/s) of material that enters.
+    /// Raises the limits for material that enters with a level (m) and a speed (m/s).
     pub fn include(&mut self, level: f64, speed: f64) {
         self.max_initial_level = self.max_initial_level.max(level);
         self.max_initial_speed = self.max_initial_speed.max(speed);

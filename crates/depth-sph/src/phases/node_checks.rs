@@ -10,7 +10,7 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::{PhaseNodes, norm};
 
-/// Ratio of the speed of a node to the speed that gravity can give it at which the run ends.
+/// Ratio of the speed of a node to the speed that gravity can cause, above which the run ends with an error.
 const MAX_SPEED_RATIO: f64 = 3.0;
 
 /// Checks all nodes at the end of a step.
@@ -36,7 +36,7 @@ pub fn check_nodes<const D: usize>(
     Ok(())
 }
 
-/// Checks that positions, velocities and smoothing lengths are finite before lists are made.
+/// Checks that positions, velocities and smoothing lengths are finite before neighbours are searched.
 ///
 /// # Errors
 /// The first node with a number that is not finite.
@@ -64,7 +64,8 @@ pub fn check_numbers<const D: usize>(sets: &[PhaseSet<D>]) -> Result<(), FlowFai
     Ok(())
 }
 
-/// Failure of a node (sheet: depth-sph §2.9, item 8 as amended): not finite, or faster than three times the speed gravity can give.
+/// Failure of a node, if a value is not finite or the speed exceeds three times that which gravity can cause (sheet: depth-sph §2.9, item 8
+/// as amended).
 fn failure_of<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,

@@ -13,22 +13,22 @@ use crate::points::MIN_NODES_PER_TASK;
 use crate::points::image_nodes::{ImageNode, PlanBoundaries, copy_with_images, image_nodes};
 use crate::points::phase_nodes::{NeighbourData, PhaseNodes, PlanVector};
 
-/// Share by which lists reach beyond the supports: they are valid until a node has moved by a quarter of it, or its smoothing
-/// length has grown by half of it.
+/// Relative margin of the neighbour lists beyond the kernel supports. The lists are valid until a node has moved by a quarter of it or its
+/// smoothing length has grown by half of it.
 const SKIN: f64 = 0.4;
 
-/// Nodes of one phase with the data of a step.
+/// Nodes of one phase or layer with the data of a step.
 #[derive(Debug, Default)]
 pub struct PhaseSet<const D: usize> {
     /// Nodes.
     pub nodes: PhaseNodes<D>,
-    /// Data of the nodes and of their images for neighbour sums.
+    /// Data of the nodes and their images that neighbour sums read.
     pub neighbour_data: NeighbourData<D>,
     /// Images at walls and periods.
     pub images: Vec<ImageNode<D>>,
     /// Data of the nodes and images sorted by cell, for sums over neighbours.
     pub cell_sorted: CellSorted<D>,
-    /// Neighbours of the same phase, where these are needed one by one.
+    /// Neighbour list of the same phase, if a term needs it.
     pub same_phase_neighbours: NeighbourList<D>,
     /// Neighbours of the other phase.
     pub other_phase_neighbours: NeighbourList<D>,
@@ -38,29 +38,29 @@ pub struct PhaseSet<const D: usize> {
     pub bed: Vec<BedPoint<D>>,
     /// Effective gravity of the reaction of the bed (m/s²).
     pub reaction: Vec<f64>,
-    /// Acceleration along the normal of the bed of velocities that follow it (m/s²), where they are transported.
+    /// Normal acceleration of the velocities that follow the bed (m/s²), with transport of velocities.
     pub curvature_acceleration: Vec<f64>,
     /// Accelerations (m/s²).
     pub acceleration: Vec<PlanVector<D>>,
-    /// Part of the accelerations by artificial viscosity (m/s²).
+    /// Acceleration by artificial viscosity (m/s²).
     pub viscous: Vec<PlanVector<D>>,
     /// Rates of height (m/s), where heights are integrated.
     pub rate: Vec<f64>,
-    /// Rates of divergence (1/s), where the stress needs them.
+    /// Rates of divergence of the velocity (1/s), if the stress depends on them.
     pub divergence: Vec<f64>,
     /// Velocity at the beginning of the step (m/s).
     pub start_velocity: Vec<PlanVector<D>>,
     /// Velocity before the kick, or before resistance (m/s), for the energy balance.
     pub stored_velocity: Vec<PlanVector<D>>,
-    /// Works per step of friction, viscosity and pressure (J).
+    /// Work of friction, viscosity and pressure per step at each node (J).
     pub works_per_step: Vec<[f64; 3]>,
-    /// Scratch vectors within one sub-step.
+    /// Vectors of each node, as temporary storage within a sub-step.
     pub scratch_vectors: Vec<PlanVector<D>>,
-    /// Scratch scalars within one sub-step.
+    /// Scalars of each node, as temporary storage within a sub-step.
     pub scratch_scalars: Vec<f64>,
     /// Packed neighbours, where heights are sums.
     pub packed_neighbours: PackedNeighbours,
-    /// Largest smoothing length of the nodes that may reach a position, for the last forces or the last lists.
+    /// Largest smoothing length of nodes with a position in their support, at the last forces or the last lists.
     pub max_smoothing_length: MaxSmoothingLength<D>,
     listed_nodes: Vec<(PlanVector<D>, f64)>,
 }
@@ -85,7 +85,7 @@ impl<const D: usize> PhaseSet<D> {
         self.nodes.is_empty()
     }
 
-    /// Whether the lists still contain every pair within the supports.
+    /// Whether the neighbour lists still contain all pairs within the supports.
     pub fn is_listed(&self, support: f64) -> bool {
         if self.listed_nodes.len() != self.len() {
             return false;
@@ -109,7 +109,7 @@ impl<const D: usize> PhaseSet<D> {
         nodes.with_min_len(8 * MIN_NODES_PER_TASK).all(stays)
     }
 
-    /// Makes image nodes.
+    /// Creates image nodes behind walls and periodic boundaries.
     pub fn make_images(&mut self, ends: &PlanBoundaries<D>, support: f64) {
         self.clear_lists();
         if ends.are_open() {
@@ -144,7 +144,7 @@ impl<const D: usize> PhaseSet<D> {
         self.max_smoothing_length.update(&self.neighbour_data.position, &self.neighbour_data.length, support);
     }
 
-    /// Makes the list of neighbours of the same phase.
+    /// Lists the neighbours of each node in the same phase.
     pub fn list_same_phase(&mut self, support: f64) -> Result<(), SearchError> {
         let nodes = &self.nodes;
         self.listed_nodes.extend(nodes.position.iter().copied().zip(nodes.length.iter().copied()));
@@ -164,7 +164,7 @@ impl<const D: usize> PhaseSet<D> {
         )
     }
 
-    /// Makes the list of neighbours of the other phase, which has its images.
+    /// Lists the neighbours of each node in the other phase, with its images.
     pub fn list_other_phase(&mut self, other: &NeighbourData<D>, support: f64) -> Result<(), SearchError> {
         self.max_smoothing_length.update(&other.position, &other.length, (1.0 + SKIN) * support);
         let own = &self.nodes;
@@ -212,8 +212,8 @@ impl<const D: usize> PhaseSet<D> {
         copy_with_images(&self.images, &self.nodes.length, &mut self.neighbour_data.length);
     }
 
-    /// Sorts the nodes by cells of edge `edge` (m), so that neighbours are close in memory; returns the order, for other
-    /// data per node.
+    /// Sorts the nodes by cells of width `edge` (m), so that neighbours are close in memory. Returns the order, by which other data are
+    /// sorted.
     ///
     /// # Errors
     /// When a position is not finite.
@@ -231,7 +231,7 @@ impl<const D: usize> PhaseSet<D> {
 }
 
 impl<const D: usize> PhaseSet<D> {
-    /// Porosity of the flow at node `i` of this set, number `set` of the flow.
+    /// Porosity of the flow at node `i`; `set` is the number of this node set.
     fn porosity(&self, settings: &FlowSettings<D>, set: usize, i: usize) -> f64 {
         let share = self.nodes.partial_thickness[i] / self.nodes.depth[i];
         match (settings.phases, set) {
@@ -241,12 +241,12 @@ impl<const D: usize> PhaseSet<D> {
         }
     }
 
-    /// Submerged density of the flow at node `i` of this set, number `set` of the flow (kg/m³).
+    /// Submerged density of the flow at node `i` (kg/m³); `set` is the number of this node set.
     pub fn submerged_density(&self, settings: &FlowSettings<D>, set: usize, i: usize) -> f64 {
         settings.material.densities.submerged_density(self.porosity(settings, set, i))
     }
 
-    /// Density of the flow at node `i` of this set, number `set` of `sets` (kg/m³); of grains and fluid that of both.
+    /// Density of the flow at node `i` (kg/m³); for grains and fluid that of the mixture.
     pub fn flow_density(&self, settings: &FlowSettings<D>, (sets, set): (usize, usize), i: usize) -> f64 {
         match settings.phases {
             Phases::Two => settings.material.densities.mixture(self.porosity(settings, set, i)),
@@ -268,10 +268,12 @@ struct NeighbourCriterion<'a, const D: usize> {
 }
 
 impl<const D: usize> NeighbourCriterion<'_, D> {
+    /// Search radius for neighbours at a position (m), list margin included.
     fn radius(&self, x: &PlanVector<D>, length: f64) -> f64 {
         (1.0 + SKIN) * 0.5 * self.support * (length + self.max_smoothing_length.length_at(x).max(length))
     }
 
+    /// Whether node `j` of the other set is within the pair's support of node `i`, list margin included.
     fn is_near(&self, own: &PhaseNodes<D>, i: u32, other: &NeighbourData<D>, j: u32) -> bool {
         let (i, j) = (i as usize, j as usize);
         let length = own.length[i];

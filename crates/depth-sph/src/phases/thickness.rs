@@ -19,7 +19,7 @@ const NEWTON: (usize, f64) = (50, 1e-13);
 const MIN_OMEGA: f64 = 1e-3;
 
 impl<const D: usize> PhaseSet<D> {
-    /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
+    /// Step 2: heights of the phase, with smoothing lengths for which `h ℓ^d / m` is constant.
     pub fn sum_thickness(&mut self, numerics: &Numerics) {
         let kernel = numerics.kernel;
         if numerics.momentum == PressureForceForm::Variational {
@@ -133,7 +133,7 @@ impl<const D: usize> PhaseSet<D> {
         }
     }
 
-    /// Height of the other phase at each node (m), by summation.
+    /// Heights of the other phase at each node (m), by kernel summation.
     pub fn sum_partner_thickness(&mut self, kernel: Kernel, other: &CellSorted<D>) {
         let nodes = &self.nodes;
         let partner = |i: usize| other.sum(kernel, &nodes.position[i], nodes.length[i]);
@@ -146,7 +146,7 @@ impl<const D: usize> PhaseSet<D> {
     }
 }
 
-/// Height of a node (m) with `ℓ^d h` equal to `kept`, and `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`, one where the length is at a bound.
+/// Height of a node (m) for which `ℓ^d h` equals `kept`, and its `Ω = 1 + ℓ/(d h) ∂h/∂ℓ`. `Ω` is 1 if the smoothing length is at a bound.
 fn solve_node_thickness<const D: usize>(
     nearby: &mut NearbyNodes<'_, D>,
     numerics: &Numerics,

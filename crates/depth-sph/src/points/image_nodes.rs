@@ -2,12 +2,12 @@
 
 use crate::points::phase_nodes::PlanVector;
 
-/// Walls and periods at the two ends of each axis.
+/// Walls and periodic boundaries at both ends of each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanBoundaries<const D: usize> {
-    /// Lower and upper wall of each axis (m); `None` where the end is open.
+    /// Coordinates of the lower and upper wall of each axis (m); `None` for an open end.
     pub walls: [[Option<f64>; 2]; D],
-    /// Lower and upper end of the periodic axes (m).
+    /// Coordinates of the lower and upper end of each periodic axis (m).
     pub periods: [Option<(f64, f64)>; D],
 }
 
@@ -18,7 +18,7 @@ impl<const D: usize> Default for PlanBoundaries<D> {
 }
 
 impl<const D: usize> PlanBoundaries<D> {
-    /// Whether there is neither wall nor period.
+    /// Whether there are neither walls nor periodic boundaries.
     pub fn are_open(&self) -> bool {
         *self == Self::default()
     }
@@ -42,7 +42,7 @@ impl<const D: usize> PlanBoundaries<D> {
         }
     }
 
-    /// Reflects a position beyond a wall; returns -1 along the axes that were mirrored, 1 elsewhere.
+    /// Reflects a position at the walls; returns -1 for axes along which it was reflected, else 1.
     #[inline]
     pub fn mirror(&self, position: &mut PlanVector<D>) -> PlanVector<D> {
         let mut signs = [1.0; D];
@@ -59,7 +59,7 @@ impl<const D: usize> PlanBoundaries<D> {
         signs
     }
 
-    /// Returns a node that has left a period into it.
+    /// Moves a node that has left a periodic domain to the opposite end.
     pub fn wrap_into_period(&self, position: &mut PlanVector<D>, origin: &mut PlanVector<D>) {
         for (axis, period) in self.periods.iter().enumerate() {
             let Some((low, high)) = period else { continue };
@@ -88,14 +88,14 @@ impl<const D: usize> ImageNode<D> {
         std::array::from_fn(|c| self.sign[c] * x[c] + self.offset[c])
     }
 
-    /// Vector of the image, from that of the node.
+    /// Vector of the image from that of its node.
     #[inline]
     pub fn transform_vector(&self, v: &PlanVector<D>) -> PlanVector<D> {
         std::array::from_fn(|c| self.sign[c] * v[c])
     }
 }
 
-/// Returns all images within `reach` (m) of walls and of ends of periods, in a fixed order.
+/// All images within `reach` of walls and periodic boundaries (m), in a fixed order.
 pub fn image_nodes<const D: usize>(
     ends: &PlanBoundaries<D>,
     positions: &[PlanVector<D>],
@@ -117,7 +117,7 @@ pub fn image_nodes<const D: usize>(
     }
 }
 
-/// Adds the images along one axis of the node at `x`, or of an image of it.
+/// Adds the images along one axis of a node at `x`, or of an image of it.
 fn push_images<const D: usize>(
     ends: &PlanBoundaries<D>,
     axis: usize,
@@ -152,7 +152,7 @@ fn push_images<const D: usize>(
     }
 }
 
-/// Copies a value of each node, followed by that of the node of each image.
+/// Copies a value of each node, and then the value of the node of each image.
 pub fn copy_with_images<const D: usize, T: Copy>(images: &[ImageNode<D>], own: &[T], values: &mut Vec<T>) {
     values.clear();
     values.extend_from_slice(own);

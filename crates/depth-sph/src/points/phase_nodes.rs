@@ -32,17 +32,17 @@ struct_of_arrays! {
         pub velocity: [f64; D],
         /// Volume (m³; m² per metre of width in one dimension).
         pub volume: f64,
-        /// Height of its phase (m): `(1 - n) h` of a solid, `n h` of a fluid, `h` where there is one phase.
+        /// Height of the phase (m): `(1 - n) h` for grains, `n h` for fluid, `h` for a single phase.
         pub partial_thickness: f64,
-        /// Total depth, of all phases (m).
+        /// Total depth of all phases (m).
         pub depth: f64,
         /// Smoothing length (m).
         pub length: f64,
-        /// Initial smoothing length (m), which bounds the later ones.
+        /// Initial smoothing length (m), which bounds later ones.
         pub first_length: f64,
         /// Constant `ℓ^d h / m` of the smoothing length: `η^d` for smoothing lengths of η spacings.
         pub scale: f64,
-        /// Slope of the bed in whose tangent plane the velocity lies; not-a-number until the bed has been sampled.
+        /// Slope of the bed whose tangent plane contains the velocity; not-a-number until the bed has been sampled.
         pub slope: [f64; D],
         /// Effective gravity `g_*` on pressure at the last sample of the step (m/s²).
         pub effective_gravity: f64,
@@ -55,10 +55,10 @@ struct_of_arrays! {
     }
 }
 
-/// Node to be added.
+/// Node that is to be added to a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewNode<const D: usize> {
-    /// Body.
+    /// Number of the body in the case.
     pub body: u32,
     /// Position (m).
     pub position: PlanVector<D>,
@@ -73,7 +73,7 @@ pub struct NewNode<const D: usize> {
 }
 
 impl<const D: usize> PhaseNodes<D> {
-    /// Adds a node with this number; its height follows from the next sum.
+    /// Adds a node with a number; its height follows from the next summation.
     pub fn push(&mut self, id: u64, node: &NewNode<D>) {
         self.id.push(id);
         self.body.push(node.body);
@@ -106,7 +106,7 @@ impl<const D: usize> PhaseNodes<D> {
 }
 
 struct_of_arrays! {
-    /// Data of the nodes for neighbour sums: the nodes first, then their images at walls and periods.
+    /// Data of nodes and images for neighbour sums; the images at walls and periodic boundaries follow the nodes.
     pub struct NeighbourData<const D: usize> {
         /// Position (m).
         pub position: [f64; D],
@@ -120,15 +120,15 @@ struct_of_arrays! {
         pub length: f64,
         /// Total depth (m).
         pub depth: f64,
-        /// Height of the other phase (m); empty where there is one phase.
+        /// Height of the other phase (m); empty for a single phase.
         pub partner_height: f64,
-        /// `P / (g_* h²)` of the phase, half of it where stress is isotropic and there is no other phase.
+        /// Pressure term `P / (g_* h²)` of the phase, with half of `P` for isotropic stress without another phase.
         pub pressure: f64,
-        /// Porosity; empty where there is one phase.
+        /// Porosity; empty for a single phase.
         pub porosity: f64,
-        /// Depth times mean excess pore pressure over `g_*`, `h ρ' ψ̄` (kg/m); empty where there is one phase.
+        /// Depth times mean excess pore pressure over `g_*`, `h ρ' ψ̄` (kg/m); empty for a single phase.
         pub excess: f64,
-        /// Level of the bed (m); empty unless gradients are those of the free surface.
+        /// Bed level (m); empty unless the pressure force uses the gradient of the free surface.
         pub level: f64,
     }
 }

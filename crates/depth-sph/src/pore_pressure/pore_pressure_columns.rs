@@ -9,10 +9,10 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::pore_pressure::pressure_transfer::TransferredPressure;
 
-/// Heads on the columns of all solid nodes.
+/// Excess pore pressures in the columns of all grain nodes, as heads.
 #[derive(Clone, Debug, Default)]
 pub struct PorePressureColumns {
-    /// `cells + 1` heads of each node, from the base to the surface (m); empty without pore pressure.
+    /// Excess pore-pressure heads of each node from the base to the surface (m), `cells + 1` per node; empty without pore pressure.
     pub heads: Vec<f64>,
     /// Values per node.
     pub width: usize,
@@ -25,7 +25,7 @@ pub struct PorePressureColumns {
 }
 
 impl PorePressureColumns {
-    /// Creates columns of `cells` intervals for `nodes` nodes, which begin with the depth of their first step.
+    /// Columns of `cells` intervals for `nodes` nodes; their depth is that of the first step.
     pub fn new(cells: usize, nodes: usize) -> Self {
         let width = cells + 1;
         Self { heads: vec![0.0; width * nodes], width, depth: vec![f64::NAN; nodes], ..Self::default() }
@@ -41,18 +41,18 @@ impl PorePressureColumns {
         &self.heads[i * self.width..(i + 1) * self.width]
     }
 
-    /// Head at the base of node `i` (m); zero without pore pressure.
+    /// Excess head at the base of a node (m); zero without pore pressure.
     #[inline]
     pub fn base_head(&self, i: usize) -> f64 {
         self.heads.get(i * self.width).copied().unwrap_or(0.0)
     }
 
-    /// Mean head of node `i` (m); zero without pore pressure.
+    /// Mean excess head of a node (m); zero without pore pressure.
     pub fn mean(&self, i: usize) -> f64 {
         if self.is_empty() { 0.0 } else { pore_pressure_column::mean(self.column(i)) }
     }
 
-    /// Reorders the columns; those that `order` does not list are removed.
+    /// Sorts the columns in the given order and removes those that it does not list.
     pub fn reorder(&mut self, order: &[u32]) {
         if self.is_empty() {
             return;
@@ -63,7 +63,7 @@ impl PorePressureColumns {
         self.depth = order.iter().map(|&k| self.depth[k as usize]).collect();
     }
 
-    /// Adds a node with a column, which begins with the depth of its first step.
+    /// Adds a column for a new node; its depth is that of the next step.
     pub fn push(&mut self) {
         if !self.is_empty() {
             self.heads.resize(self.heads.len() + self.width, 0.0);
@@ -71,7 +71,7 @@ impl PorePressureColumns {
         }
     }
 
-    /// Loads the columns by the change of depth, and drains them up to `time` (s).
+    /// Loads the columns by the change of depth, and consolidates them up to `time` (s).
     pub fn advance<const D: usize>(&mut self, settings: &FlowSettings<D>, set: &PhaseSet<D>, time: f64) {
         let Some(pore) = &settings.column else { return };
         let dt = time - self.time;
@@ -84,8 +84,8 @@ impl PorePressureColumns {
     }
 }
 
-/// Sets pore pressures of columns from points, before the first step at `time` (s): excess over the hydrostatic pressure, by the numbers
-/// of the nodes. Returns the number of columns that were limited to their bounds.
+/// Sets the pore pressure in the columns, before the first step. `transferred` has the number of each node and its excess over the
+/// hydrostatic pressure. Returns the number of columns that were limited to their bounds.
 pub fn set_pore_pressures<const D: usize>(
     settings: &FlowSettings<D>,
     set: &PhaseSet<D>,
@@ -125,14 +125,14 @@ struct NodeColumn<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> NodeColumn<'a, D> {
+    /// Column of node `i` with its depth, porosity and submerged density.
     fn for_node(settings: &'a FlowSettings<D>, pore: &'a PoreColumn, set: &'a PhaseSet<D>, i: usize) -> Self {
         let porosity = set.neighbour_data.porosity.get(i).copied().unwrap_or(settings.material.porosity);
         let submerged_density = settings.material.densities.submerged_density(porosity);
         Self { settings, pore, set, i, depth: set.nodes.depth[i], porosity, submerged_density }
     }
 
-    /// Advances the heads by loading, drainage and bounds over `dt` (s) from the depth of the last loading (m); returns whether a bound
-    /// was reached.
+    /// Advances the heads of a column by loading, consolidation and bounds over `dt` (s). Returns whether a bound was reached.
     fn advance(&self, head: &mut [f64], loaded_depth: &mut f64, dt: f64) -> bool {
         let Self { settings, pore, set, i, depth, porosity, submerged_density } = *self;
         let densities = &settings.material.densities;
@@ -166,7 +166,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
         })
     }
 
-    /// Consolidates the column over its kind of base. `air` is the head of the air over the depth.
+    /// Consolidates a column with the drainage condition of its base; `air` is the head of the air pressure over the depth.
     fn drain(&self, coefficient: f64, air: f64, head: &mut [f64], dt: f64) {
         let Self { settings, pore, set, i, depth, .. } = *self;
         let normal = depth * depth / set.bed[i].steepness();
@@ -192,7 +192,7 @@ impl<'a, const D: usize> NodeColumn<'a, D> {
         }
     }
 
-    /// Adds the dilatancy term: shear dilates dense skeletons and compacts loose ones, `-(K_v/α) γ' K_ψ (n_crit - n)`.
+    /// Adds the dilatancy term `-(K_v/α) γ' K_ψ (n_crit - n)`: shear dilates dense skeletons and compacts loose ones.
     fn apply_dilatancy(&self, head: &mut [f64], dt: f64) {
         let Self { settings, pore, set, i, depth, porosity, submerged_density } = *self;
         let Some((slope, critical)) = pore.dilatancy else { return };

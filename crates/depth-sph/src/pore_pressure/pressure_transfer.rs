@@ -7,17 +7,17 @@ use crate::laws::pore_pressure_column::mean;
 pub struct TransferredPressure {
     /// Depth of these points (m).
     pub depth: f64,
-    /// Pore pressure (Pa) at equal distances from the base to the surface, where it is zero.
+    /// Pore pressures at equal distances from the base to the surface (Pa), zero at the surface.
     pub pressure: Vec<f64>,
 }
 
-/// Point above a square: its volume (m³; m² in a profile), its height above the bed (m), and its pore pressure (Pa).
+/// Point above a lattice square: its volume (m³; m² in a profile), height above the bed (m) and pore pressure (Pa).
 pub type PointAboveSquare = [f64; 3];
 
 impl TransferredPressure {
-    /// Profile on `cells` intervals: `(1 - ζ)(a + b ζ)` of the height `ζ` over the depth by least squares over means of layers, and the
-    /// residuals of these, by straight lines between them and to the surface. Its mean is that of the points, by a part that is linear over
-    /// the depth. Linear profiles are exact. Points whose middle lies in the bed have no column.
+    /// Pore-pressure profile on `cells` intervals. It is the least-squares fit `(1 - ζ)(a + b ζ)` to the means of layers, with the
+    /// residuals interpolated linearly. Its mean is that of the points, by a part that is linear over the depth. Linear profiles are exact.
+    /// Points whose middle lies in the bed have no column.
     pub fn from_points(points: &[PointAboveSquare], cells: usize) -> Self {
         let volume: f64 = points.iter().map(|point| point[0]).sum();
         let over = |value: usize| points.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;

@@ -14,17 +14,17 @@ use crate::points::phase_nodes::NewNode;
 use crate::pore_pressure::pressure_transfer::{PointAboveSquare, TransferredPressure};
 use crate::setup::pore_fluid::PorePressureField;
 
-/// Share of the domain's height by which a body may be above the bed, or bodies apart, by round-off.
+/// Tolerance of the gap between a body and the bed, or between bodies, over the height of the domain.
 const HEIGHT_TOLERANCE: f64 = 1e-6;
 
-/// Largest distance of the surface of a hydrostatic pressure from that of the flow, over the depth.
+/// Tolerance of the difference of a hydrostatic surface from the flow surface, over the depth.
 const SURFACE_TOLERANCE: f64 = 0.01;
 
 /// Nodes of each set, with their pore pressures and warnings.
 pub struct BodyNodes<const D: usize> {
     /// Nodes of each set.
     pub sets: Vec<Vec<NewNode<D>>>,
-    /// Pore pressures of nodes of the first set from points, by the number of the node.
+    /// Pore pressures transferred from points, each with the number of its node in the first set.
     pub transferred_pressures: Vec<(usize, TransferredPressure)>,
     /// Warnings.
     pub warnings: Vec<String>,
@@ -91,10 +91,10 @@ pub fn body_nodes<const D: usize>(
     Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
 }
 
-/// Nodes from points, with the pore pressure over the depth of each where there are columns.
+/// Nodes that are made from points, with a pore-pressure profile for each if the case has pore-pressure columns.
 type PointNodes<const D: usize> = (Vec<NewNode<D>>, Vec<TransferredPressure>);
 
-/// Nodes from the points of body `number`, whose flow has this density (kg/m³), with their pore pressures; `None` without points.
+/// Nodes from the point list of a body, for a flow density (kg/m³), with their pore pressures; `None` for a body without a point list.
 fn nodes_of_points<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -144,8 +144,8 @@ fn density(options: &DepthOptions, material: &Mixture, body: &Body, upper: bool)
 /// Volume, first moment and momentum above a square, and the indices of its points.
 type SquareSums<const D: usize> = ([[f64; D]; 3], Vec<usize>);
 
-/// Nodes from points of another method: those above one square of the lattice become one node, with their volume, their
-/// centroid and their momentum, and where there are columns, with their pore pressure over the depth (sheet: depth-sph §3.2, 4).
+/// Nodes from points of another method (sheet: depth-sph §3.2, 4). The points above a lattice square become one node with their volume,
+/// centroid and momentum, and their pore pressures if the case has columns.
 fn transferred_nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -217,16 +217,15 @@ fn new_node<const D: usize>(
     }
 }
 
-/// Position in plan as one in space, at height 0.
+/// Position in space of a position in plan, at level 0.
 fn spatial(x: &[f64]) -> [f64; 3] {
     std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
 }
 
-/// Depth of flow (m), its position in plan, and the bed below it.
+/// Depth of flow (m), position in plan (m) and bed point below it.
 type FlowOverBed<'a, const D: usize> = (f64, &'a [f64; D], &'a BedPoint<D>);
 
-/// Pore pressure over the depth at a position, by the field of body `number`; nothing without columns, where only a
-/// hydrostatic one is allowed.
+/// Pore pressure over the depth at a position, from the initial field of a body. Without columns only a hydrostatic field is valid.
 fn pore_pressure_profile<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -247,7 +246,7 @@ fn pore_pressure_profile<const D: usize>(
     Ok(Some(TransferredPressure { depth, pressure: (0..=cells).map(at).collect() }))
 }
 
-/// Rejects a hydrostatic pressure that is not that of the flow, where no column carries another one.
+/// Rejects a hydrostatic pressure with a surface other than that of the flow, for a case without pore-pressure columns.
 fn check_hydrostatic<const D: usize>(
     case: &Case,
     number: usize,
@@ -272,7 +271,7 @@ fn check_hydrostatic<const D: usize>(
     }
 }
 
-/// Assigns nodes of a body to the sets of their phases.
+/// Assigns the nodes of a body to the node sets of its phases.
 fn assign_to_phases<const D: usize>(
     options: &DepthOptions,
     sets: &mut [Vec<NewNode<D>>],
@@ -307,11 +306,12 @@ struct PlanLattice<const D: usize> {
 }
 
 impl<const D: usize> PlanLattice<D> {
+    /// Lattice in plan with a spacing (m), from the lower corner of the domain.
     fn new(case: &Case, spacing: f64) -> Self {
         Self { low: std::array::from_fn(|c| case.domain.min[c]), spacing }
     }
 
-    /// Centres of the squares within the bounds of a body, row by row.
+    /// Centres of the lattice squares within the bounds of a body, one row after another.
     fn squares_in(&self, body: &Body, dimension: usize) -> Vec<[f64; D]> {
         let (low, high) = body.shape.bounds(dimension);
         let first = |c: usize| ((low[c] - self.low[c]) / self.spacing - 0.5).ceil() as i64;
@@ -367,7 +367,7 @@ struct BodyColumn {
     depth: f64,
 }
 
-/// Column of body `number` above `x` (m); rejects gaps below and within it.
+/// Vertical extent of a body above a position (m); rejects gaps below and within it.
 fn body_column<const D: usize>(
     case: &Case,
     number: usize,

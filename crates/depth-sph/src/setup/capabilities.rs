@@ -9,9 +9,10 @@ use crate::config::choices::{Phases, SearchOrientation};
 use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::{NAME, pore_fluid};
 
-/// Number of nodes below which there is a warning (sheet: depth-sph §0).
+/// Number of nodes of the flow below which its resolution is too coarse and the plan has a warning (sheet: depth-sph §0).
 const MIN_NODES: usize = 10;
 
+/// Message for spaces in which the method does not compute.
 const SPACES: &str = "depth-sph computes flow along a profile (plane-strain, gravity along y) or over \
                       terrain (3d, gravity along z)";
 
@@ -97,6 +98,7 @@ pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(),
     check_bodies(case, options)
 }
 
+/// Rejects walls above the flow and walls that move.
 fn check_walls(case: &Case) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, boundary) in case.boundaries.iter().enumerate() {
@@ -114,7 +116,7 @@ fn check_walls(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Rejects an absorbing layer without a side, or without space.
+/// Rejects an absorbing layer without an open boundary, or without space for it.
 fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     let mut absorbing =
         case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
@@ -134,7 +136,7 @@ fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     }
 }
 
-/// Checks open sides, through which one phase leaves, grains and fluid, or two layers.
+/// Checks that the phases of the flow support open boundaries: one phase, grains and fluid, or two layers.
 fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
@@ -177,6 +179,7 @@ pub(super) fn check_velocity_along_bed(velocity: &Velocity, path: &str, up: usiz
     }
 }
 
+/// Rejects velocities across the bed and combinations of bodies with different materials that the method cannot compute.
 fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, body) in case.bodies.iter().enumerate() {

@@ -7,10 +7,10 @@ use colluvium_points::{Georeference, Raster};
 use crate::output::hazard_rasters::{HazardRasters, PlanCells};
 use crate::setup::bed::case_bed::CaseBed;
 
-/// Share of an area that counts as round-off.
+/// Tolerance of areas for round-off, as a share of the area.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Hazard rasters of `case`: on the cells of the terrain, or on others over that part of the plan.
+/// Hazard rasters of a case, on the cells of the terrain or on cells of a given width.
 pub fn hazard_rasters<const D: usize>(
     case: &Case,
     ground: &CaseBed<D>,
@@ -25,6 +25,7 @@ pub fn hazard_rasters<const D: usize>(
     };
     let mut maps = HazardRasters::new(grid, rasters.threshold, &ground.bed);
     if let Some(file) = &rasters.mapped_outline {
+        /// Path of the option in case files.
         const KEY: &str = "output.rasters.mapped";
         let outline = case.outline(file);
         let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);
@@ -42,7 +43,7 @@ pub fn hazard_rasters<const D: usize>(
     Ok(Some(maps))
 }
 
-/// Cells of this width over the terrain, or over the domain.
+/// Raster cells of a given width over the terrain or the domain.
 fn cells_of_width(case: &Case, terrain: Option<&PlanCells>, cell: f64) -> Result<PlanCells, CaseError> {
     let (low, high): ([f64; 2], [f64; 2]) = match terrain {
         Some(grid) => {

@@ -11,13 +11,13 @@ use crate::inflow::cross_section::CrossSection;
 use crate::inflow::{Inflow, InflowSection, InflowState};
 use crate::setup::open_boundaries::MAX_SEGMENTS;
 
-/// Mean slope of the bed in the direction of an inflow above which there is a warning.
+/// Mean bed slope in the direction of an inflow above which there is a warning.
 const MAX_UPHILL_SLOPE: f64 = 0.02;
 
-/// Rows behind a line beyond the reach of a kernel.
+/// Number of rows behind an inflow line in addition to those in kernel range.
 const ROWS: f64 = 2.0;
 
-/// Adds the inflows of a case to its flow; returns those through ends of a profile, each with its opening and key.
+/// Adds the inflow lines of a case to its flow. Returns the inflows through ends of a profile, each with its opening and key.
 pub fn add_inflows<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -49,11 +49,11 @@ pub fn add_inflows<const D: usize>(
             inflow.channel = Some(CrossSection::new(inflow.width(), &beds));
         }
         let InflowSection { depth, speed, max_depth: deepest } = inflow.max_section();
-        let before = flow.initial_state_before(&inflow);
+        let before = flow.initial_state_at_inflow(&inflow);
         let [depth, deepest] =
             [depth, deepest].map(|own| before.map_or(own, |(standing, _)| standing.max(own)));
         inflow.depth = depth;
-        if before.is_some() && flow.nodes_behind(&inflow) > 0 {
+        if before.is_some() && flow.count_nodes_behind(&inflow) > 0 {
             let problem = "lies within a body, but nodes of the inflow are placed behind it: let the body begin at the line, to the right of the direction from `from` to `to`";
             return Err(option_error(&key("from"), problem));
         }
@@ -77,7 +77,7 @@ pub fn add_inflows<const D: usize>(
     Ok(openings)
 }
 
-/// Adds the opening of an end of a profile, or its inlets to the opening of that end.
+/// Adds the opening of an end of a profile, or adds its inlets to an existing opening of that end.
 fn add_opening(
     openings: &mut Vec<(Opening, String)>,
     mut opening: Opening,
@@ -95,10 +95,10 @@ fn add_opening(
     Ok(())
 }
 
-/// Share of the domain ahead of an inflow below which there is a warning.
+/// Share of the domain ahead of an inflow line below which there is a warning.
 const MIN_AREA_AHEAD: f64 = 0.1;
 
-/// Warning where little of the domain is ahead of an inflow and most of it behind; error where the flow leaves at once.
+/// Warning for an inflow that is directed out of most of the domain, or an error if the flow leaves at once.
 fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
     let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.start[c] + inflow.end[c]));
     let to_edge = |sense: f64| {
@@ -119,7 +119,7 @@ fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Op
     if ahead < inflow.row_extent { Err(problem) } else { Ok(Some(problem)) }
 }
 
-/// Warning where the run ends (s) before all of a hydrograph has entered.
+/// Warning for a run that ends (s) before the whole hydrograph has entered.
 fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<String> {
     let until = |end: f64| {
         let part = |pair: &[[f64; 2]]| {
@@ -141,7 +141,7 @@ fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<Str
     })
 }
 
-/// Porosity of an inflow of two phases, that of the mixture when absent; none of one phase.
+/// Porosity of an inflow of grains and fluid, by default that of the mixture; `None` for a single phase.
 fn porosity(
     options: &DepthOptions,
     given: &InflowOptions,
@@ -161,7 +161,7 @@ fn porosity(
     }
 }
 
-/// Set of the layer of an inflow, of two layers.
+/// Number of the layer of an inflow in a two-layer flow.
 fn layer<const D: usize>(
     options: &DepthOptions,
     flow: &Flow<D>,
@@ -187,7 +187,7 @@ fn layer<const D: usize>(
     Ok(Some(set))
 }
 
-/// Opening of an end of a profile for an inflow.
+/// Opening of an end of a profile with an inflow.
 fn end_inlet<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -239,10 +239,10 @@ fn end_inlet<const D: usize>(
     })
 }
 
-/// Names of columns of times, in some languages.
+/// Column names of times in hydrograph files, in several languages.
 const TIMES: [&str; 6] = ["time", "t", "zeit", "temps", "tempo", "tiempo"];
 
-/// Names of columns of discharges, in some languages.
+/// Column names of discharges in hydrograph files, in several languages.
 const DISCHARGES: [&str; 13] = [
     "discharge",
     "q",
@@ -282,6 +282,7 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
     Ok(pairs)
 }
 
+/// Inflow of its options: a line in plan, or a side of a profile.
 fn inflow<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -350,7 +351,7 @@ fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
     Ok(())
 }
 
-/// Mean slope of the bed along a line in the direction of its flow, where it is uphill.
+/// Mean bed slope in the direction of an inflow, if it is uphill.
 fn uphill_slope<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64> {
     let places = (0..inflow.count()).filter_map(|k| bed.bed_point(&inflow.node_position(k, 0.0)));
     let slopes = places.map(|bed| -inflow.outward_and_tangential(&bed.slope)[0]);
@@ -358,7 +359,7 @@ fn uphill_slope<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Option<f64>
     (slope > MAX_UPHILL_SLOPE).then_some(slope)
 }
 
-/// Highest level of the bed under the nodes behind a line (m).
+/// Highest bed level under the nodes behind an inflow line (m).
 fn highest_bed_level<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, String> {
     let mut highest = f64::NEG_INFINITY;
     let count = inflow.count();

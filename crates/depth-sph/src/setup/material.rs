@@ -11,7 +11,7 @@ use crate::laws::interphase_drag::MixtureDensities;
 use crate::setup::bed::case_bed::BedFriction;
 use crate::setup::pore_fluid;
 
-/// Largest relative difference of the density of a material from that of the mixture.
+/// Tolerance of the density of a material against that of the mixture.
 const DENSITY_TOLERANCE: f64 = 0.01;
 
 /// Densities and porosity, from the options or from the material.
@@ -41,7 +41,7 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
     Ok(whole)
 }
 
-/// Law of the bed: that of the options, or that of wall and material.
+/// Basal law of a case: that of the options, else that of wall and material.
 pub fn basal_law(
     case: &Case,
     options: &DepthOptions,
@@ -62,21 +62,25 @@ pub fn basal_law(
         BedFriction::Frictional(coefficient) => law.with_max_friction(coefficient),
         BedFriction::Rough | BedFriction::Smooth => law,
     };
-    of_phases(options, law, "basal").map(Some)
+    require_two_phase_law(options, law, "basal").map(Some)
 }
 
-/// Builds a law given in the options under a key.
+/// Basal law of the parameters under a key of the options.
 pub fn build_basal_law(
     options: &DepthOptions,
     spec: &BasalSpec,
     key: &str,
 ) -> Result<BasalRheology, CaseError> {
     let law = spec.build().map_err(|error| option_error(key, error.to_string()))?;
-    of_phases(options, law, key)
+    require_two_phase_law(options, law, key)
 }
 
-/// Rejects a law for one phase where there are two.
-fn of_phases(options: &DepthOptions, law: BasalRheology, key: &str) -> Result<BasalRheology, CaseError> {
+/// Returns a basal law, or an error if the flow has two phases and the law is for one phase only.
+fn require_two_phase_law(
+    options: &DepthOptions,
+    law: BasalRheology,
+    key: &str,
+) -> Result<BasalRheology, CaseError> {
     if options.phases == Phases::Two && !law.is_additive() {
         let problem = "a Bingham profile is available for one phase only: give another law, or leave \
                        `phases` out";

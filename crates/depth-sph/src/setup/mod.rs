@@ -28,7 +28,7 @@ use crate::flow::{Flow, FlowFailure, OutsideNodes};
 use crate::laws::interphase_drag::MixtureDensities;
 use crate::solver::DepthSolver;
 
-/// Node-updates per second and thread, from the benchmark of one phase without columns.
+/// Node updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;
 /// Node-updates per second and thread with two phases or columns.
 const COUPLED_UPDATES_PER_SECOND: f64 = 5e5;
@@ -100,7 +100,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     })
 }
 
-/// Densities of the bodies where those of the mixture apply (kg/m³).
+/// Densities of the bodies, if those of the mixture apply (kg/m³).
 fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
     let mixture = options.mixture.as_ref()?;
     let densities = MixtureDensities {
@@ -116,6 +116,7 @@ fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
     Some(case.bodies.iter().map(|body| of_body(&body.name)).collect())
 }
 
+/// Plan of a case in `D` plan dimensions: number of nodes, steps and memory, with warnings.
 fn plan_in<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
     let (mut solver, of_bed) = build_in::<D>(case, options)?;
     let time_step = solver.limit();
@@ -154,7 +155,7 @@ pub(crate) fn solver<const D: usize>(
     Ok(build_in(case, options)?.0)
 }
 
-/// Builds a solver at time zero; returns it with the warnings of its bed.
+/// Solver of a case at time zero, with the warnings of its bed.
 fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -162,7 +163,7 @@ fn build_in<const D: usize>(
     let ground = bed::case_bed::case_bed::<D>(case, options)?;
     let mut of_maps = Vec::new();
     let maps = hazard_rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
-    let CaseBed { mut bed, departure, mut warnings, .. } = ground;
+    let CaseBed { mut bed, fit_errors, mut warnings, .. } = ground;
     warnings.append(&mut of_maps);
     let settings = settings::<D>(case, options)?;
     if let Bed::Erodible(erodible) = &mut bed {
@@ -193,11 +194,11 @@ fn build_in<const D: usize>(
     }
     flow.boundary.outside =
         if options.leaving_is_an_error { OutsideNodes::Fail } else { OutsideNodes::Remove };
-    let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, departure);
+    let solver = DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps, fit_errors);
     Ok((solver, warnings))
 }
 
-/// Raster of the erodible depths, where there is one.
+/// Raster of the erodible depths, if the case has one.
 fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>, CaseError> {
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
     let wrong = |problem: String| option_error("erodible_depth_raster", problem);
@@ -256,6 +257,7 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<FlowS
     })
 }
 
+/// Numerical parameters of the options.
 fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
     Numerics {
         kernel: options.kernel,
@@ -274,6 +276,7 @@ fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
     }
 }
 
+/// Pore-pressure column of the options; `None` without one.
 fn column(options: &DepthOptions, material: &Mixture) -> Option<PoreColumn> {
     let column = options.column.as_ref()?;
     let mixture = options.mixture.as_ref()?;

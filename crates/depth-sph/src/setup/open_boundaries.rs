@@ -9,16 +9,16 @@ use crate::config::choices::DepthFrame;
 use crate::flow::{Flow, OpenBoundary, Opening};
 use crate::setup::NAME;
 
-/// Slope of the bed across a side above which its depth is not that of the material farther out (sheet: depth-sph §3.9).
+/// Bed slope across an open boundary above which the depth at the boundary does not apply outside (sheet: depth-sph §3.9).
 const MAX_CROSS_SLOPE: f64 = 0.01;
 
-/// Length of an absorbing layer below which it is too short (distances of nodes).
+/// Least length of an absorbing layer, in node distances.
 const MIN_LAYER_NODES: f64 = 10.0;
 
-/// Number of positions along a side, or a line of inflow, above which the domain counts as a mistake.
+/// Largest number of segments along an open boundary or inflow line.
 pub const MAX_SEGMENTS: f64 = 1e6;
 
-/// Absorbing sides of a case, with their keys.
+/// Absorbing boundaries of a case, with their keys.
 pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
     let absorbing =
         case.boundaries.iter().enumerate().filter(|(_, side)| matches!(side.wall, Wall::Absorbing { .. }));
@@ -42,7 +42,7 @@ pub fn openings(case: &Case, options: &DepthOptions) -> Vec<(Opening, String)> {
         .collect()
 }
 
-/// Extent of sides along an axis (m): as far as the walls and open sides at its ends.
+/// Range of boundaries along an axis (m), between walls and open boundaries.
 fn span(case: &Case, axis: usize) -> (f64, f64) {
     let (mut low, mut high) = (case.domain.min[axis], case.domain.max[axis]);
     for side in case.boundaries.iter().filter(|side| side.side.axis() == axis) {
@@ -92,7 +92,7 @@ pub fn open_boundaries<const D: usize>(
     Ok(warnings)
 }
 
-/// Rejects a side with too many positions along it and in its layer.
+/// Rejects a boundary with too many segments.
 fn check_segment_count(opening: &Opening, key: &str) -> Result<(), CaseError> {
     let Opening { spacing, span, absorbing_length: layer, .. } = opening;
     let places = ((span.1 - span.0) / spacing).max(1.0) * (layer / spacing).max(1.0);
@@ -106,7 +106,7 @@ fn check_segment_count(opening: &Opening, key: &str) -> Result<(), CaseError> {
     Err(CaseError::new(key, problem))
 }
 
-/// Steepest slope of the bed across a side; rejects a side without a bed beyond it.
+/// Steepest bed slope across an open boundary; an error if there is no bed outside it.
 fn slope_across<const D: usize>(
     opening: &Opening,
     flow: &Flow<D>,

@@ -13,9 +13,9 @@ use crate::laws::pore_pressure_column::Drainage;
 use crate::setup::bed::case_bed::highest_wall;
 use crate::setup::{NAME, option_error};
 
-/// Relative tolerance of values that are given twice, for densities and permeabilities, which follow from others.
+/// Relative tolerance of densities and permeabilities that are given twice, of which one is derived.
 const DERIVED_TOLERANCE: f64 = 0.01;
-/// Relative tolerance of values that are given twice, for all others.
+/// Relative tolerance of other values that are given twice.
 const EQUAL_TOLERANCE: f64 = 1e-9;
 /// Largest tension of a pore fluid (Pa): that of columns (sheet: depth-sph §2.7).
 const MAX_TENSION: f64 = 1e5;
@@ -31,6 +31,7 @@ struct PoreFluidData {
 }
 
 impl PoreFluidData {
+    /// Densities, porosity and conductivity of the pore fluid of a body.
     fn of_body(case: &Case, body: &Body, fluid: &PoreFluid) -> Self {
         let weight = fluid.density * case.gravity_magnitude();
         Self {
@@ -87,7 +88,7 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     Ok(Cow::Owned(stated))
 }
 
-/// Pore fluid of all bodies: a flow has one kind of grains and one fluid, and one porosity unless its phases are two.
+/// Pore fluid of all bodies. A flow has one kind of grains and one fluid, and in a single phase one porosity.
 fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseError> {
     let mut found: Option<(PoreFluidData, &str)> = None;
     for (number, body) in case.bodies.iter().enumerate() {
@@ -149,11 +150,12 @@ fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseErr
     found.map(|(facts, _)| facts).ok_or_else(|| CaseError::new("bodies", "there is none"))
 }
 
+/// Whether two numbers are equal within the relative tolerance `close`.
 fn are_equal(one: f64, two: f64, close: f64) -> bool {
     (one - two).abs() <= close * one.abs().max(two.abs())
 }
 
-/// Writes a number under a key of the options, or compares it with the number there.
+/// Writes a number under a key of the options, or checks the number given there.
 fn set_option(
     into: &mut Map<String, Value>,
     path: &str,
@@ -179,6 +181,7 @@ fn set_option(
     }
 }
 
+/// Writes the densities, porosity and drag of the pore fluid to the options of the mixture, or checks those given.
 fn state_mixture(
     case: &Case,
     facts: &PoreFluidData,
@@ -207,7 +210,7 @@ fn state_mixture(
     Err(option_error("mixture.drag", problem))
 }
 
-/// Writes porosities of bodies that differ from the first one.
+/// Writes the porosities of bodies that differ from that of the first body.
 fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -> Result<(), CaseError> {
     for body in &case.bodies {
         let Some(fluid) = &body.pore_fluid else { continue };
@@ -223,6 +226,7 @@ fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -
     Ok(())
 }
 
+/// Writes excess ratio and cavitation strength of the pore fluid to the options of the column, or checks those given.
 fn state_column(
     case: &Case,
     facts: &PoreFluidData,
@@ -252,7 +256,7 @@ fn state_column(
     Ok(())
 }
 
-/// Writes the drainage through walls: a `drained` bed is at atmospheric pressure, whatever flows over it.
+/// Writes the drainage of walls to the options; a `drained` bed has atmospheric pressure.
 fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), CaseError> {
     let bed = highest_wall(case).map(|(number, ..)| number);
     for (number, boundary) in case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.drained) {
@@ -321,7 +325,7 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
     Ok(())
 }
 
-/// Warns of a pore pressure that is not given.
+/// Warnings for bodies without an initial pore pressure.
 pub fn warnings(case: &Case) -> Vec<String> {
     let without = |body: &Body| {
         body.points.is_none()
@@ -349,14 +353,14 @@ pub struct PorePressureField<'a> {
 }
 
 impl<'a> PorePressureField<'a> {
-    /// Field of a body, where it has one.
+    /// Initial pore-pressure field of a body, if it has one.
     pub fn for_body(case: &Case, frame: Option<DepthFrame>, body: &'a Body) -> Option<Self> {
         let fluid = body.pore_fluid.as_ref().filter(|fluid| fluid.pressure != PorePressure::None)?;
         let follows_slope = fluid.surface().is_some() && frame.unwrap_or_default() == DepthFrame::Horizontal;
         Some(Self { fluid, gravity: case.gravity3(), follows_slope })
     }
 
-    /// Pressure (Pa) at `x`, over a bed of this steepness `1 + |∇Z|²`.
+    /// Pressure at a position (Pa), for the steepness `1 + |∇Z|²` of the bed.
     pub fn pressure_at(&self, x: [f64; 3], steepness: f64) -> f64 {
         let pressure = self.fluid.pressure_at(x, self.gravity);
         if self.follows_slope { pressure / steepness } else { pressure }

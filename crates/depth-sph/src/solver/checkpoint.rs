@@ -19,7 +19,9 @@ pub(super) const FORMAT: u32 = 11;
 /// Saved state of a run.
 #[derive(Serialize, Deserialize)]
 pub(super) struct CheckpointState {
+    /// Number of the checkpoint format.
     pub(super) format: u32,
+    /// Number of plan dimensions.
     pub(super) dimension: usize,
     time: f64,
     steps: u64,
@@ -79,7 +81,7 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
-    /// Restores a saved state; `None` where its parts are inconsistent.
+    /// Restores a saved state; `None` if its parts are inconsistent.
     pub(super) fn restore_state(&mut self, saved: CheckpointState) -> Option<()> {
         self.limit = None;
         if saved.maps.is_some() != self.hazard_rasters.is_some() {
@@ -102,6 +104,7 @@ impl<const D: usize> DepthSolver<D> {
     }
 }
 
+/// Restores inflows, far fields and waiting nodes of the boundaries; `None` if their numbers do not fit.
 fn restore_boundary<const D: usize>(
     boundary: &mut FlowBoundaries<D>,
     inflows: Vec<InflowState>,
@@ -118,6 +121,7 @@ fn restore_boundary<const D: usize>(
     Some(())
 }
 
+/// Restores the erosion of the bed; `None` if the bed of the case differs in kind.
 fn restore_bed<const D: usize>(bed: &mut Bed<D>, erosion: Option<[Vec<f64>; 2]>) -> Option<()> {
     match (bed, erosion) {
         (Bed::Erodible(erodible), Some([in_surface, pending_depth])) => {
@@ -128,6 +132,7 @@ fn restore_bed<const D: usize>(bed: &mut Bed<D>, erosion: Option<[Vec<f64>; 2]>)
     }
 }
 
+/// Restores the node sets; `None` if their number does not fit.
 fn restore_sets<const D: usize>(nodes: &mut FlowNodes<D>, saved: &[Vec<u8>]) -> Option<()> {
     if saved.len() != nodes.sets.len() {
         return None;
@@ -139,6 +144,7 @@ fn restore_sets<const D: usize>(nodes: &mut FlowNodes<D>, saved: &[Vec<u8>]) -> 
     Some(())
 }
 
+/// Restores the pore-pressure columns; `None` if their sizes do not fit.
 fn restore_pore_columns<const D: usize>(
     nodes: &mut FlowNodes<D>,
     heads: Vec<f64>,

@@ -40,19 +40,20 @@ pub struct DepthSolver<const D: usize> {
     steps: u64,
     stop_detection: StopDetection,
     hazard_rasters: Option<HazardRasters>,
-    /// Largest distance of the bed from the heights of its raster, and the root mean square of all (m).
-    departure: Option<[f64; 2]>,
+    /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
+    fit_errors: Option<[f64; 2]>,
     /// Limit of the next step, once it has been computed.
     limit: Option<LimitingNode>,
 }
 
 impl<const D: usize> DepthSolver<D> {
+    /// Solver of a flow at time zero.
     pub(crate) fn new(
         case: Arc<Case>,
         options: DepthOptions,
         flow: Flow<D>,
         maps: Option<HazardRasters>,
-        departure: Option<[f64; 2]>,
+        fit_errors: Option<[f64; 2]>,
     ) -> Self {
         let mut solver = Self {
             case,
@@ -63,7 +64,7 @@ impl<const D: usize> DepthSolver<D> {
             steps: 0,
             stop_detection: StopDetection::default(),
             hazard_rasters: maps,
-            departure,
+            fit_errors,
             limit: None,
         };
         solver.update_hazard_rasters();
@@ -82,7 +83,7 @@ impl<const D: usize> DepthSolver<D> {
         &self.flow
     }
 
-    /// Volume of the nodes of each body within the domain (m³), without those of absorbing layers beyond it.
+    /// Volume of the nodes of each body within the domain (m³), without those outside open boundaries.
     pub(crate) fn volumes(&self) -> Vec<f64> {
         let Domain { min, max, .. } = &self.case.domain;
         let inside =
@@ -96,12 +97,13 @@ impl<const D: usize> DepthSolver<D> {
         volumes
     }
 
+    /// Whether the current stage relaxes the flow to its initial equilibrium.
     fn is_equilibration_stage(&self) -> bool {
         stages::is_equilibration_stage(&self.case.stages[self.stage])
     }
 
-    /// Bound on the step (s) without motion: an idle stage ends when its criterion has been checked as often as required,
-    /// and where all of the flow has left, the run goes on to its end.
+    /// Bound of the time step for a flow without motion (s). An idle stage ends when its criterion has been checked as often as required;
+    /// without any material the run continues to its end.
     fn idle_step(&self) -> f64 {
         let stage = &self.case.stages[self.stage];
         if let Some(criterion) = stage.equilibrium {
@@ -114,6 +116,7 @@ impl<const D: usize> DepthSolver<D> {
         }
     }
 
+    /// Error of the solver for a failure at a node, with its position in space.
     fn solver_error(&self, failure: FlowFailure) -> SolverError {
         let FlowFailure { node_id, position, reason } = failure;
         let mut place: [f64; 3] = std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0));
@@ -131,9 +134,9 @@ impl<const D: usize> DepthSolver<D> {
         self.stop_detection.update(stop, &motion, self.time);
     }
 
-    /// State of the run beside its flow.
+    /// State of the run that is not part of the flow.
     fn run_state(&self) -> RunState {
-        RunState { stop_time: self.stop_detection.stop_time, departure: self.departure }
+        RunState { stop_time: self.stop_detection.stop_time, fit_errors: self.fit_errors }
     }
 }
 

@@ -6,10 +6,10 @@ use crate::config::StopOptions;
 use crate::output::flow_view::FlowView;
 use crate::points::phase_nodes::norm;
 
-/// Detection of the time at which the flow comes to rest (sheet: depth-sph §0, stopping).
+/// Detection of the time at which the flow has stopped (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct StopDetection {
-    /// Largest kinetic energy so far (J).
+    /// Largest kinetic energy since the start (J).
     pub(super) peak: f64,
     /// Time since which all conditions have held (s); NaN while they do not.
     rest_since: f64,

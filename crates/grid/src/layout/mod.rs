@@ -182,6 +182,7 @@ impl<const D: usize> Layout<D> {
         self.ghosts
     }
 
+    /// Whether the nodes are those of an unstructured mesh.
     fn is_mesh(&self) -> bool {
         !self.window_starts.is_empty()
     }
@@ -335,6 +336,7 @@ impl<const D: usize> Layout<D> {
 
 // Loops independent of the dimension and of the function of a row: the cost of a call per row is negligible.
 
+/// Visits the active nodes of each row in parallel; the result of a row without active nodes is the default.
 fn visit_rows<T: Send, R: Send + Default>(
     nodes: &mut [T],
     row: usize,
@@ -348,20 +350,21 @@ fn visit_rows<T: Send, R: Send + Default>(
     });
 }
 
+/// Sets the active nodes of each row to their default value.
 fn reset<T: Send + Default + Clone>(nodes: &mut [T], row: usize, active: &[Range<usize>]) {
     nodes.par_chunks_mut(row).zip(active).for_each(|(line, active)| {
         line[active.clone()].fill(T::default());
     });
 }
 
-/// Windows of every other slab, the first of which starts at node `start`.
+/// Node ranges of the slabs of one colour, that is of every other slab; the first range starts at node `start`.
 struct SlabWindows {
     numbers: Range<usize>,
     start: usize,
 }
 
-/// Splits the windows in halves recursively and calls `scatter` for each with its first node; `first` is the first node of a window. Unlike
-/// a list of windows this allocates nothing.
+/// Calls `scatter` in parallel for the node range of each slab of one colour, with its first node. The ranges are halved recursively, which
+/// allocates no memory. `first` gives the first node of a range.
 fn scatter_windows<T: Send>(
     nodes: &mut [T],
     SlabWindows { numbers, start }: SlabWindows,

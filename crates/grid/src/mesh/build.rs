@@ -142,6 +142,7 @@ impl<const D: usize> Mesh<D> {
         Self::new(&nodes, &elements, &BTreeMap::new())
     }
 
+    /// Sorts the elements into cells as wide as the largest element, for the search of the element at a position.
     fn make_bins(&self) -> ElementBins<D> {
         let ends = |nodes: &mut dyn Iterator<Item = [f64; D]>| {
             let start = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
@@ -241,6 +242,7 @@ impl NodeElements {
     }
 }
 
+/// Requires finite positions, sorted so that equal ones are adjacent, without duplicates.
 fn check_nodes<const D: usize>(nodes: &[[f64; D]], order: &[usize]) -> Result<(), MeshError> {
     if let Some(k) = nodes.iter().position(|x| !x.iter().all(|c| c.is_finite())) {
         return Err(MeshError::NotFinite { node: order[k], position: nodes[k].to_vec() });
@@ -255,6 +257,7 @@ fn check_nodes<const D: usize>(nodes: &[[f64; D]], order: &[usize]) -> Result<()
     }
 }
 
+/// Element of its corner nodes with volume and gradients of the shape functions; an error if it is degenerate.
 fn element<const D: usize>(
     places: &[[f64; D]],
     corners: impl Iterator<Item = u32>,

@@ -11,6 +11,7 @@ const INSIDE_TOLERANCE: f64 = 1e-5;
 /// Node or centre that lies in an element or on one of its facets, in conflict with conformity.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Nonconformity<const D: usize> {
+    /// Kind of the nonconformity.
     pub kind: NonconformityKind,
     /// Position (m).
     pub position: [f64; D],
@@ -41,6 +42,7 @@ struct ElementCells<const D: usize> {
 }
 
 impl<const D: usize> ElementCells<D> {
+    /// Sorts the elements of a mesh into cells of a size that is the power of two above their width.
     fn new(mesh: &Mesh<D>) -> Self {
         let mut cells = Self { levels: BTreeSet::new(), members: HashMap::new() };
         for (number, element) in (0..).zip(mesh.elements()) {
@@ -60,10 +62,12 @@ impl<const D: usize> ElementCells<D> {
         cells
     }
 
+    /// Indices of the cell of a level at a position; cells of a level are `2^level` wide (m).
     fn cell(level: i32, place: &[f64; D]) -> [i64; D] {
         place.map(|c| (c / 2f64.powi(level)).floor() as i64)
     }
 
+    /// Adds an element to all cells of a level between the first and the last index.
     fn insert(&mut self, level: i32, first: [i64; D], last: [i64; D], number: u32) {
         let mut index = first;
         'cells: loop {

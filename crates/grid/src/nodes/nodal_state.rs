@@ -30,6 +30,7 @@ impl NodalState {
         join_halves(self.momentum_and_mass, self.force)
     }
 
+    /// Adds a momentum, mass and force.
     #[inline(always)]
     pub(crate) fn add(&mut self, value: f64x8) {
         [self.momentum_and_mass, self.force] = split_halves(self.as_f64x8() + value);

@@ -7,8 +7,10 @@ use crate::{Basis, Stencil};
 
 /// Bounds of the width of a domain, in cells.
 const MIN_WIDTH: f64 = 1e-3;
+/// Upper bound of the width of a domain, in cells.
 const MAX_WIDTH: f64 = 2.0;
 
+/// Widths of a stretched domain along the axes (m), within [`MIN_WIDTH`] and [`MAX_WIDTH`].
 #[inline(always)]
 fn widths<const D: usize>(initial: &[f64; D], stretch: impl Fn(usize) -> f64, cell: f64) -> [f64; D] {
     std::array::from_fn(|a| (initial[a] * stretch(a)).clamp(MIN_WIDTH * cell, MAX_WIDTH * cell))

@@ -19,6 +19,7 @@ impl<const D: usize> Default for ConvectedDomain<D> {
 }
 
 impl<const D: usize> ConvectedDomain<D> {
+    /// Half edge vectors of the deformed domain (m), one per row.
     #[inline(always)]
     pub(super) fn edges(&self, initial: &[f64; D]) -> SquareMatrix<D> {
         std::array::from_fn(|a| std::array::from_fn(|c| 0.5 * initial[a] * self.deformation[c][a]))
@@ -95,6 +96,7 @@ impl ConvectedQuadrilateral {
         std::array::from_fn(|k| std::array::from_fn(|c| signs[k][c] * initial[c] + self.corner_offsets[k][c]))
     }
 
+    /// Positions of the four corners of the domain (m).
     #[inline(always)]
     fn corners(&self, position: &[f64; 2], initial: &[f64; 2]) -> [[f64; 2]; 4] {
         self.corner_vectors(initial).map(|arm| [position[0] + arm[0], position[1] + arm[1]])

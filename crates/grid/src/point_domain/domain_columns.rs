@@ -12,6 +12,7 @@ use crate::{CpdiBasis, Vector4};
 /// Functions of [`PointDomain`] that relate a type to its variant.
 macro_rules! domain_column {
     ($kind:ident) => {
+        /// Domains of a body as the type of this kind.
         #[inline(always)]
         fn typed_column<'a>(column: &crate::point_domain::DomainSlice<'a, D>) -> &'a [Self] {
             match column {
@@ -20,6 +21,7 @@ macro_rules! domain_column {
             }
         }
 
+        /// Domains of `count` points, each with its default.
         fn new_column(count: usize) -> crate::point_domain::Domains<D> {
             crate::point_domain::Domains::$kind(vec![Self::default(); count])
         }
@@ -146,6 +148,7 @@ domain_kinds! {
     Elements: ElementDomain,
 }
 
+/// Domains of the numbers in a checkpoint; `None` if their number does not fit.
 fn restore_domains<const D: usize, P: PointDomain<D>>(
     numbers: &[f64],
     count: usize,

@@ -69,6 +69,7 @@ impl<const D: usize> PointDomain<D> for ReferenceDomain<D> {
     }
 }
 
+/// Inverse of a deformation gradient, by its adjugate.
 #[inline(always)]
 pub(super) fn inverse<const D: usize>(f: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut adjugate = [[0.0; D]; D];

@@ -39,6 +39,7 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
     fn evaluate(x: f64, width: f64, cells: usize) -> (usize, [f64; S], [f64; S]);
 }
 
+/// Index of the cell at a position in cell widths; the first or last cell for positions outside the grid.
 #[inline]
 fn cell_index(x: f64, cells: usize) -> usize {
     (x.max(0.0) as usize).min(cells - 1)
@@ -201,6 +202,7 @@ fn coordinates_near_ends<const S: usize, B: Basis<S>>(first: usize, cells: usize
     std::array::from_fn(|k| B::coordinate(first + k, cells))
 }
 
+/// Greville abscissa of a B-spline: mean of its interior knots, in cell widths.
 fn greville(index: usize, cells: usize, degree: usize) -> f64 {
     let knots = (index + 1..=index + degree).map(|k| k.saturating_sub(degree).min(cells) as f64);
     knots.sum::<f64>() / degree as f64

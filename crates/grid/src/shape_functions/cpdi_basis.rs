@@ -7,6 +7,7 @@ use crate::{Basis, Grid, NodeList, Vector4};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CpdiBasis;
 
+/// Number of ghost nodes beyond each side of the grid.
 const GHOSTS: usize = 2;
 
 impl<const S: usize> Basis<S> for CpdiBasis {
@@ -37,6 +38,7 @@ impl CpdiBasis {
     /// Largest distance of a corner from its point, along an axis and in cells: the number of ghost node layers.
     pub const MAX_CORNER_DISTANCE: f64 = GHOSTS as f64;
 
+    /// Index of the cell at a position in cell widths, ghost cells included, and position within it.
     #[inline(always)]
     fn cell_and_offset(x: f64, cells: usize) -> (usize, f64) {
         let local = (x + GHOSTS as f64).max(0.0);

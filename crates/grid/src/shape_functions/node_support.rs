@@ -252,6 +252,7 @@ impl<const D: usize> InterpolatedMotion<D> {
     pub const ZERO: Self =
         Self { velocity: Vector4::ZERO, acceleration: Vector4::ZERO, gradient: [Vector4::ZERO; D] };
 
+    /// Adds the velocity of a node with its weight and the slopes of its shape function.
     #[inline(always)]
     fn add(&mut self, velocity: Vector4, weight: f64, slopes: &[f64; D]) {
         self.velocity += velocity * weight;

@@ -14,6 +14,7 @@ pub struct ReferenceStencil<const D: usize, const S: usize> {
 }
 
 impl<const D: usize, const S: usize> ReferenceStencil<D, S> {
+    /// Stress columns in the reference configuration: product with the inverse deformation gradient.
     #[inline(always)]
     fn pull_back(&self, columns: &[Vector4; D]) -> [Vector4; D] {
         std::array::from_fn(|k| {
@@ -25,6 +26,7 @@ impl<const D: usize, const S: usize> ReferenceStencil<D, S> {
         })
     }
 
+    /// Velocity gradient in the current configuration, from that in the reference one.
     #[inline(always)]
     fn push_forward(&self, mut out: InterpolatedMotion<D>) -> InterpolatedMotion<D> {
         let reference = out.gradient;

@@ -75,6 +75,7 @@ fn apic_weights<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     support.affine_moments::<S, B>(ground.grid, &anchor).0
 }
 
+/// Copies column vectors to a square matrix.
 #[inline(always)]
 fn set_columns<const D: usize>(square: &mut SquareMatrix<D>, columns: &[Vector4; D]) {
     for j in 0..D {

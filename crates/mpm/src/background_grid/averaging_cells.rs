@@ -19,11 +19,11 @@ pub trait AveragingCells<const D: usize>: Sync {
     /// Calls `visit(node)` for the corners of a cell.
     fn corners(&self, cell: usize, visit: impl FnMut(usize));
 
-    /// Calls `visit(cell)` for the cells across the faces of one; there is none across a face on the boundary.
+    /// Calls `visit(cell)` for each cell that has a face in common with the given one.
     fn neighbours(&self, cell: usize, visit: impl FnMut(usize));
 
-    /// Integrals over a cell of the gradient of the function of a corner (m²; m in the plane, m² per radian in axisymmetry),
-    /// and in axisymmetry of the function over the radius (m² per radian), else zero.
+    /// Integrals over a cell of the gradient of a corner's shape function (m²; m in the plane, m² per radian in axisymmetry), and in
+    /// axisymmetry of the shape function over the radius (m² per radian).
     fn gradient_integrals(&self, cell: usize, corner: usize) -> ([f64; D], f64);
 }
 
@@ -40,6 +40,7 @@ pub struct GridCells<'a, const D: usize> {
 }
 
 impl<const D: usize> GridCells<'_, D> {
+    /// Distance of the cell centre from the axis of rotation (m); 1 without axisymmetry.
     fn radius(&self, cell: usize) -> f64 {
         if self.axisymmetric {
             let column = (cell / self.strides[0]) as f64 - self.ghosts as f64;
@@ -49,6 +50,7 @@ impl<const D: usize> GridCells<'_, D> {
         }
     }
 
+    /// Difference of node numbers from the first corner of a cell to another corner.
     fn offset(&self, corner: usize) -> usize {
         (0..D).map(|axis| (corner >> axis & 1) * self.strides[axis]).sum()
     }
@@ -105,6 +107,7 @@ pub struct MeshCells<'a, const D: usize> {
 }
 
 impl<const D: usize> MeshCells<'_, D> {
+    /// Nodes of a mesh element.
     fn nodes(&self, cell: usize) -> &[u32] {
         &self.mesh.elements()[cell].nodes[..=D]
     }

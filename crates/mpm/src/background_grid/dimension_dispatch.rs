@@ -20,7 +20,7 @@ pub trait DimensionVisitor {
     /// Result of the visit.
     type Output;
 
-    /// Visits the space.
+    /// Runs the operation in `D` dimensions with the selected transfers.
     fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output;
 }
 
@@ -45,8 +45,10 @@ pub fn dispatch<T>(
     }
 }
 
+/// Transfers of a kind of shape functions; `None` if they are not compiled for this dimension.
 type MaybeTransfers<const D: usize> = Option<&'static dyn Transfers<D>>;
 
+/// Transfers of the selected and of the linear shape functions; `None` if either is missing.
 fn selected_transfers<const D: usize>(
     transfers: MaybeTransfers<D>,
     linear: MaybeTransfers<D>,
@@ -54,6 +56,7 @@ fn selected_transfers<const D: usize>(
     Some(SelectedTransfers { transfers: transfers?, linear: linear? })
 }
 
+/// Kind of shape functions that formulation, shape option and mesh select.
 fn shape_function_kind(options: &MpmOptions) -> ShapeFunctionKind {
     let total = options.formulation == LagrangianFormulation::TotalLagrangian;
     match options.shape {

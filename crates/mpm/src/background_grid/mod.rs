@@ -19,11 +19,11 @@ use crate::background_grid::dimension_dispatch::SelectedTransfers;
 
 /// Background grid of all points.
 pub struct BackgroundGrid<const D: usize> {
-    /// Grid; with a mesh the box of cells around it.
+    /// Structured grid; for an unstructured mesh the grid of its bounding box.
     pub grid: Grid<D>,
     /// The mesh; empty on a structured grid.
     pub mesh: Arc<Mesh<D>>,
-    /// Layout of the nodes, and which of them are active since the last sort.
+    /// Arrangement of the nodes in memory, and the nodes that have been active since the last sort.
     pub layout: Layout<D>,
     /// The elements of the mesh; `None` on a structured grid, whose cells are named by their lowest nodes.
     pub elements: Option<Layout<D>>,
@@ -91,8 +91,8 @@ impl<const D: usize> BackgroundGrid<D> {
         MeshCells { mesh: &self.mesh, axisymmetric: self.axisymmetric }
     }
 
-    /// Edge (m) of the cell of point `p` of `domains`, at `position` (m): the effective size for laws with a length, as the grid determines
-    /// the resolution (sheet: constitutive §2.16). For an element it is that of the square or cube which elements of its volume fill.
+    /// Cell size at a point (m), which is its effective size for laws with an internal length (sheet: constitutive §2.16). For an element
+    /// it is that of the square or cube which elements of its volume fill.
     #[inline(always)]
     pub fn edge(&self, domains: &DomainSlice<'_, D>, p: usize, position: &[f64; D]) -> f64 {
         if !self.is_meshed() {

@@ -54,7 +54,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Rejects absorbing sides, periodic domains and free surfaces where they require a structured grid of products over the axes.
+/// Rejects absorbing boundaries, periodic domains and free surfaces with options that lack the structured grid they require.
 fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     let special = options.mesh.is_some()
@@ -78,7 +78,7 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
     Ok(())
 }
 
-/// Returns grid, mesh and order of the nodes of a case; without a mesh it is empty.
+/// Grid, mesh and order of the nodes of a case; the mesh is empty for a structured grid.
 pub fn grid_mesh_and_layout<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -110,6 +110,7 @@ pub fn grid_mesh_and_layout<const D: usize>(
     Ok((grid, Arc::new(mesh), layout))
 }
 
+/// Reads an unstructured mesh from a Gmsh file.
 fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {
     let fail =
         |problem: String| CaseError::new("methods.mpm.mesh.file", format!("{}: {problem}", file.display()));
@@ -117,8 +118,7 @@ fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {
     Mesh::from_msh(&bytes).map_err(|error| fail(error.to_string()))
 }
 
-/// Barycentric coordinates of the points of an element, `count (count + 1) …` of them on a lattice: 1, 3 or 6 in a
-/// triangle, 1, 4 or 10 in a tetrahedron.
+/// Barycentric coordinates of the points of an element on a regular lattice: 1, 3 or 6 in a triangle, 1, 4 or 10 in a tetrahedron.
 fn lattice_coordinates<const D: usize>(count: usize) -> Vec<[f64; 4]> {
     // Of the rules of second order with three and four points.
     let inset = if D == 2 { 1.0 / 3.0 } else { 0.5 * (5f64.sqrt() - 1.0) / 2.0 };
@@ -147,7 +147,7 @@ pub fn points_per_element<const D: usize>(options: &MpmOptions) -> usize {
     lattice_coordinates::<D>(options.points_per_cell).len()
 }
 
-/// Points of a body: those of every element that lie in its shape.
+/// Points of a body: the lattice points of all elements that are in its shape.
 pub fn sample_body<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &Body) -> Vec<Sample<D>> {
     let points = lattice_coordinates::<D>(options.points_per_cell);
     let mut samples = Vec::new();

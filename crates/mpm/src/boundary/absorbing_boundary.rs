@@ -31,6 +31,7 @@ pub struct AbsorbingBoundaries {
     impedances: Vec<Impedance>,
 }
 
+/// Absorbing face of the domain, with viscous dashpots at its nodes.
 #[derive(Debug)]
 struct AbsorbingFace {
     /// Index into `Case::boundaries`.
@@ -53,7 +54,7 @@ struct FaceNode {
 }
 
 impl FaceNode {
-    /// Adds the dashpots and springs of a part of the face with the area `share` (m²).
+    /// Adds the dashpots and springs of a part of the face with the area `share` (m²) to a node.
     fn add(&mut self, law: &DashpotLaw, impedance: &Impedance, share: f64) {
         for c in 0..3 {
             let (dashpot, modulus) = if c == law.axis {
@@ -129,7 +130,7 @@ struct DashpotLaw {
     spring_length: Option<f64>,
 }
 
-/// Returns the dashpot parameters of a boundary; `None` for one that is not absorbing.
+/// Dashpot parameters of a boundary; `None` if it is not absorbing.
 fn dashpot_law<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -149,7 +150,7 @@ impl AbsorbingBoundaries {
         Self { impedances, ..Self::default() }
     }
 
-    /// Stores the positions of the points behind absorbing faces before the first step.
+    /// Stores the initial positions of the points in the cells at absorbing faces.
     pub fn store_initial_positions<const D: usize>(
         &mut self,
         clock: &Clock,
@@ -168,7 +169,7 @@ impl AbsorbingBoundaries {
         }
     }
 
-    /// Sets the absorbing boundaries of a stage; those of the previous stage keep the displacements of their springs.
+    /// Sets the absorbing boundaries of a stage. Springs of faces that the previous stage also had keep their displacements.
     pub fn set_stage<const D: usize>(
         &mut self,
         clock: &Clock,
@@ -222,8 +223,8 @@ impl AbsorbingBoundaries {
         found.into_values().collect()
     }
 
-    /// Returns the points behind a face: id, initial position (m), set and index in the set. The order is by id, so that sums do not depend
-    /// on the current sorting.
+    /// Points in the cells at a face: id, initial position (m), set and index in the set. The order is by id, so that sums do not depend on
+    /// the current sorting.
     fn points_behind<const D: usize>(
         &self,
         grid: &Grid<D>,
@@ -244,7 +245,7 @@ impl AbsorbingBoundaries {
         points
     }
 
-    /// Applies dashpots and springs to the solved nodes of one phase.
+    /// Applies dashpot and spring forces to the solved nodes of one phase.
     pub fn apply(&mut self, clock: &Clock, solved: &mut [NodalState], walls: &NodeWalls) {
         let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
         for face in &self.faces {
@@ -260,7 +261,7 @@ impl AbsorbingBoundaries {
         }
     }
 
-    /// Applies dashpots and springs to the solved nodes of both phases, each with its own walls.
+    /// Applies dashpot and spring forces to the solved nodes of both phases, each with its walls.
     pub fn apply_to_phases(
         &mut self,
         clock: &Clock,
@@ -329,13 +330,13 @@ fn dashpot_velocity(
     node.force = Vector4::new(rate);
 }
 
-/// Whether a position lies in the layer of cells behind a face.
+/// Whether a position is in the layer of cells at a face.
 fn is_behind_face<const D: usize>(grid: &Grid<D>, law: &DashpotLaw, position: &[f64; D]) -> bool {
     let place = (position[law.axis] - grid.origin[law.axis]) / grid.cell - law.face as f64;
     if law.is_upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
 }
 
-/// Calls `visit` for the nodes at `position` (m) across an axis, with their weights in the other directions.
+/// Calls `visit` for the nodes in the plane at `position` along an axis (m), with their weights in the other directions.
 pub fn for_each_across<const D: usize>(
     BackgroundGrid { grid, basis_1d: basis, .. }: &BackgroundGrid<D>,
     position: &[f64; D],

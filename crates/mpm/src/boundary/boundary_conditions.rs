@@ -16,8 +16,9 @@ use crate::points::vectors::power;
 
 /// Boundary conditions and contacts of a run.
 pub struct BoundaryConditions<const D: usize> {
+    /// Walls at grid nodes.
     pub(crate) walls: NodeWalls,
-    /// Whether there is a wall on the lower and on the upper side of the domain, per axis.
+    /// Whether the domain has a wall at the lower and the upper end of each axis.
     pub(crate) has_wall: [[bool; 2]; D],
     /// Obstacles on the nodes.
     pub(crate) node_obstacles: NodeObstacles<D>,
@@ -27,8 +28,9 @@ pub struct BoundaryConditions<const D: usize> {
     pub(crate) penalty_obstacles: Option<Box<PenaltyObstacles<D>>>,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<DrivenObject>,
+    /// Contacts between velocity fields.
     pub(crate) contacts: FieldContacts,
-    /// Workspace for the contact sums of the rows of nodes, pair after pair.
+    /// Contact sums of each row of nodes for each pair of fields, as memory that a step reuses.
     pub(crate) row_contacts: Vec<RowContact>,
     /// Workspace for the contacts of free rigid bodies.
     pub(crate) rigid_contacts: ContactSet,
@@ -36,6 +38,7 @@ pub struct BoundaryConditions<const D: usize> {
     pub(crate) load_starts: Vec<f64>,
     /// Loads on nodes.
     pub(crate) nodal_loads: Vec<NodalLoad>,
+    /// Absorbing boundaries with viscous dashpots.
     pub(crate) absorbing: AbsorbingBoundaries,
 }
 
@@ -50,7 +53,7 @@ impl<const D: usize> BoundaryConditions<D> {
     }
 }
 
-/// Work of tractions and prescribed motions in the step (J).
+/// Work of loads and prescribed motions in the step (J).
 pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[DrivenObject], dt: f64) -> f64 {
     let mut work = 0.0;
     for set in &bodies.sets {

@@ -8,8 +8,8 @@ use colluvium_grid::Mesh;
 
 use crate::points::point_set::PointSet;
 
-/// Loaded area (m²; m in the plane, per radian in axisymmetry) of each point of a set: facets of the filled elements on the loaded side,
-/// divided among the points next to them (sheet: mpm §2.11). Where a load varies, an area counts with the share of the load on it.
+/// Loaded area of each point of a set (m²; m in the plane, per radian in axisymmetry): the loaded facets of elements with points, divided
+/// among these points (sheet: mpm §2.11). Where a load varies, an area counts with the share of the load on it.
 pub fn loaded_areas<const D: usize>(
     case: &Case,
     number: usize,
@@ -26,7 +26,7 @@ pub fn loaded_areas<const D: usize>(
     Ok(element_of.into_iter().map(|element| share[element as usize]).collect())
 }
 
-/// Nodes on the loaded side: number and loaded area (sheet: mpm §2.11).
+/// Numbers of the nodes on the loaded surface, with their loaded areas (sheet: mpm §2.11).
 pub fn loaded_nodes<const D: usize>(
     case: &Case,
     number: usize,
@@ -51,6 +51,7 @@ struct LoadedFacet<const D: usize> {
     areas: [f64; D],
 }
 
+/// Element of each point of a set.
 fn elements_of<const D: usize>(mesh: &Mesh<D>, set: &PointSet<D>) -> Vec<u32> {
     set.points.position.iter().filter_map(|x| mesh.locate(x)).collect()
 }
@@ -62,7 +63,7 @@ fn counts<const D: usize>(mesh: &Mesh<D>, element_of: &[u32]) -> Vec<u32> {
     count
 }
 
-/// Returns facets on the loaded side of the elements with points.
+/// Facets on the loaded surface of the elements that contain points.
 fn loaded_facets<const D: usize>(
     case: &Case,
     number: usize,
@@ -100,8 +101,8 @@ fn loaded_facets<const D: usize>(
     Ok(facets)
 }
 
-/// Means over a facet of the linear function of each corner times `share`, from as many places within it as there are
-/// corners: those of Gauss on an edge, and halfway between centre and corners in a triangle. Exact where `share` is linear.
+/// Means over a facet of the linear shape function of each corner times `share`, by Gauss integration with as many positions as corners.
+/// Exact where `share` is linear.
 fn facet_means<const D: usize>(corners: &[[f64; D]; D], share: impl Fn(&[f64; D]) -> f64) -> [f64; D] {
     let position_weight = if D == 2 { 1.0 / 3f64.sqrt() } else { 0.5 };
     let mut means = [0.0; D];

@@ -9,7 +9,7 @@ use colluvium_grid::{Layout, Mesh, NodeWall, NodeWalls, WallKind};
 use crate::MpmOptions;
 use crate::boundary::walls;
 
-/// Returns the walls of a stage: the nodes of a group, or those on and beyond a plane.
+/// Walls of a stage on a mesh: the nodes of a physical group, or those on or outside a plane.
 pub fn mesh_walls<const D: usize>(
     case: &Case,
     stage: usize,
@@ -40,7 +40,7 @@ pub fn mesh_walls<const D: usize>(
     Ok(NodeWalls::for_mesh_nodes(layout.strides(), layout.len(), walls))
 }
 
-/// Rejects a group with a face that is not normal to the axis of its side, along which alone such a wall acts.
+/// Rejects a physical group with a face that is not normal to the axis of the wall.
 fn reject_oblique_group<const D: usize>(
     mesh: &Mesh<D>,
     number: usize,
@@ -67,10 +67,12 @@ fn reject_oblique_group<const D: usize>(
     Ok(())
 }
 
+/// Numbers of the mesh nodes whose positions satisfy a condition.
 fn nodes_where<const D: usize>(mesh: &Mesh<D>, picks: impl Fn(&[f64; D]) -> bool) -> Vec<u32> {
     (0u32..).zip(mesh.nodes()).filter(|(_, x)| picks(x)).map(|(number, _)| number).collect()
 }
 
+/// Nodes of a physical group of the mesh.
 fn group<const D: usize>(mesh: &Mesh<D>, number: usize, name: &str) -> Result<Vec<u32>, CaseError> {
     mesh.group(name).map(<[u32]>::to_vec).ok_or_else(|| {
         let known: Vec<&str> = mesh.groups().collect();
@@ -79,6 +81,7 @@ fn group<const D: usize>(mesh: &Mesh<D>, number: usize, name: &str) -> Result<Ve
     })
 }
 
+/// Nodes of the mesh on the plane of a boundary or outside it; an error if no node is on the plane.
 fn on_plane<const D: usize>(
     case: &Case,
     mesh: &Mesh<D>,

@@ -34,6 +34,7 @@ pub struct NodalLoad {
     nodes: Vec<LoadedNode>,
 }
 
+/// Node with its share of a nodal load.
 #[derive(Debug)]
 struct LoadedNode {
     node: usize,
@@ -83,7 +84,7 @@ pub fn nodal_loads<const D: usize>(
     Ok(found)
 }
 
-/// Numbers of the nodes on a loaded side along a grid line, and their areas.
+/// Numbers and areas of the nodes on a loaded surface that is a grid line or plane.
 fn loaded_grid_nodes<const D: usize>(
     case: &Case,
     number: usize,
@@ -142,7 +143,7 @@ fn load_factor<const D: usize>(
     if stands { factor(&clock.case, load.number, starts, time) } else { 0.0 }
 }
 
-/// Adds the loads at the end of a step of `dt` to the forces on the nodes of one phase.
+/// Adds the nodal loads at the end of the step to the forces on the nodes of one phase.
 pub fn apply_nodal_loads<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -160,7 +161,7 @@ pub fn apply_nodal_loads<const D: usize>(
     }
 }
 
-/// Adds the loads at the end of a step of `dt` to the forces on the nodes of both phases.
+/// Adds the nodal loads at the end of the step to the forces on the nodes of both phases.
 pub fn apply_phase_nodal_loads<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -177,7 +178,7 @@ pub fn apply_phase_nodal_loads<const D: usize>(
     }
 }
 
-/// Sum of the squares of the loads on the mixture and of those on the fluid, weighted by its volume fraction (N²).
+/// Sums of the squared loads on the mixture and on the fluid, the latter weighted by its volume fraction (N²).
 pub fn nodal_load_squares<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -193,7 +194,7 @@ pub fn nodal_load_squares<const D: usize>(
     squares
 }
 
-/// Work (J) of the loads in a step of `dt` on the solved nodes of one phase.
+/// Work of the nodal loads in the step on the nodes of one phase (J).
 pub fn nodal_load_work<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -206,7 +207,8 @@ pub fn nodal_load_work<const D: usize>(
     work_with(clock, bodies, loads, starts, |load, place| solved[load.field * len + place].momentum_and_mass)
 }
 
-/// Work (J) of the loads in a step of `dt` on the solved nodes of both phases; of loads on the fluid, the work beyond that on the mixture.
+/// Work of the nodal loads in the step on the nodes of both phases (J). For loads on the fluid it is the work that exceeds that on the
+/// mixture.
 pub fn phase_nodal_load_work<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -220,6 +222,7 @@ pub fn phase_nodal_load_work<const D: usize>(
     })
 }
 
+/// Work of the nodal loads in a step (J), with the velocities of the loaded nodes.
 fn work_with<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -235,7 +238,7 @@ fn work_with<const D: usize>(
     clock.dt * loads.iter().map(of_load).sum::<f64>()
 }
 
-/// Adds a share of a load to the force on a node that has mass.
+/// Adds a fraction of a load to the force on a node, if the node has mass.
 fn add_load(node: &mut NodalState, at: &LoadedNode, share: f64) {
     if node.momentum_and_mass.as_array()[3] > 0.0 {
         node.force += at.force * share;

@@ -23,7 +23,7 @@ pub fn factor(case: &Case, number: usize, starts: &[f64], time: f64) -> f64 {
     case.loads[number].factor(time - starts[number])
 }
 
-/// Returns the set of points of the loaded body of load `number`.
+/// Point set of the loaded body of load `number`.
 pub fn loaded_set<const D: usize>(
     case: &Case,
     number: usize,
@@ -35,14 +35,14 @@ pub fn loaded_set<const D: usize>(
         .ok_or_else(|| CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")))
 }
 
-/// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, times the share of
-/// the load at its position; zero within the body.
+/// Area of the domain of each point of a lattice on the loaded surface (m²; m in the plane, per radian in axisymmetry), times the relative
+/// load at its position. It is zero for interior points.
 pub fn loaded_areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
     load.loaded_side()
         .map_or(Vec::new(), |side| case.side_areas(load, side, &set.points.position, &set.extent))
 }
 
-/// Adds load `number` to the outermost layer of points on the loaded side (sheet: mpm §2.11).
+/// Adds load `number` to the outermost layer of points at the loaded surface (sheet: mpm §2.11).
 pub fn apply<const D: usize>(
     case: &Case,
     number: usize,
@@ -75,7 +75,7 @@ pub fn apply<const D: usize>(
 }
 
 impl<const D: usize> PointSet<D> {
-    /// Adds the forces of all loads of the set at `time` (s) to its points; `starts` are the start times of the loads (s).
+    /// Adds the forces of all loads of the set at `time` to its points; `starts` are the start times of the loads (s).
     fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
         let factor = |load: &SurfaceLoad<D>| factor(case, load.number, starts, time);
         if self.loads.iter().all(|load| !load.is_follower && load.applied_factor == factor(load)) {
@@ -102,14 +102,14 @@ impl<const D: usize> PointSet<D> {
     }
 }
 
-/// Sets the forces of the loads to those at the end of a step of `dt`.
+/// Sets the load forces of all points to those at the end of the step.
 pub fn apply_loads<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, starts: &[f64]) {
     for set in bodies.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
         set.apply_loads(&clock.case, starts, clock.time + clock.dt);
     }
 }
 
-/// Sets the forces of the points to the body forces of a manufactured solution in a step from `time` (s) on.
+/// Sets the forces of the points to the body forces of a manufactured solution in a step that starts at `time` (s).
 pub fn set_manufactured_forces<const D: usize>(solution: &Manufactured, bodies: &mut Bodies<D>, time: f64) {
     for set in &mut bodies.sets {
         for p in 0..set.len() {
@@ -119,8 +119,7 @@ pub fn set_manufactured_forces<const D: usize>(solution: &Manufactured, bodies: 
     }
 }
 
-/// Rotates and stretches the vectors of follower loads with the motion that `read` interpolates from the nodes of a velocity field, before
-/// the points move.
+/// Rotates and stretches the vectors of follower loads with the interpolated motion of the nodes, before the points move.
 pub fn update_follower_vectors<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -172,7 +171,7 @@ pub fn update_follower_loads<const D: usize>(
 /// Interpolates the motion of the points of a velocity field from the nodes.
 type GridReader<'a, const D: usize> = dyn Fn(usize, &PointSlice<'_, D>, &mut [InterpolatedMotion<D>]) + 'a;
 
-/// Returns the ranges of points with a load, of at most [`BLOCK`] points.
+/// Ranges of points with a load, of at most [`BLOCK`] points each.
 fn loaded_ranges<const D: usize>(vectors: &[[f64; D]]) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for p in (0..vectors.len()).filter(|p| vectors[*p] != [0.0; D]) {

@@ -14,7 +14,7 @@ use crate::contact::contact_law::FieldContacts;
 use crate::momentum::driven_object::{DrivenObject, DrivenObjectState};
 use crate::points::pore_fluid::{LIQUID, SOLID};
 
-/// Tolerance (cells; least heights of the elements of a mesh) for nodes on the surface of a patch, against round-off.
+/// Tolerance for nodes on the surface of a patch, in cells or in least heights of mesh elements.
 const SURFACE_TOLERANCE: f64 = 1e-6;
 
 impl DrivenObject {
@@ -70,8 +70,8 @@ impl PlacedPatch<'_> {
         self.patch.region.contains(&start)
     }
 
-    /// Calls `visit(index in memory, whether it is the first of the periodic images of a node)` for each node of the patch. Where the patch
-    /// reaches a side of the domain, the nodes beyond that side belong to it.
+    /// Calls `visit` for each node of the patch, with its index in memory and whether it is the first of the periodic images of the node.
+    /// Where the patch reaches a side of the domain, the nodes beyond that side belong to it.
     fn nodes<const D: usize>(
         &self,
         BackgroundGrid { grid, mesh, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
@@ -168,6 +168,7 @@ pub fn impose_phase_patch_velocity<const D: usize>(
     impose_on_solved(clock, background, driven, contacts, nodes, true);
 }
 
+/// Prescribes the velocities of rigid bodies and patches at solved nodes and records their impulses.
 fn impose_on_solved<const N: usize, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -190,7 +191,7 @@ fn impose_on_solved<const N: usize, const D: usize>(
     }
 }
 
-/// Marks the components of velocity that patches prescribe, for both phases: one bit an axis.
+/// Marks the velocity components that patches prescribe, for both phases, one bit per axis.
 pub fn mark_constrained<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -226,7 +227,7 @@ pub fn impose_phase_patch_velocity_remapped<const D: usize>(
     for_patch_nodes(clock, background, driven, contacts, nodes, DrivenObject::impose_velocity);
 }
 
-/// Sets the re-mapped components that patches prescribe to zero.
+/// Sets the re-mapped velocity components that patches prescribe to zero.
 pub fn clear_patch_components<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -240,6 +241,7 @@ pub fn clear_patch_components<const D: usize>(
     });
 }
 
+/// Applies an action to the nodes of each patch and rigid body.
 fn for_patch_nodes<T, const N: usize, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -253,8 +255,8 @@ fn for_patch_nodes<T, const N: usize, const D: usize>(
     }
 }
 
-/// Calls `act(value of the node, whether it is the first of the periodic images of a node)` for each node of a patch, in each field of a
-/// deformable body and each phase that the patch prescribes.
+/// Calls `act` for each node of a patch in all fields of deformable bodies and in the phases that the patch prescribes. Its arguments are
+/// the value of the node and whether it is the first of its periodic images.
 fn for_nodes_of_patch<T, const N: usize, const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -273,7 +275,7 @@ fn for_nodes_of_patch<T, const N: usize, const D: usize>(
     }
 }
 
-/// Returns the nodes of one phase in the layout of several phases.
+/// Nodes of one phase as arrays of length one, which is the layout for several phases.
 fn one_phase<T>(nodes: &mut [T]) -> &mut [[T; 1]] {
     nodes.as_chunks_mut().0
 }

@@ -56,7 +56,7 @@ pub fn equilibrium_terms(
     sums
 }
 
-/// Updates the velocities of driven objects to the end of a step of `dt`, and resets their forces.
+/// Updates the velocities of rigid bodies and patches to the end of the step, and resets their forces.
 pub fn update_driven_velocities<const D: usize>(
     clock: &Clock,
     bodies: &mut Bodies<D>,
@@ -90,7 +90,7 @@ pub fn update_driven_velocities<const D: usize>(
     }
 }
 
-/// Moves driven objects at the end of a step of `dt`; returns the largest displacement of a point along an axis (m).
+/// Moves rigid bodies and patches at the end of the step. Returns the largest displacement of a point along an axis (m).
 ///
 /// # Errors
 /// When a point of a rigid body leaves the domain or the mesh.
@@ -162,7 +162,7 @@ pub fn initialise_rigid<const D: usize>(clock: &Clock, sets: &[PointSet<D>], dri
     }
 }
 
-/// Ends the step of the free rigid bodies, with local damping.
+/// Integrates the motion of the free rigid bodies over the step, with local damping.
 pub fn integrate_rigid(clock: &Clock, driven: &mut [DrivenObject]) {
     let damping = clock.stage().damping_of_axes();
     for driven in driven {

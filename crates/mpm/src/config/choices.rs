@@ -91,6 +91,7 @@ pub enum StepCriterion {
 }
 
 impl StepCriterion {
+    /// Whether the criterion combines wave speed and particle speed; output files omit this default.
     pub(super) fn is_combined(&self) -> bool {
         *self == Self::Combined
     }

@@ -231,6 +231,7 @@ impl MpmOptions {
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")
     }
 
+    /// Requires shape functions and options that the Lagrangian formulation supports.
     fn validate_formulation(&self) -> Result<(), (&'static str, String)> {
         if self.formulation == LagrangianFormulation::SmallDisplacement {
             let deforms =
@@ -253,6 +254,7 @@ impl MpmOptions {
         Ok(())
     }
 
+    /// Checks the options of the transfer: order of XPIC, residual time and FLIP fraction.
     fn validate_transfer(&self) -> Result<(), (&'static str, String)> {
         let refuse = |name, problem: &str| Err((name, problem.to_owned()));
         if !(1..=20).contains(&self.xpic_order) {
@@ -303,7 +305,7 @@ impl MpmOptions {
         }
     }
 
-    /// Whether nodes with a small reach of material strain it without bound: with stress last and gradients that do not decrease with
+    /// Whether the strain near nodes of small mass is unbounded: for stress last with shape functions whose gradients do not decrease with
     /// their weights.
     pub(crate) fn has_unbounded_small_node_strain(&self) -> bool {
         matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain)
@@ -311,25 +313,25 @@ impl MpmOptions {
             && self.mass == NodalMass::Lumped
     }
 
-    /// Least reach of material into a cell at which a node has its full force (`small_mass_nodes.rs`), in `dimension` axes at the Courant
-    /// number of a step: `C²/2` for the node on the far side along each axis, and `C⁴/2` for those on the near side.
+    /// Least extension of material into a cell for the full force of a node, at a Courant number `C`. It is `C²/2` along each axis for the
+    /// node on the far side, and `C⁴/2` for nodes on the near side.
     pub(crate) fn min_reach(courant: f64, dimension: usize) -> f64 {
         let square = courant * courant;
         0.5 * square * (dimension as f64 + square)
     }
 
-    /// Whether the forces of nodes with a small reach of material are reduced.
+    /// Whether the forces of nodes with little material in reach are reduced.
     pub(crate) fn rescales_small_mass_forces(&self) -> bool {
         self.has_unbounded_small_node_strain() && self.node_mass_cutoff.is_none()
     }
 
-    /// Share of the mass of the heaviest point up to which a node is too light for a meaningful force.
+    /// Nodal mass, as a fraction of the largest point mass, up to which a node has no force.
     pub(crate) fn mass_cutoff(&self) -> f64 {
         self.node_mass_cutoff.unwrap_or(ROUND_OFF)
     }
 
-    /// Half the width of the domain of a point over the cell size, where the gradients of its functions fall with the root of their
-    /// weights.
+    /// Half the width of a point domain over the cell size, for shape functions whose gradients decrease with the square root of their
+    /// weights; else `None`.
     fn half_width(&self) -> Option<f64> {
         match self.shape {
             ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2 => {
@@ -340,10 +342,9 @@ impl MpmOptions {
         }
     }
 
-    /// Largest stable viscosity times step over density and the square of the cell size, in `dimension` axes: that of `sheet: mpm §2.10`
-    /// or less. With stress last a strain rate is that of the solved velocity, of which points keep only a part. One step must not
-    /// reverse the shortest wave, which a liquid resists with 4/3 of its viscosity, nor the contribution of the node beyond a free
-    /// surface.
+    /// Largest stable viscosity times step over density and squared cell size, at most that of sheet: mpm §2.10. With stress last a strain
+    /// rate is that of the solved velocity, of which points keep only a part. One step must not reverse the shortest wave, which a liquid
+    /// resists with 4/3 of its viscosity, nor the contribution of the node beyond a free surface.
     fn surface_diffusion(&self, dimension: usize) -> f64 {
         let sheet = 0.25 / dimension as f64;
         match self.stress_update {
@@ -369,8 +370,8 @@ impl MpmOptions {
         }
     }
 
-    /// Factor on the wave modulus of a point in the step: at worst the springs of obstacles on points add to the square of the
-    /// largest frequency of a cell, `4 M/(ρ h²)`, the `obstacle_stiffness` times `M/(ρ h²)`.
+    /// Factor on the wave modulus of a point for obstacle springs. At worst these add `obstacle_stiffness` times `M/(ρ h²)` to the square
+    /// of the largest frequency of a cell, `4 M/(ρ h²)`.
     pub(crate) fn obstacle_stiffness_factor(&self) -> f64 {
         match self.obstacles {
             ObstacleCoupling::Nodes => 1.0,
@@ -409,8 +410,7 @@ impl MpmOptions {
         if matches!(self.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic) { 2.0 } else { 1.0 }
     }
 
-    /// Share of the old velocity and of the acceleration in the update of a point in a stage; the rest is the grid's
-    /// velocity.
+    /// FLIP fraction of a stage: weight of the point velocity with its acceleration in the update, against the grid velocity.
     pub(crate) fn flip_share(&self, stage: &Stage) -> f64 {
         match self.transfer {
             VelocityTransfer::Flip => self.stage_flip.get(&stage.name).copied().unwrap_or(self.flip),
@@ -421,27 +421,32 @@ impl MpmOptions {
     }
 }
 
+/// Default value 1 of factors.
 fn default_one() -> f64 {
     1.0
 }
+/// Default share of the lumped mass in the consistent mass matrix (-).
 fn default_lumped_share() -> f64 {
     1e-3
 }
+/// Default order of XPIC.
 fn xpic_order() -> usize {
     2
 }
 /// Default Courant number.
 pub(crate) const COURANT: f64 = 0.5;
 
+/// Default Courant number of the time step (-).
 fn courant() -> f64 {
     COURANT
 }
+/// Default number of points per cell along each axis.
 fn default_points_per_cell() -> usize {
     2
 }
-/// Largest reach of material into a cell below which the forces of nodes are reduced.
+/// Upper limit of the extension of material into a cell, in cells, below which the forces of nodes are reduced.
 const MAX_REACH: f64 = 0.375;
-/// Share of the heaviest point's mass at the level of round-off (sheet: mpm §3.2).
+/// Fraction of the largest point mass that is regarded as round-off (sheet: mpm §3.2).
 const ROUND_OFF: f64 = 1e-12;
 
 /// Default value (`sheet: mpm §2.16`).
@@ -452,6 +457,7 @@ fn full_cell() -> f64 {
 fn obstacle_stiffness() -> f64 {
     4.0
 }
+/// Default upper bound of the volume of a stress-free point over its initial volume (-).
 fn volume_cap() -> f64 {
     1.1
 }

@@ -13,11 +13,11 @@ use crate::momentum::velocity_fields::VelocityFields;
 use crate::obstacles::state::PenaltyObstacle;
 use crate::points::bodies::Bodies;
 
-/// Maximum number of sweeps over the pairs of three or more bodies, whose contacts interact.
+/// Maximum number of iterations over the pairs of three or more bodies, whose contacts interact.
 const MAX_SWEEPS: usize = 30;
 
-/// Returns the workspace for the contact sums of the rows of nodes, pair after pair. Impulses per node are kept only where several sweeps
-/// must obey a bound on force or strength.
+/// Empty contact sums of each row of nodes for each pair of fields. Impulses per node are kept only where several sweeps must obey a bound
+/// on force or strength.
 pub fn row_contacts(contacts: &FieldContacts, count: usize, length: usize) -> Vec<RowContact> {
     let row = |pair: &FieldPair| {
         let lasts = pair.law.is_some_and(|law| law.penalty.is_some() || law.adhesion > 0.0);
@@ -27,7 +27,7 @@ pub fn row_contacts(contacts: &FieldContacts, count: usize, length: usize) -> Ve
     contacts.pairs.iter().flat_map(|pair| std::iter::repeat_n(row(pair), count)).collect()
 }
 
-/// Two fields of `len` nodes each, borrowed together.
+/// Mutable nodes of two velocity fields, each with `len` nodes.
 fn two_fields<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> [&mut [T]; 2] {
     let (low, high) = nodes.split_at_mut(second * len);
     [&mut low[first * len..(first + 1) * len], &mut high[..len]]
@@ -72,7 +72,7 @@ pub fn scatter_surfaces<const D: usize>(
     }
 }
 
-/// Radii of the nodes (m); zero beyond the axis.
+/// Distances of the nodes from the axis of rotation (m); zero for nodes beyond the axis.
 pub fn radii<const D: usize>(background: &BackgroundGrid<D>) -> Vec<f64> {
     let (layout, row) = (&background.layout, background.layout.strides()[0]);
     let radius = |node: usize| background.node_at(node, &layout.axis_indices(node / row, node % row))[0];
@@ -115,6 +115,7 @@ pub fn correct_velocities<const D: usize>(
     }
 }
 
+/// Corrects the velocities of two fields at their contact nodes and records impulses per row of nodes.
 fn correct_pair<const D: usize>(
     background: &BackgroundGrid<D>,
     contact: &ContactNode<'_>,
@@ -145,7 +146,7 @@ fn correct_pair<const D: usize>(
     );
 }
 
-/// Adds the impulses of a pair to its rigid body, if there is one.
+/// Adds the impulses of a pair to its rigid body, if one of the fields is one.
 fn record_rigid_impulses(
     driven: &mut [DrivenObject],
     contacts: &FieldContacts,
@@ -184,8 +185,8 @@ pub fn correct_remapped<const D: usize>(
     }
 }
 
-/// Volumes over the cell size (m²) above which a rigid body constrains the nodes of a grid: the share of a body at its corners where they
-/// are nodes, less a tolerance for round-off. At the sides of the domain the value is smaller, as the support of a node is.
+/// Volumes over the cell size (m²) above which a rigid body constrains grid nodes: the volume that a corner node of a body has, minus a
+/// tolerance. At the sides of the domain the value is smaller, as the support of a node is.
 pub fn rigid_volume_thresholds<const D: usize>(
     BackgroundGrid { grid, layout, basis_1d: basis, .. }: &BackgroundGrid<D>,
     points: usize,
@@ -227,7 +228,7 @@ fn integrals(basis: &Basis1d, cells: usize, points: usize) -> Vec<f64> {
     sums
 }
 
-/// Volume thresholds of the nodes of a mesh: the share of the smallest element at each node.
+/// Volumes above which a rigid body constrains mesh nodes: the share of the smallest element at each node.
 pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: usize) -> Vec<f64> {
     let share = |element: &u32| {
         let element = &mesh.elements()[*element as usize];
@@ -240,5 +241,5 @@ pub fn rigid_volume_thresholds_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: us
     filled
 }
 
-/// One less a tolerance for round-off.
+/// Factor on volume thresholds, one minus the tolerance for round-off.
 const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-6;

@@ -7,18 +7,17 @@
 
 use colluvium_grid::Basis1d;
 
-/// Intervals of the table: a multiple of three, so that the kink of the hat functions (a third, the node on the surface)
-/// is at an end of one.
+/// Number of intervals of the table, a multiple of three, so that the kink of linear shape functions coincides with the end of an interval.
 const INTERVALS: usize = 1536;
 /// Distances over which the shape function is summed, in cells: the half-width of the widest.
 const SUM_RANGE: f64 = 2.0;
 /// Number of steps of the sum.
 const STEPS: usize = 4000;
-/// Number of cells of the line on which the shape function is evaluated.
+/// Number of cells of the line along which shape functions are integrated.
 const CELLS: usize = 16;
-/// Width of a point's domain (cells) for shape functions that depend on it.
+/// Width of the domain of a point for shape functions that depend on it (cells).
 pub const ZERO_WIDTH: f64 = 1e-4;
-/// Gap (cells) within which bodies count as touching, for errors of the table and round-off.
+/// Gap (cells) up to which bodies are in contact, as tolerance for errors of the table.
 pub const CONTACT_TOLERANCE: f64 = 1e-3;
 
 /// Distance from a node to a flat surface, from volume and surface of the body at the node.
@@ -64,9 +63,9 @@ impl SurfaceDistance {
         Self { table }
     }
 
-    /// Distance (cells) from the node to the surface, counted outward: negative where the node lies outside. `volume` is `∫ N` over the
-    /// body over the cell size, `surface` that over its surface along the outward normal (m²). A body without a surface near the node has
-    /// the same distance to all sides.
+    /// Distance from the node to the surface (cells), negative for a node outside the body. `volume` is `∫ N` over the body divided by the
+    /// cell size, `surface` the integral over its surface along the outward normal (m²). A body without a surface near the node has the
+    /// same distance to all sides.
     pub fn distance(&self, volume: f64, surface: f64) -> f64 {
         let share = volume / (volume + surface.max(0.0));
         let place = share.clamp(0.0, 1.0) * INTERVALS as f64;
@@ -74,7 +73,7 @@ impl SurfaceDistance {
         self.table[at] + (place - at as f64) * (self.table[at + 1] - self.table[at])
     }
 
-    /// Overlap of two bodies (cells; negative: gap) from their volumes and surfaces as for [`SurfaceDistance::distance`].
+    /// Overlap of two bodies (cells), negative for a gap, from the volumes and surfaces of [`SurfaceDistance::distance`].
     pub fn overlap(&self, volumes: [f64; 2], surfaces: [f64; 2]) -> f64 {
         self.distance(volumes[0], surfaces[0]) + self.distance(volumes[1], surfaces[1])
     }

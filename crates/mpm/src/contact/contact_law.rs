@@ -17,7 +17,7 @@ use crate::points::point_set::PointSet;
 use crate::points::vectors::{dot, first_three, norm};
 use crate::{ContactTest, MpmOptions, PenaltyContact};
 
-/// Gradients of volume within a body over the largest possible: noise of points that are no longer in rows.
+/// Norm of a volume gradient over its largest value, below which it is regarded as noise of irregular points.
 const GRADIENT_NOISE: f64 = 0.1;
 
 /// Pair of velocity fields with its contact law.
@@ -36,22 +36,22 @@ pub struct ContactLaw {
     pub friction: f64,
     /// Adhesion (Pa).
     pub adhesion: f64,
-    /// Unit vector from the first field to the second, where the case gives it.
+    /// Unit vector from the first field to the second, if the case prescribes it.
     pub normal: Option<[f64; 3]>,
     /// Test of contact.
     pub test: ContactTest,
-    /// Penalty on the overlap, in place of velocities that do not approach.
+    /// Penalty law for the overlap, in place of the condition on approaching velocities.
     pub penalty: Option<PenaltyContact>,
 }
 
-/// The interface of two bodies at a node.
+/// Interface of two bodies at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
     /// Unit vector from the first body to the second.
     pub normal: [f64; 3],
     /// Contact area of the node (m²).
     pub area: f64,
-    /// Overlap of the bodies (cells) with the test of gaps; negative: gap.
+    /// Overlap of the bodies at the node, in cell sizes, from the gap criterion; negative where there is a gap.
     pub overlap: f64,
 }
 
@@ -64,19 +64,19 @@ pub struct ContactImpulse {
     pub tangential: f64,
 }
 
-/// Contact sums of a row of nodes for a pair of fields.
+/// Results of contact for a row of nodes and a pair of fields.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RowContact {
     /// Whether contact changed velocities.
     pub has_changed: bool,
     /// Impulse (N s) on the first field.
     pub impulse: [f64; 3],
-    /// Impulses between the two fields in the step, node by node; empty where no law needs them.
+    /// Impulses between the two fields at each node in the step; empty unless a law needs them.
     pub impulses: Vec<ContactImpulse>,
 }
 
 impl RowContact {
-    /// Memory (bytes).
+    /// Size in memory (bytes).
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + size_of_val(&self.impulses[..])
     }
@@ -87,9 +87,8 @@ impl RowContact {
 pub struct FieldContacts {
     /// Every pair of fields, in order; empty for a single field.
     pub pairs: Vec<FieldPair>,
-    /// `Σ_p Ω_p ∇N_i` of each field (m²), and in the fourth lane `Σ_p Ω_p N_i` over the cell size (on a mesh the heights
-    /// of the elements), field after field;
-    /// empty for a single field.
+    /// Surface integrals `Σ_p Ω_p ∇N_i` of all fields (m²), with the volumes `Σ_p Ω_p N_i` over the cell size as fourth component; on a
+    /// mesh over the element height. Empty for a single field.
     pub surfaces: Vec<Vector4>,
     /// Distances of surfaces from nodes.
     pub distance: SurfaceDistance,
@@ -114,7 +113,7 @@ impl FieldContacts {
         self.rigid.get(field).is_some_and(Option::is_some)
     }
 
-    /// Number of velocity fields: with `n` of them there are `n (n - 1) / 2` pairs.
+    /// Number of velocity fields; `n` fields have `n (n - 1) / 2` pairs.
     pub fn fields(&self) -> usize {
         self.pairs.last().map_or(1, |pair| pair.fields[1] + 1)
     }
@@ -197,6 +196,7 @@ fn contact_laws<const D: usize>(
     Ok(laws)
 }
 
+/// Unit vector of a list of `D` numbers; `None` for a zero vector or another number of entries.
 fn unit<const D: usize>(vector: &[f64]) -> Option<[f64; 3]> {
     let length = norm(&std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0)));
     let holds = vector.len() == D && length.is_finite() && length > 0.0;
@@ -204,8 +204,8 @@ fn unit<const D: usize>(vector: &[f64]) -> Option<[f64; 3]> {
 }
 
 impl ContactLaw {
-    /// Interface at a node, from the surface integrals of the two bodies (in the fourth lane: volumes over the cell size); `None` where the
-    /// normal is undefined or the bodies do not touch.
+    /// Interface at a node, from the surface integrals of two bodies with the volumes as fourth component. `None` without a defined normal
+    /// or without contact.
     pub fn interface(&self, surfaces: [Vector4; 2], distance: &SurfaceDistance) -> Option<Interface> {
         let normal = match self.normal {
             Some(normal) => normal,
@@ -228,8 +228,8 @@ impl ContactLaw {
         (overlap >= -CONTACT_TOLERANCE).then_some(Interface { normal, area, overlap })
     }
 
-    /// Decrease of the impulse on a body with its own velocity (kg), where one of the bodies has an infinite mass and the other the mass
-    /// `mass` (kg); arguments as for [`ContactLaw::impulse`]. Row `i`, column `j`: component `i` by velocity `j`.
+    /// Decrease of the impulse on a body per increase of its velocity (kg), if one body has infinite and the other finite mass. Arguments
+    /// as for [`ContactLaw::impulse`]. Row `i`, column `j`: component `i` by velocity `j`.
     pub fn stiffness(
         &self,
         mass: f64,
@@ -279,9 +279,8 @@ impl ContactLaw {
         })
     }
 
-    /// Impulse (N s) on the first body; `None` where the bodies separate. `masses` are inertias (kg), one of which may be infinite, `cell`
-    /// is the cell size (m) and `dt` the step. `accumulated` are the impulses of the step so far: the law holds for the sum, which is stored
-    /// there.
+    /// Contact impulse on the first body (N s); `None` if the bodies separate. `masses` (kg) may include an infinite one, `cell` is the
+    /// cell size (m). The law applies to the sum of this impulse and the `accumulated` ones of the step, which is stored there.
     pub fn impulse(
         &self,
         masses: [f64; 2],
@@ -320,8 +319,7 @@ impl ContactLaw {
     }
 }
 
-/// Direction of a surface integral, shorter than a unit vector where it is noise: less than `GRADIENT_NOISE` of the largest value that the
-/// volume at the node allows.
+/// Unit normal of a surface integral. It is shorter if the integral is less than `GRADIENT_NOISE` of its largest possible value.
 fn direction(surface: Vector4) -> [f64; 3] {
     let vector = first_three(surface);
     let length = norm(&vector).max(GRADIENT_NOISE * surface.as_array()[3]);

@@ -33,7 +33,7 @@ pub struct ContactNode<'a> {
 }
 
 impl ContactNode<'_> {
-    /// Inertias (kg) of the two sides: infinite for a rigid body.
+    /// Inertias of the two bodies at the node (kg), infinite for a rigid body.
     pub fn inertias(&self, masses: [f64; 2]) -> [f64; 2] {
         std::array::from_fn(|side| if self.rigid[side] { f64::INFINITY } else { self.inertia * masses[side] })
     }
@@ -54,7 +54,7 @@ impl ContactNode<'_> {
         Some(Interface { area: around * surface.area, ..surface })
     }
 
-    /// Corrects the velocities of two solved nodes for contact; returns whether they changed, and the impulse (N s) on the first one.
+    /// Corrects the velocities of two solved nodes for contact. Returns whether they changed, and the impulse on the first one (N s).
     pub fn correct_velocities(
         &self,
         place: usize,
@@ -101,7 +101,7 @@ impl ContactNode<'_> {
         self.velocities_at_interface(surface, inertias, ends, accumulated)
     }
 
-    /// Decrease of the impulse on a rigid body with its velocity at a node (kg), where the other body has an inertia (kg).
+    /// Decrease of the impulse on a rigid body per increase of its velocity at a node (kg).
     pub fn stiffness(
         &self,
         surface: Option<Interface>,
@@ -115,7 +115,7 @@ impl ContactNode<'_> {
         }
     }
 
-    /// Velocities after contact at an interface, which is required where there is a law; `None` without contact.
+    /// Velocities after contact at an interface (m/s); `None` without contact.
     pub fn velocities_at_interface(
         &self,
         surface: Option<Interface>,
@@ -136,8 +136,7 @@ impl ContactNode<'_> {
         Some(if norm(&relative) <= 1e-12 * norm(&before) { [common; 2] } else { corrected })
     }
 
-    /// Corrects re-mapped velocities: no approach; no separation of nodes in contact, as the contact force would do work; no slip of nodes
-    /// that stuck.
+    /// Corrects re-mapped velocities in contact: bodies neither approach nor separate, and those that stick have no slip.
     pub fn correct_remapped(&self, place: usize, solved: [&NodalState; 2], pair: [&mut Vector4; 2]) {
         let masses = [solved[0].momentum_and_mass.as_array()[3], solved[1].momentum_and_mass.as_array()[3]];
         if !self.are_both_present(place, masses) {
@@ -175,7 +174,7 @@ impl ContactNode<'_> {
     }
 }
 
-/// Common velocity of two masses (m/s), one of which may be infinite.
+/// Velocity of the common centre of mass of two masses (m/s), one of which may be infinite.
 fn common_velocity(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
     let inverse = masses.map(f64::recip);
     let sum = inverse[0] + inverse[1];

@@ -55,7 +55,7 @@ struct RigidContactSystem<'a> {
 }
 
 impl ContactPoint {
-    /// Velocities (m/s) of the two sides for the velocity `w` of the rigid body.
+    /// Velocities of the two bodies at the point (m/s), for the velocity `w` of the rigid body.
     fn side_velocities<'a>(&'a self, w: &'a [f64; 3]) -> [&'a [f64; 3]; 2] {
         if self.rigid_side == 0 { [w, &self.velocity] } else { [&self.velocity, w] }
     }
@@ -92,6 +92,7 @@ impl ContactLawAtPoint for ContactPointLaw<'_> {
 }
 
 impl RigidContactSystem<'_> {
+    /// Contact points of the system with the laws of their pairs.
     fn nodes(&self) -> impl Iterator<Item = ContactPointLaw<'_>> {
         self.nodes.iter().map(|point| ContactPointLaw(point, &self.contact_nodes[point.pair]))
     }
@@ -152,7 +153,7 @@ pub struct ContactContext<'a, const D: usize> {
 }
 
 impl<const D: usize> ContactContext<'_, D> {
-    /// Lists the corners of the points of rigid body `number` that can reach walls and obstacles in the step.
+    /// Lists the corners of the points of rigid body `number` that can reach walls or obstacles in the step.
     fn find_corners(
         &self,
         number: usize,
@@ -171,8 +172,8 @@ impl<const D: usize> ContactContext<'_, D> {
         );
     }
 
-    /// Applies contact at the nodes of a rigid body with a motion; returns whether any node changed, and the impulses on the body: impulse
-    /// (N s) with its moment (N m s), and the impulse alone.
+    /// Applies contact at the nodes of a rigid body. Returns whether a node changed, the impulse on the body (N s) with its moment (N m s),
+    /// and the impulse alone.
     fn apply_contacts(
         &self,
         motion: &Twist,

@@ -22,7 +22,7 @@ use crate::points::bodies::Bodies;
 use crate::points::vectors::first_three;
 use crate::{FixedNodes, MpmOptions, StressScheme, VelocityTransfer};
 
-/// Norm of the residual over that of the right side at convergence, in the norm of the preconditioner.
+/// Norm of the residual at convergence, relative to that of the right-hand side.
 const TOLERANCE: f64 = 1e-12;
 /// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 1000;
@@ -91,7 +91,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
 }
 
 impl ConsistentMass {
-    /// Memory (bytes).
+    /// Size in memory (bytes).
     pub fn bytes(&self) -> usize {
         let vectors = [
             &self.inverse,
@@ -128,7 +128,7 @@ impl ConsistentMass {
         !self.mass_squares.is_empty()
     }
 
-    /// Sets the active entries to zero.
+    /// Sets the entries of active nodes to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         if !self.is_used() {
             return;
@@ -171,7 +171,7 @@ fn quotient(a: Vector4, b: Vector4) -> Vector4 {
     Vector4::new(std::array::from_fn(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 }))
 }
 
-/// The arrays of one solve, by node.
+/// Arrays of a conjugate-gradient solve, by node.
 struct ConjugateGradientSystem<'a> {
     solution: &'a mut [Vector4],
     residual: &'a mut [Vector4],
@@ -181,8 +181,8 @@ struct ConjugateGradientSystem<'a> {
     rows: &'a mut [Vector4],
 }
 
-/// Conjugate gradients for all components at once, from the initial guess in the solution, whose components without an equation are
-/// constant. `multiply` is the matrix, `right` the right side at a node. Returns whether the iteration has converged.
+/// Solves for all components by conjugate gradients from the initial guess in `solution`. Components without an equation stay constant.
+/// `multiply` applies the matrix, and `right` gives the right-hand side of a node. Returns whether the iteration has converged.
 fn solve<const D: usize>(
     layout: &Layout<D>,
     system: ConjugateGradientSystem<'_>,
@@ -288,7 +288,7 @@ fn mass_squares<const D: usize>(background: &BackgroundGrid<D>, bodies: &Bodies<
     });
 }
 
-/// The momentum solve with the consistent mass (steps 2 to 4): velocity at the end of the step and acceleration.
+/// Momentum equation with the consistent mass matrix (steps 2 to 4): velocity at the end of the step and acceleration of each node.
 pub fn solve_momentum<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -321,7 +321,7 @@ struct ConsistentSystem<'a, const D: usize> {
 }
 
 impl<const D: usize> ConsistentSystem<'_, D> {
-    /// Sets the initial guess of the velocities, the constrained components, and the inverse diagonal (step 2).
+    /// Sets the initial guess of the velocities, the prescribed components, and the inverse diagonal of the matrix (step 2).
     fn set_initial_guess(&self, mass: &mut ConsistentMass) {
         let (layout, nodes) = (&self.background.layout, self.nodes);
         let row_length = layout.strides()[0];
@@ -350,12 +350,14 @@ impl<const D: usize> ConsistentSystem<'_, D> {
         });
     }
 
+    /// Product of the consistent mass matrix with a nodal vector.
     fn multiply(&self, x: &[Vector4], out: &mut [Vector4]) {
         multiply_mass(self.clock, self.background, self.bodies, self.nodes, x, out);
     }
 
     /// Solves for the velocities at the start of the step (step 2); returns whether the iteration has converged.
     fn solve_velocities(&self, mass: &mut ConsistentMass) -> bool {
+        /// Factor that keeps the three spatial components of a nodal vector and sets the fourth, the mass, to zero.
         const SPATIAL: Vector4 = Vector4::new([1.0, 1.0, 1.0, 0.0]);
         let ConsistentMass { inverse, velocity, residual, direction, product, rows, .. } = mass;
         let system =
@@ -390,7 +392,7 @@ impl<const D: usize> ConsistentSystem<'_, D> {
     }
 }
 
-/// Sets velocities at the end of the step and accelerations of the nodes, with Rayleigh damping (step 4).
+/// Computes velocities at the end of the step and accelerations of the nodes, with Rayleigh damping (step 4).
 fn set_end_state<const D: usize>(
     clock: &Clock,
     layout: &Layout<D>,

@@ -4,7 +4,7 @@ use colluvium_case::rigid::{RigidState, RigidStep};
 use colluvium_grid::{NodalState, Vector4};
 use serde::{Deserialize, Serialize};
 
-/// Rigid body or patch with its motion and the force on it.
+/// Rigid body, or patch of prescribed velocity, with its motion and the force on it.
 #[derive(Clone, Debug)]
 pub struct DrivenObject {
     /// Name of the body or patch.
@@ -30,9 +30,9 @@ pub struct DrivenObjectState {
     pub rigid: RigidState,
     /// Displacement since the start (m).
     pub displacement: [f64; 3],
-    /// Force of the material on it in the last step (N).
+    /// Force of the material on the object in the last step (N).
     pub force: [f64; 3],
-    /// Impulse of the material on it since the start (N s).
+    /// Impulse of the material on the object since the start (N s).
     pub impulse: [f64; 3],
 }
 
@@ -45,8 +45,8 @@ impl DrivenObject {
         }
     }
 
-    /// Sets the velocity and acceleration of the prescribed motion at a solved node; returns the impulse (N s) of the material on the
-    /// driven object, without mass scaling.
+    /// Sets velocity and acceleration of a solved node to the prescribed motion. Returns the impulse of the material on the object (N s),
+    /// without mass scaling.
     pub fn impose_on_node(&self, node: &mut NodalState, keep_start: bool, dt: f64) -> [f64; 3] {
         let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
         let mut impulse = [0.0; 3];
@@ -77,7 +77,7 @@ impl DrivenObject {
         self.free_rigid_body.as_ref().map_or(self.velocity(), |free_body| free_body.velocity_at(x))
     }
 
-    /// Velocity (m/s): of the centre of mass for a rigid body; of a patch with zero for the components that are not prescribed.
+    /// Velocity of the centre of mass of a rigid body, or of a patch with zero for components that are not prescribed (m/s).
     pub fn velocity(&self) -> [f64; 3] {
         if self.patch.is_some() {
             self.state.velocity.map(|v| v.unwrap_or(0.0))

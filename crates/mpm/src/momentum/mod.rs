@@ -15,7 +15,7 @@ use colluvium_case::loads::damping::{rayleigh_damped_velocity, sign_or_zero};
 use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};
 use serde::{Deserialize, Serialize};
 
-/// Sums of a row of nodes for the measures of equilibrium (sheet: mpm §2.14).
+/// Sums over nodes for the equilibrium criterion (sheet: mpm §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EquilibriumTerms {
     /// Square of the unbalanced force over the free degrees of freedom (N²).
@@ -29,7 +29,7 @@ pub struct EquilibriumTerms {
 }
 
 impl EquilibriumTerms {
-    /// Adds another row.
+    /// Adds the sums of other nodes.
     pub fn add(&mut self, other: &Self) {
         self.unbalanced += other.unbalanced;
         self.external += other.external;
@@ -43,7 +43,7 @@ impl EquilibriumTerms {
 pub struct NodeObstacleEnergies {
     /// Energy dissipated by friction (J).
     pub friction: f64,
-    /// Work of the motion of obstacles on the material (J).
+    /// Work of moving obstacles on the material (J).
     pub work: f64,
 }
 
@@ -53,13 +53,13 @@ pub struct MomentumSolve<'a, const D: usize> {
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Rayleigh damping, mass part (1/s).
+    /// Mass-proportional Rayleigh damping (1/s).
     pub rayleigh: f64,
-    /// Whether held nodes keep their momentum at the start of the step.
+    /// Whether constrained nodes keep their velocity at the start of the step.
     pub keep_initial_velocity: bool,
     /// Inertia over mass (mass scaling); weight is not scaled.
     pub inertia: f64,
-    /// Nodes lighter than this (kg) are skipped.
+    /// Mass below which a node is skipped (kg).
     pub mass_cutoff: f64,
     /// Boundary conditions.
     pub walls: &'a NodeWalls,
@@ -68,8 +68,8 @@ pub struct MomentumSolve<'a, const D: usize> {
 }
 
 impl<const D: usize> MomentumSolve<'_, D> {
-    /// Turns momentum and force of the active nodes of a row into velocity at the end of the step
-    /// and acceleration.
+    /// Solves the momentum equation at the active nodes of a row: velocity at the end of the step and acceleration replace momentum and
+    /// force.
     pub fn row(&self, row: usize, active: Range<usize>, line: &mut [NodalState]) {
         let [gx, gy, gz] = self.gravity;
         let gravity = Vector4::new([gx, gy, gz, 0.0]);
@@ -101,7 +101,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         }
     }
 
-    /// Velocities (m/s) of a node without constraints at the start and at the end of the step.
+    /// Velocities of a node at the start and the end of the step without constraints (m/s).
     fn unconstrained_velocities(&self, node: &NodalState, mass: f64) -> ([f64; 3], [f64; 3]) {
         let motion = node.momentum_and_mass.to_array();
         let force = node.force.to_array();
@@ -118,8 +118,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         (start, end)
     }
 
-    /// Adds the impulses (N s) of a node before its solve on the obstacles whose reactions are recorded, and the energies that all
-    /// obstacles dissipate and add.
+    /// Adds the impulses of a node (N s) to the reactions that are recorded, and the energies that obstacles dissipate and supply (J).
     pub fn record_reactions(
         &self,
         index: &[usize; 3],
@@ -172,13 +171,13 @@ impl<const D: usize> MomentumSolve<'_, D> {
     }
 }
 
-/// Velocity at the start of a step from that at its end and the change: zero where it is below round-off.
+/// Velocity at the start of a step from its end value and change; zero if it is below round-off.
 pub fn start_velocity(end: f64, change: f64) -> f64 {
     let start = end - change;
     if start.abs() <= 1e-12 * change.abs() { 0.0 } else { start }
 }
 
-/// Local damping of a solved node by all that accelerates it (sheet: mpm §2.13), of the components that no wall holds.
+/// Applies local damping to the components of a solved node that no wall constrains, in proportion to the total force (sheet: mpm §2.13).
 pub fn damp(node: &mut NodalState, damping: &[f64; 3], constrained: [bool; 3], dt: f64) {
     let (mut end, mut rate) = (node.momentum_and_mass.to_array(), node.force.to_array());
     for c in (0..3).filter(|c| !constrained[*c]) {
@@ -197,11 +196,11 @@ pub struct EquilibriumAudit<'a, const D: usize> {
     pub gravity: [f64; 3],
     /// Local damping factor of each axis.
     pub damping: [f64; 3],
-    /// Rayleigh damping, mass part (1/s).
+    /// Mass-proportional Rayleigh damping (1/s).
     pub rayleigh: f64,
     /// Inertia over mass.
     pub inertia: f64,
-    /// Nodes lighter than this (kg) are skipped.
+    /// Mass below which a node is skipped (kg).
     pub mass_cutoff: f64,
     /// Boundary conditions.
     pub walls: &'a NodeWalls,
@@ -210,7 +209,7 @@ pub struct EquilibriumAudit<'a, const D: usize> {
 }
 
 impl<const D: usize> EquilibriumAudit<'_, D> {
-    /// Sums of the active nodes of a row.
+    /// Equilibrium sums of the active nodes of a row.
     pub fn row(&self, row: usize, active: Range<usize>, line: &[NodalState]) -> EquilibriumTerms {
         let mut sums = EquilibriumTerms::default();
         for number in active {

@@ -16,9 +16,10 @@ use crate::clock::Clock;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 
-/// Reduces the force on nodes that points reach by less than [`MpmOptions::min_reach`] of a cell, by the square of the ratio of both: the
-/// strain that it adds then decreases with the reach, without jumps. Weight and walls are not reduced. The reach along an axis is the mass
-/// of the node over `h Σ m |∂N/∂x|`: `ξ` at a plane surface, for any number and mass of the points, and about a half within material.
+/// Reduces the force on nodes with little material in reach, by the square of the extension of material into the cell over
+/// [`MpmOptions::min_reach`]. The additional strain then decreases continuously with the extension. Weight and walls are not reduced. The
+/// reach along an axis is the mass of the node over `h Σ m |∂N/∂x|`: `ξ` at a plane surface, for any number and mass of the points, and
+/// about a half within material.
 pub fn rescale_small_mass_forces<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -77,15 +78,15 @@ pub fn rescale_small_mass_forces<const D: usize>(
     }
 }
 
-/// Marks, in the fourth lane of their slopes, the nodes that may be reached by less than `min_reach` of a cell: on a grid the nodes with less
-/// than that share of their own mass and their two neighbours' along some axis, as `h |∂N/∂x|` is the weight of a point at the two nodes of
-/// its cell. Nodes within material are not marked, and need no sum.
+/// Marks the nodes that may need the reduction, in the fourth component of their mass gradients. On a grid these are nodes with less than
+/// that fraction of the mass of themselves and their neighbours along some axis. Nodes within material are not marked, and need no sum.
 fn mark_small_mass_nodes<const D: usize>(
     background: &BackgroundGrid<D>,
     min_reach: f64,
     nodes: &[NodalState],
     slopes: &mut [Vector4],
 ) {
+    /// Mark of a small-mass node, in the fourth component.
     const MARK: Vector4 = Vector4::new([0.0, 0.0, 0.0, 1.0]);
     let layout = &background.layout;
     let (strides, counts) = (layout.strides(), layout.nodes());
@@ -127,7 +128,7 @@ fn reaches_marked_node<const D: usize>(
     })
 }
 
-/// Returns the next range of points of `rest` that are `wanted`, and sets the start of `rest` behind it.
+/// Next range of points that satisfy a condition; the start of `rest` moves to its end.
 #[inline(always)]
 fn next_range(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option<Range<usize>> {
     let last = rest.end;
@@ -135,8 +136,8 @@ fn next_range(rest: &mut Range<usize>, wanted: impl Fn(usize) -> bool) -> Option
     Some(start..rest.find(|p| !wanted(*p)).unwrap_or(last))
 }
 
-/// Contribution of a point of mass times cell size `moment` (kg m): the derivative along each axis in its own lane. On a grid its sign
-/// alternates from cell to cell, as that of the derivative at a node: there magnitudes are summed.
+/// Contribution of a point with mass times cell size `moment` (kg m) to the mass gradient of a node, one axis per component. On a grid its
+/// sign alternates from cell to cell, as that of the derivative at a node: there magnitudes are summed.
 fn gradient_moments<const D: usize>(
     background: &BackgroundGrid<D>,
     position: &[f64; D],

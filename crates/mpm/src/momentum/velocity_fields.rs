@@ -5,20 +5,20 @@ use colluvium_grid::{InterpolatedMotion, Layout, NodalState, PointSlice, Vector4
 use crate::background_grid::BackgroundGrid;
 use crate::momentum::EquilibriumTerms;
 
-/// The nodes of all velocity fields, field after field; those of two phases are in [`crate::phases::TwoPhase`].
+/// Nodes of all velocity fields, field by field. Those of two phases are in [`crate::phases::TwoPhase`].
 #[derive(Default)]
 pub struct VelocityFields {
-    /// Mass and momentum, then velocity at the end of the step; force, then acceleration.
+    /// Mass, momentum and force of each node; after the solve velocity and acceleration.
     pub(crate) nodal_states: Vec<NodalState>,
-    /// Re-mapped velocities; empty where no option needs them.
+    /// Re-mapped velocities of the nodes; empty if no option needs them.
     pub(crate) remapped_velocities: Vec<Vector4>,
-    /// Sums of the derivatives of shape functions times the masses of the points; empty where no option needs them.
+    /// Mass gradients of the nodes, `Σ_p m_p ∇N`; empty if no option needs them.
     pub(crate) mass_gradients: Vec<Vector4>,
-    /// Workspace for the sums of the rows for the measures of equilibrium.
+    /// Equilibrium sums of each row of nodes, as memory that a step reuses.
     pub(crate) row_sums: Vec<EquilibriumTerms>,
-    /// Measures of equilibrium of the last step that computed them.
+    /// Equilibrium sums of the last step that computed them.
     pub(crate) sums: EquilibriumTerms,
-    /// Work of external forces since the stage began (J).
+    /// Work of external forces since the start of the stage (J).
     pub(crate) external_work: f64,
 }
 
@@ -51,7 +51,7 @@ impl VelocityFields {
         }
     }
 
-    /// Velocity (m/s) of a node of a field, by its index among the nodes of all fields.
+    /// Velocity of a node (m/s), by its index among the nodes of all fields.
     #[inline]
     pub fn motion(&self, of: VelocitySource, number: usize) -> Vector4 {
         match of {
@@ -70,7 +70,7 @@ impl VelocityFields {
         self.nodal_states.len() / layout.len()
     }
 
-    /// Sets the active nodes of the sums of re-mapping and XPIC to zero.
+    /// Sets the re-mapped velocities and XPIC sums of active nodes to zero.
     pub fn reset_remapped<const D: usize>(&mut self, layout: &Layout<D>) {
         self.remapped_velocities.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
     }

@@ -67,7 +67,7 @@ fn rejection(key: &str, problem: &str) -> CaseError {
     CaseError::new(format!("methods.mpm.{key}"), problem)
 }
 
-/// Rejects options that do not work with obstacles on points.
+/// Rejects options that do not work with obstacles that act on points.
 fn check_point_obstacles(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if case.obstacles.is_empty() {
         return Err(rejection("obstacles", "points needs an obstacle in the case"));
@@ -81,7 +81,7 @@ fn check_point_obstacles(case: &Case, options: &MpmOptions) -> Result<(), CaseEr
     Ok(())
 }
 
-/// Rejects measures of reactions and motions of obstacles on the nodes with options that do not support them.
+/// Rejects measured reactions and moving obstacles with options that do not support them for obstacles on nodes.
 fn check_node_reactions(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     for (name, measure) in &case.measures {
         if let Some(target) = measure.reaction_target()
@@ -115,7 +115,7 @@ pub fn could_act_on_nodes(case: &Case, options: &MpmOptions) -> bool {
     wet && are_fixed_planes && free && options.obstacles == ObstacleCoupling::Points
 }
 
-/// Whether a shape is a plane along a line of the grid with cells of a size (m).
+/// Whether the surface of a shape is a plane through grid nodes.
 fn lies_on_nodes(case: &Case, shape: &ObstacleShape, cell: f64) -> bool {
     let ObstacleShape::Plane { point, normal } = shape else { return false };
     let mut across = (0..normal.len()).filter(|axis| normal[*axis] != 0.0);
@@ -141,7 +141,7 @@ fn reason_for_rest(case: &Case, options: &MpmOptions) -> Option<&'static str> {
     why_not_recorded(options).or(wet.then_some("a pore fluid"))
 }
 
-/// Faces of obstacles on the nodes of the pore fluid: it slips along them, does not pass, and separates where its skeleton may.
+/// Faces of obstacles for the nodes of the pore fluid. The fluid slips along them without penetration, and separates if the skeleton may.
 pub fn pore_fluid_faces<const D: usize>(
     placed: &[PlacedObstacle<'_, D>],
     background: &BackgroundGrid<D>,

@@ -11,14 +11,14 @@ use crate::obstacles::reaction::ReactionRecorder;
 
 /// Obstacles of a case that act on the nodes.
 pub struct NodeObstacles<const D: usize> {
-    /// Faces of the obstacles at rest.
+    /// Faces of the obstacles that do not move.
     pub static_faces: Arc<NodeFaces>,
     /// Moving obstacles.
     pub moving_obstacles: MovingObstacles<NodeFace, D>,
 }
 
 impl<const D: usize> NodeObstacles<D> {
-    /// Returns the obstacles of a case: nodes in an obstacle or on its surface have the velocity that it allows.
+    /// Obstacles of a case that act on nodes: the velocities of nodes in an obstacle or on its surface are constrained.
     pub fn new(
         placed: &[PlacedObstacle<'_, D>],
         background: &BackgroundGrid<D>,

@@ -85,7 +85,7 @@ pub fn penalty_forces<const D: usize>(
     }
 }
 
-/// Sets the displacements of points to zero at their current positions.
+/// Sets the displacements of points to zero, with their current positions as reference.
 pub fn reset_displacements<const D: usize>(bodies: &mut Bodies<D>) {
     for set in &mut bodies.sets {
         for ((point, x), origin) in
@@ -110,13 +110,13 @@ pub fn penetration_warning<const D: usize>(obstacles: Option<&PenaltyObstacles<D
 
 /// Energies of obstacles that act on points (J).
 pub struct PenaltyEnergies {
-    /// Work of friction since the start.
+    /// Work of friction since the start (J).
     pub friction: f64,
     /// Energy of the contact springs.
     pub spring_energy: f64,
     /// Energy removed by the penetration limit since the start.
     pub penetration_loss: f64,
-    /// Work of the motion of obstacles; `None` for obstacles at rest.
+    /// Work of the motion of obstacles (J); `None` if no obstacle moves.
     pub work: Option<f64>,
 }
 
@@ -133,7 +133,7 @@ pub fn penalty_energies<const D: usize>(obstacles: Option<&PenaltyObstacles<D>>)
     })
 }
 
-/// Data that all points of a set share.
+/// Data for the penalty forces that all points of a set have in common.
 struct PenaltyInput<'a, const D: usize> {
     material: &'a dyn Material,
     position: &'a [[f64; D]],
@@ -151,7 +151,7 @@ struct PenaltyInput<'a, const D: usize> {
 }
 
 impl<const D: usize> PenaltyInput<'_, D> {
-    /// Computes the forces on the points of all blocks, in parallel; the pore fluid has contact states where there is one.
+    /// Computes the penalty forces on all points of a set in parallel, and the contact states of the pore fluid if the set has one.
     fn update_blocks(
         &self,
         all: &mut PenaltyObstacles<D>,
@@ -187,7 +187,7 @@ impl<const D: usize> PenaltyInput<'_, D> {
         }
     }
 
-    /// Computes the forces on the points of a block, from number `first` on.
+    /// Computes the penalty forces on the points of a group, from index `first` on.
     fn block(
         &self,
         obstacles: &[PenaltyObstacle<D>],

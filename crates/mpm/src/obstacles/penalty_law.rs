@@ -15,13 +15,14 @@ pub struct SurfaceOverlap<const D: usize> {
     pub depth: f64,
     /// Number of the obstacle.
     pub obstacle: usize,
-    /// Contact law of the obstacle there.
+    /// Contact law of the obstacle at the overlap.
     pub law: ObstacleLaw,
 }
 
-/// Share of the deepest overlap below which an overlap is neglected.
+/// Fraction of the deepest overlap below which an overlap is neglected.
 const NEGLIGIBLE_OVERLAP: f64 = 1e-9;
 
+/// Scalar product.
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
 }
@@ -31,7 +32,8 @@ pub fn length<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Minimum translation (m) that removes all overlaps of a point, `Σ way_i n_i` with the shares `translation_shares` (m), none of them negative.
+/// Smallest translation (m) that removes all overlaps of a point, `Σ way_i n_i` with non-negative components `translation_shares` (m). With
+/// a stiffness the energy is half the stiffness times the squared translation, for any number of surfaces.
 ///
 /// With the shares times a stiffness as forces, the energy is half the stiffness times the square of the translation, for any number of
 /// surfaces. Of two facets with almost the same normal the deeper one counts, at a right angle both do in full, with a continuous
@@ -66,11 +68,12 @@ pub fn minimum_translation<const D: usize>(
     })
 }
 
+/// Pairs of indices below `count`, each once.
 fn overlap_pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(move |i| (i + 1..count).map(move |j| [i, j]))
 }
 
-/// Minimum translation onto the surfaces of the `chosen` overlaps, where all its shares are positive and it removes all overlaps.
+/// Smallest translation onto the surfaces of the `chosen` overlaps; `None` unless all components are positive and all overlaps are removed.
 fn solve<const D: usize>(
     overlaps: &[SurfaceOverlap<D>],
     count: usize,
@@ -115,9 +118,8 @@ fn solve<const D: usize>(
     Some(translation)
 }
 
-/// Tangential spring (m) on a surface with this unit normal after a displacement of the point relative to the surface by `moved` (m), and
-/// the slip (m). After a change of the normal the spring is rotated with it and keeps its length. It is bounded by `max_length` (m), which may be
-/// infinite.
+/// Tangential spring displacement (m) after a displacement `moved` of the point relative to the surface (m), and the slip (m). After a
+/// change of the normal the spring is rotated with it and keeps its length. It is bounded by `max_length` (m), which may be infinite.
 pub fn friction_impulse<const D: usize>(
     spring: &[f64; D],
     moved: &[f64; D],

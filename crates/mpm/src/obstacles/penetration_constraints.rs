@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use crate::obstacles::state::ObstacleForces;
 
-/// Maximum number of sweeps over the constraints.
+/// Maximum number of iterations over the constraints.
 const MAX_ITERATIONS: usize = 200;
 
-/// Constraint of a point that would come too near to a position on a surface in the step.
+/// Constraint on a point that would come too close to a surface in the step.
 #[derive(Clone, Debug)]
 pub struct PenetrationConstraint<const D: usize> {
     /// Range of its entries in the list of nodes and weights.
@@ -16,7 +16,7 @@ pub struct PenetrationConstraint<const D: usize> {
     pub position: [f64; D],
     /// Unit normal out of the obstacle.
     pub normal: [f64; D],
-    /// Least velocity along the normal that keeps the distance (m/s).
+    /// Least normal velocity that maintains the distance (m/s).
     pub min_normal_velocity: f64,
     /// Tolerance on that velocity (m/s).
     pub velocity_tolerance: f64,
@@ -32,12 +32,13 @@ pub struct PenetrationConstraint<const D: usize> {
     pub friction_impulse: [f64; D],
 }
 
-/// Constraints of a step, and the nodes that receive the impulses.
+/// Constraints of a step with the nodes that receive their impulses.
 #[derive(Clone, Debug, Default)]
 pub struct PenetrationConstraints<const D: usize> {
     /// Constraints of the points.
     pub constraints: Vec<PenetrationConstraint<D>>,
-    /// Nodes and weights: first the number of a node in memory, then its index in the lists below.
+    /// Interpolation weights of the nodes for each point. The index is that of the node in memory, and during the solve that in the lists
+    /// below.
     pub weights: Vec<(usize, f64)>,
     /// Numbers of the nodes in memory, ascending.
     pub numbers: Vec<usize>,
@@ -47,10 +48,11 @@ pub struct PenetrationConstraints<const D: usize> {
     pub inverse_inertia: Vec<[f64; D]>,
     /// Changes of the velocities of the nodes (m/s).
     pub velocity_change: Vec<[f64; D]>,
-    /// Sums of each obstacle: impulses (N s) in place of forces.
+    /// Impulse on each obstacle (N s), its moment, and the energies of contact and friction (J).
     pub sums: Vec<ObstacleForces>,
 }
 
+/// Scalar product.
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|c| a[c] * b[c]).sum()
 }
@@ -64,7 +66,7 @@ impl<const D: usize> PenetrationConstraints<D> {
         self.sums.resize(obstacles, ObstacleForces::default());
     }
 
-    /// Appends the constraints of a block of points.
+    /// Appends the constraints of a group of points.
     pub fn append(
         &mut self,
         constraints: &mut Vec<PenetrationConstraint<D>>,
@@ -100,8 +102,8 @@ impl<const D: usize> PenetrationConstraints<D> {
         velocity_change.resize(numbers.len(), [0.0; D]);
     }
 
-    /// Applies the smallest normal impulses by which every point reaches its least velocity, and the tangential impulses of Coulomb's law:
-    /// one point after another, until all constraints hold.
+    /// Applies the smallest normal impulses with which each point has its least normal velocity, and the tangential impulses of Coulomb's
+    /// law. The iteration over points ends when all constraints are satisfied.
     pub fn solve(&mut self) {
         let Self {
             constraints: list,
@@ -166,7 +168,7 @@ impl<const D: usize> ConstrainedPoint<'_, D> {
 }
 
 impl<const D: usize> PenetrationConstraint<D> {
-    /// Applies the missing normal impulse; returns whether the constraint held within its tolerance.
+    /// Applies the missing normal impulse of a constraint; returns whether it was satisfied within the tolerance.
     fn apply_normal(&mut self, point: &mut ConstrainedPoint<'_, D>, sums: &mut ObstacleForces) -> bool {
         let inverse_inertia = point.inverse_inertia_along(&self.normal);
         // Nodes with constrained components cannot move.
@@ -186,7 +188,7 @@ impl<const D: usize> PenetrationConstraint<D> {
         lacks <= self.velocity_tolerance
     }
 
-    /// Sets the impulse along the surface within the friction bound.
+    /// Applies the tangential impulse of a constraint, limited by friction.
     fn apply_friction(&mut self, point: &mut ConstrainedPoint<'_, D>, sums: &mut ObstacleForces) {
         let velocity = point.velocity();
         let slides: [f64; D] = std::array::from_fn(|c| velocity[c] - self.obstacle_velocity[c]);

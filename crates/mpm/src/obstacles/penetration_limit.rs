@@ -16,22 +16,22 @@ use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::PointColumns;
 use crate::points::vectors::{first_three, square, vector4};
 
-/// Least distance of a centre from a surface over the distance at which its contact springs begin to act.
+/// Least distance of a point centre from a surface, over the distance at which its contact springs begin to act.
 const MIN_DISTANCE_RATIO: f64 = 0.05;
 
-/// Share of its distance by which a stopped point may come nearer in a step.
+/// Fraction of its distance by which a stopped point may still approach a surface in a step.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
 
-/// Largest move of a point in a step (cells); a longer one is an error.
+/// Largest displacement of a point in a step (cells); a larger one is an error.
 const MAX_MOVE: f64 = 0.5;
 
 /// Depth of the search for solid under a face, over the least distance of a centre.
 const SEARCH_DEPTH_RATIO: f64 = 0.1;
 
-/// Maximum number of searches for points that come too near: stopping one point may move another.
+/// Maximum number of searches for points that come too close, because stopping a point can move another.
 const MAX_SEARCHES: usize = 4;
 
-/// Number of blocks of points in a task.
+/// Number of groups of points in a parallel task.
 const GRAIN: usize = 4;
 
 /// Input of the penetration limit.
@@ -44,7 +44,8 @@ pub struct PenetrationLimit<'a, const D: usize> {
     pub bodies: &'a Bodies<D>,
     /// Walls and obstacles on the nodes.
     pub walls: &'a NodeWalls,
-    /// Whether points take the velocities: then obstacles have friction and reactions are recorded. Otherwise points only move with them.
+    /// Whether the velocities are those that move the points; then friction acts and reactions are recorded. Otherwise points only move
+    /// with them.
     pub is_final: bool,
 }
 
@@ -86,8 +87,8 @@ pub fn with_mass(velocity: Vector4, other: Vector4) -> Vector4 {
 }
 
 impl<const D: usize> PenetrationLimit<'_, D> {
-    /// Changes the velocities of nodes so that their points do not reach the surfaces. `of` returns the velocity of a node, in all velocity
-    /// fields, with its mass in the fourth lane; `add` adds to it (m/s).
+    /// Changes nodal velocities so that points do not reach obstacle surfaces. `of` returns the velocity of a node with its mass as fourth
+    /// component, and `add` adds to it (m/s).
     pub fn limit_penetration<T: Sync>(
         &self,
         obstacles: &mut Option<Box<PenaltyObstacles<D>>>,
@@ -113,7 +114,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
         }
     }
 
-    /// Finds the points that come too near to a surface; returns whether there are any.
+    /// Finds the points that come too close to a surface; returns whether there are any.
     fn find_constraints(
         &self,
         obstacles: &mut PenaltyObstacles<D>,
@@ -209,7 +210,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     }
 }
 
-/// Data that all points of a set share.
+/// Data for the search that all points of a set have in common.
 struct PenetrationInput<'a, const D: usize> {
     limit: &'a PenetrationLimit<'a, D>,
     points: PointSlice<'a, D>,
@@ -223,7 +224,7 @@ struct PenetrationInput<'a, const D: usize> {
 }
 
 impl<const D: usize> PenetrationInput<'_, D> {
-    /// Finds the constraints of a block, from point number `first` on.
+    /// Finds the constraints of a group of points, from index `first` on.
     fn block(
         &self,
         obstacles: &[PenaltyObstacle<D>],
@@ -274,7 +275,7 @@ impl<const D: usize> PenetrationInput<'_, D> {
     }
 }
 
-/// Point that may come too near to a surface.
+/// Point that may come too close to a surface.
 struct PenetrationCandidate<'a, const D: usize> {
     x: &'a [f64; D],
     /// Velocity of the point from the grid (m/s).
@@ -302,7 +303,7 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
         }
     }
 
-    /// Finds the positions on surfaces to which the point comes too near; returns whether there are any.
+    /// Finds the surface positions to which the point comes too close; returns whether there are any.
     fn find_constraints(
         &self,
         obstacles: &[PenaltyObstacle<D>],

@@ -7,8 +7,8 @@ use crate::obstacles::state::{ContactCandidates, ObstacleForces, PenaltyObstacle
 use crate::points::penalty_state::PenaltyState;
 use crate::points::pore_contact_state::PoreContactState;
 
-/// Shares of the obstacles in the friction on a point: each in proportion to its friction bound; where bounds are infinite, in proportion
-/// to the normal force.
+/// Shares of obstacles in the friction on a point, in proportion to their friction bounds. Among infinite bounds they are in proportion to
+/// the normal forces.
 #[derive(Clone, Copy, Debug, Default)]
 struct FrictionShares {
     /// Number of each obstacle and its part.
@@ -21,7 +21,7 @@ struct FrictionShares {
 }
 
 impl FrictionShares {
-    /// Adds an obstacle with this friction bound (m) and normal overlap (m).
+    /// Adds an obstacle with a friction bound (m) and a normal overlap (m).
     fn add(&mut self, number: usize, bound: f64, overlap: f64) {
         if bound.is_infinite() && self.max_slip.is_finite() {
             *self = Self { max_slip: f64::INFINITY, ..Self::default() };
@@ -37,7 +37,7 @@ impl FrictionShares {
         }
     }
 
-    /// Returns the number of each obstacle and its share.
+    /// Number and friction share of each obstacle.
     fn obstacle_shares(&self) -> impl Iterator<Item = (usize, f64)> {
         let (whole, equal) = (self.total, 1.0 / self.count as f64);
         let all = &self.obstacle_parts[..self.count];
@@ -52,7 +52,7 @@ pub struct ObstacleSprings<const D: usize> {
     pub position: [f64; D],
     /// Displacement of the point since its last search (m).
     pub displacement: [f64; D],
-    /// Whether it was within its width of an obstacle at the last search.
+    /// Whether the point was within its half width of an obstacle at the last search.
     pub was_near: bool,
     /// Stiffness of the contact springs (N/m).
     pub stiffness: f64,
@@ -118,7 +118,7 @@ impl<const D: usize> ObstacleSprings<D> {
         }
     }
 
-    /// Adds friction by the adhesion of an obstacle that the point has just left, where it overlaps none; returns its normal.
+    /// Adds the friction of an adhesive obstacle from which the point has just separated, if it overlaps none; returns the normal.
     fn apply_adhesion(
         &self,
         candidates: &ContactCandidates<D>,
@@ -155,7 +155,7 @@ impl<const D: usize> ObstacleSprings<D> {
         Some(place.normal)
     }
 
-    /// Sliding displacement of the point (m) along an obstacle with the overlap `depth` (m), since it reached its surface.
+    /// Sliding displacement of the point along an obstacle since it reached the surface (m); `depth` is the overlap (m).
     fn sliding_displacement(&self, obstacle: &PenaltyObstacle<D>, normal: &[f64; D], depth: f64) -> [f64; D] {
         let obstacle_displacement = obstacle.displacement_since(&self.position);
         let moved: [f64; D] = std::array::from_fn(|c| self.displacement[c] - obstacle_displacement[c]);
@@ -164,9 +164,9 @@ impl<const D: usize> ObstacleSprings<D> {
         moved.map(|c| share * c)
     }
 
-    /// Computes the contact force on the pore fluid of the point, with the stiffness of its contact springs, and adds it to the force on
-    /// the point. The flux of the mixture does not pass the surface: the overlap is that of the point less the seepage through its
-    /// skeleton. Tension is limited by the `min_pressure` pressure (Pa) for a bonded point.
+    /// Computes the contact force on the pore fluid of the point and adds it to the force on the point. The flux of the mixture does not
+    /// pass the surface: the overlap is that of the point less the seepage through its skeleton. Tension is limited by the `min_pressure`
+    /// pressure (Pa) for a bonded point.
     pub fn pore_fluid_contact(
         &self,
         obstacles: &[PenaltyObstacle<D>],

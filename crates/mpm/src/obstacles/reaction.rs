@@ -10,7 +10,7 @@ use crate::momentum::{MomentumSolve, NodeObstacleEnergies};
 /// Maximum number of obstacles with recorded reactions: nodes store their index in eight bits.
 const MAX_OBSTACLES: usize = 255;
 
-/// Reaction recorder of the obstacles on the nodes of one velocity field.
+/// Reactions of the obstacles that act on nodes of one velocity field.
 #[derive(Clone, Debug, Default)]
 pub struct ReactionRecorder {
     /// Names of the obstacles whose reaction the case measures.
@@ -35,7 +35,7 @@ pub struct Reactions {
 }
 
 impl ReactionRecorder {
-    /// Returns the recorder of the obstacles that measures of the case name.
+    /// Recorder for the obstacles that the measures of a case name.
     ///
     /// # Errors
     /// Where there are too many.
@@ -68,7 +68,7 @@ impl ReactionRecorder {
         self.names.iter().position(|known| known == name).and_then(|number| u8::try_from(number).ok())
     }
 
-    /// Reaction of an obstacle; `None` where it is not measured.
+    /// Reaction of an obstacle; `None` if it is not measured.
     pub fn reaction(&self, name: &str) -> Option<Reaction> {
         let number = usize::from(self.number(name)?);
         let (step, dt) = &self.state.step;
@@ -77,7 +77,7 @@ impl ReactionRecorder {
         Some(Reaction { force: rate(step[number]), impulse: self.state.impulses[number], moment })
     }
 
-    /// Records the reactions of the active nodes in a step, before their solve; row after row, so that sums do not depend on threads.
+    /// Records the reactions of the active nodes before their solve, in the order of rows, so that sums do not depend on the threads.
     pub fn record<const D: usize>(
         &mut self,
         solve: &MomentumSolve<'_, D>,
@@ -89,7 +89,7 @@ impl ReactionRecorder {
         });
     }
 
-    /// Records the reactions of nodes: `bear` adds the impulses (N s) and energies of the node with this index and number.
+    /// Records the reactions of nodes. `bear` adds the impulses (N s) and energies (J) of a node.
     pub fn record_nodes<const D: usize>(
         &mut self,
         dt: f64,

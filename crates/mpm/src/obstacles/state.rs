@@ -50,15 +50,15 @@ pub struct ObstacleMotionState<const D: usize> {
 /// Reaction and energies of an obstacle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleReaction {
-    /// Force of the material on it in the last step (N).
+    /// Force of the material on the obstacle in the last step (N).
     pub force: [f64; 3],
     /// Moment of that force about the origin (N m).
     pub moment: [f64; 3],
-    /// Impulse of the material on it since the start (N s).
+    /// Impulse of the material on the obstacle since the start (N s).
     pub impulse: [f64; 3],
     /// Work of friction since the start (J), not negative.
     pub friction: f64,
-    /// Work of its motion on the material since the start (J).
+    /// Work of the obstacle motion on the material since the start (J).
     pub work: f64,
     /// Energy of its springs at the start of the last step (J).
     pub spring_energy: f64,
@@ -79,7 +79,7 @@ impl ObstacleReaction {
         self.work += reaction.work;
     }
 
-    /// Adds the forces of a block of points in a step of `dt` (s).
+    /// Adds the forces of a group of points in a step of `dt` (s).
     pub fn add_block_forces(&mut self, sums: &ObstacleForces, dt: f64) {
         for c in 0..3 {
             self.force[c] += sums.force[c];
@@ -92,12 +92,12 @@ impl ObstacleReaction {
     }
 }
 
-/// State of all obstacles that changes during a run.
+/// Reactions and energies of all obstacles, which change during a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleHistory {
     /// Number of points whose centre has been in an obstacle, over all steps.
     pub penetrations: u64,
-    /// Upper bound of the displacement of any part of an obstacle in the domain (m).
+    /// Upper bound of the displacement of an obstacle part in the domain (m).
     pub max_obstacle_displacement: f64,
     /// Time of the last obstacle forces (s).
     pub force_time: f64,
@@ -108,9 +108,9 @@ pub struct ObstacleHistory {
 pub struct PenaltyObstacles<const D: usize> {
     /// The obstacles.
     pub obstacles: Vec<PenaltyObstacle<D>>,
-    /// Workspaces for blocks of points.
+    /// Workspaces for groups of points.
     pub workspaces: Vec<BlockWorkspace<D>>,
-    /// Search distance of a point without surfaces near (m).
+    /// Search distance of a point that has no surface nearby (m).
     pub horizon: f64,
     /// Penetration constraints of the step.
     pub penetration_constraints: PenetrationConstraints<D>,
@@ -118,13 +118,14 @@ pub struct PenaltyObstacles<const D: usize> {
     pub history: ObstacleHistory,
 }
 
-/// Workspace of a block of points.
+/// Workspace for a group of points.
 #[derive(Clone, Debug, Default)]
 pub struct BlockWorkspace<const D: usize> {
+    /// Result of the surface query, reused for each point.
     pub contacts: ContactQuery<D>,
-    /// Penetration constraints of points of the block.
+    /// Penetration constraints of the points of the group.
     pub penetration_constraints: Vec<PenetrationConstraint<D>>,
-    /// Nodes and weights of these constraints, one after another.
+    /// Interpolation weights of the nodes for these constraints, constraint by constraint.
     pub weights: Vec<(usize, f64)>,
     /// Sums of each obstacle.
     pub sums: Vec<ObstacleForces>,
@@ -137,15 +138,15 @@ pub struct BlockWorkspace<const D: usize> {
 pub struct ObstacleForces {
     /// Force on it (N).
     pub force: [f64; 3],
-    /// Moment of it about the origin (N m).
+    /// Moment of the force about the origin (N m).
     pub moment: [f64; 3],
     /// Work of friction (J).
     pub friction: f64,
-    /// Work of its motion on points (J).
+    /// Work of the obstacle motion on points (J).
     pub work: f64,
     /// Energy of the springs (J).
     pub spring_energy: f64,
-    /// Energy removed from points that are stopped before it (J).
+    /// Energy removed from points that are stopped at the obstacle (J).
     pub penetration_loss: f64,
 }
 
@@ -154,13 +155,14 @@ pub struct ObstacleForces {
 pub struct ContactCandidates<const D: usize> {
     overlaps: [SurfaceOverlap<D>; MAX_OVERLAPS],
     count: usize,
-    /// Contact with adhesion just beyond an overlap.
+    /// Adhesive contact close to the surface without an overlap.
     pub(super) adhesive_contact: Option<SurfaceOverlap<D>>,
-    /// Bonded obstacle, with the nearest position on its surface and its law there.
+    /// Bonded obstacle, with the closest position on its surface and the contact law.
     pub(super) bonded_contact: Option<(usize, NearestPoint<D>, ObstacleLaw)>,
 }
 
 impl<const D: usize> ContactCandidates<D> {
+    /// Contact candidates of a point without contact.
     pub(super) const EMPTY: Self = {
         let law = ObstacleLaw { wall: ObstacleWall::Smooth, separation: false };
         Self {
@@ -171,6 +173,7 @@ impl<const D: usize> ContactCandidates<D> {
         }
     };
 
+    /// Adds an overlap, up to [`MAX_OVERLAPS`] of them.
     pub(super) fn add(&mut self, overlap: SurfaceOverlap<D>) {
         if self.count < MAX_OVERLAPS {
             self.overlaps[self.count] = overlap;
@@ -178,7 +181,7 @@ impl<const D: usize> ContactCandidates<D> {
         }
     }
 
-    /// Adds the positions on an obstacle nearer than the reach of the point (m), and stores one with adhesion just beyond.
+    /// Adds the surface positions of an obstacle within the reach of the point (m), and stores an adhesive one slightly outside it.
     fn add_contacts(
         &mut self,
         obstacle: &PenaltyObstacle<D>,
@@ -201,6 +204,7 @@ impl<const D: usize> ContactCandidates<D> {
         }
     }
 
+    /// Overlaps of the point with obstacles.
     pub(super) fn overlaps(&self) -> &[SurfaceOverlap<D>] {
         &self.overlaps[..self.count]
     }
@@ -221,7 +225,7 @@ impl<const D: usize> PenaltyObstacle<D> {
 }
 
 impl<const D: usize> PenaltyObstacles<D> {
-    /// Returns the obstacles of a case in a domain with these corners (m); `horizon` (m) is the search distance of points.
+    /// Obstacles that act on points, in a domain with given corners (m); `horizon` is the search distance of points (m).
     pub fn new(placed: &[PlacedObstacle<'_, D>], domain: ([f64; D], [f64; D]), horizon: f64) -> Self {
         let penalty_obstacle =
             |PlacedObstacle { obstacle, surface, laws, .. }: &PlacedObstacle<'_, D>| PenaltyObstacle {
@@ -267,7 +271,7 @@ impl<const D: usize> PenaltyObstacles<D> {
         self.history.max_obstacle_displacement += max_displacement;
     }
 
-    /// Resizes the workspaces to this number of blocks of points.
+    /// Resizes the workspaces to a number of groups of points.
     pub fn resize_workspaces(&mut self, blocks: usize) {
         let workspace = BlockWorkspace {
             sums: vec![ObstacleForces::default(); self.obstacles.len()],
@@ -283,8 +287,7 @@ impl<const D: usize> PenaltyObstacles<D> {
         self.workspaces.len() * workspace
     }
 
-    /// Initial state of a point at `x` (m) of this half width: where the point is nearer to a surface its reach is that distance, so that
-    /// no initial force acts.
+    /// Initial contact state of a point (m). Its reach is at most the distance from the nearest surface, so that there is no initial force.
     pub fn initial_penalty_state(&self, x: &[f64; D], half_width: f64) -> PenaltyState<D> {
         let distances =
             self.obstacles.iter().filter_map(|obstacle| obstacle.current_surface().gap(x, half_width));
@@ -302,7 +305,7 @@ impl<const D: usize> PenaltyObstacle<D> {
         }
     }
 
-    /// Displacement of its part at `x` (m) since the previous step (m).
+    /// Displacement of the obstacle at `x` since the previous step (m).
     pub(super) fn displacement_since(&self, x: &[f64; D]) -> [f64; D] {
         self.motion.as_ref().map_or(
             [0.0; D],
@@ -313,7 +316,7 @@ impl<const D: usize> PenaltyObstacle<D> {
         )
     }
 
-    /// Displacement of its part at `x` (m) until `time` (s) (m).
+    /// Displacement of the obstacle at `x` until `time` (m).
     pub fn displacement_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
         self.motion.as_ref().map_or([0.0; D], |ObstacleMotionState { obstacle: own, .. }| {
             let end = own.material_position(x, &own.motion.transform(time));
@@ -322,8 +325,8 @@ impl<const D: usize> PenaltyObstacle<D> {
     }
 }
 
-/// Whether a surface position precedes another: the nearer one, and of two at the same distance by their normals, so that the result does
-/// not depend on the order of the obstacles.
+/// Whether a surface position precedes another: the closer one, or by the normals at equal distance. The result does not depend on the
+/// order of obstacles.
 fn is_before<const D: usize>(own: &NearestPoint<D>, other: &NearestPoint<D>) -> bool {
     (own.distance, own.normal) < (other.distance, other.normal)
 }
@@ -373,7 +376,7 @@ pub fn detect_contacts<const D: usize>(
     candidates
 }
 
-/// Updates reach, free distance and bond of a point at a distance `nearest` (m) from the nearest surface.
+/// Updates reach, free distance and bond of a point whose nearest surface is at the distance `nearest` (m).
 #[inline]
 fn update_reach<const D: usize>(
     point: &mut PenaltyState<D>,

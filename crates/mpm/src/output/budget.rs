@@ -75,7 +75,8 @@ impl<const D: usize> MpmSolver<D> {
         budget.liquid = Some(liquid);
     }
 
-    /// Whether no external work acts on the points and all their energy is recorded, which excludes scaled masses and springs of obstacles.
+    /// Whether the energy of the points is conserved apart from recorded dissipation, which excludes external work, mass scaling and
+    /// obstacle springs.
     pub(crate) fn is_energetically_closed(&self) -> bool {
         self.clock.options.mass_scaling <= 1.0
             && self.clock.case.obstacles.is_empty()

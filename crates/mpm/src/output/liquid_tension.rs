@@ -11,12 +11,13 @@ use crate::solver::MpmSolver;
 const NOTABLE: f64 = 0.01;
 
 impl<const D: usize> MpmSolver<D> {
-    /// Warning on a liquid of which a notable part has more tension than its weight and motion could cause: with a `cavitation_strength`
-    /// above that, it does not separate where a real liquid does. Without gravity there is no reference value and no warning.
+    /// Warning for a liquid in which a notable part is under more tension than its weight and motion can cause. With a high
+    /// `cavitation_strength` it does not separate where a real liquid does. Without gravity there is no reference value and no warning.
     pub(crate) fn tension_warning(&self) -> Option<String> {
         self.bodies.sets.iter().find_map(|set| self.tension_in_set(set))
     }
 
+    /// Warning if points of a liquid body are under more tension than its weight and motion explain.
     fn tension_in_set(&self, set: &PointSet<D>) -> Option<String> {
         let body = &self.clock.case.bodies[set.body as usize];
         let spec = &self.clock.case.materials[&body.material];

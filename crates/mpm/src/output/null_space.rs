@@ -8,11 +8,11 @@ use crate::points::vectors::square;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::solver::MpmSolver;
 
-/// Share of null-space motion in the kinetic energy above which a warning is given.
+/// Fraction of null-space motion in the kinetic energy above which there is a warning.
 const REPORTED_FRACTION: f64 = 0.5;
-/// Least null-space energy over the energy of a fall through the height of the body: at rest it is never zero.
+/// Least null-space energy for a warning, over the energy of a fall through the height of the body; at rest it is never exactly zero.
 const MIN_ENERGY_RATIO: f64 = 1e-5;
-/// Largest share of connected points in all points at which they count as detached.
+/// Largest fraction of all points in a connected group that is regarded as detached.
 const MAX_DETACHED_FRACTION: f64 = 0.01;
 
 impl<const D: usize> MpmSolver<D> {
@@ -46,7 +46,7 @@ impl<const D: usize> MpmSolver<D> {
         })
     }
 
-    /// Warning on detached points: their cells do not touch cells of the others.
+    /// Warning for detached points, whose cells are not adjacent to cells of other points.
     pub(crate) fn detached_points_warning(&self) -> Option<String> {
         if self.background.is_meshed() || self.clock.case.gravity_magnitude() == 0.0 {
             return None;
@@ -89,8 +89,7 @@ impl<const D: usize> MpmSolver<D> {
 /// Index of a cell along the axes, zero along the axes that the space does not have.
 type CellIndex = [usize; 3];
 
-/// Number of points, of those in `cells`, in parts of at most [`MAX_DETACHED_FRACTION`] of all whose cells touch no other part, and their
-/// cells.
+/// Number of points in detached groups of at most [`MAX_DETACHED_FRACTION`] of all points, and the cells of these groups.
 fn detached_parts(cells: &[CellIndex]) -> (usize, BTreeSet<CellIndex>) {
     let mut held: BTreeMap<CellIndex, usize> = BTreeMap::new();
     for cell in cells {
@@ -115,7 +114,7 @@ fn detached_parts(cells: &[CellIndex]) -> (usize, BTreeSet<CellIndex>) {
     (count, lone)
 }
 
-/// Returns the cells around a cell, including those beyond the grid.
+/// Cells around a cell, cells outside the grid included.
 fn neighbouring_cells(cell: CellIndex) -> impl Iterator<Item = CellIndex> {
     (0..27).map(move |number: usize| {
         std::array::from_fn(|axis| (cell[axis] + number / 3usize.pow(axis as u32) % 3).wrapping_sub(1))

@@ -8,10 +8,11 @@ use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
 use crate::transfer::affine_transfer::affine_energies;
 
+/// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl<const D: usize> MpmSolver<D> {
-    /// Kinetic energy along each axis, work of the external forces, volume ratios, points per cell.
+    /// Scalar outputs: kinetic energy along each axis, work of the external forces, volume ratios, points per cell.
     pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let mut readings = Vec::new();
         let mut push = |name: &str, unit: &str, value: f64| {
@@ -53,7 +54,7 @@ impl<const D: usize> MpmSolver<D> {
         readings
     }
 
-    /// Kinetic energy of the motion along each axis (J), of both phases, with that of affine velocity fields.
+    /// Kinetic energy of both phases along each axis (J), affine velocity fields included.
     fn kinetic_energies(&self) -> [f64; D] {
         let mut energies = affine_energies(&self.clock, &self.background, &self.bodies);
         let mut add = |mass: f64, velocity: &[f64; D]| {
@@ -76,7 +77,7 @@ impl<const D: usize> MpmSolver<D> {
         energies
     }
 
-    /// Least and largest volume of a point over its initial one; NaN without points.
+    /// Smallest and largest volume of a point over its initial volume; NaN without points.
     fn volume_ratios(&self) -> [f64; 2] {
         let ratios = self.bodies.deformable_sets().flat_map(|set| {
             set.points.volume.iter().zip(&set.points.initial_volume).map(|(volume, initial)| volume / initial)
@@ -84,7 +85,7 @@ impl<const D: usize> MpmSolver<D> {
         ratios.fold([f64::NAN; 2], |[smallest, largest], ratio| [ratio.min(smallest), ratio.max(largest)])
     }
 
-    /// Fewest and mean number of points in the cells that hold any; NaN without points.
+    /// Smallest and mean number of points in the cells that contain points; NaN without points.
     fn points_per_cell(&self) -> [f64; 2] {
         let view = self.background.grid_view();
         let of_set = |set: &PointSet<D>| -> Vec<usize> {

@@ -69,7 +69,7 @@ impl<const D: usize> MpmSolver<D> {
         }
     }
 
-    /// Fields of the pore fluid, of points in the given order; NaN on dry ones. Empty where no body is saturated.
+    /// Fields of the pore fluid for points in the given order; NaN for dry points. Empty where no body is saturated.
     fn pore_fields(&self, order: &[(u32, usize, usize)]) -> Vec<Field> {
         if self.two_phase.is_none() {
             return Vec::new();

@@ -15,9 +15,9 @@ pub(super) struct Damping<'a, const D: usize> {
     pub dt: f64,
     /// Local damping factor of each axis.
     pub factors: [f64; 3],
-    /// Nodes with less mass of a phase than this (kg) are skipped.
+    /// Mass of each phase below which a node is skipped (kg).
     pub mass_cutoff: [f64; 2],
-    /// Components of velocity that are prescribed, of all nodes, one bit an axis; empty where none are.
+    /// Prescribed velocity components of all nodes, one bit per axis; empty if there are none.
     pub constrained_components: &'a [[u8; 2]],
     /// Boundary conditions of both phases.
     pub walls: [&'a NodeWalls; 2],

@@ -61,6 +61,7 @@ pub struct TwoPhase {
     row_sums: Vec<PhaseEquilibriumTerms>,
     /// Components of velocity that patches prescribe, one bit an axis; empty where no option needs them.
     constrained_components: Vec<[u8; 2]>,
+    /// Force and energy sums of the phases for the equilibrium criterion.
     pub(crate) sums: PhaseEquilibriumTerms,
     /// Walls of the liquid.
     pub(crate) walls: NodeWalls,
@@ -239,7 +240,7 @@ fn update_follower_loads<const D: usize>(
     });
 }
 
-/// Computes velocities at the end of the step and accelerations of the nodes of both phases (steps 2 to 4).
+/// Computes velocities at the end of the step and accelerations of both phases (steps 2 to 4).
 fn solve_phases<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -293,7 +294,7 @@ fn solve_phases<const D: usize>(
     }
 }
 
-/// Marks the components of velocity that patches prescribe, where damping or measures of equilibrium need them.
+/// Marks the velocity components that patches prescribe, if damping or the equilibrium criterion need them.
 fn mark_patch_components<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -310,7 +311,7 @@ fn mark_patch_components<const D: usize>(
     }
 }
 
-/// Updates the measures of equilibrium of the step, with the work of loads and motions.
+/// Updates the equilibrium sums of the step, with the work of loads and prescribed motions.
 fn update_phase_equilibrium<const D: usize>(
     clock: &Clock,
     bodies: &Bodies<D>,
@@ -327,7 +328,7 @@ fn update_phase_equilibrium<const D: usize>(
     nodes.external_work += phase_nodal_load_work(clock, bodies, nodal_loads, load_starts, solved);
 }
 
-/// Limits the penetration of points by the re-mapped velocities of the skeleton, which move them.
+/// Limits the penetration of points into obstacles by the re-mapped skeleton velocities, with which they move.
 fn limit_remapped_penetration<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -343,7 +344,7 @@ fn limit_remapped_penetration<const D: usize>(
     limit.limit_penetration(penalty_obstacles, remapped_velocities, of, |node, change| node[SOLID] += change);
 }
 
-/// Work in the step (J) of prescribed pore pressures on the fluid beyond that on the mixture.
+/// Work of prescribed pore pressures on the fluid in the step (J) that exceeds that on the mixture.
 fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
     let of_set = |set: &PointSet<D>| -> f64 {
         let Some(pore) = &set.pore else { return 0.0 };

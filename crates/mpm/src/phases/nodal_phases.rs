@@ -11,7 +11,7 @@ use crate::stress::averages::CellAverages;
 use crate::transfer::p2g::P2gContent;
 use crate::transfer::point_update::UpdateSelection;
 
-/// Nodes of one phase, or of skeleton and pore fluid, with the operations of a step on them (sheet: mpm §3.3, §3.4).
+/// Nodes of one phase, or of skeleton and pore fluid, with the operations of a step (sheet: mpm §3.3, §3.4).
 ///
 /// Operations that only one phase has do nothing by default.
 pub(crate) trait NodalPhases<const D: usize> {
@@ -66,7 +66,7 @@ pub(crate) trait NodalPhases<const D: usize> {
         boundary: &mut BoundaryConditions<D>,
     ) -> Result<(), SolverError>;
 
-    /// Maps the new velocities of the points to the nodes once more (step 6, stress last from re-mapped velocities).
+    /// Maps the updated velocities of the points to the nodes again (step 6, stress last from re-mapped velocities).
     fn remap(
         &mut self,
         clock: &Clock,
@@ -103,8 +103,8 @@ pub(crate) trait NodalPhases<const D: usize> {
         source: VelocitySource,
     );
 
-    /// Updates the selected parts of the points' state from nodal velocities (steps 5, 7 to 9). Returns the largest displacement of a
-    /// point along an axis (m).
+    /// Updates the selected state of the points from nodal velocities (steps 5, 7 to 9). Returns the largest displacement of a point along
+    /// an axis (m).
     ///
     /// # Errors
     /// When a point leaves the domain or its state is not finite.

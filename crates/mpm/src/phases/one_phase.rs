@@ -145,7 +145,7 @@ impl<const D: usize> NodalPhases<D> for OnePhase<'_> {
     }
 }
 
-/// Computes velocities at the end of the step and accelerations of the nodes (steps 2 to 4), and the affine parts of the transfer.
+/// Computes velocities at the end of the step and accelerations of the nodes (steps 2 to 4), and affine parts of the transfer.
 fn solve_momentum<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -241,7 +241,7 @@ fn correct_contacts<const D: usize>(
     correct_velocities(&context, &mut nodes.nodal_states, driven, row_contacts, (rigid_contacts, obstacles));
 }
 
-/// Updates the measures of equilibrium of the step, with the work of loads and motions and the terms of free rigid bodies.
+/// Updates the equilibrium sums of the step, with the work of loads and motions and the terms of free rigid bodies.
 fn update_equilibrium<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -265,8 +265,8 @@ fn update_equilibrium<const D: usize>(
     sums
 }
 
-/// Applies local damping. It depends on the unbalanced forces. Forces of walls, of contact, of driven bodies and of the penetration limit
-/// are in balance with others, so that damping follows them. Prescribed components are not damped.
+/// Applies local damping to the solved nodes. It depends on the unbalanced forces. Forces of walls, of contact, of driven bodies and of the
+/// penetration limit are in balance with others, so that damping follows them. Prescribed components are not damped.
 fn damp_nodes<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

@@ -20,8 +20,8 @@ pub(super) fn record_phase_reactions<const D: usize>(
 }
 
 impl<const D: usize> PhaseSolve<'_, D> {
-    /// Adds the impulses (N s) of a node before its solve on the obstacles whose reactions are recorded, and the energy (J) that friction
-    /// dissipates from its skeleton at all obstacles. The skeleton transmits the reaction of the liquid.
+    /// Adds the impulses of a node (N s) to the reactions that are recorded, and the energy (J) that friction at obstacles dissipates from
+    /// its skeleton. The skeleton transmits the reaction of the liquid.
     fn record_reactions(
         &self,
         index: &[usize; 3],

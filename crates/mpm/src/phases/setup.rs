@@ -12,10 +12,10 @@ use crate::phases::{PhaseEquilibriumTerms, TwoPhase};
 use crate::points::pore_fluid::{PoreColumns, PoreFluidConstants, PoreSet};
 use crate::{MpmOptions, ShapeFunctions, StressScheme, VelocityTransfer};
 
-/// Courant number of MUSL in a case with pore fluid that gives none (sheet: mpm §2.10).
+/// Default Courant number of MUSL in a case with pore fluid (sheet: mpm §2.10).
 const COURANT: f64 = 0.9;
 
-/// Rejects features that two phases do not support, and sets their own default.
+/// Rejects features that two-phase analysis does not support, and sets its defaults.
 pub fn check_supported(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
@@ -82,7 +82,7 @@ pub fn two_phase<const D: usize>(
     })
 }
 
-/// Returns the case for the liquid: with smooth walls in place of impermeable ones.
+/// Case for the liquid, with smooth walls in place of impermeable ones.
 pub fn liquid_case(case: &Case) -> Case {
     let mut liquid = case.clone();
     liquid.boundaries.retain(|boundary| !boundary.drained);
@@ -98,7 +98,7 @@ pub fn liquid_case(case: &Case) -> Case {
     liquid
 }
 
-/// Returns the pore-fluid columns of points at `position` of a body, with `listed` values where they come from a file.
+/// Pore-fluid data of the points of a body; `listed` values are from a file.
 pub fn pore_set<const D: usize>(
     case: &Case,
     body: &Body,

@@ -67,8 +67,7 @@ pub(super) fn p2g_phases<const D: usize>(
     apply_phase_nodal_loads(clock, bodies, &boundary.nodal_loads, &boundary.load_starts, &mut phases.nodes);
 }
 
-/// Maps the velocities of the points to the nodes, including walls: the updated ones (step 6) or, at the `start` of the step, the current
-/// ones.
+/// Maps point velocities to the nodes, with walls: the updated velocities (step 6), or those at the `start` of the step.
 pub(super) fn remap_phases<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -151,6 +150,7 @@ pub(super) fn update_phases<const D: usize>(
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
+    /// Updates both phases of a group of points from the grid, and their stresses.
     #[inline]
     fn phase_block(
         &self,
@@ -232,7 +232,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// Computes motions, volumes, pore pressures and domains of a block from the interpolated values of its points (steps 7 to 9).
+    /// Computes motions, volumes, pore pressures and domains of a group of points from interpolated values (steps 7 to 9).
     #[inline]
     fn deform_phases(
         &self,
@@ -284,7 +284,7 @@ fn update_pore_pressure<const D: usize>(
     Ok(())
 }
 
-/// Contributions of a block of points to the nodes in two phases.
+/// Contributions of a group of points to the nodes of two phases.
 struct PhaseP2gBuffer<const D: usize> {
     motion: [[Vector4; 2]; BLOCK_SIZE],
     columns: [[[Vector4; D]; 2]; BLOCK_SIZE],
@@ -292,13 +292,14 @@ struct PhaseP2gBuffer<const D: usize> {
 }
 
 impl<const D: usize> PhaseP2gBuffer<D> {
+    /// Buffer without contributions.
     const EMPTY: Self = Self {
         motion: [[Vector4::ZERO; 2]; BLOCK_SIZE],
         columns: [[[Vector4::ZERO; D]; 2]; BLOCK_SIZE],
         body: [[Vector4::ZERO; 2]; BLOCK_SIZE],
     };
 
-    /// Sets the contributions of the points `block` of a set.
+    /// Computes the contributions of the points with indices `block`.
     #[inline(always)]
     fn fill(
         &mut self,

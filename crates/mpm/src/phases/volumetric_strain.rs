@@ -11,7 +11,7 @@ use crate::points::bodies::Bodies;
 use crate::points::pore_fluid::{LIQUID, SOLID};
 use crate::stress::volumetric_strain::{CellStrains, average_strains};
 
-/// Averages the volumetric strains of the step, phase by phase, where the options require it.
+/// Averages the volumetric strain increments of each phase, if the options require it.
 pub(super) fn average_phase_strains<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

@@ -13,11 +13,12 @@ use crate::points::point_set::PointSet;
 
 /// Points, body by body.
 pub struct Bodies<const D: usize> {
+    /// Point sets, one per body.
     pub(crate) sets: Vec<PointSet<D>>,
     /// Sum over the steps since the last sort of the largest move along an axis (m).
     pub(crate) travel_since_sort: f64,
-    /// Whether points have left in the step and are to be removed; their position is NaN. Boxed, so that the data of a step are known to be
-    /// constant.
+    /// Whether points have left the domain in the step and must be removed; their position is NaN. Boxed, so that the data of a step are
+    /// known to be constant.
     pub(crate) any_outside: Box<AtomicBool>,
     /// Largest mass of a point (kg).
     pub(crate) max_point_mass: f64,
@@ -62,7 +63,7 @@ impl<const D: usize> Bodies<D> {
             self.sets.iter().flat_map(|set| &set.points.mass).fold(0.0, |a: f64, &b| a.max(b));
     }
 
-    /// Returns whether points have left since the last call, and removes them.
+    /// Removes the points that have left the domain since the last call; returns whether there are any.
     pub fn remove_outside_points(&mut self) -> bool {
         let any_outside = std::mem::replace(self.any_outside.get_mut(), false);
         if any_outside {
@@ -71,13 +72,13 @@ impl<const D: usize> Bodies<D> {
         any_outside
     }
 
-    /// Removes all points except those at positions (m) for which `keep` is true, and bodies without points.
+    /// Removes the points for whose positions (m) the condition is false, and bodies without points.
     pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
         self.sets.iter_mut().for_each(|set| set.retain(&keep, &mut self.scratch));
         self.sets.retain(|set| set.len() > 0);
     }
 
-    /// Moves points that left through a periodic side to the opposite side.
+    /// Moves points that have left through a periodic boundary to the opposite one.
     pub fn wrap_into_period(&mut self, background: &BackgroundGrid<D>) {
         if background.periodic == [false; D] {
             return;
@@ -94,7 +95,8 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Updates every block of every deformable body; returns the largest displacement along an axis (m).
+    /// Updates the points of all deformable bodies in parallel, in groups of up to `BLOCK_SIZE` points. Returns the largest displacement of
+    /// a point along an axis (m).
     pub fn update_blocks<R>(
         &mut self,
         clock: &Clock,
@@ -134,7 +136,7 @@ impl<const D: usize> Bodies<D> {
     }
 }
 
-/// Returns the error of a point of a set.
+/// Error of a point of a set, with its position.
 pub fn point_error<const D: usize>(
     clock: &Clock,
     set: &PointSet<D>,

@@ -10,7 +10,7 @@ pub struct PenaltyState<const D: usize> {
     /// Distance from a surface below which the penalty acts (m): `half_width`, or less where the point began nearer and has not been farther away
     /// since.
     pub penalty_distance: f64,
-    /// Distance that the point may move from its last search before it can come within `half_width` of a surface (m).
+    /// Distance that the point may move after the last search before a surface can be within `half_width` (m).
     pub free_distance: f64,
     /// Largest displacement of obstacles at the last search (m).
     pub obstacle_displacement: f64,
@@ -18,9 +18,9 @@ pub struct PenaltyState<const D: usize> {
     pub last_search_displacement: [f64; D],
     /// Elastic slip along the surface (m).
     pub spring: [f64; D],
-    /// Number plus one of the bonded obstacle, from which the point cannot separate; zero for none.
+    /// Number of the bonded obstacle plus one; zero for none.
     pub bond: u32,
-    /// Force of the obstacles on it in the step (N).
+    /// Force of the obstacles on the point in the step (N).
     pub force: [f64; D],
 }
 

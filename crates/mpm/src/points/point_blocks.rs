@@ -10,7 +10,7 @@ use crate::points::pore_contact_state::PoreContactState;
 use crate::points::pore_fluid::PoreFluidConstants;
 use crate::points::right_stretch::right_stretch;
 
-/// Report of a block of points: the largest displacement along an axis (m), or its first failure.
+/// Result of the update of a group of points: the largest displacement along an axis (m), or the first failure.
 pub type BlockReport = Result<f64, PointFailure>;
 
 /// A point that failed.
@@ -21,7 +21,7 @@ pub struct PointFailure {
     pub reason: String,
 }
 
-/// Block of points, borrowed from the arrays of their set; see [`PointSet`] for the columns. An update gets blocks of [`BLOCK`] or fewer.
+/// Consecutive points of a set as mutable slices of its columns, see [`PointSet`]. An update gets blocks of [`BLOCK`] or fewer.
 pub struct PointBlock<'a, const D: usize> {
     /// Index of the first point within its set.
     pub first: usize,
@@ -31,13 +31,13 @@ pub struct PointBlock<'a, const D: usize> {
     pub origin: &'a mut [[f64; D]],
     /// Velocities (m/s).
     pub velocity: &'a mut [[f64; D]],
-    /// Velocities of the grid (m/s); empty where points have none of their own.
+    /// Grid velocities at the points (m/s); empty if they equal the point velocities.
     pub grid_velocity: &'a mut [[f64; D]],
     /// Volumes.
     pub volume: &'a mut [f64],
     /// Stresses (Pa).
     pub stress: &'a mut [SymTensor],
-    /// States of the law, one entry for every [`BLOCK`] points.
+    /// Material states, one entry per [`BLOCK`] points.
     pub states: &'a mut [StateBlock],
     /// Domains.
     pub domain: DomainsMut<'a, D>,
@@ -45,23 +45,24 @@ pub struct PointBlock<'a, const D: usize> {
     pub mass: &'a [f64],
     /// Initial volumes.
     pub initial_volume: &'a [f64],
-    /// Displacement gradients for a later update of the domains; empty where domains are updated at once.
+    /// Displacement gradients for the update of domains at the end of the step; empty if domains are updated immediately.
     pub pending_gradient: &'a mut [[[f64; D]; D]],
-    /// Work of the stresses (J); empty where it is not recorded.
+    /// Work of the stresses (J); empty if it is not recorded.
     pub stress_work: &'a mut [f64],
     /// Velocities of the liquid (m/s); empty without liquid.
     pub liquid_velocity: &'a mut [[f64; D]],
     /// Pore pressures (Pa); empty without liquid.
     pub pressure: &'a mut [f64],
-    /// States of contact of the liquid with obstacles; empty unless those act on points.
+    /// Contact states of the pore fluid; empty unless obstacles act on points.
     pub pore_contact: &'a mut [PoreContactState<D>],
 }
 
-/// Least number of blocks in a task, and number of tasks for each thread where there are more.
+/// Least number of groups of points in a parallel task.
 const MIN_BLOCKS_PER_TASK: usize = 4;
+/// Number of parallel tasks per thread, so that threads with little work take more tasks.
 const TASKS_PER_THREAD: usize = 8;
 
-/// Workspace for an update of blocks, one after the other: interpolated values (`R`) and motions.
+/// Workspace for the update of a group of points: interpolated values (`R`) and motions.
 pub struct Workspace<R> {
     /// Values interpolated from the grid.
     pub interpolated_motion: [R; BLOCK_SIZE],
@@ -76,7 +77,7 @@ impl<R: Copy> Workspace<R> {
     }
 }
 
-/// Update of blocks: initial workspace, and function for each block.
+/// Update of groups of points: a function for each group, and one that creates its workspace.
 pub struct BlockUpdateTask<'a, R, const D: usize> {
     /// Returns the initial workspace of a thread.
     pub new_workspace: &'a (dyn Fn() -> Workspace<R> + Sync),
@@ -89,10 +90,11 @@ type BlockUpdate<'a, R, const D: usize> =
     dyn Fn(&mut PointBlock<'_, D>, &mut Workspace<R>) -> BlockReport + Sync + 'a;
 
 impl<'a, const D: usize> PointBlock<'a, D> {
-    /// Splits off the first `blocks` blocks.
+    /// Splits off the first `blocks` groups of points.
     fn split_blocks(&mut self, blocks: usize) -> Self {
         let points = blocks * BLOCK_SIZE;
         // Absent arrays are empty.
+        /// Splits off the first `count` values of a slice.
         fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
             values.split_off_mut(..count).unwrap_or_default()
         }
@@ -118,7 +120,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
         }
     }
 
-    /// Calls `update` for every block, in parallel; returns the largest displacement or the first failure. The cost of a call is small
+    /// Updates all groups of points in parallel. Returns the largest displacement (m) or the first failure. The cost of a call is small
     /// beside the block, and the loop is compiled once for all updates with the same interpolated values.
     pub fn update<R>(self, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let (blocks, threads) = (self.states.len(), rayon::current_num_threads());
@@ -131,6 +133,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
         self.update_in_tasks(grain, update)
     }
 
+    /// Updates a range of groups in parallel tasks of at most `grain` groups, and combines their results.
     fn update_in_tasks<R>(mut self, grain: usize, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let blocks = self.states.len();
         if blocks > grain {
@@ -148,13 +151,13 @@ impl<'a, const D: usize> PointBlock<'a, D> {
 }
 
 impl<const D: usize> PointBlock<'_, D> {
-    /// Returns the points for a sweep.
+    /// View of the points for a transfer.
     #[inline(always)]
     pub fn point_slice<'b>(&'b self, extent: &'b [f64; D]) -> PointSlice<'b, D> {
         PointSlice { position: self.position, domain: self.domain.as_slice(), extent }
     }
 
-    /// Updates the domains of the points with their motions in the step, now or at the end of the step.
+    /// Updates the point domains with the motions of the step, or stores the motions for the end of the step.
     pub fn update_domains(&mut self, motions: &MotionBlock) {
         let (later, count) = (!self.pending_gradient.is_empty(), self.position.len());
         if !later && !self.domain.are_deformable() {
@@ -174,7 +177,7 @@ impl<const D: usize> PointBlock<'_, D> {
         }
     }
 
-    /// Failure of the first point that has one: `failure`, or an invalid domain.
+    /// Failure of the first point with one: `failure`, or an invalid domain.
     pub fn first_failure(
         &self,
         failure: Option<PointFailure>,
@@ -190,14 +193,14 @@ impl<const D: usize> PointBlock<'_, D> {
         }
     }
 
-    /// Updates the domains with the motion that [`PointBlock::update_domains`] stored, if any.
+    /// Updates the domains with the motions that [`PointBlock::update_domains`] has stored.
     pub fn apply_pending_domains(&mut self) {
         self.domain.update_deformation(self.pending_gradient, right_stretch);
     }
 }
 
 impl<const D: usize> PointSet<D> {
-    /// Returns all points as one block.
+    /// View of all points of the set as one group.
     pub fn as_block(&mut self) -> PointBlock<'_, D> {
         let (liquid_velocity, pressure, pore_contact) = match &mut self.pore {
             Some(pore) => {
@@ -227,7 +230,7 @@ impl<const D: usize> PointSet<D> {
     }
 }
 
-/// Properties that all points of a set share.
+/// Properties that all points of a set have in common.
 pub struct SetProperties<'a, const D: usize> {
     /// Material law.
     pub material: &'a dyn colluvium_constitutive::Material,
@@ -243,9 +246,9 @@ pub struct SetProperties<'a, const D: usize> {
     pub reference_configuration: bool,
     /// The pore fluid, if any.
     pub fluid: Option<PoreFluidConstants>,
-    /// Whether the law is one of fluids.
+    /// Whether the material is a fluid.
     pub is_fluid: bool,
-    /// Whether points that leave are removed.
+    /// Whether points that leave the domain are removed.
     pub remove_outside: bool,
     /// Flag that points have left.
     pub any_outside: &'a AtomicBool,

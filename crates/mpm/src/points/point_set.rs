@@ -41,7 +41,7 @@ struct_of_arrays! {
         pub position: [f64; D],
         /// Velocities (m/s).
         pub velocity: [f64; D],
-        /// Velocities of the grid at the points in the last step (m/s), where points have their own (FLIP, XPIC); empty otherwise.
+        /// Grid velocities at the points in the last step (m/s), for FLIP and XPIC; empty otherwise.
         pub grid_velocity: [f64; D],
         /// Masses (kg).
         pub mass: f64,
@@ -53,19 +53,19 @@ struct_of_arrays! {
         pub stress: SymTensor as [f64; 6],
         /// Reference positions of displacements (m).
         pub origin: [f64; D],
-        /// Sum of the forces of loads in this step (N); empty where the body has none.
+        /// Sum of the load forces in the step (N); empty for bodies without loads.
         pub traction: [f64; D],
         /// Moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its gradient (TPIC, 1/s), row `i`, column `j`; empty without an
         /// affine transfer.
         pub affine_velocity: SquareMatrix<D>,
-        /// Workspace for a vector a point, where the transfer needs one.
+        /// Vector of each point, as temporary memory of the transfer.
         pub scratch: [f64; D],
-        /// Displacement gradient, where stress comes before forces and domains stretch, for the update of the domains at the end of the
-        /// step, so that all weights are those of its beginning (sheet: mpm P-04); empty otherwise.
+        /// Displacement gradient for the update of the domains at the end of the step (sheet: mpm P-04). All weights of the step are then
+        /// those of its start. Empty unless stress comes before forces and domains stretch.
         pub pending_gradient: SquareMatrix<D>,
-        /// Energy stored at the start and work of the stress since (J); empty where it is not recorded.
+        /// Stored energy at the start plus work of the stress since then (J); empty if it is not recorded.
         pub work: f64,
-        /// States of contact with obstacles that act on points; empty without any.
+        /// Contact states with obstacles; empty unless obstacles act on points.
         pub obstacle_contact: PenaltyState<D>,
     }
 }
@@ -96,7 +96,7 @@ pub struct PointSet<const D: usize> {
     pub slabs: Vec<usize>,
 }
 
-/// Least volume of a point over its initial one (pitfall P-09).
+/// Smallest volume of a point over its initial volume (pitfall P-09).
 pub const MIN_VOLUME_RATIO: f64 = 0.1;
 
 impl<const D: usize> PointSet<D> {
@@ -116,7 +116,7 @@ impl<const D: usize> PointSet<D> {
             + size_of_val(&self.slabs[..])
     }
 
-    /// Returns the points as input of their law.
+    /// Points as input of their material law.
     pub fn law_points(&self) -> LawPoints<'_> {
         LawPoints { material: &*self.material, stress: &self.points.stress, states: &self.states }
     }
@@ -127,19 +127,19 @@ impl<const D: usize> PointSet<D> {
         self.points.volume.iter().zip(&self.points.initial_volume).filter(smallest).count()
     }
 
-    /// Velocity of the grid at a point in the last step (m/s), or its own where both are equal.
+    /// Grid velocity at a point in the last step (m/s); the point velocity if it is not stored separately.
     pub fn grid_velocity(&self, point: usize) -> [f64; D] {
         let velocity = self.points.grid_velocity.get(point).filter(|_| self.rigid.is_none());
         velocity.copied().unwrap_or(self.points.velocity[point])
     }
 
-    /// Returns all points for a sweep.
+    /// View of all points for a transfer.
     #[inline(always)]
     pub fn point_slice(&self) -> PointSlice<'_, D> {
         PointSlice { position: &self.points.position, domain: self.domain.as_slice(), extent: &self.extent }
     }
 
-    /// Returns the points of a slab in blocks of [`BLOCK`] or fewer, as ranges of indices.
+    /// Ranges of the points of a slab, of at most [`BLOCK`] points each.
     #[inline(always)]
     pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
         let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
@@ -160,7 +160,7 @@ impl<const D: usize> PointSet<D> {
         self.reorder(&order, spare);
     }
 
-    /// Keeps the points at whose position `keep` is true.
+    /// Removes the points for whose positions the condition is false.
     pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool, spare: &mut ScratchBuffers) {
         let kept = |i: &u32| keep(&self.points.position[*i as usize]);
         let order: Vec<u32> = (0..self.len() as u32).filter(kept).collect();
@@ -169,7 +169,7 @@ impl<const D: usize> PointSet<D> {
         }
     }
 
-    /// Reorders the points: point `i` was point `order[i]`; points absent from `order` are removed.
+    /// Sorts the points, so that point `i` was point `order[i]`; points that are not in `order` are removed.
     fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
         let all = 0..self.len();
         self.domain.reorder(order);

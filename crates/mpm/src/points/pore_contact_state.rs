@@ -7,7 +7,7 @@ use colluvium_points::struct_of_arrays::FixedBytes;
 pub struct PoreContactState<const D: usize> {
     /// Seepage displacement of the fluid relative to the skeleton, as a volume over an area, since contact with an obstacle began (m).
     pub seepage_displacement: [f64; D],
-    /// Force of the obstacles on the fluid in the step (N), as of a pore pressure on the whole area.
+    /// Force of the obstacles on the fluid in the step (N), as a pore pressure on the total area.
     pub force: [f64; D],
 }
 

@@ -11,7 +11,7 @@ pub const SOLID: usize = 0;
 /// Entry of the liquid at a node; its mass is `M̄_L`, and until the solve the fourth lane of its force is `M_L`.
 pub const LIQUID: usize = 1;
 
-/// Range of porosities in which the mixture theory holds (sheet: mpm §7).
+/// Range of porosities for which the mixture theory is valid (sheet: mpm §7).
 const POROSITIES: [f64; 2] = [0.01, 0.99];
 
 /// Constants of a pore fluid.
@@ -58,24 +58,23 @@ struct_of_arrays! {
         pub velocity: [f64; D],
         /// Pore pressures (Pa), compression-positive.
         pub pressure: f64,
-        /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
+        /// Forces of prescribed boundary pore pressures in the step (N); empty if there are none.
         pub traction: [f64; D],
-        /// States of contact with obstacles; empty unless those act on points.
+        /// Contact states of the pore fluid; empty unless obstacles act on points.
         pub obstacle_contact: PoreContactState<D>,
     }
 }
 
 /// Pore fluid of a body, with columns in the order of the body's points.
 pub struct PoreSet<const D: usize> {
-    /// The fluid; `None` for a dry body beside saturated ones.
+    /// Constants of the pore fluid; `None` for a dry body in a case with saturated ones.
     pub fluid: Option<PoreFluidConstants>,
     /// Pore-fluid columns of the points.
     pub points: PoreColumns<D>,
 }
 
-/// Largest stable step of an element of length `h` (m) of skeleton and fluid, and whether the drag limits it rather
-/// than the waves (combined criterion, sheet: mpm §2.10): `modulus` is that of the drained skeleton (Pa), `dry` its
-/// density `(1 - n) ρ_S` (kg/m³), `n` the porosity.
+/// Largest stable step (s) of an element of length `h` (m) by the combined criterion, and whether drag limits it (sheet: mpm §2.10).
+/// `modulus` is that of the drained skeleton (Pa), `dry` its density `(1 - n) ρ_S` (kg/m³), `n` the porosity.
 pub fn critical_step(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, h: f64) -> (f64, bool) {
     let PoreFluidConstants { density, bulk_modulus, resistance, .. } = *fluid;
     let mixture = dry + n * density;
@@ -90,9 +89,8 @@ pub fn critical_step(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64,
     (step, 4.0 * drag * drag > 8.0 * fastest)
 }
 
-/// Stable step of the undrained wave and limit of the drag (s) for an element of length `h` (m), each by itself (simple
-/// criterion, sheet: mpm §2.10): `L/c_1` with `c_1² = (E_c + K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`.
-/// The rest as in [`critical_step`].
+/// Stable steps (s) of the undrained wave and of the drag, by the simple criterion (sheet: mpm §2.10): `L/c_1` with `c_1² = (E_c +
+/// K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`. The rest as in [`critical_step`].
 pub fn simple_steps(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, h: f64) -> [f64; 2] {
     let PoreFluidConstants { density, bulk_modulus, resistance, .. } = *fluid;
     let mixture = dry + n * density;
@@ -101,7 +99,7 @@ pub fn simple_steps(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, 
 }
 
 impl<const D: usize> PointSet<D> {
-    /// Porosity of a point; zero where it is dry.
+    /// Porosity of a point; zero for a dry point.
     pub fn porosity(&self, point: usize) -> f64 {
         let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
         fluid.map_or(0.0, |fluid| {
@@ -109,7 +107,7 @@ impl<const D: usize> PointSet<D> {
         })
     }
 
-    /// Pore pressure of a point (Pa), zero where it is dry.
+    /// Pore pressure of a point (Pa); zero for a dry point.
     pub fn pore_pressure(&self, point: usize) -> f64 {
         self.pore.as_ref().map_or(0.0, |pore| pore.points.pressure[point])
     }
@@ -128,7 +126,7 @@ impl<const D: usize> PointSet<D> {
         })
     }
 
-    /// Forces of prescribed pore pressures on the fluid of each point, its share of the volume only (N).
+    /// Forces of prescribed pore pressures on the fluid of each point (N), in proportion to its volume fraction.
     pub fn pore_loads(&self) -> impl Iterator<Item = (usize, [f64; D])> {
         let forces = self.pore.iter().flat_map(|pore| pore.points.traction.iter().enumerate());
         forces.map(|(p, force)| (p, force.map(|c| self.porosity(p) * c)))

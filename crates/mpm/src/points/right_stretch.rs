@@ -3,9 +3,8 @@
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::SquareMatrix;
 
-/// Diagonal of the right stretch tensor of `f`: in two dimensions from `U = (C + √det C 1) / √(tr C +
-/// 2 √det C)`, which is the theorem of Cayley and Hamilton for `U² = C = FᵀF`; in three by way of the
-/// principal stretches.
+/// Diagonal of the right stretch tensor of `f`. In two dimensions it follows from the theorem of Cayley and Hamilton, `U = (C + √det C 1) /
+/// √(tr C + 2 √det C)` with `C = FᵀF`. In three it follows from the principal stretches.
 pub fn right_stretch<const D: usize>(f: &SquareMatrix<D>) -> [f64; D] {
     let c = |i: usize, j: usize| (0..D).map(|k| f[k][i] * f[k][j]).sum::<f64>();
     match D {

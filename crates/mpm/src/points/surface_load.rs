@@ -8,11 +8,11 @@ use colluvium_points::struct_of_arrays::read_column;
 pub struct SurfaceLoad<const D: usize> {
     /// Index into `Case::loads`.
     pub number: usize,
-    /// Whether it acts on the pore fluid.
+    /// Whether the load acts on the pore fluid.
     pub liquid: bool,
-    /// Whether it follows the surface.
+    /// Whether the load rotates with the surface.
     pub is_follower: bool,
-    /// Load vector of each point (`Case::load_vectors`); zero within the body.
+    /// Load vector of each point (`Case::load_vectors`); zero for interior points.
     pub vectors: Vec<[f64; D]>,
     /// Factor of the load at its last application.
     pub applied_factor: f64,

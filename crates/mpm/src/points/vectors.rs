@@ -19,7 +19,7 @@ pub fn norm(a: &[f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// First three lanes.
+/// First three components.
 pub fn first_three(lanes: Vector4) -> [f64; 3] {
     let [x, y, z, _] = lanes.to_array();
     [x, y, z]

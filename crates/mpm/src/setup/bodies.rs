@@ -71,7 +71,7 @@ pub(super) fn point_set<const D: usize>(
     })
 }
 
-/// Initial velocities (m/s) of points at `position` (m) of a body, `listed` where they come from a file.
+/// Initial velocities of the points of a body (m/s); `listed` values are from a file.
 fn velocities<const D: usize>(
     body: &Body,
     listed: Option<&PointList>,
@@ -85,6 +85,7 @@ fn velocities<const D: usize>(
     position.iter().enumerate().map(velocity_at).collect()
 }
 
+/// Domains of the points of a body with their initial widths.
 fn domains<const D: usize>(
     background: &BackgroundGrid<D>,
     position: &[[f64; D]],
@@ -97,12 +98,12 @@ fn domains<const D: usize>(
     Ok(domains)
 }
 
-/// Whether the points of a body lie on a lattice and have the same width.
+/// Whether the points of a body are on a lattice, with equal widths.
 fn on_lattice(body: &Body) -> bool {
     !body.shape.follows_terrain() && body.sampling.is_lattice()
 }
 
-/// Full width of every point of a body (m); in elements, and of points that are `listed` or in rows, the mean width of squares or cubes of
+/// Full width of the points of a body (m). For points in elements, lists or boundary-fitted rows it is the mean edge of squares or cubes of
 /// their volume.
 fn width<const D: usize>(
     view: &GridView<'_, D>,
@@ -119,6 +120,7 @@ fn width<const D: usize>(
     if listed { width.min(view.grid.cell) } else { width }
 }
 
+/// Points of a body from its shape or a list, with the spacing checked against the cell size.
 fn samples<const D: usize>(
     options: &MpmOptions,
     view: &GridView<'_, D>,

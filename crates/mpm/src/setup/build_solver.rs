@@ -134,6 +134,7 @@ struct CaseObstacles<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> CaseObstacles<'a, D> {
+    /// Obstacles of the case, coupled to nodes or to points, with the recorder of their reactions.
     fn new(case: &'a Case, options: &MpmOptions, background: &BackgroundGrid<D>) -> Result<Self, CaseError> {
         let placed_obstacles = case.placed_obstacles::<D>()?;
         let at_points = options.obstacles == ObstacleCoupling::Points && !placed_obstacles.is_empty();
@@ -148,7 +149,7 @@ impl<'a, const D: usize> CaseObstacles<'a, D> {
     }
 }
 
-/// Returns the points of all bodies, none of which lies in an obstacle.
+/// Point sets of all bodies; an error if a point is inside an obstacle.
 fn point_sets<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -171,6 +172,7 @@ fn point_sets<const D: usize>(
     Ok(sets)
 }
 
+/// Index of the rigid body of the case among the objects with prescribed motion.
 fn rigid_number(driven: &[DrivenObject], body: &Body) -> Option<usize> {
     driven.iter().position(|driven| driven.patch.is_none() && driven.name == body.name)
 }
@@ -251,6 +253,7 @@ fn allocate_contacts<const D: usize>(
     }
 }
 
+/// Rejects a fixed time step above the critical one.
 fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions) -> Result<(), CaseError> {
     match options.time_step.and_then(|step| solver.wave_limit(1.0).fixed_step_problem(Some(step))) {
         Some(problem) => Err(CaseError::new("methods.mpm.time_step", problem)),
@@ -259,7 +262,7 @@ fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions)
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Sets the walls of a stage, of all phases.
+    /// Sets the walls of a stage for all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let walls = |case: &Case, faces: &Arc<NodeFaces>| -> Result<NodeWalls, CaseError> {
             let mut walls = walls::walls(case, stage, &self.background, &self.clock.options)?;

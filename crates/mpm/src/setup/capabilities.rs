@@ -4,7 +4,7 @@ use colluvium_case::{Capabilities, Case, CaseError};
 
 use crate::{LagrangianFormulation, MpmOptions, NodalMass, ObstacleCoupling, ShapeFunctions};
 
-/// Features that MPM supports beyond those of all methods with points.
+/// Features that MPM supports in addition to those of all point methods.
 const SUPPORTED: [&str; 44] = [
     "space=axisymmetric",
     "domain.origin",
@@ -136,12 +136,14 @@ fn restrict_consistent_mass(honours: Capabilities) -> Capabilities {
         )
 }
 
+/// Capabilities without rigid bodies and without damping per axis.
 fn without_rigid(honours: Capabilities, name: &str) -> Capabilities {
     honours
         .rejects("bodies.rigid", format!("{name} has no rigid bodies"))
         .rejects("stages.damping_axes", format!("{name} has the same damping along all axes"))
 }
 
+/// Capabilities without rigid bodies and without patches of prescribed velocity.
 fn without_driven(honours: Capabilities, name: &str) -> Capabilities {
     without_rigid(honours, name).rejects("patches", format!("{name} cannot prescribe the motion of nodes"))
 }

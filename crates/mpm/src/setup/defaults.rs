@@ -26,8 +26,7 @@ fn is_liquid(case: &Case) -> bool {
     soft.peek().is_some() && soft.all(|body| is_newtonian(case, body))
 }
 
-/// Numbers of the liquid bodies in velocity fields in which all bodies are liquids: those named by contacts, each with a field of its own,
-/// and the others if all of them are liquids.
+/// Numbers of the liquid bodies in velocity fields that contain liquids only.
 fn liquids_in_fields(case: &Case, options: &MpmOptions) -> Vec<usize> {
     let is_named = |body: &Body| options.contacts.iter().any(|contact| contact.bodies.contains(&body.name));
     let mut shared = case.bodies.iter().filter(|body| !body.rigid && !is_named(body));
@@ -36,7 +35,7 @@ fn liquids_in_fields(case: &Case, options: &MpmOptions) -> Vec<usize> {
     (0..case.bodies.len()).filter(|number| own(&case.bodies[*number])).collect()
 }
 
-/// Whether liquids may have an affine transfer: the case names no other, and none of its options excludes one.
+/// Whether liquids may have an affine transfer by default: the case gives no transfer, and no option excludes it.
 fn may_use_affine(options: &MpmOptions, given: &dyn Fn(&str) -> bool) -> bool {
     let of_flip = ["transfer", "flip", "stage_flip", "residual_time", "xpic_order"];
     // With averaged volumetric strains and two points a cell TPIC adds energy to a liquid at rest.
@@ -45,7 +44,7 @@ fn may_use_affine(options: &MpmOptions, given: &dyn Fn(&str) -> bool) -> bool {
     affine && !of_flip.into_iter().any(given)
 }
 
-/// Sets a free surface for liquids where it is available.
+/// Enables free-surface detection for liquids, if it is available.
 fn set_free_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
     let opens = case.domain.periodic.is_empty() && case.space != Space::Axisymmetric;
     if !given("free_surface") && opens {
@@ -53,7 +52,7 @@ fn set_free_surface(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) 
     }
 }
 
-/// Sets TPIC and a free surface for liquids beside other bodies, where each body can have its own.
+/// Sets TPIC and free-surface detection for liquids in a case with other bodies, if velocity fields are separate.
 fn set_liquid_fields(case: &Case, options: &mut MpmOptions, given: &dyn Fn(&str) -> bool) {
     let liquids = liquids_in_fields(case, options);
     if liquids.is_empty() {

@@ -33,6 +33,7 @@ impl Mpm {
     }
 }
 
+/// Setup of a solver for a manufactured solution, in any dimension.
 struct BuildManufactured<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
@@ -51,6 +52,7 @@ impl dimension_dispatch::DimensionVisitor for BuildManufactured<'_> {
 }
 
 impl<const D: usize> MpmSolver<D> {
+    /// Sets position, velocity, volume and stress of all points to those of the manufactured solution at the start.
     fn initialise_manufactured(&mut self, solution: &Manufactured) -> Result<(), String> {
         for set in &mut self.bodies.sets {
             let mut motions = Vec::with_capacity(set.len());

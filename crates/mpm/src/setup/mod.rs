@@ -28,7 +28,7 @@ use crate::setup::warnings::warnings;
 use crate::stress::{cell_integration, dual_domain};
 use crate::{MpmOptions, obstacles, phases};
 
-/// Updates per second of one phase with GIMP in the plane and in space, a million points on one thread
+/// Point updates per second with GIMP in the plane and in space, for a million points of one phase on one thread
 /// (docs/benchmarks/2026-11-22-mpm).
 const UPDATES_PER_SECOND: [f64; 2] = [12e6, 7e6];
 

@@ -27,12 +27,13 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     dimension_dispatch::dispatch(case, &options, EstimateSize { case, options: &options })
 }
 
+/// Estimate of the problem size, in any dimension.
 struct EstimateSize<'a> {
     case: &'a Case,
     options: &'a MpmOptions,
 }
 
-/// Number of nodes and elements of a mesh, and of the points of the bodies of a case in it.
+/// Number of nodes and elements of a mesh, and of points of the bodies in it.
 struct MeshCounts {
     nodes: f64,
     elements: f64,
@@ -40,6 +41,7 @@ struct MeshCounts {
 }
 
 impl EstimateSize<'_> {
+    /// Expected numbers of nodes, mesh elements and points.
     fn counts<const D: usize>(&self, axis: &Basis1d) -> Result<MeshCounts, CaseError> {
         let (case, options) = (self.case, self.options);
         let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;
@@ -132,7 +134,7 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Memory of points, nodes and mesh (bytes), including that of sorting.
+    /// Memory of points, nodes and mesh (bytes), that for sorting included.
     pub(crate) fn memory(&self) -> usize {
         let points = |set: &PointSet<D>| set.bytes() + set.len() * sort_memory(set.material.state_size());
         let mesh = Mesh::<D>::bytes(

@@ -12,11 +12,11 @@ use crate::obstacles::could_act_on_nodes;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::{FixedNodes, MpmOptions, ObstacleCoupling, StressScheme, VelocityTransfer};
 
-/// Courant number up to which stress last is stable with splines at open sides of the domain, where the end functions are steep: 0.5 was
-/// unstable, in two and three dimensions, and 0.45 only just stable.
+/// Largest Courant number for which stress last is stable with splines at open ends of the domain. 0.5 was unstable in two and three
+/// dimensions, 0.45 marginally stable.
 const OPEN_SIDE: f64 = 0.4;
 
-/// Warns of sides of the domain that bodies reach without a permanent wall, with steps that are not stable there.
+/// Warnings for bodies at ends of the domain without a permanent wall, with steps that are unstable there.
 fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     let spline = matches!(options.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
     if !spline || options.stress_update != StressScheme::Usl || options.courant <= OPEN_SIDE {
@@ -53,7 +53,7 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
-/// Warns of searches for a factor of safety in soil that locks as it yields.
+/// Warning for a search for a factor of safety in soil that locks in yielding.
 fn locking_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let (name, _) = case.factors_of_safety().next()?;
     let free = if options.mesh.is_some() { "nodal" } else { "cell-average" };
@@ -66,7 +66,7 @@ fn locking_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     })
 }
 
-/// Least bulk modulus over `ρgH` for a stable liquid at rest: with linear functions 163 was stable, 92 was not, on 16 cells.
+/// Least bulk modulus over `ρgH` for a stable liquid at rest. With linear functions on 16 cells 163 was stable, 92 was not.
 const MIN_STIFFNESS_RATIO: f64 = 200.0;
 /// Least bulk modulus over `ρgH` and the square of the cells over the depth, for linear functions: 1.56 was stable, 0.78 not, on 8, 16 and
 /// 32 cells.
@@ -75,7 +75,7 @@ const MIN_STIFFNESS_RATIO_OF_CELLS: f64 = 1.6;
 /// Most steps between outputs at which cut steps may amplify pressure waves: up to 7 were observed to.
 const FEW_STEPS_TO_OUTPUT: f64 = 12.0;
 
-/// Warns of liquids in which outputs excite pressure waves: steps of `dt` (s) are cut at each of them.
+/// Warning for liquids in which the shortening of steps at output times excites pressure waves; `dt` is the step (s).
 fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
     let interval = case.output.measures.into_iter().chain(case.output.frames).reduce(f64::min)?;
     let (steps, liquid) = (interval / dt, |body: &&Body| {
@@ -94,7 +94,7 @@ fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
     })
 }
 
-/// Warns of liquids at rest whose disturbances grow.
+/// Warnings for liquids at rest in which disturbances grow.
 fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     let linear = options.shape == ShapeFunctions::Linear;
     if options.integration != InternalForceIntegration::Points
@@ -139,7 +139,7 @@ fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
-/// Cells over the thickness of a sheet at which a rough floor gives nearly full friction: a tenth is missing.
+/// Number of cells over the thickness of a flow at which a rough floor has about 90 % of its friction.
 const MIN_CELLS_OVER_THICKNESS: f64 = 5.0;
 
 /// Warns of sheets of soil that slide on rough floors with too little friction.
@@ -187,7 +187,7 @@ fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
 /// Most steps in the time of a fall through the height of a body at which XPIC does not affect the flow.
 const MAX_STEPS_OF_FALL: f64 = 50.0;
 
-/// Warns of XPIC that removes all null-space velocities in each of many steps, of `dt` (s).
+/// Warning for XPIC that removes all null-space velocities in each of many steps; `dt` is the step (s).
 fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<String> {
     let time = time_of_fall(case)?;
     let often = options.transfer == VelocityTransfer::Xpic
@@ -203,7 +203,7 @@ fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<Str
     })
 }
 
-/// Warns of round solids on obstacles or walls with friction on the nodes: they do not roll.
+/// Warning for round bodies on obstacles or walls with friction at nodes, where they do not roll.
 fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let obstacle = |obstacle: &Obstacle| obstacle.wall != ObstacleWall::Smooth;
     let wall = |boundary: &Boundary| matches!(boundary.wall, Wall::Rough | Wall::Frictional { .. });
@@ -295,7 +295,7 @@ fn obstacle_coupling_warning(case: &Case, options: &MpmOptions) -> Option<String
     })
 }
 
-/// Warns of free rigid bodies that pass through other rigid bodies.
+/// Warning for free rigid bodies, which can pass through other rigid bodies.
 fn rigid_bodies_warning(case: &Case) -> Option<String> {
     let mut rigid = case.bodies.iter().filter(|body| body.rigid);
     let count = rigid.clone().count();

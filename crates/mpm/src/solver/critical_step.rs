@@ -13,7 +13,7 @@ use crate::solver::MpmSolver;
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
 
-/// Largest displacement of an obstacle in a step (cells), so that contact begins before it has passed points.
+/// Largest displacement of an obstacle in a step (cells), with which contact begins before it has passed points.
 const MAX_OBSTACLE_MOVE: f64 = 0.25;
 
 /// The point with the smallest stable step.
@@ -30,13 +30,15 @@ pub struct LimitingPoint {
 }
 
 impl LimitingPoint {
+    /// Point with the smaller time step; of equal ones, that with the lower index.
     fn min(self, other: Self) -> Self {
         let other_first = (other.dt, other.set, other.point_index) < (self.dt, self.set, self.point_index);
         if other_first { other } else { self }
     }
 }
 
-/// Returns the smallest of `none` and the values of `of_block(index of its first point, stresses, states)` for the blocks of a set.
+/// Smallest of `none` and the values of `of_block` for the groups of points of a set. Its arguments are the index of the first point, the
+/// stresses and the states.
 fn min_over_blocks(
     stress: &[SymTensor],
     states: &States,
@@ -80,8 +82,7 @@ impl<const D: usize> MpmSolver<D> {
         )
     }
 
-    /// The largest step that the waves, the motion and the viscosity of the points allow at a Courant number of `courant`;
-    /// the critical one at 1.
+    /// Largest step that waves, motion and viscosity of the points permit at a Courant number; at 1 it is the critical step.
     pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
         let bounds = self.clock.options.step_bounds(D, courant);
         let none = LimitingPoint { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, set: 0, point_index: 0 };
@@ -101,6 +102,7 @@ impl<const D: usize> MpmSolver<D> {
         }
     }
 
+    /// Point with the smallest time step in a group of points.
     fn block_limit(
         &self,
         bounds: StepCoefficients,
@@ -145,14 +147,14 @@ impl<const D: usize> MpmSolver<D> {
         smallest
     }
 
-    /// Factor on the wave moduli for the springs of obstacles on points; 1 without such obstacles.
+    /// Factor on the wave moduli for the springs of obstacles that act on points; 1 without such obstacles.
     #[inline]
     fn obstacle_stiffening(&self) -> f64 {
         let on_points = self.boundary.penalty_obstacles.is_some();
         if on_points { self.clock.options.obstacle_stiffness_factor() } else { 1.0 }
     }
 
-    /// Step limit of a point from that of its skeleton's wave; with pore fluid that of both phases.
+    /// Step limit of a point, from that of the skeleton wave and, with pore fluid, those of both phases.
     #[inline]
     fn phase_limit(&self, bounds: StepCoefficients, wave: LimitingPoint, modulus: f64) -> LimitingPoint {
         let (set, i) = (&self.bodies.sets[wave.set], wave.point_index);

@@ -12,7 +12,7 @@ use crate::points::vectors::square_sum;
 use crate::solver::MpmSolver;
 
 impl<const D: usize> MpmSolver<D> {
-    /// Unbalanced force over external force and kinetic energy over external work; `None` where the stage does not need them.
+    /// Ratios of unbalanced to external force and of kinetic energy to external work; `None` if the stage has no equilibrium criterion.
     pub(crate) fn measure_equilibrium(&self) -> Option<Equilibrium> {
         self.clock.stage().equilibrium?;
         let (scales, traction) = (self.equilibrium_scales(), self.traction_square());
@@ -27,6 +27,7 @@ impl<const D: usize> MpmSolver<D> {
         })
     }
 
+    /// Scales of force and energy for the equilibrium criterion, from the stresses and moduli of all points.
     fn equilibrium_scales(&self) -> EquilibriumScales {
         let mut scales = EquilibriumScales::default();
         for set in self.bodies.deformable_sets() {
@@ -52,8 +53,8 @@ impl<const D: usize> MpmSolver<D> {
         self.bodies.sets.iter().map(|set| square_sum(&set.points.traction)).sum::<f64>() + on_nodes
     }
 
-    /// Distance from equilibrium: the larger one of mixture and liquid (sheet: mpm §2.14); the energy of the mixture is that of
-    /// both phases. `traction` is the sum of the squares of the tractions (N²).
+    /// Equilibrium ratios of mixture and liquid, the larger one of both (sheet: mpm §2.14). `traction` is the sum of the squared tractions
+    /// (N²).
     fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64, scales: EquilibriumScales) -> Equilibrium {
         let PhaseEquilibriumTerms { mixture, liquid } = &phases.sums;
         let of_mixture = (mixture.external + traction).sqrt();

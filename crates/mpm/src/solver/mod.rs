@@ -29,12 +29,19 @@ use crate::transfer::point_update::UpdateSelection;
 
 /// Explicit MPM in `D` dimensions.
 pub struct MpmSolver<const D: usize> {
+    /// Time, step, stage and options of the run.
     pub(crate) clock: Clock,
+    /// Grid or mesh with its transfers.
     pub(crate) background: BackgroundGrid<D>,
+    /// Points of all bodies.
     pub(crate) bodies: Bodies<D>,
+    /// Nodal momenta, forces and masses of the velocity fields.
     pub(crate) nodes: VelocityFields,
+    /// Walls, loads, contacts and other boundary conditions.
     pub(crate) boundary: BoundaryConditions<D>,
+    /// Averages over cells and nodes.
     pub(crate) averages: CellAverages<D>,
+    /// Consistent mass matrix, where the case selects it.
     pub(crate) consistent: ConsistentMass,
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
@@ -43,7 +50,7 @@ pub struct MpmSolver<const D: usize> {
 }
 
 impl<const D: usize> MpmSolver<D> {
-    /// Advances one step (sheet: mpm §3.3); the numbers are those of the sheet.
+    /// Advances the solver by a step (sheet: mpm §3.3); step numbers in the code are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.clock.begin_step(dt)?;
         self.sort_if_moved(); // 0: cells, weights
@@ -83,6 +90,7 @@ impl<const D: usize> MpmSolver<D> {
         Ok(())
     }
 
+    /// Sorts the points by their cells if they may have moved by more than a cell since the last sort.
     fn sort_if_moved(&mut self) {
         if self.bodies.travel_since_sort >= self.background.grid.cell {
             self.sort();
@@ -113,8 +121,8 @@ impl<const D: usize> MpmSolver<D> {
     }
 }
 
-/// Runs steps 1 to 9 of all phases (sheet: mpm §3.3, §3.4); the numbers are those of the sheet. Returns the largest displacement of a
-/// point along an axis (m).
+/// Runs steps 1 to 9 for all phases (sheet: mpm §3.3, §3.4); step numbers in the code are those of the sheet. Returns the largest
+/// displacement of a point along an axis (m).
 fn step<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

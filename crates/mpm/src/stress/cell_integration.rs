@@ -20,8 +20,8 @@ use crate::points::point_set::PointSet;
 use crate::points::pore_fluid::{LIQUID, SOLID};
 use crate::stress::force_columns::force_columns;
 
-/// Average stresses of cells ([`crate::background_grid::averaging_cells`]), velocity field after velocity field. Empty where every point exerts its
-/// own force.
+/// Average stresses of cells ([`crate::background_grid::averaging_cells`]), by velocity field. Empty where every point exerts its own
+/// force.
 #[derive(Clone, Debug, Default)]
 pub struct CellStresses {
     /// Volume times total stress, then the volume itself and volume times pore pressure.
@@ -47,8 +47,8 @@ pub fn check_supported(options: &MpmOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Rejects `mixed_reset` where the average is no stress of a point: with materials whose stress is a function of their state, which would
-/// restore their own stress, and with several materials, or dry and saturated points, in one velocity field.
+/// Rejects `mixed_reset` for materials whose stress is a function of their state, and for velocity fields with several materials or with
+/// dry and saturated points. There the average stress is no valid stress of a point.
 pub fn check_stress_reset<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -101,6 +101,7 @@ impl CellStresses {
         self.is_full.get(field * len..(field + 1) * len)
     }
 
+    /// Whether stresses are averaged over cells.
     fn is_used(&self) -> bool {
         !self.cells.is_empty()
     }
@@ -111,8 +112,7 @@ impl CellStresses {
         self.is_full.chunks_exact_mut(layout.len()).for_each(|full| layout.reset(full));
     }
 
-    /// Finds the full cells: those whose neighbours across all faces hold points, or that hold more than the share `fill`
-    /// of their volume, which is any with 0.
+    /// Finds the full cells: cells whose neighbours across all faces contain points, and cells filled by more than the fraction `fill`.
     fn mark_full<const D: usize>(&mut self, layout: &Layout<D>, cells: &impl AveragingCells<D>, fill: f64) {
         let sums = self.cells.chunks_exact(layout.len());
         for (sums, full) in sums.zip(self.is_full.chunks_exact_mut(layout.len())) {
@@ -155,8 +155,8 @@ impl CellStresses {
 
 /// Node that receives forces of cells.
 pub trait CellForceTarget: Send {
-    /// Adds the force of a cell from its sums and the integrals of the gradient of the node's function over it, and in axisymmetry of the
-    /// function over the radius.
+    /// Adds the force of a full cell to a node. `sums` are the cell sums, `slopes` the integrals of the gradient of the shape function and,
+    /// in axisymmetry, of the function over the radius.
     fn add_cell_force<const D: usize>(&mut self, sums: &[Vector4; 2], slopes: ([f64; D], f64));
 }
 
@@ -192,7 +192,7 @@ fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> 
     along.fold(Vector4::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
 }
 
-/// Computes average stresses of the cells, and which of them are full.
+/// Computes the average stresses of the cells and finds the full cells.
 pub fn average_stresses<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -232,7 +232,7 @@ pub fn average_stresses<const D: usize>(
     }
 }
 
-/// Sets stress and pore pressure of the points of full cells to the average (`mixed_reset`).
+/// Sets stress and pore pressure of the points of full cells to the cell averages (`mixed_reset`).
 fn reset_stresses<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
@@ -259,7 +259,7 @@ fn reset_stresses<const D: usize>(
     }
 }
 
-/// Adds the internal force of the full cells to the nodes, of one phase or both.
+/// Adds the internal forces of the full cells to the nodes of all phases.
 pub fn add_cell_forces<const D: usize>(
     background: &BackgroundGrid<D>,
     stresses: &CellStresses,

@@ -41,7 +41,7 @@ pub struct FreeSurface<const D: usize> {
     liquid: Vec<bool>,
 }
 
-/// Returns the detection of a case; `None` where it is off. `limit` is the largest number of points of a body.
+/// Free-surface detection of a case; `None` if it is off. `limit` is the largest number of points of a body.
 pub fn free_surface<const D: usize>(
     case: &Case,
     options: &MpmOptions,
@@ -151,7 +151,7 @@ impl<const D: usize> FreeSurface<D> {
     }
 }
 
-/// Returns the points of a set for the ratios: on a grid with the domains of no width of `thin`.
+/// View of the points of a set for the fill ratios; on a grid their domains have the width zero.
 fn points<'a, const D: usize>(
     thin: Option<&'a [FixedDomain]>,
     position: &'a [[f64; D]],
@@ -171,7 +171,7 @@ fn corners<const D: usize, C: AveragingCells<D>>(_cells: &C) -> usize {
     C::CORNERS
 }
 
-/// Sets the stress of liquid points on the free surface to zero.
+/// Sets the stress of liquid points at the free surface to zero.
 pub fn free_surface_correction<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
@@ -184,7 +184,7 @@ pub fn free_surface_correction<const D: usize>(
     }
 }
 
-/// Sets the stress of the points of a set to zero where the fill ratio is small.
+/// Sets the stress of points with a small fill ratio to zero.
 fn remove_surface_stress<const D: usize>(
     background: &BackgroundGrid<D>,
     surface: &FreeSurface<D>,

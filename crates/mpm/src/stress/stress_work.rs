@@ -8,18 +8,18 @@ use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
 
-/// Stresses (Pa) of a block before its update.
+/// Stresses of a group of points before their update (Pa).
 pub struct PreviousStress([SymTensor; BLOCK_SIZE]);
 
 impl PreviousStress {
-    /// Copies the stresses (Pa) of a block.
+    /// Copies the stresses of a group of points (Pa).
     pub fn of_block(stresses: &[SymTensor]) -> Self {
         let mut before = [SymTensor::ZERO; BLOCK_SIZE];
         before[..stresses.len()].copy_from_slice(stresses);
         Self(before)
     }
 
-    /// Adds the work (J) of a step that ends with stresses `after` (Pa) and `volumes`.
+    /// Adds the work of a step (J) that ends with the stresses `after` (Pa) and `volumes` (m³).
     pub fn add_work(&self, motions: &MotionBlock, after: &[SymTensor], volumes: &[f64], work: &mut [f64]) {
         for (p, (work, volume)) in work.iter_mut().zip(volumes).enumerate() {
             let started = volume / motions.volume_ratio(p);
@@ -29,14 +29,14 @@ impl PreviousStress {
     }
 }
 
-/// Recoverable energies of the points of a set (J), zero where the law defines none.
+/// Recoverable energies of the points of a set (J); zero if the law defines none.
 pub fn stored_energies<const D: usize>(set: &PointSet<D>) -> Vec<f64> {
     let mut energies = set.law_points().stored_energies();
     energies.iter_mut().zip(&set.points.volume).for_each(|(energy, volume)| *energy *= volume);
     energies
 }
 
-/// Starts the record of the work of the points, from their stored energy.
+/// Starts the record of stress work with the stored energy of the points.
 pub fn start_work_record<const D: usize>(bodies: &mut Bodies<D>) {
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         set.points.work = stored_energies(set);

@@ -17,7 +17,7 @@ use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
 
-/// Averaged volumetric strains of a step, by cell ([`crate::background_grid::averaging_cells`]) and by node.
+/// Averaged volumetric strain increments by cell ([`crate::background_grid::averaging_cells`]) and by node.
 #[derive(Clone, Debug, Default)]
 pub struct CellStrains {
     /// Number of the material of each body.
@@ -63,7 +63,7 @@ impl CellStrains {
         !self.cells.is_empty()
     }
 
-    /// Sets the active entries to zero.
+    /// Sets the entries of active cells and nodes to zero.
     pub fn reset<const D: usize>(&mut self, [nodes, cells]: [&Layout<D>; 2]) {
         for (values, layout) in [(&mut self.nodes, nodes), (&mut self.cells, cells)] {
             values.chunks_exact_mut(layout.len()).for_each(|values| layout.reset(values));
@@ -78,7 +78,7 @@ impl CellStrains {
         [solid / volume, if moved > 0.0 { liquid / moved } else { 0.0 }]
     }
 
-    /// Averages the strains of cells at their nodes (6.35), and those of nodes in the cells (6.36).
+    /// Averages the strains of cells at their nodes (6.35), and then the nodal strains in the cells (6.36).
     fn average_over_nodes<const D: usize>(
         &mut self,
         layouts: [&Layout<D>; 2],
@@ -126,8 +126,8 @@ impl CellStrains {
     }
 }
 
-/// Sets the volumetric strain of a motion to `dilation` by its first `normal` components (the two of the plane, without strain out of it,
-/// or all three), except for the share `kept` of its own.
+/// Sets the volumetric strain of a motion to `dilation`, except for the fraction `kept` of its original one. The first `normal` normal
+/// components are changed: two in plane strain, else three.
 #[inline(always)]
 pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64, kept: f64) {
     let own: f64 = (0..normal).map(|c| motion.velocity_gradient_dt.0[c][c]).sum();
@@ -138,11 +138,11 @@ pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64, kept: f
     }
 }
 
-/// Share of its own volumetric strain that a point of a fluid keeps, over its pressure over its bulk modulus. Averages leave motions within
-/// a cell without stiffness, and those grow under a pressure.
+/// Fraction of the volumetric strain that a point of a fluid retains, divided by its pressure over bulk modulus. Averages leave motions
+/// within a cell without stiffness, and those grow under a pressure.
 const OWN_STRAIN_FACTOR: f64 = 40.0;
 
-/// Shares of their own volumetric strains that points of a fluid keep, at their `stress` (Pa).
+/// Fractions of the volumetric strains that points of a fluid retain, from their stresses (Pa).
 pub fn own_strain_shares(
     material: &dyn Material,
     stress: &[SymTensor],
@@ -155,10 +155,10 @@ pub fn own_strain_shares(
     }
 }
 
-/// Function that computes the volumetric strains of skeleton and liquid of a range of points of a set.
+/// Function that computes volumetric strains of skeleton and liquid for a range of points.
 type StrainReader<'a, const D: usize> = dyn Fn(&PointSet<D>, Range<usize>, &mut [[f64; 2]]) + Sync + 'a;
 
-/// Averages the volumetric strains of the step, which `read` computes for skeleton and liquid at the points of a block.
+/// Averages the volumetric strain increments of the step. `read` computes those of skeleton and liquid for a range of points.
 pub fn average_strains<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
@@ -206,7 +206,7 @@ pub fn average_strains<const D: usize>(
     }
 }
 
-/// Averages the volumetric strains of one phase, where the options require it.
+/// Averages the volumetric strain increments of one phase, if the options require it.
 pub fn average_strains_of_one_phase<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

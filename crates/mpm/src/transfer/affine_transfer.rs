@@ -10,7 +10,7 @@ use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
 use crate::points::point_set::par_for_each_chunk;
 
-/// Sets moments or gradients of the initial velocities, from differences over a cell.
+/// Sets moments or gradients of the initial velocities by differences over a cell.
 pub fn initialise_affine<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -59,9 +59,9 @@ pub fn g2p_affine<const D: usize>(
     }
 }
 
-/// Kinetic energy (J) along each axis of the affine velocity fields of points, in addition to that of their motion: its value on the grid
-/// in the next step, `½ m C D Cᵀ` with the second moments `D` of the shape functions and the gradient `C` (sheet: snow-mpm §2.11). It is
-/// the energy of rotation and stretch within points.
+/// Kinetic energy of the affine velocity fields of points along each axis (J), `½ m C D Cᵀ` with the second moments `D` of the shape
+/// functions and the gradient `C` (sheet: snow-mpm §2.11). It is in addition to the energy of the point velocities. It is the energy of
+/// rotation and stretch within points.
 pub fn affine_energies<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

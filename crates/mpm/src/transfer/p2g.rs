@@ -25,7 +25,7 @@ use crate::stress::cell_integration::{add_cell_forces, average_stresses};
 use crate::stress::dual_domain::{add_dual_forces, own_stress_share, share_stresses};
 use crate::stress::force_columns::force_columns;
 
-/// Content of a transfer to the nodes.
+/// Quantities that are transferred to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum P2gContent {
     /// Mass, momentum and forces.
@@ -36,8 +36,7 @@ pub enum P2gContent {
     Forces,
 }
 
-/// Adds to the nodes of a field the momenta of its bodies, `N` times mass times the velocities (m/s) of `of`, and the contributions of the
-/// affine fields of `transfer`.
+/// Adds point momenta to the nodes of a field, with the velocities of `of` (m/s) and the affine fields of `transfer`.
 pub fn p2g_momenta<const D: usize>(
     background: &BackgroundGrid<D>,
     sets: &[PointSet<D>],
@@ -64,7 +63,7 @@ pub fn p2g_momenta<const D: usize>(
     });
 }
 
-/// Contributions of a block of points to the nodes in one phase.
+/// Contributions of a group of points to the nodes of one phase.
 struct P2gBuffer<const D: usize> {
     motion: [Vector4; BLOCK_SIZE],
     columns: [[Vector4; D]; BLOCK_SIZE],
@@ -72,6 +71,7 @@ struct P2gBuffer<const D: usize> {
 }
 
 impl<const D: usize> P2gBuffer<D> {
+    /// Buffer without contributions.
     const EMPTY: Self = Self {
         motion: [Vector4::ZERO; BLOCK_SIZE],
         columns: [[Vector4::ZERO; D]; BLOCK_SIZE],
@@ -79,7 +79,7 @@ impl<const D: usize> P2gBuffer<D> {
     };
 }
 
-/// Affine velocity fields of the points of a set, where their transfer has them.
+/// Affine velocity fields of the points of a set, if the transfer has them.
 fn affine_of<const D: usize>(
     transfer: VelocityTransfer,
     set: &PointSet<D>,
@@ -140,7 +140,7 @@ impl<const D: usize> PointScatter<'_, D> {
         });
     }
 
-    /// Sets the contributions of the points `block` of a set, which may be `loaded`, and `pressed` by obstacles.
+    /// Computes the contributions of the points with indices `block`, with load and obstacle forces if there are any.
     #[inline(always)]
     fn fill(
         &self,

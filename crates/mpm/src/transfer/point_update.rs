@@ -20,7 +20,7 @@ use crate::stress::dual_domain::{DualDomainNodes, average_velocity_gradients};
 use crate::stress::stress_work::PreviousStress;
 use crate::stress::volumetric_strain::{CellStrains, own_strain_shares, set_volumetric};
 
-/// Selection of the state that a sweep updates.
+/// Parts of the point state that an update changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UpdateSelection {
     /// Velocities.
@@ -86,11 +86,12 @@ pub struct PointUpdater<'a, const D: usize> {
     pub background: &'a BackgroundGrid<D>,
     /// Averaged volumetric strains.
     pub strains: &'a CellStrains,
-    /// Whether there is a wall on the lower and on the upper side of the domain, per axis.
+    /// Whether the domain has a wall at the lower and the upper end of each axis.
     pub has_wall: &'a [[bool; 2]; D],
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
+    /// Updates a group of points from the grid: velocity, position and stress.
     fn block(
         &self,
         (nodes, read, dual): (&VelocityFields, VelocitySource, &DualDomainNodes),
@@ -152,7 +153,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(moved)
     }
 
-    /// Computes motions, volumes and domains of a block from the interpolated values of its points (steps 7, 8).
+    /// Computes motions, volumes and domains of a group of points from interpolated values (steps 7, 8).
     #[inline]
     fn deform(
         &self,
@@ -173,7 +174,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         self.change_volumes(set, block, motions, None)
     }
 
-    /// Returns the motions of the step from the interpolated values of a block.
+    /// Motions of the step from the interpolated values of a group of points.
     #[inline(always)]
     pub fn find_motions<'a>(
         &self,
@@ -197,15 +198,15 @@ impl<const D: usize> PointUpdater<'_, D> {
         }
     }
 
-    /// Sets the volumetric strain of a point to `dilation`, except for the share `kept` of its own.
+    /// Sets the volumetric strain of a point to `dilation`, except for the fraction `kept` of its original one.
     pub fn set_dilation(&self, motions: &mut MotionBlock, p: usize, dilation: f64, kept: f64) {
         let mut motion = motions.motion(p);
         set_volumetric(&mut motion, self.background.normal_strains(), dilation, kept);
         motions.set(p, &motion);
     }
 
-    /// Updates volumes, densities and domains of a block from its motions; returns the failure of the first point that inverts, has
-    /// `failed` or has an invalid domain.
+    /// Updates volumes, densities and domains of a group of points. Returns the first point that inverts, has `failed` or has an invalid
+    /// domain.
     #[inline(always)]
     pub fn change_volumes(
         &self,
@@ -222,7 +223,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         block.first_failure(failure, &set.extent, self.background.grid.cell)
     }
 
-    /// Limits the volumes: at most the cap for a point without stress, at least a tenth of the initial one (sheet: mpm §2.8, pitfall P-09).
+    /// Limits the volumes: at most the cap for stress-free points, and at least a tenth of the initial volume (sheet: mpm §2.8, pitfall
+    /// P-09).
     #[inline]
     pub fn cap_volumes(&self, volumes: &mut [f64], initial: &[f64], stresses: &[SymTensor]) {
         let cap = self.clock.options.volume_cap;
@@ -252,9 +254,8 @@ impl<const D: usize> PointUpdater<'_, D> {
         Displacement { step, radius }
     }
 
-    /// Checks the new positions of a block: rejects displacements that are too large, keeps points off the axis, and moves points back that
-    /// round-off carried through a wall on a side of the domain. Points that have left a body that allows it get the position NaN. Returns
-    /// the largest displacement along an axis (m).
+    /// Checks the new positions of a group of points. Displacements that are too large are an error; points are kept off the axis and
+    /// inside walls. Points that have left a body that allows it get the position NaN. Returns the largest displacement along an axis (m).
     #[inline(never)]
     pub fn check_positions(
         &self,
@@ -299,7 +300,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(moved)
     }
 
-    /// Moves a point beyond walls on sides of the domain back onto them.
+    /// Moves a point that is outside walls of the domain onto them.
     fn project_onto_walls(&self, position: &mut [f64; D]) -> Result<(), String> {
         for axis in (0..D).filter(|axis| !self.background.periodic[*axis]) {
             let (low, high) = (self.background.grid.origin[axis], self.background.upper_corner[axis]);

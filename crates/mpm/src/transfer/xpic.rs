@@ -20,7 +20,8 @@ use crate::points::bodies::Bodies;
 use crate::points::point_set::{CHUNK_POINTS, PointSet, par_for_each_chunk};
 use crate::transfer::p2g::p2g_momenta;
 
-/// Removes `(I - S S⁺)^m V`, or the share of the step, from the velocities of the points; the update with `Δt S a` is that of FLIP.
+/// Removes null-space velocities `(I - S S⁺)^m V`, or a fraction of them, from the velocities of the points. The update with `Δt S a` is
+/// that of FLIP.
 pub fn filter_velocities<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,

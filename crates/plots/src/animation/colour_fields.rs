@@ -7,7 +7,7 @@ use crate::animation::quantisation::QuantisedRange;
 use crate::animation::{Panel, View};
 use crate::pictures::point_cloud::values;
 
-/// Classes of the points by body: the body itself, or its material.
+/// Classification of points by a property of their body, such as its name or material, each class with its colour.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointClasses {
     /// Name of the classification: `body`, `material`.

@@ -49,6 +49,7 @@ impl BoundaryConditions {
         boundaries
     }
 
+    /// Sets the walls of the nodes from the faces of the domain.
     fn set<const D: usize>(&mut self, _background: &BackgroundGrid<D>) {
         let walls = NodeWalls::new(&self.nodes, self.faces.iter().map(|face| face.wall).collect());
         self.walls = walls.with_faces(Arc::clone(self.walls.faces()));

@@ -65,6 +65,7 @@ impl SnowOptions {
 /// Default value (sheet: snow-mpm §3.5).
 const FLIP_RATIO: f64 = 0.99;
 
+/// Default number of points per cell along each axis.
 fn default_points_per_cell() -> usize {
     2
 }

@@ -94,7 +94,7 @@ impl GridNodes {
     /// Replaces momentum and force of the active nodes by velocity at the end of the step and acceleration.
     pub fn solve<const D: usize>(&mut self, momentum: &MomentumSolve<'_, D>) -> MomentumTerms {
         momentum.background.layout.for_each_row(&mut self.nodes, &mut self.rows, |row, active, line| {
-            momentum.row(row, active, line)
+            momentum.solve_row(row, active, line)
         });
         let mut sums = MomentumTerms::default();
         self.rows.iter().for_each(|row| sums.add(row));
@@ -108,7 +108,8 @@ impl GridNodes {
 }
 
 impl<const D: usize> MomentumSolve<'_, D> {
-    fn row(&self, row: usize, active: Range<usize>, line: &mut [NodalState]) -> MomentumTerms {
+    /// Solves the momentum equation at the active nodes of a row of the grid and sums the terms of the energy balance.
+    fn solve_row(&self, row: usize, active: Range<usize>, line: &mut [NodalState]) -> MomentumTerms {
         let mut sums = MomentumTerms::default();
         let row_free = self.walls.is_row_free(0, row);
         for number in active {

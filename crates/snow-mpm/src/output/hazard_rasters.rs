@@ -26,6 +26,7 @@ pub struct HazardCell {
     arrival_time: f64,
 }
 
+/// Hazard cell that no flow has reached.
 const EMPTY_CELL: HazardCell =
     HazardCell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival_time: f64::NAN };
 
@@ -114,6 +115,7 @@ impl HazardRasters {
         }
     }
 
+    /// Adds a point to the cells that its square in plan covers, by the share of the area.
     fn add_point<const D: usize>(
         &mut self,
         place: &[f64; D],

@@ -102,6 +102,7 @@ fn affine_moments<const D: usize>(
     position.iter().map(moment).collect()
 }
 
+/// Points of a body from its shape or a list, checked against the cell size.
 fn sample_body<const D: usize>(
     case: &Case,
     options: &SnowOptions,

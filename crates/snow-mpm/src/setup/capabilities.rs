@@ -8,6 +8,7 @@ use colluvium_points::Shape;
 use crate::config::{NAME, SnowOptions};
 use crate::solver::saw_test;
 
+/// Message for adhesion to an obstacle whose coupling has no contact area.
 const ADHESION: &str = "snow-mpm has no contact area for obstacles on nodes: leave out the adhesion";
 
 /// Support of the features of a case.
@@ -104,7 +105,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
             warnings
                 .push(format!("bodies[{number}].shape: its smallest thickness is {cells:.2} cells; {why}"));
         }
-        warnings.extend(bare_ground_warning(case, number, options));
+        warnings.extend(weak_layer_base_warning(case, number, options));
     }
     warnings.extend(saw_test::warnings(case));
     warnings
@@ -112,8 +113,8 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     warnings
 }
 
-/// Warning on a weak layer along a track with less than two cells of other snow below it.
-fn bare_ground_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
+/// Warning for a weak layer with less than two cells of other snow between it and the ground.
+fn weak_layer_base_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
     let body = &case.bodies[number];
     let Shape::ArcLayer { from, .. } = &body.shape else { return None };
     let cells = from / options.cell_size;

@@ -55,6 +55,7 @@ pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<d
     }
 }
 
+/// Solver of a case with the selected transfers; at the state of a manufactured solution where one is given.
 fn build_in<const D: usize>(
     case: &Case,
     options: &SnowOptions,
@@ -106,8 +107,10 @@ pub(crate) fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     })
 }
 
+/// Compiled transfers of the selected shape functions; `None` if there are none for this dimension.
 type SelectedTransfers<const D: usize> = Option<&'static dyn Transfers<D>>;
 
+/// Plan of a case: number of points, steps and memory.
 fn plan_in<const D: usize>(
     case: &Case,
     options: &SnowOptions,

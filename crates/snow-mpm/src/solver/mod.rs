@@ -45,19 +45,29 @@ pub struct Clock {
 
 /// Solver of the finite-strain MPM in `D` dimensions.
 pub struct SnowSolver<const D: usize> {
+    /// Case of the run.
     pub(crate) case: Arc<Case>,
+    /// Options of the method.
     pub(crate) options: SnowOptions,
+    /// Grid with its transfers.
     pub(crate) background: BackgroundGrid<D>,
+    /// Points of all bodies.
     pub(crate) bodies: Bodies<D>,
+    /// Nodal momenta, forces and masses.
     pub(crate) nodes: GridNodes,
+    /// Walls of the domain.
     pub(crate) boundaries: BoundaryConditions,
+    /// Obstacles that constrain nodes.
     pub(crate) obstacles: NodeObstacles<D>,
+    /// Energy balance of the run.
     pub(crate) energy_balance: EnergyBalance,
+    /// Hazard rasters, where the case has them.
     pub(crate) hazard_rasters: Option<HazardRasters>,
     /// Bounds of the shapes of the cuts (m).
     pub(crate) cut_bounds: Vec<colluvium_case::description::AxisBounds>,
     /// Manufactured solution for verification, whose force acts on the points.
     pub(crate) manufactured_solution: Option<Manufactured>,
+    /// Time, step and stage of the run.
     pub(crate) clock: Clock,
 }
 

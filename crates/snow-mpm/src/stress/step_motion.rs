@@ -108,6 +108,7 @@ fn matrix<const D: usize>(lanes: &[BlockArray; 9], p: usize) -> SquareMatrix<D> 
     matrix
 }
 
+/// Product of two square matrices.
 #[inline(always)]
 fn product<const D: usize>(a: &SquareMatrix<D>, b: &SquareMatrix<D>) -> SquareMatrix<D> {
     let mut product = [[0.0; D]; D];
@@ -131,6 +132,7 @@ fn identity_plus<const D: usize>(a: &SquareMatrix<D>) -> SquareMatrix<D> {
     sum
 }
 
+/// Matrix times a factor.
 #[inline(always)]
 fn scaled<const D: usize>(a: &SquareMatrix<D>, factor: f64) -> SquareMatrix<D> {
     let mut scaled = *a;

@@ -107,6 +107,7 @@ struct Workspace<const D: usize> {
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
+    /// Workspace of the update of a block of points.
     fn workspace(&self) -> Workspace<D> {
         let motions = MotionBlock::at_rest(self.dt, self.background.grid.cell, D < 3);
         Workspace { interpolated_motion: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
@@ -149,6 +150,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         );
     }
 
+    /// Updates a block of points from the grid: velocity, position and stress. Returns the bound of the next time step.
     fn block(
         &self,
         block: &mut PointBlock<'_, D>,

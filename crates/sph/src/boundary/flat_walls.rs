@@ -73,10 +73,12 @@ impl<const D: usize> FlatWalls<D> {
         Self { mirrors, faces, periods, particles, face_of }
     }
 
+    /// Planes of all flat walls: those with mirror particles and those with faces.
     fn planes(&self) -> impl Iterator<Item = &FlatWall<D>> {
         self.mirrors.iter().chain(&self.faces)
     }
 
+    /// Mutable planes of all flat walls.
     fn planes_mut(&mut self) -> impl Iterator<Item = &mut FlatWall<D>> {
         self.mirrors.iter_mut().chain(&mut self.faces)
     }

@@ -15,10 +15,12 @@ fn check_rule(name: &'static str, value: f64, holds: bool, rule: &str) -> Result
     if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
 }
 
+/// Whether a number is finite and positive.
 fn is_positive(value: f64) -> bool {
     value.is_finite() && value > 0.0
 }
 
+/// Whether a number is finite and zero or positive.
 fn is_not_negative(value: f64) -> bool {
     value.is_finite() && value >= 0.0
 }

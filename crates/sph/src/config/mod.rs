@@ -246,12 +246,15 @@ fn viscosity() -> f64 {
 fn repulsion() -> f64 {
     0.05
 }
+/// Default number of ranks.
 fn default_ranks() -> u32 {
     1
 }
+/// Default number of steps between two stress regularisations.
 fn default_regularisation_steps() -> u64 {
     10
 }
+/// Default number of steps between two density resets.
 fn default_reset_steps() -> u64 {
     30
 }
@@ -259,6 +262,7 @@ fn default_reset_steps() -> u64 {
 fn growth() -> f64 {
     1.5
 }
+/// Default ratio of horizontal to vertical stress of the soil weight, `K_0` (-).
 fn default_wall_k0() -> f64 {
     0.5
 }

@@ -126,6 +126,7 @@ pub fn find_rates<const D: usize>(
     zero_ghost_rates(bodies, walls, &mut rates.derivatives);
 }
 
+/// Computes velocity gradients and divergences of all particles.
 fn find_gradients<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &Bodies<D>,

@@ -74,12 +74,12 @@ impl<const D: usize> VerletLists<D> {
         bodies: &mut Bodies<D>,
         walls: &mut Walls<D>,
         rates: &mut Rates<D>,
-        begins: bool,
+        at_step_start: bool,
     ) -> Result<(), SolverError> {
         bodies.follow_density(setting);
         let support = setting.support(bodies.max_smoothing_length(setting));
         if self.is_outdated(setting, clock, &bodies.particles, walls, support) {
-            if begins {
+            if at_step_start {
                 let p = &mut bodies.particles;
                 walls.planes.wrap_into_period(&mut p.position[..p.id.len()], &mut p.origin);
                 if self.is_sort_due(clock) {

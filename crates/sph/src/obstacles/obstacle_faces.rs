@@ -128,6 +128,7 @@ pub fn dummy_sites<const D: usize>(
 #[derive(Clone, Debug)]
 pub(crate) struct RigidObstacle<const D: usize> {
     name: String,
+    /// Contact law of the obstacle.
     pub(crate) laws: ObstacleLaws,
     surface: Arc<dyn Surface<D>>,
     /// Motion of the obstacle; `None` at rest.
@@ -184,6 +185,7 @@ struct FaceBlock<const D: usize> {
 /// Obstacles, and their faces near each particle.
 #[derive(Clone, Debug, Default)]
 pub struct ObstacleFaces<const D: usize> {
+    /// Rigid obstacles.
     pub(crate) solids: Vec<RigidObstacle<D>>,
     blocks: Vec<FaceBlock<D>>,
     /// Workspace of the contacts of a stopped particle.

@@ -48,6 +48,7 @@ impl<const D: usize> SphSolver<D> {
         Ok(probe)
     }
 
+    /// Diagnostic values of all particles; `None` unless the case requires them.
     fn particle_diagnostics(&self) -> Option<Vec<ParticleDiagnostics>> {
         if !self.setting.options.diagnostics {
             return None;

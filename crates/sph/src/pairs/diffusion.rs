@@ -225,6 +225,7 @@ impl<const D: usize> PairContext<'_, D> {
         if self.options.is_variable() { f64::INFINITY } else { self.smoothing.radius().powi(2) }
     }
 
+    /// Kernel gradient over distance of a pair at distance `r` (m), `W'(r)/r`.
     #[inline]
     fn pair_gradient_factor(&self, i: usize, j: usize, r: f64) -> f64 {
         if self.options.is_variable() {

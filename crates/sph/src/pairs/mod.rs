@@ -72,7 +72,9 @@ pub struct PairContext<'a, const D: usize> {
 /// Input of the sums of the equations of motion: [`PairContext`] and the pair data of the particles.
 pub struct PairSums<'a, const D: usize> {
     pairs: PairContext<'a, D>,
+    /// Pressure, stress and volume terms of the particles.
     pub(crate) pair_data: &'a PairData<D>,
+    /// Groups of particles with one material.
     pub(crate) groups: &'a [ParticleGroup],
     /// Short-range repulsion, where there are fluids.
     short_range_repulsion: Option<ShortRangeRepulsion>,
@@ -152,6 +154,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
         if j >= self.first_dummy_particle || self.walls.smooth_bodies.contain(j) { i } else { j }
     }
 
+    /// Whether the momentum equation has the grad-h factor of variable smoothing lengths.
     pub(crate) fn grad_h(&self) -> bool {
         self.options.is_variable() && self.options.symmetrisation == Symmetrisation::GradH
     }
@@ -232,6 +235,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
         1.0 / (1.0 + p.length[i] / (D as f64 * p.density[i]) * sum)
     }
 
+    /// Artificial repulsion against tensile instability; `None` if the case has none.
     pub(crate) fn repulsion(&self) -> Option<ArtificialRepulsion> {
         let exponent = self.options.tensile.exponent()?;
         Some(ArtificialRepulsion { exponent, scale: 1.0 / self.smoothing.value(self.options.spacing) })

@@ -97,6 +97,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         Self { densities: Some(densities), ..self }
     }
 
+    /// Density of a particle (kg/m³); 1 without densities.
     fn density(&self, i: usize) -> f64 {
         self.densities.map_or(1.0, |densities| densities[i])
     }
@@ -145,6 +146,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
             .sum::<f64>()
     }
 
+    /// Gradient moment matrix of a particle, by the sum over its neighbours.
     fn moments(&self, i: usize) -> GradientMoment<D> {
         let mut moment = GradientMoment::default();
         self.for_each_neighbour(i)
@@ -423,6 +425,7 @@ pub struct TestLattice<const D: usize> {
 /// moved by up to `disorder` spacings along each axis.
 pub fn test_lattice<const D: usize>(n: usize, layers: usize, disorder: f64) -> TestLattice<D> {
     // Additive recurrences of the sheet; the third is the next of the same family.
+    /// Fractional parts of a quasi-random sequence that disturbs the lattice.
     const STEPS: [f64; 3] = [0.618_033_988_749_894_9, 0.754_877_666_246_692_7, 0.819_172_513_396_164_4];
     let (spacing, width) = (1.0 / n as f64, n + 2 * layers);
     let mut lattice = TestLattice { positions: Vec::new(), inner: Vec::new(), spacing };

@@ -37,6 +37,7 @@ pub fn update_pair_data<const D: usize>(
     find_corrections(setting, bodies, walls, lists);
 }
 
+/// Updates the artificial stress of all particles.
 fn update_artificial_stress<const D: usize>(tensile: Tensile, bodies: &mut Bodies<D>) {
     if tensile == Tensile::None {
         return;
@@ -51,6 +52,7 @@ fn update_artificial_stress<const D: usize>(tensile: Tensile, bodies: &mut Bodie
     });
 }
 
+/// Fills the packed records of all particles for SIMD sums.
 fn fill_records<const D: usize>(momentum: MomentumEquation, bodies: &mut Bodies<D>, walls: &Walls<D>) {
     let (p, PairData { records, grad_h_factor: spread, .. }) = (&bodies.particles, &mut bodies.pair_data);
     // SIMD sums have no correction; the stress is zero there and enters by the corrected sums.

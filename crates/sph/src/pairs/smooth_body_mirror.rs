@@ -22,6 +22,7 @@ struct SmoothBodyFace<'a, const D: usize> {
 }
 
 impl<const D: usize> SmoothBodyFace<'_, D> {
+    /// Indices of the particles near the face.
     fn nearby_particles(&self) -> impl Iterator<Item = usize> {
         self.nearby_particles.iter().copied().flatten().map(|&a| a as usize)
     }

@@ -7,6 +7,7 @@ use crate::points::packed_particles;
 use crate::points::packed_particles::Lanes;
 use crate::points::particles::SquareMatrix;
 
+/// Sums of the four lanes of each component.
 fn sum_lanes<const D: usize>(sums: &[[Lanes; D]; D]) -> SquareMatrix<D> {
     sums.map(|row| row.map(packed_particles::sum))
 }
@@ -105,6 +106,7 @@ impl<const D: usize> PairSums<'_, D> {
         rate
     }
 
+    /// Velocity gradient of a particle by sums over single neighbours, walls and smooth bodies included.
     #[inline(always)]
     fn velocity_gradient_generic<const TURNS: bool>(
         &self,

@@ -250,6 +250,7 @@ fn friction_mirror_stress<const D: usize>(
     traction: impl Fn(usize) -> f64,
 ) -> SymTensor {
     // Index in a SymTensor of the component (a, b).
+    /// Position of matrix component `[i][j]` in the array of a symmetric tensor.
     const COMPONENT_INDEX: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
     let mut answer = *stress;
     for c in (0..D).filter(|&c| c != axis) {

@@ -48,15 +48,21 @@ pub fn clear_volume<const D: usize>(record: &mut PairRecord) {
 
 /// Positions, velocities, volumes and densities of four particles.
 pub struct PackedKinematics<const D: usize> {
+    /// Position (m).
     pub x: [Lanes; D],
+    /// Velocity (m/s).
     pub v: [Lanes; D],
+    /// Volume (m³).
     pub volume: Lanes,
+    /// Density (kg/m³).
     pub density: Lanes,
 }
 
 /// Remaining fields of four particles.
 pub struct PackedState {
+    /// Sound speed (m/s).
     pub sound: Lanes,
+    /// Smoothing length (m).
     pub length: Lanes,
     /// Components as in `SymTensor`.
     pub stress: [Lanes; 6],
@@ -107,6 +113,7 @@ pub fn packed_state<const D: usize>(four: [&PairRecord; 4]) -> PackedState {
 #[inline(always)]
 pub fn product<const D: usize>(tensor: &[Lanes; 6], x: &[Lanes; D]) -> [Lanes; D] {
     // Component (a, b) of a SymTensor.
+    /// Position of matrix component `[i][j]` in the array of a symmetric tensor.
     const COMPONENT_INDEX: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
     std::array::from_fn(|a| {
         let mut sum = tensor[COMPONENT_INDEX[a][0]] * x[0];

@@ -66,6 +66,7 @@ struct Rank<const D: usize> {
 }
 
 impl<const D: usize> Rank<D> {
+    /// Rank with its subdomain, before the first exchange with the others.
     fn new(domain: SphSolver<D>, ranks: usize) -> Self {
         let sequence = (0..domain.bodies.particles.len() as u32).collect();
         Self {

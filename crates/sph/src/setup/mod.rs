@@ -62,6 +62,7 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     })
 }
 
+/// Solver of a case in `D` dimensions, distributed over ranks.
 fn boxed_solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<Box<dyn Solver>, CaseError> {
     Ok(distributed_solver(solver::<D>(case, options)?, options.ranks))
 }
@@ -127,6 +128,7 @@ fn problem_size_in<const D: usize>(
     })
 }
 
+/// Kernel and smoothing length of the options.
 fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseError> {
     Smoothing::<D>::new(options.kernel, options.smoothing_length_value())
         .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))
@@ -159,6 +161,7 @@ fn bytes_each<const D: usize>(options: &SphOptions) -> Result<f64, CaseError> {
     Ok((source_bytes(D) + particle_bytes(D)) as f64 + neighbours)
 }
 
+/// Plan of a case in `D` dimensions: number of particles, steps and memory.
 fn build_plan<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, CaseError> {
     let mut solver = solver::<D>(case, options)?;
     let time_step = solver.critical_step();

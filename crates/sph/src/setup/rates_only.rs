@@ -55,6 +55,7 @@ fn resized_vector<const E: usize>(values: &[f64]) -> [f64; E] {
 }
 
 impl<const D: usize> PrescribedParticle<D> {
+    /// Values of the particle in `E` dimensions: components are dropped or filled with zeros.
     fn with_dimension<const E: usize>(&self) -> PrescribedParticle<E> {
         PrescribedParticle {
             displacement: resized_vector(&self.displacement),
@@ -66,6 +67,7 @@ impl<const D: usize> PrescribedParticle<D> {
 }
 
 impl<const D: usize> ParticleRates<D> {
+    /// Rates of the particle in `E` dimensions: components are dropped or filled with zeros.
     fn with_dimension<const E: usize>(&self) -> ParticleRates<E> {
         let mut gradient = [[0.0; E]; E];
         for (row, of) in gradient.iter_mut().zip(&self.gradient) {
@@ -113,6 +115,7 @@ pub fn unchecked_energy_history(case: &Case, dt: f64, count: usize) -> Result<Ve
     }
 }
 
+/// Kinetic energy at the start and after each of `count` steps of `dt` (J).
 fn energy_history<const D: usize>(case: &Case, dt: f64, count: usize) -> Result<Vec<f64>, CaseError> {
     let mut solver: SphSolver<D> = setup::solver(case, &setup::options(case)?)?;
     solver.begin_stage(0, 0.0).map_err(|error| to_case_error(&error))?;
@@ -121,6 +124,7 @@ fn energy_history<const D: usize>(case: &Case, dt: f64, count: usize) -> Result<
     Ok(energies)
 }
 
+/// Solver of a case with prescribed particle states, in the dimension of the case.
 fn prepared_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Box<dyn Solver>, CaseError> {
     let options = setup::options(case)?;
     Ok(match case.dimension() {
@@ -141,6 +145,7 @@ pub(crate) fn solver<const D: usize>(
     build_prescribed(case, &setup::options(case).unwrap(), given).unwrap()
 }
 
+/// Solver of a case with prescribed displacement, velocity, density and stress of its particles.
 fn build_prescribed<const D: usize>(
     case: &Case,
     options: &SphOptions,
@@ -161,6 +166,7 @@ fn build_prescribed<const D: usize>(
     Ok(solver)
 }
 
+/// Error of a case for a failure of the solver.
 fn to_case_error(error: &colluvium_case::SolverError) -> CaseError {
     CaseError::new("bodies", error.to_string())
 }
@@ -177,6 +183,7 @@ pub fn rates<const D: usize>(
     Ok(found.iter().map(ParticleRates::with_dimension).collect())
 }
 
+/// Rates of all particles with prescribed states, in the dimension of the case.
 fn rates_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Vec<ParticleRates<3>>, CaseError> {
     match case.dimension() {
         1 => prescribed_rates::<1>(case, given),
@@ -185,6 +192,7 @@ fn rates_in_space(case: &Case, given: &ParticlePrescription<'_>) -> Result<Vec<P
     }
 }
 
+/// Rates of all particles with prescribed states, without gravity.
 fn prescribed_rates<const D: usize>(
     case: &Case,
     given: &ParticlePrescription<'_>,

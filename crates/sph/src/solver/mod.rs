@@ -62,17 +62,25 @@ impl EquilibriumTerms {
 
 /// Explicit SPH solver in `D` dimensions.
 pub struct SphSolver<const D: usize> {
+    /// Case, options, kernel and gravity, constant during the run.
     pub(crate) setting: SolverContext<D>,
+    /// Time and step of the run.
     pub(crate) clock: Clock,
+    /// Particles of all bodies.
     pub(crate) bodies: Bodies<D>,
+    /// Wall particles and planes.
     pub(crate) walls: Walls<D>,
+    /// Neighbour lists.
     pub(crate) lists: VerletLists<D>,
+    /// Rates of velocity, density and strain.
     pub(crate) rates: Rates<D>,
     /// Smoothed stresses and renewed densities.
     pub(crate) averages: SmoothedFields,
+    /// Particle shifting.
     pub(crate) shifting: Shifting<D>,
     /// Saved state of multi-stage schemes.
     pub(crate) saved_state: SavedState<D>,
+    /// Force and energy sums for the equilibrium criterion.
     pub(crate) equilibrium_terms: EquilibriumTerms,
     /// Energies taken by obstacles since the start.
     pub(crate) obstacle_energies: ObstacleEnergies,
@@ -138,10 +146,10 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
-    /// Updates neighbours, images and walls; step 1.
-    pub(crate) fn update_lists(&mut self, begins: bool) -> Result<(), SolverError> {
+    /// Updates neighbour lists, image particles and wall particles (step 1). Particles may be sorted only if `at_step_start` is true.
+    pub(crate) fn update_lists(&mut self, at_step_start: bool) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
-        lists.refresh(setting, clock, bodies, walls, rates, begins)
+        lists.refresh(setting, clock, bodies, walls, rates, at_step_start)
     }
 
     /// Advances the state by a step, with the present neighbour lists.

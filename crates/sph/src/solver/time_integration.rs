@@ -57,10 +57,12 @@ fn fill<T: Copy>(to: &mut Vec<T>, value: T, len: usize) {
     to.resize(len, value);
 }
 
+/// Adds vectors times a factor.
 fn add<const D: usize>(to: &mut [[f64; D]], factor: f64, what: &[[f64; D]]) {
     to.iter_mut().zip(what).for_each(|(a, b)| (0..D).for_each(|c| a[c] += factor * b[c]));
 }
 
+/// Adds matrices times a factor.
 fn add_matrix<const D: usize>(to: &mut [SquareMatrix<D>], factor: f64, what: &[SquareMatrix<D>]) {
     add(to.as_flattened_mut(), factor, what.as_flattened());
 }
@@ -159,6 +161,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
+    /// Leapfrog step of `dt` (s), with velocities at the middle of the step.
     fn leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         update_accelerations(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
@@ -216,6 +219,7 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, dt)
     }
 
+    /// Predictor–corrector step of `dt` (s), with rates at the start and the middle of the step.
     fn predictor_corrector(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
         let half = 0.5 * dt;
@@ -239,6 +243,7 @@ impl<const D: usize> SphSolver<D> {
         update_stress(setting, clock, bodies, &rates.derivatives, dt, StageTime::Middle)
     }
 
+    /// Position Verlet step of `dt` (s): half drift, full velocity update, half drift.
     fn position_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         let half = 0.5 * dt;
@@ -253,6 +258,7 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, half)
     }
 
+    /// Velocity Verlet step of `dt` (s): half velocity update, drift, half velocity update.
     fn velocity_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         if rates.is_current {
@@ -271,6 +277,7 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
+    /// Verlet step of `dt` (s): velocities over two steps, and over one step at regular intervals.
     fn verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
         update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
@@ -300,6 +307,7 @@ impl<const D: usize> SphSolver<D> {
         Ok(())
     }
 
+    /// Fourth-order Runge–Kutta step of `dt` (s).
     fn runge_kutta(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
         let len = bodies.particles.len();

@@ -132,6 +132,7 @@ impl<'a, const D: usize> BodyNeighbours<'a, D> {
         Self { smoothing: &setting.smoothing, particles, walls, lists }
     }
 
+    /// Average stress of the neighbours of a particle in its body, by the kernel or moving least squares.
     fn average(&self, i: usize, body: &Range<usize>, form: Regularisation) -> SymTensor {
         let linear = (form == Regularisation::Mls).then(|| self.linear_weights(i, body)).flatten();
         let (mut total, mut sum) = (0.0, SymTensor::ZERO);

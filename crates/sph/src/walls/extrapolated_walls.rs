@@ -113,6 +113,7 @@ impl<const D: usize> SoilExtrapolation<'_, D> {
 }
 
 impl<const D: usize> Walls<D> {
+    /// Extrapolation of the stress and velocity of the soil to wall particles.
     fn soil_extrapolation<'a>(
         &'a self,
         setting: &'a SolverContext<D>,

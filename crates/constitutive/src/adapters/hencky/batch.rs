@@ -8,13 +8,13 @@ use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
 /// Number of points of a batch.
 pub(super) const WIDTH: usize = 16;
 
-/// Stresses of several points before and after the return of a law: [`PrincipalReturn::return_batch`].
+/// Stresses of the points of a batch, before and after the return map ([`PrincipalReturn::return_batch`]).
 pub struct SimdBatch<const N: usize> {
     /// Kirchhoff stresses (Pa), trial at first, component by component.
     pub stress: [[f64; N]; 6],
-    /// Flag of points that yield: one, else zero.
+    /// Flag of each point: 1 if its trial stress yields, else 0.
     pub is_yielding: [f64; N],
-    /// Flag of points that the law leaves to [`PrincipalReturn::return_principal`]: one, else zero.
+    /// Flag of each point: 1 if the batch cannot return it and [`PrincipalReturn::return_principal`] must, else 0.
     pub fallback: [f64; N],
 }
 
@@ -22,7 +22,7 @@ pub struct SimdBatch<const N: usize> {
 const AT_REST: f64 = 2.0;
 
 impl<const N: usize> SimdBatch<N> {
-    /// Converts Kirchhoff to Cauchy stresses; flags points whose stress is NaN or infinite and those that do not move.
+    /// Converts Kirchhoff to Cauchy stresses and flags points with a non-finite stress and points without motion.
     #[inline(never)]
     fn convert_to_cauchy_stress<const PLANAR: bool>(&mut self, trials: &TrialBatch<'_, N>) {
         let TrialBatch { deformation: [a, b, c, d, e, f, g, h, k], jacobian, .. } = trials;
@@ -58,12 +58,14 @@ struct TrialBatch<'a, const N: usize> {
     jacobian: [f64; N],
 }
 
+/// Tensor of point `index` of a batch with one array per component (xx, yy, zz, xy, yz, zx).
 #[inline(always)]
 fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
     let [xx, yy, zz, xy, yz, zx] = lanes;
     SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
 }
 
+/// Stores the tensor of point `index` in a batch with one array per component (xx, yy, zz, xy, yz, zx).
 #[inline(always)]
 fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
     let [xx, yy, zz, xy, yz, zx] = lanes;
@@ -71,7 +73,7 @@ fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &S
     (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
 }
 
-/// Selects one of two tensors, without a branch.
+/// Returns `a` if `first` is true, else `b`, without a branch.
 #[inline(always)]
 pub(crate) fn select(first: bool, a: &SymTensor, b: &SymTensor) -> SymTensor {
     let of = |x: f64, y: f64| if first { x } else { y };
@@ -96,7 +98,7 @@ pub(crate) fn any_nonzero<const N: usize>(flags: &[f64; N]) -> bool {
     bits != 0
 }
 
-/// Push-forward as [`push_forward`] for a step that leaves the third axis unchanged, and the change of volume.
+/// Push-forward [`push_forward`] by a step that leaves the third axis unchanged, with the volume ratio of the step.
 #[inline(always)]
 fn push_forward_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (SymTensor, f64) {
     let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
@@ -127,7 +129,7 @@ impl<const N: usize> TrialBatch<'_, N> {
     }
 }
 
-/// Returns one component of several points.
+/// Array of one component of the points of a batch.
 #[inline(always)]
 fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
     let mut lane = [0.0; N];
@@ -137,7 +139,8 @@ fn component<const N: usize>(of: impl Fn(usize) -> f64) -> [f64; N] {
     lane
 }
 
-/// Writes the components of [`MotionBlock::deformation_components`] from separate motions.
+/// Copies the components of separate motions to arrays per component, as [`MotionBlock::deformation_components`] does for motions stored
+/// that way.
 #[inline(always)]
 pub(super) fn deformation_components(motions: &[Motion], largest: f64, to: &mut [[f64; WIDTH]; 9]) -> bool {
     let maximum = largest * largest;
@@ -153,7 +156,7 @@ pub(super) fn deformation_components(motions: &[Motion], largest: f64, to: &mut 
     within
 }
 
-/// Steps and states of several points, component by component.
+/// Deformations and elastic states of the points of a batch, in one array per component.
 #[inline(always)]
 fn component_arrays<'a, const N: usize, S>(
     deformation: &'a [[f64; N]; 9],
@@ -197,14 +200,13 @@ pub(super) fn wave_moduli<S>(
     out.copy_from_slice(&moduli[..out.len()]);
 }
 
-/// Whether the third axis is a principal one.
+/// Whether the third axis is a principal axis of the stress.
 #[inline(always)]
 pub(super) fn lies_in_plane(stress: &SymTensor) -> bool {
     (stress.0[4] == 0.0) & (stress.0[5] == 0.0)
 }
 
-/// Reads a number at the start and one at the end of each state, so that the memory of all states is fetched at once and not
-/// one group after another.
+/// Reads a number at the start and the end of each state, so that the processor loads the memory of all states at the same time.
 #[inline(always)]
 pub(super) fn prefetch<S>(states: &[HenckyState<S>]) {
     let mut bits = 0;
@@ -215,8 +217,8 @@ pub(super) fn prefetch<S>(states: &[HenckyState<S>]) {
 }
 
 impl<L: PrincipalReturn> Hencky<L> {
-    /// Updates `N` points by one step in place, whatever its size; returns the flags of the points left unchanged, which the
-    /// series do not cover or the law requires singly.
+    /// Updates `N` points by one step in place, without sub-steps. The result flags the points that are left unchanged and need the scalar
+    /// update.
     #[inline]
     fn step_batch<const N: usize>(
         &self,
@@ -243,6 +245,8 @@ impl<L: PrincipalReturn> Hencky<L> {
         left
     }
 
+    /// Updates stresses and states of `N` points together; `PLANAR` omits the out-of-plane shear. Non-zero entries of the result mark
+    /// points that the scalar update must repeat.
     #[inline(never)]
     fn step_batch_of<const N: usize, const PLANAR: bool>(
         &self,
@@ -331,7 +335,8 @@ impl<L: PrincipalReturn> Hencky<L> {
         (trials.elastic, few.fallback) = (elastic, left);
     }
 
-    /// Updates a single point by one step, where the series cover it and the law does not fall back.
+    /// Updates a single point by one step with the arithmetic of the batch; false if the step is too large for the series or the law
+    /// requires the scalar update.
     #[inline]
     pub(super) fn update_point(
         &self,
@@ -345,8 +350,8 @@ impl<L: PrincipalReturn> Hencky<L> {
         (left == 0.0).then_some(Point { stress, state })
     }
 
-    /// Updates a batch, [`WIDTH`] points at a time. `steps` gives deformations of several points from an index on, component by
-    /// component, and whether none of their steps is too large; `each` gives the motion of a point.
+    /// Updates a batch, [`WIDTH`] points at a time. `steps` gives the deformations of several points in one array per component and whether
+    /// all steps are small enough. `each` gives the motion of a point.
     #[inline]
     pub(super) fn update_all(
         &self,
@@ -373,7 +378,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Ok(())
     }
 
-    /// Updates up to [`WIDTH`] points; the last one is repeated for missing ones.
+    /// Updates up to [`WIDTH`] points; a group with fewer points is filled up with copies of the last one.
     #[inline]
     fn update_group(
         &self,

@@ -40,16 +40,15 @@ pub trait PrincipalReturn: SmallStrain {
         false
     }
 
-    /// Returns several trials as whole tensors, for laws that keep the directions of the trial's deviator:
-    /// stresses and states in place, with operations independent of the number of points. States change only where
-    /// points yield.
+    /// Return map of several trial stresses that keeps the principal directions of the trial deviators. Stresses and states are updated in
+    /// place, with the same operations for any number of points. States change only where points yield.
     #[inline]
     fn return_batch<const N: usize>(&self, few: &mut SimdBatch<N>, _states: &mut [Self::State; N]) {
         few.fallback = [1.0; N];
     }
 
-    /// Tangent `∂σ_A/∂ε_B` of that map with respect to the principal strains of the trial (Pa), where the law has
-    /// it in closed form.
+    /// Tangent `∂σ_A/∂ε_B` of the principal stresses with respect to the principal trial strains (Pa); `None` if the law has no closed
+    /// form.
     fn principal_tangent(&self, _trial: [f64; 3], _state: &Self::State) -> Option<[[f64; 3]; 3]> {
         None
     }
@@ -68,16 +67,16 @@ pub(crate) fn small_strain_tangent<L: PrincipalReturn>(
     Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
 }
 
-/// Adapter of a law with linear elasticity to finite strain (sheet: constitutive §3.3): the elastic left
-/// Cauchy–Green tensor is pushed forward by the step, its logarithm is the elastic strain, and the return
-/// map works on Kirchhoff stresses `τ = J σ`; strengths act on `τ`.
+/// Adapter of a law with linear elasticity to finite strain (sheet: constitutive §3.3). The elastic left Cauchy–Green tensor is pushed
+/// forward by the step, and its logarithm is the elastic strain. The return map works on Kirchhoff stresses `τ = J σ`, on which the
+/// strengths act.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hencky<L>(pub L);
 
 /// State of a [`Hencky`] law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HenckyState<S> {
-    /// Elastic left Cauchy–Green tensor less the unit tensor, `b - 1`, which keeps the digits of small strains.
+    /// Elastic left Cauchy–Green tensor minus the unit tensor, `b - 1`, which resolves small strains without cancellation.
     pub elastic: SymTensor,
     /// Volume over initial volume.
     pub jacobian: f64,
@@ -97,7 +96,7 @@ fn strains(elasticity: &Elasticity, stresses: [f64; 3]) -> [f64; 3] {
     stresses.map(|s| (s - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))
 }
 
-/// Push-forward `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor less the unit tensor.
+/// Push-forward `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor minus the unit tensor.
 #[inline(always)]
 pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
     let change = *step - Mat3::IDENTITY;
@@ -113,8 +112,8 @@ pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
     elastic.rotated(step) + change.sym() * 2.0 + square
 }
 
-/// Wave modulus (Pa) from that without stress: `max (c_AAAA + τ_A) / J` (sheet: constitutive §3.9), with the lower bound
-/// `(λ + 2μ) / J`.
+/// Wave modulus (Pa) of a stressed point, `max (c_AAAA + τ_A) / J` (sheet: constitutive §3.9), at least `(λ + 2μ) / J`. `elastic` is that
+/// of the unstressed material.
 #[inline(always)]
 fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
     let planar = batch::lies_in_plane(stress);
@@ -133,6 +132,7 @@ struct HenckyTrial {
 }
 
 impl<L: PrincipalReturn> Hencky<L> {
+    /// Elastic trial state of a step: principal strains (-) and principal stresses (Pa) of the pushed-forward elastic deformation.
     fn trial(
         &self,
         motion: &Motion,
@@ -154,7 +154,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Ok(HenckyTrial { elastic, spectrum, strains, stresses, jacobian: old.state.jacobian * stretch })
     }
 
-    /// Updates a point by the whole step, whatever its size.
+    /// Updates a point by the step without sub-steps.
     ///
     /// # Errors
     /// As [`StressUpdate::update`].
@@ -186,6 +186,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Ok(Point { stress, state: HenckyState { elastic, jacobian, inner_state } })
     }
 
+    /// Dissipated work of a step without sub-steps, per current volume (J/m³); `None` if the trial state or the return fails.
     fn single_step_dissipation(
         &self,
         motion: &Motion,
@@ -199,6 +200,7 @@ impl<L: PrincipalReturn> Hencky<L> {
         Some(work / new.state.jacobian)
     }
 
+    /// Whether the strain increment exceeds the maximum of the law, so that the step is divided into sub-steps.
     fn needs_substeps(&self, motion: &Motion) -> bool {
         substepping::substep_count(&motion.strain_increment(), self.0.max_strain_increment()) > 1
     }
@@ -275,7 +277,7 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         substepped_motion(motion, largest, old, |part, from| self.single_step(part, from))
     }
 
-    /// Updates several points at once where the law can, else one by one.
+    /// Updates several points, together if the law has a variant for batches, else one after another.
     #[inline]
     fn update_batch(
         &self,

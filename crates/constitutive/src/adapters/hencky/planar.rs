@@ -37,7 +37,7 @@ impl StressInvariants {
         }
     }
 
-    /// Elastic constants with the bulk modulus of `d` dimensions, `λ + 2μ/d`, from those of space.
+    /// Elastic constants of `d` dimensions, with the bulk modulus `λ + 2μ/d`, from those of three dimensions.
     pub fn elasticity(self, space: Elasticity) -> Elasticity {
         match self {
             Self::Space => space,
@@ -45,7 +45,7 @@ impl StressInvariants {
         }
     }
 
-    /// Wraps a law at finite strain with these invariants; its elastic constants are those of [`StressInvariants::elasticity`].
+    /// Wraps a law at finite strain with these invariants and the elastic constants of [`StressInvariants::elasticity`].
     pub(crate) fn wrap<L: InvariantReturn>(self, law: L) -> Arc<dyn Material> {
         match self {
             Self::Space => Arc::new(Hencky(law)),
@@ -66,14 +66,15 @@ pub trait InvariantReturn: PrincipalReturn {
     fn return_invariants(&self, trial: (f64, f64), state: &Self::State) -> ReturnResult<Self::State>;
 }
 
-/// Law at finite strain in the plane; its elastic constants are those of the plane.
+/// Finite-strain law in the plane, with elastic constants of two dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlanarHencky<L>(pub(crate) L);
 
-/// Largest shear or stretch out of the plane that counts as zero.
+/// Tolerance of out-of-plane shear and stretch, below which a motion is plane.
 const OUT_OF_PLANE_TOLERANCE: f64 = 1e-12;
 
 impl<L: InvariantReturn> PlanarHencky<L> {
+    /// Error of a motion that the law cannot compute, for the given reason.
     fn invalid(&self, reason: &'static str) -> MaterialError {
         MaterialError::Motion { model: self.0.name(), reason }
     }
@@ -96,6 +97,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         Point { stress, state: HenckyState { elastic, jacobian, inner_state } }
     }
 
+    /// Stress and state after a plane step without sub-steps.
     fn single_step(
         &self,
         motion: &Motion,

@@ -3,18 +3,19 @@
 
 use crate::SymTensor;
 
-/// Number of terms of the logarithm: the next one is below 2⁻⁵⁶ of the tensor at [`MAX_LOG_NORM_SQUARED`].
+/// Number of terms of the logarithm series. The first omitted term is below 2⁻⁵⁶ of the tensor at [`MAX_LOG_NORM_SQUARED`].
 const LOG_TERMS: usize = 14;
 
-/// Square of the largest norm of `x` admissible in [`half_log`].
+/// Square of the largest norm of `x` for which [`half_log`] is accurate.
 pub(super) const MAX_LOG_NORM_SQUARED: f64 = 1.0 / 256.0;
 
-/// Number of terms of the exponential: the next one is below 2⁻⁵⁶ of the tensor at [`MAX_EXP_NORM_SQUARED`].
+/// Number of terms of the exponential series. The first omitted term is below 2⁻⁵⁶ of the tensor at [`MAX_EXP_NORM_SQUARED`].
 const EXP_TERMS: usize = 13;
 
-/// Square of the largest norm of `2ε` admissible in [`exp_minus_one`].
+/// Square of the largest norm of `2ε` for which [`exp_minus_one`] is accurate.
 pub(super) const MAX_EXP_NORM_SQUARED: f64 = 1.0 / 16.0;
 
+/// Coefficients of the Taylor series of the logarithm, `½ (-1)^k/(k + 1)`.
 const LOG: [f64; LOG_TERMS] = {
     let mut terms = [0.0; LOG_TERMS];
     let (mut k, mut sign) = (0, 0.5);
@@ -26,6 +27,7 @@ const LOG: [f64; LOG_TERMS] = {
     terms
 };
 
+/// Coefficients of the Taylor series of the exponential without the constant term, `1/(k + 1)!`.
 const EXP: [f64; EXP_TERMS] = {
     let mut terms = [0.0; EXP_TERMS];
     let (mut k, mut term) = (0, 1.0);
@@ -63,7 +65,7 @@ fn series<const TERMS: usize>(x: &SymTensor, terms: &[f64; TERMS]) -> SymTensor 
     SymTensor([diagonal(0), diagonal(1), diagonal(2), shear(3), shear(4), shear(5)])
 }
 
-/// Power series as [`series`] for tensors whose third axis is a principal one.
+/// Power series [`series`] of a tensor with the third axis as principal axis.
 #[inline(always)]
 fn planar_series<const TERMS: usize>(x: &SymTensor, terms: &[f64; TERMS]) -> SymTensor {
     let [xx, yy, zz, xy, ..] = x.0;
@@ -83,7 +85,7 @@ pub(super) fn half_log<const PLANAR: bool>(x: &SymTensor) -> SymTensor {
     if PLANAR { planar_series(x, &LOG) } else { series(x, &LOG) }
 }
 
-/// Exponential less one, `exp(x) - 1`.
+/// Exponential minus one, `exp(x) - 1`.
 #[inline(always)]
 pub(super) fn exp_minus_one<const PLANAR: bool>(x: &SymTensor) -> SymTensor {
     if PLANAR { planar_series(x, &EXP) } else { series(x, &EXP) }

@@ -39,7 +39,7 @@ pub struct UmatProperties {
 pub struct IncrementalTest {
     /// Element test.
     pub test: ElementTest,
-    /// Row interval of each stage: only every n-th row is kept.
+    /// Output interval of each stage: every n-th row is written.
     pub output_interval: Vec<usize>,
     /// State variables of `initialconditions.inp`, for laws that use them.
     pub state: Vec<f64>,
@@ -91,7 +91,7 @@ impl IncrementalTest {
         Ok(Self { test, output_interval: every, state, parameters, uses_file_values: takes })
     }
 
-    /// Removes unwanted rows. The last one of every stage is kept.
+    /// Removes the rows that the output intervals of the stages omit. The last one of every stage is kept.
     pub fn remove_unwanted_rows(&self, path: &mut ElementPath) {
         let mut wanted = vec![true];
         for (TestStage { steps, .. }, every) in self.test.stages.iter().zip(&self.output_interval) {
@@ -106,8 +106,7 @@ impl IncrementalTest {
     }
 }
 
-/// Fills the missing values of a user material from the files; returns whether it uses their properties and state
-/// variables.
+/// Fills missing values of a user material from the files. The results tell whether it uses their properties and state variables.
 fn fill_from_files(
     umat: &mut UmatSpec,
     parameters: &UmatProperties,
@@ -128,7 +127,7 @@ fn fill_from_files(
     takes
 }
 
-/// Problem of a test with the line of the file at which it occurs.
+/// Problem of a test, with the line of the file at which it occurs as its path.
 fn with_file_line(problem: TestProblem, lines: &[usize]) -> TestProblem {
     let TestProblem { path, problem } = problem;
     let stage = path.strip_prefix("stages[").and_then(|rest| rest.split(']').next());
@@ -151,6 +150,7 @@ struct NumberedLines<'t> {
 }
 
 impl<'t> NumberedLines<'t> {
+    /// Reader of a text at its first line; `file` is the name in messages.
     fn new(file: &'static str, text: &'t str) -> Self {
         Self { file, lines: text.lines().enumerate(), number: 0 }
     }
@@ -166,10 +166,12 @@ impl<'t> NumberedLines<'t> {
         None
     }
 
+    /// Problem at the current line of the file.
     fn problem(&self, problem: impl Into<String>) -> TestProblem {
         TestProblem { path: format!("{}:{}", self.file, self.number), problem: problem.into() }
     }
 
+    /// Next line, or the problem that the file ends where `what` is expected.
     fn require_line(&mut self, what: &str) -> Result<&'t str, TestProblem> {
         match self.next_line() {
             Some(line) => Ok(line),
@@ -177,12 +179,13 @@ impl<'t> NumberedLines<'t> {
         }
     }
 
-    /// First `N` numbers of the next line; the rest is a comment.
+    /// First `N` numbers of the next line; the remaining text is a comment.
     fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N], TestProblem> {
         let line = self.require_line(what)?;
         self.numbers_of(line, what)
     }
 
+    /// The `N` numbers of a line, separated by blanks; `what` describes them in the message of a failure.
     fn numbers_of<const N: usize>(&self, line: &str, what: &str) -> Result<[f64; N], TestProblem> {
         let mut words =
             line.split_whitespace().map(|word| word.trim_matches(',')).filter(|word| !word.is_empty());
@@ -203,11 +206,13 @@ impl<'t> NumberedLines<'t> {
         Ok(values)
     }
 
+    /// Number on the next line, which must be a non-negative integer.
     fn count(&mut self, what: &str) -> Result<usize, TestProblem> {
         let [value] = self.numbers(what)?;
         self.integer(value, what)
     }
 
+    /// Converts a number to a count, or returns the problem that it is no non-negative integer.
     fn integer(&self, value: f64, what: &str) -> Result<usize, TestProblem> {
         if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
             Ok(value as usize)
@@ -217,7 +222,7 @@ impl<'t> NumberedLines<'t> {
     }
 }
 
-/// Whether a comma is between two digits: a decimal comma, or two numbers in one word.
+/// Whether a word has a comma between two digits, that is a decimal comma or two numbers without a blank.
 fn has_comma(word: &str) -> bool {
     let digit = |c: char| c.is_ascii_digit();
     word.split_once(',').is_some_and(|(head, tail)| head.ends_with(digit) && tail.starts_with(digit))
@@ -229,6 +234,7 @@ fn number(word: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
+/// Name of the material and its properties, read from the text of `parameters.inp`.
 fn parameters(text: &str) -> Result<UmatProperties, TestProblem> {
     let mut lines = NumberedLines::new(PARAMETERS, text);
     let name = lines.require_line("the material's name")?;

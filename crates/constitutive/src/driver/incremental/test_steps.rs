@@ -23,23 +23,29 @@ const KEYWORDS: [&str; 14] = [
     "*End",
 ];
 
-/// Largest number of steps after repetitions: more is taken as a typing error.
+/// Largest number of steps with repetitions; a larger number is reported as an error.
 const MAX_STEPS: usize = 100_000;
 
 /// Content of `test.inp`.
 pub(super) struct TestSteps {
+    /// Title of the test: the text after `#` on the first line, or the name of the output file.
     pub(super) title: String,
+    /// Loading steps in the order of the test, with repetitions written out.
     pub(super) steps: Vec<TestStep>,
 }
 
-/// Step: the stage, its row interval, and the line of its keyword.
+/// Step of the test: the stage, its output interval and the line of its keyword.
 #[derive(Clone)]
 pub(super) struct TestStep {
+    /// Loading path, number of increments and duration (s) of the step.
     pub(super) stage: TestStage,
+    /// Number of increments between two output rows.
     pub(super) output_interval: usize,
+    /// Line of the keyword in the file.
     pub(super) line: usize,
 }
 
+/// Title and steps of the test, read from the text of `test.inp`; `unit` is the stress unit of the file (Pa).
 pub(super) fn read_steps(text: &str, unit: f64) -> Result<TestSteps, TestProblem> {
     let mut lines = NumberedLines::new(TEST, text);
     let first = lines.require_line("the name of the output file")?;
@@ -59,14 +65,14 @@ pub(super) fn read_steps(text: &str, unit: f64) -> Result<TestSteps, TestProblem
     Ok(TestSteps { title, steps })
 }
 
-/// Supported keyword of a line, irrespective of case and without a remark behind it; the line
-/// itself where there is none, or a condition.
+/// Keyword of a line in its standard spelling, without a remark. It is the line itself if it has no supported keyword or a condition.
 fn keyword(line: &str) -> &str {
     let word = line.split(|c: char| c.is_whitespace() || c == '#').next().unwrap_or_default();
     let known = KEYWORDS.iter().find(|known| known.eq_ignore_ascii_case(word));
     known.filter(|_| !line.contains('?')).copied().unwrap_or(line)
 }
 
+/// Appends the steps of a `*Repetition`, as many times as the file requires.
 fn repetition(
     lines: &mut NumberedLines<'_>,
     unit: f64,
@@ -90,6 +96,7 @@ fn repetition(
     Ok(())
 }
 
+/// Step of a keyword, read with its increments and loading path.
 fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestStep, TestProblem> {
     let line = lines.number;
     if keyword.contains('?') {
@@ -104,7 +111,7 @@ fn step(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<TestS
     Ok(TestStep { stage: TestStage { path, steps, duration }, output_interval: every, line })
 }
 
-/// Reads `ninc maxiter deltaTime`, and after a colon the row interval.
+/// Reads number of increments, maximum number of iterations and duration (`ninc maxiter deltaTime`), and the output interval after a colon.
 fn increment_header(lines: &mut NumberedLines<'_>) -> Result<(usize, f64, usize), TestProblem> {
     let what = "ninc maxiter deltaTime";
     let text = lines.require_line(what)?;
@@ -123,6 +130,7 @@ fn increment_header(lines: &mut NumberedLines<'_>) -> Result<(usize, f64, usize)
     Ok((increments, time, every))
 }
 
+/// Loading path of a keyword, read from the lines that follow it; `unit` is the stress unit of the file (Pa).
 fn path(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<LoadingPath, TestProblem> {
     let mut load = LoadRows::zero_strain(StressVariables::Cartesian);
     match keyword {
@@ -172,10 +180,12 @@ fn path(keyword: &str, lines: &mut NumberedLines<'_>, unit: f64) -> Result<Loadi
     Ok(load.path(unit))
 }
 
+/// Single number on the next line.
 fn next_number(lines: &mut NumberedLines<'_>) -> Result<f64, TestProblem> {
     lines.numbers("an amount").map(|[value]| value)
 }
 
+/// Value of an `ifstress` flag: true for a prescribed stress (1), false for a prescribed strain (0).
 fn parse_flag(lines: &NumberedLines<'_>, value: f64) -> Result<bool, TestProblem> {
     if value == 0.0 || value == 1.0 {
         Ok(value == 1.0)
@@ -184,6 +194,7 @@ fn parse_flag(lines: &NumberedLines<'_>, value: f64) -> Result<bool, TestProblem
     }
 }
 
+/// Loading path to a prescribed deformation gradient, with the nine components in the order of Abaqus.
 fn deformation(lines: &mut NumberedLines<'_>) -> Result<LoadingPath, TestProblem> {
     let mut f = [[0.0; 3]; 3];
     // The order of Abaqus: 11 22 33 12 21 13 31 23 32.
@@ -194,7 +205,7 @@ fn deformation(lines: &mut NumberedLines<'_>) -> Result<LoadingPath, TestProblem
     Ok(LoadingPath::DeformationGradient { deformation: f })
 }
 
-/// Stress and strain variables of the rows of a load.
+/// Variables in which a load prescribes stress and strain.
 #[derive(Clone, Copy)]
 enum StressVariables {
     /// Cartesian components.
@@ -207,6 +218,7 @@ enum StressVariables {
     Rendulic,
 }
 
+/// Stress and strain variables that the next line selects.
 fn variables(lines: &mut NumberedLines<'_>) -> Result<StressVariables, TestProblem> {
     let word = lines.require_line("*Cartesian, *Roscoe, *RoscoeIsomorph or *Rendulic")?;
     match word.split_whitespace().next().unwrap_or_default().to_lowercase().as_str() {
@@ -222,7 +234,7 @@ fn variables(lines: &mut NumberedLines<'_>) -> Result<StressVariables, TestProbl
 }
 
 impl StressVariables {
-    /// Rows of the stress variables from T11 T22 T33, and of the strain variables from ε11 ε22 ε33.
+    /// Matrices of the stress variables from T11 T22 T33 and of the strain variables from ε11 ε22 ε33.
     fn rows(self) -> ([[f64; 3]; 3], [[f64; 3]; 3]) {
         let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let (third, s, r3, r6) = (1.0 / 3.0, FRAC_1_SQRT_2, 1.0 / 3f64.sqrt(), 1.0 / 6f64.sqrt());
@@ -244,7 +256,7 @@ impl StressVariables {
     }
 }
 
-/// Six rows of a load, each prescribing stress or strain.
+/// Six equations of a load, each with a prescribed stress or strain.
 struct LoadRows {
     variables: StressVariables,
     stress: [bool; 6],
@@ -259,6 +271,7 @@ impl LoadRows {
         Self { variables, stress: [false; 6], increment: [0.0; 6], amplitude: [0.0; 6], phase: [0.0; 6] }
     }
 
+    /// Loading path of the six rows, with stresses multiplied by `unit` (Pa) and shear components in the order xy, yz, zx.
     fn path(&self, unit: f64) -> LoadingPath {
         let (of_stress, of_strain) = self.variables.rows();
         let (mut stress, mut strain) = ([[0.0; 6]; 6], [[0.0; 6]; 6]);

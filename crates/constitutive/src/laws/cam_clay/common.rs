@@ -27,6 +27,7 @@ pub(in crate::laws) struct CamClayConstants {
     pub return_initial_stress_to_yield: bool,
 }
 
+/// Shear stiffness of a Cam-clay law, as a ratio or a constant modulus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::laws) enum ShearStiffness {
     /// Ratio `G/K`.
@@ -35,6 +36,7 @@ pub(in crate::laws) enum ShearStiffness {
     Modulus(f64),
 }
 
+/// Initial size of a Cam-clay yield surface, as a pressure or a ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::laws) enum InitialSurfaceSize {
     /// Preconsolidation pressure `p_c` (Pa).
@@ -76,7 +78,7 @@ pub(in crate::laws) struct CamClayTrial {
 }
 
 impl CamClayConstants {
-    /// State at the start; `size` gives `p_c` of the surface through a stress.
+    /// State at the start; `size` gives the preconsolidation pressure `p_c` of the yield surface through a stress (Pa).
     pub(in crate::laws) fn initial(
         &self,
         model: &'static str,
@@ -166,6 +168,7 @@ impl CamClayConstants {
 pub(in crate::laws) const OUTPUTS: &[&str] = &["void_ratio", "preconsolidation_pressure", "plastic_strain"];
 
 impl CamClayState {
+    /// Writes void ratio, preconsolidation pressure (Pa) and plastic strain to `out`.
     pub(in crate::laws) fn outputs(&self, out: &mut [f64]) {
         out.copy_from_slice(&[self.void_ratio, self.preconsolidation_pressure, self.plastic_strain]);
     }

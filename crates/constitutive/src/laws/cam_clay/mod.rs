@@ -18,6 +18,7 @@ pub(super) use crate::laws::cam_clay::common::{CamClayConstants, CamClayTrial, O
 pub use parameters::CamClaySpec;
 pub use return_map::CamClayReturn;
 
+/// Value of the key `model` in case files.
 const NAME: &str = "modified-cam-clay";
 
 /// Modified Cam-clay law. See the module's head for source and limits.

@@ -23,25 +23,25 @@ pub struct CamClaySpec {
     pub critical_state_slope: f64,
     /// Slope `λ` of the normal compression line in the plane of specific volume and ln p, above `κ`.
     pub compression_slope: f64,
-    /// Slope `κ` of unloading and reloading in the same plane, > 0.
+    /// Slope `κ` of the unloading–reloading line in the plane of specific volume and ln p, > 0.
     pub swelling_slope: f64,
-    /// Poisson's ratio, between -1 and 0.5; give either this or `shear_modulus`.
+    /// Poisson's ratio, between -1 and 0.5, as an alternative to `shear_modulus`.
     #[serde(default)]
     pub poissons_ratio: Option<f64>,
-    /// Constant shear modulus (Pa), > 0; give either this or `poissons_ratio`.
+    /// Constant shear modulus (Pa), > 0, as an alternative to `poissons_ratio`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Initial void ratio, > 0.
     pub void_ratio: f64,
-    /// Pressure `p_c` at the tip of the initial yield surface (Pa), > 0; give either this or `overconsolidation_ratio`.
+    /// Pressure `p_c` at the tip of the initial yield surface (Pa), > 0, as an alternative to `overconsolidation_ratio`.
     #[serde(default)]
     pub preconsolidation_pressure: Option<f64>,
-    /// Overconsolidation ratio (-): `p_c` over that of the surface through the initial stress, at least 1; give either this or
-    /// `preconsolidation_pressure`.
+    /// Overconsolidation ratio (-), at least 1: `p_c` over the tip pressure of the yield surface through the initial stress. It is an
+    /// alternative to `preconsolidation_pressure`.
     #[serde(default)]
     pub overconsolidation_ratio: Option<f64>,
-    /// Whether an initial stress outside the yield surface is moved to it: the pressure is limited to `p_c`, and then the deviator to
-    /// that on the surface; refused when false.
+    /// Whether an initial stress outside the yield surface is moved onto it; when false such a case is rejected. The pressure is limited to
+    /// `p_c`, and then the deviator to that on the surface.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -134,6 +134,7 @@ impl CamClaySpec {
     }
 }
 
+/// Error of two options of which exactly one must be given.
 fn exclusive_options_error(field: &'static str, given: Option<f64>, other: &str) -> MaterialError {
     let rule = match given {
         Some(_) => format!("and {other} exclude each other: give one"),

@@ -98,7 +98,7 @@ impl CamClay {
         Ok(Some(CamClayReturn { pressure, q, preconsolidation_pressure, multiplier }))
     }
 
-    /// Updates a point by one step: the return and the new point.
+    /// Updates a point by one step: return map, new stress and new state.
     pub(super) fn step(
         &self,
         strain: &SymTensor,
@@ -117,7 +117,7 @@ impl CamClay {
         Ok(advance)
     }
 
-    /// Return of a step (sheet: constitutive §3.7.5); `None` where the step is elastic.
+    /// Result of the return map of a step (sheet: constitutive §3.7.5); `None` for an elastic step.
     ///
     /// # Errors
     /// When the local solve fails.

@@ -8,14 +8,13 @@ use crate::laws::cohesive_cam_clay::{CamClayIntegration, CohesiveCamClay, Cohesi
 /// Largest number of iterations before the bracketed solve; three to five are usual.
 const ITERATIONS: usize = 14;
 
-/// Relative change of stress (over the size of the surface) in an iteration, after which the next change is below round-off:
-/// convergence is quadratic.
+/// Relative change of stress in an iteration at which it ends. As convergence is quadratic, the next change would be below round-off.
 const CONVERGENCE_TOLERANCE: f64 = 3e-8;
 
 /// Largest argument `ξ max(-ε, 0)` of the series of the hyperbolic functions.
 pub(super) const MAX_HYPERBOLIC_ARGUMENT: f64 = 4.0;
 
-/// Ratios of consecutive terms of the series of `sinh x / x` and of `cosh x`, the last ones first.
+/// Ratios of consecutive terms of the power series of `sinh x / x` and of `cosh x`, in reversed order.
 const SERIES: [[f64; 2]; 7] = {
     let mut quotients = [[0.0; 2]; 7];
     let mut i = 0;
@@ -54,13 +53,14 @@ pub(super) struct InvariantBatch<const N: usize> {
     pub(super) volumetric: [f64; N],
     /// Plastic multiplier (1/Pa); infinite where the stress vanishes.
     pub(super) multiplier: [f64; N],
-    /// Flag of yielding: one where the trial yields, else zero.
+    /// Flag of each point: 1 if the trial yields, else 0.
     pub(super) yields: [f64; N],
-    /// Flag of the bracketed solve: one where the return falls back to it, else zero.
+    /// Flag of each point: 1 if the return needs the bracketed solve, else 0.
     pub(super) fallback: [f64; N],
 }
 
 impl<const N: usize> InvariantBatch<N> {
+    /// Batch of trial pressures and deviatoric stresses (Pa), before their return to the yield surface.
     pub(super) fn from_trials(pressure: [f64; N], q: [f64; N]) -> Self {
         let zero = [0.0; N];
         Self { pressure, q, volumetric: zero, multiplier: zero, yields: zero, fallback: zero }
@@ -96,7 +96,7 @@ struct NewtonPoint {
     by_size: f64,
 }
 
-/// Data of several points, one array for each number.
+/// Unknowns and derivatives of the Newton iteration at several points, in one array per quantity.
 struct NewtonPoints<const N: usize> {
     pressure: [f64; N],
     q: [f64; N],
@@ -109,6 +109,7 @@ struct NewtonPoints<const N: usize> {
 }
 
 impl<const N: usize> NewtonPoints<N> {
+    /// Values of the Newton iteration at point `i`.
     #[inline(always)]
     fn point(&self, i: usize) -> NewtonPoint {
         NewtonPoint {
@@ -203,6 +204,7 @@ impl NewtonConstants {
 }
 
 impl CohesiveCamClay {
+    /// Constants of the return map that all points of the material have in common.
     fn constants(&self) -> NewtonConstants {
         let (slope, bulk) = (self.spec.critical_state_slope, self.elasticity.bulk_modulus);
         NewtonConstants {
@@ -219,7 +221,7 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Returns trials in invariants and updates the states of those that yield. Points that fall back are unchanged.
+    /// Returns trial invariants to the yield surface and updates the states of the points that yield. Points that fall back are unchanged.
     #[inline(always)]
     pub(super) fn return_invariant_batch<const N: usize>(
         &self,
@@ -256,6 +258,7 @@ impl CohesiveCamClay {
         }
     }
 
+    /// Initial values of the Newton iteration: the trial invariants with zero plastic strain.
     #[inline(always)]
     fn start<const N: usize>(
         &self,
@@ -300,8 +303,8 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Sets the initial guess, the return with frozen strength, of points that yield; flags those that lose all stress and those
-    /// that fall back. Returns the flags of the points to iterate.
+    /// Sets the initial guess of yielding points to the return with constant strength. Flags points that lose all stress and points that
+    /// need the bracketed solve. Returns the flags of the points to iterate.
     #[inline(never)]
     fn initial_guess<const N: usize>(
         constants: &NewtonConstants,

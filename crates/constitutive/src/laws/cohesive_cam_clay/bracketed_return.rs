@@ -7,12 +7,12 @@ use crate::laws::cohesive_cam_clay::{
     CamClayIntegration, CohesiveCamClay, CohesiveCamClayState, NAME, ReturnEnd,
 };
 
-/// Number of Newton iterations of the bracketed return before it only bisects; up to a dozen are usual.
+/// Number of Newton iterations after which the bracketed return only bisects; up to twelve are usual.
 const NEWTON: usize = 60;
 
 impl CohesiveCamClay {
-    /// Return as [`CohesiveCamClay::return_map`], by one bracketed unknown: the plastic volumetric strain of the step, around the
-    /// projection onto an ellipse of given size. Also for trials that consume all of the strength.
+    /// Return map like [`CohesiveCamClay::return_map`] with a single bracketed unknown, the plastic volumetric strain of the step. Each
+    /// evaluation projects the trial onto an ellipse of fixed size. Also for trials that consume all of the strength.
     pub(super) fn return_map_bracketed(
         &self,
         trial: (f64, f64),
@@ -76,7 +76,7 @@ impl CohesiveCamClay {
         (ReturnEnd::Surface(HardeningReturn { ellipse: *frozen, hardening: 0.0, trial, projection }), new)
     }
 
-    /// State after a fully plastic trial strain, `offered` of it volumetric, without stress.
+    /// Stress-free state after a trial strain that is entirely plastic; `offered` is its volumetric part.
     pub(super) fn stress_free_state(
         &self,
         trial: (f64, f64),
@@ -92,8 +92,8 @@ impl CohesiveCamClay {
         (ReturnEnd::StressFree, new)
     }
 
-    /// Collapse of the layer after the plastic volumetric strain `end` (eq. 2.18): no stress, no cohesion;
-    /// the rest of the volumetric strain `offered` opens a gap or compacts the debris.
+    /// State after the collapse of the layer at the plastic volumetric strain `end` (eq. 2.18), without stress and cohesion. The remaining
+    /// part of the volumetric strain `offered` opens a gap or compacts the debris.
     pub(super) fn collapsed_state(
         &self,
         trial: (f64, f64),
@@ -115,8 +115,8 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Upper bound of the compaction, from that at frozen strength, with more hardening than the return needs: valid
-    /// at once unless the centre of the surface moves into tension as it grows, that is for `β > 1`.
+    /// Upper bound of the plastic compaction of a step, from the return with constant strength. For `β > 1`, where the centre of the
+    /// surface moves into tension, it is increased until it is sufficient.
     fn sufficient_compaction(&self, trial: (f64, f64), state: &CohesiveCamClayState, first: f64) -> f64 {
         let mut bound = first;
         for _ in 0..60 {
@@ -128,8 +128,7 @@ impl CohesiveCamClay {
         bound
     }
 
-    /// Fixed point of the plastic volumetric strain with `p0` at the end of the step, between zero
-    /// and `bound`: Newton's method inside a shrinking bracket.
+    /// Plastic volumetric strain of the step for which `p0` is that at its end, as a fixed point between zero and `bound`.
     fn solve(
         &self,
         trial: (f64, f64),

@@ -41,7 +41,7 @@ pub struct CohesiveCamClaySpec {
     /// Time in the step of the `p0` to which the stress returns.
     #[serde(default)]
     pub integration: CamClayIntegration,
-    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
+    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

@@ -2,7 +2,7 @@
 
 use crate::laws::Elasticity;
 
-/// Yield surface at some compressive strength.
+/// Yield ellipse at a given compressive strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YieldEllipse {
     /// Slope `M`.
@@ -27,6 +27,7 @@ pub struct EllipseReturn {
 }
 
 impl YieldEllipse {
+    /// Mean pressure at the centre of the ellipse, `½ (1 - β) p0` (Pa).
     fn centre(&self) -> f64 {
         0.5 * (1.0 - self.cohesion_ratio) * self.strength
     }
@@ -41,8 +42,8 @@ impl YieldEllipse {
         1.0 + 2.0 * self.cohesion_ratio
     }
 
-    /// Yield value `√((1 + 2β) q² + M² (p - p_c)²) - M a` with centre `p_c` and half axis `a`: a stress (Pa) of the
-    /// sign of `y`, which is its product with the sum of the two terms.
+    /// Yield value `√((1 + 2β) q² + M² (p - p_c)²) - M a` (Pa) with centre `p_c` and half axis `a`. It has the sign of the yield function
+    /// `y`, which is its product with the sum of the two terms.
     #[inline]
     pub fn yield_value(&self, pressure: f64, q: f64) -> f64 {
         (self.flattening().sqrt() * q).hypot(self.slope * (pressure - self.centre())) - self.radius()
@@ -56,7 +57,8 @@ impl YieldEllipse {
         )
     }
 
-    /// Associated return of a trial at fixed size (sheet: constitutive §3.7.6); a trial inside is unchanged.
+    /// Associated return of a trial stress to an ellipse of fixed size (sheet: constitutive §3.7.6). A trial inside the ellipse is
+    /// unchanged.
     pub fn return_map(&self, elasticity: &Elasticity, pressure: f64, q: f64) -> EllipseReturn {
         // Also where the strength is infinite.
         if !(self.yield_value(pressure, q) > 0.0) {
@@ -96,24 +98,29 @@ impl YieldEllipse {
     }
 }
 
-/// Return to the surface of the end of the step.
+/// Return to the yield surface at the end of the step.
 pub(super) struct HardeningReturn {
+    /// Yield ellipse at the end of the step.
     pub(super) ellipse: YieldEllipse,
     /// Slope `dp0/dx` with the plastic volumetric strain `x` of the step (Pa).
     pub(super) hardening: f64,
     /// Trial pressure and deviatoric stress (Pa).
     pub(super) trial: (f64, f64),
+    /// Projection of the trial onto the ellipse, with its plastic multiplier.
     pub(super) projection: EllipseReturn,
 }
 
-/// Derivatives of the two conditions of a return, on flow and on yield, with respect to the plastic
-/// volumetric strain `x`, the multiplier `γ`, and the trial's `p` and `q`.
+/// Derivatives of the flow condition and the yield condition of a return with respect to the plastic volumetric strain `x`, the multiplier
+/// `γ`, and `p` and `q` of the trial.
 pub(super) struct ReturnConditions {
+    /// Derivatives of the flow condition with respect to `x`, `γ`, the trial's `p` and the trial's `q`.
     pub(super) flow: [f64; 4],
+    /// Derivatives of the yield condition with respect to `x`, `γ`, the trial's `p` and the trial's `q`.
     pub(super) yielding: [f64; 4],
 }
 
 impl HardeningReturn {
+    /// Derivatives of the two return conditions at the solution, from which the consistent tangent follows.
     pub(super) fn conditions(&self, elasticity: &Elasticity) -> ReturnConditions {
         let (slope, k) = (self.ellipse.slope, elasticity.bulk_modulus);
         let beta = self.ellipse.cohesion_ratio;

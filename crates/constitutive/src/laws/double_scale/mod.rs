@@ -29,6 +29,7 @@ use crate::{
 
 pub use parameters::{BandSpec, DoubleScaleSpec, LocalSolve, Onset, OutsideStrength};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "double-scale";
 
 /// Damage at which a band is removed under the intact-reset hypothesis.
@@ -56,14 +57,14 @@ pub struct DoubleScale<B = CohesiveBand, M = LinearElastic> {
     intact_reset: bool,
 }
 
-/// Internal variables: those of the band, if there is one, and of the surroundings.
+/// Internal variables of the surrounding material and, after localisation, of the band.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BandedState<S, T = ()> {
     /// Whether a band has been inserted.
     pub localised: bool,
-    /// Frame of the band, row by row: unit normal and two tangents.
+    /// Frame of the band, one row per unit vector: normal and two tangents.
     pub frame: Mat3,
-    /// Jump across the band (m) in its frame.
+    /// Displacement jump across the band in its frame (m).
     pub jump: [f64; 3],
     /// Size of the point at the last step (m).
     pub size: f64,
@@ -77,6 +78,7 @@ pub struct BandedState<S, T = ()> {
 type BandSolution<B, M> =
     ([f64; 3], InterfacePoint<<B as InterfaceLaw>::State>, Point<<M as PointLaw>::State>);
 
+/// State of a point with a localisation band law `B` and a law `M` of the surrounding material.
 type DoubleScaleState<B, M> = BandedState<<B as InterfaceLaw>::State, <M as PointLaw>::State>;
 
 /// Step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
@@ -92,7 +94,7 @@ struct BandedStep<'s, B: InterfaceLaw, M: SmallStrain> {
 }
 
 impl<B: InterfaceLaw, M: SmallStrain> BandedStep<'_, B, M> {
-    /// Strain increment outside for the jump increment `jump` (m, in the frame of the band).
+    /// Strain increment of the surrounding material for a jump increment in the frame of the band (m).
     fn outside_strain(&self, jump: [f64; 3]) -> SymTensor {
         if jump == [0.0; 3] {
             return *self.strain;
@@ -102,13 +104,14 @@ impl<B: InterfaceLaw, M: SmallStrain> BandedStep<'_, B, M> {
     }
 }
 
-/// Traction of `stress` on the band, in its frame.
+/// Traction of a stress on the band, in the frame of the band (Pa).
 #[inline]
 fn band_traction(frame: &Mat3, stress: &SymTensor) -> [f64; 3] {
     frame.apply(stress.apply(frame.0[0]))
 }
 
 impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
+    /// Elasticity of the surrounding material.
     fn elasticity(&self) -> &Elasticity {
         self.outside.elasticity()
     }
@@ -118,7 +121,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         InterfacePoint { traction: band_traction(&state.frame, stress), state: state.band }
     }
 
-    /// Stiffness `n·D·n / H` (Pa/m), opening and sliding: a diagonal in the frame of the band for isotropic elasticity.
+    /// Stiffness `n·D·n / H` of the surrounding elastic material in opening and sliding (Pa/m).
     fn surrounding_stiffness(&self, size: f64) -> [f64; 2] {
         [self.elasticity().p_wave_modulus() / size, self.elasticity().shear_modulus / size]
     }
@@ -130,7 +133,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         (dyads.map(|dyad| stiffness.apply(&dyad)), dyads.map(|dyad| stiffness.apply_left(&dyad)))
     }
 
-    /// Compliance `(K + n·D·n/H)⁻¹` at the jump increment `jump`, with the stiffness outside there.
+    /// Compliance `(K + n·D·n/H)⁻¹` of band and surroundings at a jump increment (m/Pa).
     fn compliance(
         &self,
         step: &BandedStep<'_, B, M>,
@@ -148,13 +151,15 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         jacobian.inverse().ok_or(singular)
     }
 
+    /// Tangent stiffness of the surrounding material for its part of the strain (Pa); the elastic one if the law has none.
     fn stiffness_outside(&self, step: &BandedStep<'_, B, M>, jump: [f64; 3]) -> Tangent {
         let reduced = step.outside_strain(jump);
         let tangent = self.outside.tangent(&reduced, step.motion, &step.previous);
         tangent.unwrap_or_else(|| self.elasticity().tangent())
     }
 
-    /// Newton's method on the jump, with backtracking (sheet: constitutive §3.7.11): jump increment, band and point outside.
+    /// Solves for the jump by Newton's method with backtracking (sheet: constitutive §3.7.11): jump increment, state of the band and of the
+    /// surroundings.
     fn newton(
         &self,
         step: &BandedStep<'_, B, M>,
@@ -219,7 +224,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Ok((jump, band, outside))
     }
 
-    /// Size of the point in this step (m). A size that snaps back is rejected when the band begins; the size grows as the crack opens.
+    /// Effective size of the point in this step (m). A size that snaps back is rejected when the band begins; the size grows as the crack
+    /// opens.
     fn size(&self, motion: &Motion, begins: bool) -> Result<f64, MaterialError> {
         let size = self.size.unwrap_or(motion.size);
         let invalid = |reason| Err(MaterialError::Motion { model: NAME, reason });
@@ -232,6 +238,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Ok(size)
     }
 
+    /// Stress and state after a strain increment, with the onset of localisation and, after it, the band.
     fn step(
         &self,
         strain: &SymTensor,
@@ -332,7 +339,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
         self.step(strain, motion, old)
     }
 
-    /// Infinite: the local solve is implicit, and only one that fails is repeated with smaller steps.
+    /// Infinite strain increment: the local solve is implicit, and a step is divided only after it has failed.
     fn max_strain_increment(&self) -> f64 {
         f64::INFINITY
     }
@@ -344,8 +351,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> SmallStrain for DoubleScale<B, M> {
         self.outside.rotate_state(&mut state.outside, rotation);
     }
 
-    /// Tangent `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (sheet: constitutive §3.7.11); in the step that inserts the band its direction
-    /// moves too, which is left to differences.
+    /// Tangent `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (Pa) (sheet: constitutive §3.7.11). In the step of localisation, in which the normal
+    /// depends on the strain, it is computed by differences.
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<Self::State>) -> Option<Tangent> {
         let before = Point { stress: old.stress, state: old.state.outside };
         if !old.state.localised {

@@ -5,12 +5,13 @@ use crate::localisation::least_isotropic_ellipticity;
 use crate::{InterfaceLaw, Mat3, Motion, Point, Spectrum, SymTensor};
 
 impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
-    /// Yield value of the intact band (Pa) and `cos 2α` of the plane nearest to it.
+    /// Yield value of an intact band (Pa) on the plane closest to yield, and `cos 2α` of that plane.
     pub(super) fn intact_yield(&self, stress: &SymTensor) -> (f64, f64) {
         let [highest, _, lowest] = stress.principal_values();
         self.plane(highest, lowest)
     }
 
+    /// Onset function (Pa) and slope of the critical plane, from the highest and lowest principal stress (Pa).
     fn plane(&self, highest: f64, lowest: f64) -> (f64, f64) {
         match self.onset {
             Onset::BandYield => self.band.critical_plane(highest, lowest),
@@ -19,7 +20,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         }
     }
 
-    /// Frame of the band inserted by a step from `old` to `trial` (stress of the intact point), if any.
+    /// Frame of the band that forms in a step from `old` to the intact stress `trial`; `None` if the point remains intact.
     pub(super) fn onset(
         &self,
         old: &Point<M::State>,
@@ -33,8 +34,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         self.first_yield_plane(&old.stress, &trial.stress, strain, motion)
     }
 
-    /// Plane on which the yield value of the intact band is first exceeded between `old` and `trial`: it does not
-    /// depend on the length of the step.
+    /// Plane on which the yield value of the intact band first becomes positive between `old` and `trial`. It does not depend on the length
+    /// of the step.
     fn first_yield_plane(
         &self,
         old: &SymTensor,
@@ -90,8 +91,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
     }
 }
 
-/// Frame of the plane with `cos 2α = cosine` between the extreme principal directions; of the two, the one with the
-/// larger shear strain, or opening; where these are equal, by the spin.
+/// Frame of the plane with `cos 2α = cosine` between the extreme principal directions. Of the two conjugate planes it has the larger shear
+/// strain or opening; the spin decides if both are equal.
 fn conjugate_plane_frame(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, motion: &Motion) -> Mat3 {
     let [first, second, third] = spectrum.directions;
     let across = |v: [f64; 3]| (0..3).map(|i| first[i] * v[i]).sum::<f64>();
@@ -110,7 +111,7 @@ fn conjugate_plane_frame(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, m
     frame_between(first, third, second, along, aside)
 }
 
-/// Frame of the plane with components `along` and `aside` of its normal in two directions, `second` the third.
+/// Frame of a plane whose normal has the components `along` and `aside` in the directions `first` and `third`.
 fn frame_between(first: [f64; 3], third: [f64; 3], second: [f64; 3], along: f64, aside: f64) -> Mat3 {
     let normal = std::array::from_fn(|i| along * first[i] + aside * third[i]);
     let tangent = std::array::from_fn(|i| along * third[i] - aside * first[i]);

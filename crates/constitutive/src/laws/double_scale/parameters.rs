@@ -36,7 +36,7 @@ pub struct DoubleScaleSpec {
     /// Solution method for the jump of a step; when absent `return` where the surroundings are elastic, else `newton`.
     #[serde(default)]
     pub local_solve: Option<LocalSolve>,
-    /// Length of a band (m), > 0; when absent that of the method: in MPM a cell, or two with splines; in SPH two spacings.
+    /// Length of a band (m), > 0. When absent it is that of the method: in MPM one cell, or two cells with splines; in SPH two spacings.
     #[serde(default)]
     pub size: Option<f64>,
     /// Whether a fully broken band is removed and the point restarts from the intact material (desiccation networks).
@@ -70,7 +70,7 @@ pub enum Onset {
     Ellipticity,
 }
 
-/// Solution method for the jump of a step; both methods end at the same jump.
+/// Method that solves for the jump of a step; all methods have the same solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LocalSolve {
@@ -147,6 +147,7 @@ impl DoubleScaleSpec {
         self.build_with_surroundings(outside.with_name(super::NAME), elasticity, band)
     }
 
+    /// Law of the band and the surrounding material, with the size of the point checked for snap-back.
     fn build_with_surroundings<B: InterfaceLaw, M: BandSurroundings>(
         &self,
         outside: M,
@@ -172,6 +173,7 @@ impl DoubleScaleSpec {
         })
     }
 
+    /// Material of the parameters with a given band law; elastic or plastic outside the band.
     fn material<B: InterfaceLaw>(&self, band: B) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(match self.outside {
             None => Arc::new(Corotational(self.law(band)?)),
@@ -179,8 +181,7 @@ impl DoubleScaleSpec {
         })
     }
 
-    /// Length (m) of a band above which it snaps back, unless that is allowed; `None` where the parameters are out of range, and
-    /// where the size of a point is given.
+    /// Length of a band (m) above which it snaps back, unless that is allowed; `None` if parameters are invalid or the size is given.
     pub fn largest_band(&self) -> Option<f64> {
         self.largest_size().filter(|_| !self.allow_snapback && self.size.is_none())
     }

@@ -17,18 +17,17 @@ struct YieldIntersection {
 }
 
 impl YieldIntersection {
-    /// Whether the remaining step may reverse the deviator: the slope at its start then does not predict
-    /// its end, and has no direction next to the apex.
+    /// Whether the remaining step can reverse the deviator, so that the rate at its start does not predict its end.
     fn may_reverse_deviator(&self, elasticity: &Elasticity) -> bool {
         2.0 * elasticity.shear_modulus * self.remaining_strain.deviator().norm()
             > self.stress.deviator().norm()
     }
 }
 
-/// Least ratio of the plastic modulus with softening to the elastic resistance in a step of the source's algorithms.
+/// Lower bound of the plastic modulus with softening over the elastic resistance, in the algorithms of Bui & Nguyen 2021.
 const MIN_PLASTIC_MODULUS_RATIO: f64 = 0.5;
 
-/// Plastic modulus at some `I1`: a multiplier reduces `f` by `elastic - softening` times itself.
+/// Plastic modulus at a given `I1`: a plastic multiplier `Δλ` reduces the yield function `f` by `(elastic - softening) Δλ`.
 struct PlasticModulus {
     cone: Cone,
     /// Elastic resistance to flow `G + 9 K α α_ψ` (Pa).
@@ -38,6 +37,7 @@ struct PlasticModulus {
 }
 
 impl PlasticModulus {
+    /// Denominator of the plastic multiplier (Pa): elastic part minus softening.
     fn modulus(&self) -> f64 {
         self.elastic - self.softening
     }
@@ -49,6 +49,7 @@ impl PlasticModulus {
 }
 
 impl DruckerPrager {
+    /// Plastic modulus of the cone at a first invariant `I1` (Pa) and an equivalent plastic strain `κ`.
     fn plastic_modulus(&self, i1: f64, kappa: f64) -> PlasticModulus {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
@@ -59,13 +60,14 @@ impl DruckerPrager {
         }
     }
 
-    /// Algorithm 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift correction: the stress after one
-    /// corrector with the slopes at the trial, and the multiplier. It is meaningless where softening is half of the elastic
-    /// resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) uses the return map in such a step.
+    /// Stress and multiplier of Algorithm 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift correction, by one correction
+    /// with the derivatives at the trial stress. It is meaningless where softening is half of the elastic resistance to flow or more;
+    /// [`SmallStrain::update`](crate::SmallStrain::update) uses the return map in such a step.
     pub fn semi_implicit_step(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
         self.corrector(trial, &self.plastic_modulus(trial.trace(), kappa))
     }
 
+    /// Stress after one plastic correction of a trial stress (Pa), and its plastic multiplier.
     fn corrector(&self, trial: &SymTensor, resistance: &PlasticModulus) -> (SymTensor, f64) {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let cone = &resistance.cone;
@@ -77,10 +79,9 @@ impl DruckerPrager {
         (deviator * keep + SymTensor::isotropic(mean), multiplier)
     }
 
-    /// Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift correction: from `stress` inside
-    /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
-    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier. As for [`Self::semi_implicit_step`]
-    /// softening must be below half of the resistance.
+    /// Stress and multiplier of Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift correction. The step is
+    /// elastic up to the cone, and then follows the continuum elastoplastic stiffness (eq. 2.4). Returns the stress and the multiplier. As
+    /// for [`Self::semi_implicit_step`] softening must be below half of the resistance.
     pub fn explicit_step(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
         let flown = self.yield_intersection(stress, strain, kappa).and_then(|meeting| {
@@ -90,7 +91,7 @@ impl DruckerPrager {
         flown.unwrap_or((trial, 0.0))
     }
 
-    /// Last intersection of the elastic stress path of a step with the cone; `None` where it stays inside.
+    /// Last intersection of the elastic stress path of a step with the cone; `None` if the path stays inside.
     fn yield_intersection(
         &self,
         stress: &SymTensor,
@@ -115,8 +116,7 @@ impl DruckerPrager {
         Some(YieldIntersection { stress: *stress + elastic * low, remaining_strain: *strain * (1.0 - low) })
     }
 
-    /// Plastic forward step from the intersection with the cone, and its multiplier; `None`
-    /// where it starts by unloading.
+    /// Forward step with plastic flow from the intersection with the cone, and its multiplier; `None` if it starts with unloading.
     fn plastic_step(
         &self,
         from: &YieldIntersection,
@@ -136,8 +136,8 @@ impl DruckerPrager {
         Some((*trial - back - SymTensor::isotropic(3.0 * k * cone.dilatancy * multiplier), multiplier))
     }
 
-    /// Corrects the drift out of the cone (sheet: constitutive §2.4, Bui & Nguyen section 3.4): tension cracking moves the
-    /// mean stress to the apex at most, stress scaling the deviator onto the cone.
+    /// Corrects a drift out of the cone (sheet: constitutive §2.4, Bui & Nguyen section 3.4). Tension cracking limits the mean stress to
+    /// that of the apex, and stress scaling moves the deviator onto the cone.
     pub fn without_drift(&self, stress: SymTensor, kappa: f64) -> SymTensor {
         let cone = self.cone_at(kappa);
         let (deviator, mut i1) = (stress.deviator(), stress.trace());
@@ -150,8 +150,7 @@ impl DruckerPrager {
         deviator * keep + SymTensor::isotropic(i1 / 3.0)
     }
 
-    /// Updates a point by an algorithm of the source. Plastic strain follows the multiplier, at most that
-    /// of the trial.
+    /// Updates a point by an algorithm of Bui & Nguyen 2021. Plastic strain follows the multiplier, at most that of the trial.
     pub(super) fn bui_nguyen_step(
         &self,
         strain: &SymTensor,

@@ -3,7 +3,7 @@
 use super::return_map::StressInvariantValues;
 use super::{DruckerPrager, Matching};
 
-/// Drucker–Prager cone at some plastic strain: `√J2 + α I1 - k`, potential slope `α_ψ`.
+/// Drucker–Prager cone `√J2 + α I1 - k` with the slope `α_ψ` of its potential, at a given plastic strain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cone {
     /// Friction coefficient `α`.
@@ -15,7 +15,7 @@ pub struct Cone {
 }
 
 impl Cone {
-    /// Returns the cone of the given matching, angles in radians, cohesion in Pa.
+    /// Returns the cone that matches a Mohr–Coulomb strength; angles in radians, cohesion in Pa.
     pub fn new(matching: Matching, friction_angle: f64, cohesion: f64, dilatancy_angle: f64) -> Self {
         let (sin, cos) = friction_angle.sin_cos();
         let root3 = 3f64.sqrt();
@@ -44,9 +44,8 @@ impl Cone {
         }
     }
 
-    /// Rate of change of [`Cone::new`] where angles and cohesion change at the rates of the second tuple, both in the
-    /// order friction angle, cohesion, dilatancy angle. Differences are not used because their round-off would remain in
-    /// the stress of the forward algorithms.
+    /// Rates of the parameters of [`Cone::new`] for given rates of friction angle, cohesion and dilatancy angle. Differences are not used
+    /// because their round-off would remain in the stress of the forward algorithms.
     pub(super) fn rate(
         matching: Matching,
         (friction_angle, cohesion, dilatancy_angle): (f64, f64, f64),
@@ -100,7 +99,7 @@ impl Cone {
         }
     }
 
-    /// Tolerance for round-off of an earlier return, which does not count as flow (Pa).
+    /// Tolerance of the yield function (Pa), below which a stress returned earlier does not yield again by round-off.
     #[inline]
     pub(super) fn yield_tolerance(&self, trial: &StressInvariantValues) -> f64 {
         8.0 * f64::EPSILON * (trial.root_j2 + self.friction * trial.i1.abs() + self.strength)
@@ -120,6 +119,7 @@ impl DruckerPrager {
         if self.has_constant_cone { self.peak } else { self.softened_cone(kappa) }
     }
 
+    /// Cone at equivalent plastic strain `κ`, with softened friction and cohesion and decayed dilatancy.
     pub(super) fn softened_cone(&self, kappa: f64) -> Cone {
         let spec = &self.spec;
         let peak = (spec.friction_angle.to_radians(), spec.cohesion);

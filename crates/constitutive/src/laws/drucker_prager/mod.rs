@@ -29,6 +29,7 @@ pub use cone::Cone;
 pub use parameters::{DruckerPragerSpec, Matching, PlasticIntegration};
 pub use softening::Softening;
 
+/// Value of the key `model` in case files.
 const NAME: &str = "drucker-prager";
 
 /// Drucker–Prager law. See the module's head for source and limits.
@@ -54,6 +55,7 @@ pub struct PlasticStrain {
 pub(in crate::laws) const OUTPUTS: &[&str] = &["plastic_strain"];
 
 impl PlasticStrain {
+    /// Writes the equivalent plastic strain to `out`.
     pub(in crate::laws) fn outputs(self, out: &mut [f64]) {
         out[0] = self.deviatoric;
     }
@@ -65,7 +67,7 @@ impl DruckerPrager {
         Self { name, ..self }
     }
 
-    /// Returns the law with `share` of its cohesion, peak and residual.
+    /// Returns the law with peak and residual cohesion multiplied by `share`.
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;
@@ -74,7 +76,7 @@ impl DruckerPrager {
         law
     }
 
-    /// Updates a point of a law whose cone changes, or by an algorithm of the source.
+    /// Updates a point of a law with softening or hardening, or by an algorithm of Bui & Nguyen 2021.
     #[inline(never)]
     fn step_with_changing_cone(
         &self,
@@ -162,7 +164,7 @@ impl SmallStrain for DruckerPrager {
         true
     }
 
-    /// Largest strain increment: forward steps are limited to a share of the yield strain.
+    /// Largest strain increment of a sub-step: half the yield strain, within 1e-4 and 1e-2, for the explicit algorithm, else 1e-2.
     fn max_strain_increment(&self) -> f64 {
         match self.spec.integration {
             PlasticIntegration::Explicit => {

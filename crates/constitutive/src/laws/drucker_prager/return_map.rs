@@ -3,16 +3,21 @@
 use super::{Cone, DruckerPrager, NAME, PlasticStrain};
 use crate::{MaterialError, Point, SymTensor};
 
+/// Square root of three.
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
 
 /// Invariants of a stress: deviator, `√J2` (Pa) and `I1` (Pa).
 pub(super) struct StressInvariantValues {
+    /// Stress deviator (Pa).
     pub deviator: SymTensor,
+    /// Square root of the second deviatoric invariant, `√J2` (Pa).
     pub root_j2: f64,
+    /// First invariant `I1`, the trace of the stress, tension positive (Pa).
     pub i1: f64,
 }
 
 impl StressInvariantValues {
+    /// Invariants of a stress (Pa).
     #[inline]
     pub(super) fn from_stress(stress: &SymTensor) -> Self {
         let deviator = stress.deviator();
@@ -100,6 +105,7 @@ impl DruckerPrager {
         Ok(ConeReturn::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
     }
 
+    /// Return of a trial stress to the cone with softening, from the equivalent plastic strain `κ` at the start of the step.
     fn softening_return(
         &self,
         trial: &StressInvariantValues,
@@ -130,6 +136,7 @@ impl DruckerPrager {
         Ok(ConeReturn::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
     }
 
+    /// Error of a trial stress with NaN or infinite components.
     #[cold]
     fn not_finite(&self) -> MaterialError {
         MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" }
@@ -163,8 +170,8 @@ impl DruckerPrager {
     }
 }
 
-/// Root of `at` between 0, where it is `excess > 0`, and `end`, by secants inside a shrinking
-/// bracket; beyond `end` (apex) when there is none. Returns the root and the cone there.
+/// Root of `at` between 0, where it is `excess > 0`, and `end`, by the secant method in a bracket. The result is beyond `end`, for a return
+/// to the apex, if there is no root. Returns the root and the cone there.
 fn solve_softening(
     at: impl Fn(f64) -> (f64, Cone),
     start: f64,

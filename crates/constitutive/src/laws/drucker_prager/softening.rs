@@ -18,13 +18,13 @@ pub struct Softening {
     pub friction_rate: f64,
     /// Rate of decay of the cohesion with plastic strain.
     pub cohesion_rate: f64,
-    /// Whether residual values above the peak are allowed: strength then grows with plastic strain.
+    /// Whether residual values may exceed the peak, so that strength increases with plastic strain.
     #[serde(default)]
     pub hardening: bool,
 }
 
 impl Softening {
-    /// Returns a softening of the cohesion alone, down to a residual one (Pa), at a rate with plastic strain.
+    /// Softening of the cohesion to a residual one (Pa), with an unchanged friction angle.
     pub const fn of_cohesion(residual_cohesion: f64, cohesion_rate: f64) -> Self {
         Self {
             residual_friction_angle: 0.0,
@@ -44,7 +44,7 @@ impl Softening {
         hardening: false,
     };
 
-    /// Friction angle (rad) and cohesion (Pa) at the plastic strain `kappa`, from those at the peak.
+    /// Friction angle (rad) and cohesion (Pa) at the plastic strain `kappa`, from their values at the peak.
     pub(in crate::laws) fn strength(&self, (friction, cohesion): (f64, f64), kappa: f64) -> (f64, f64) {
         let residual = self.residual_friction_angle.to_radians();
         (
@@ -54,7 +54,7 @@ impl Softening {
         )
     }
 
-    /// Rates of [`Self::strength`] with plastic strain.
+    /// Derivatives of [`Self::strength`] with respect to plastic strain.
     pub(in crate::laws) fn rate(&self, (friction, cohesion): (f64, f64), kappa: f64) -> (f64, f64) {
         let residual = self.residual_friction_angle.to_radians();
         (
@@ -63,7 +63,7 @@ impl Softening {
         )
     }
 
-    /// Returns the softening of a soil with `share` of its cohesion.
+    /// Softening of a soil with peak and residual cohesion multiplied by `share`.
     pub(in crate::laws) fn scaled_cohesion(self, share: f64) -> Self {
         Self { residual_cohesion: self.residual_cohesion * share, ..self }
     }
@@ -88,6 +88,7 @@ impl Softening {
         softening.map_or(Ok(()), |s| s.validate(friction_angle, cohesion))
     }
 
+    /// Checks residual strength and softening rates against the peak friction angle (degrees) and cohesion (Pa).
     fn validate(&self, friction_angle: f64, cohesion: f64) -> Result<(), MaterialError> {
         let residual = self.residual_friction_angle;
         let (holds, rule) = if self.hardening {

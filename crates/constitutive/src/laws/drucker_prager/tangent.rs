@@ -4,6 +4,7 @@ use super::DruckerPrager;
 use crate::{SymTensor, Tangent};
 
 impl DruckerPrager {
+    /// Consistent tangent of a return to the smooth part of the cone (Pa), softening and decay of dilatancy included.
     pub(super) fn cone_tangent(
         &self,
         deviator: &SymTensor,

@@ -10,14 +10,14 @@ use crate::return_maps::substepping;
 use crate::return_maps::substepping::{SubstepResult, substepped};
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
-/// Largest strain increment of one piece (sheet: constitutive §3.8).
+/// Largest strain increment that is integrated with one error control (sheet: constitutive §3.8); larger ones are divided.
 const MAX_PIECE_STRAIN: f64 = 1e-2;
 /// Local error of a substep, relative to the stress (sheet: constitutive §3.7.10).
 const TOLERANCE: f64 = 1e-4;
-/// Largest number of doublings of the substeps of a piece, to 1024 (1000 in the sheet).
+/// Largest number of doublings of the number of sub-steps: 1024 sub-steps (1000 in the sheet).
 const DOUBLINGS: u32 = 10;
 
-/// Derivatives of stress and void ratio by one component of the strain increment of the step.
+/// Derivatives of stress and void ratio with respect to one component of the strain increment of the step.
 #[derive(Clone, Copy)]
 struct StateDerivative {
     stress: SymTensor,
@@ -33,10 +33,12 @@ struct Substep {
 }
 
 impl Substep {
+    /// Sub-step of a strain increment, with the volume ratio `exp(tr ε)`.
     fn new(strain: SymTensor) -> Self {
         Self { strain, growth: strain.trace().exp() }
     }
 
+    /// Void ratio at the end of the sub-step, from the one at its start.
     fn void_ratio_after(&self, void_ratio: f64) -> f64 {
         (1.0 + void_ratio) * self.growth - 1.0
     }
@@ -55,7 +57,8 @@ impl Hypoplastic {
         })
     }
 
-    /// Integrates a piece of strain in the least number of substeps within the local error: that number and the point.
+    /// Integrates a strain increment with the smallest number of sub-steps that satisfies the error tolerance: that number and the new
+    /// point.
     fn integrate_piece(
         &self,
         strain: &SymTensor,
@@ -66,7 +69,7 @@ impl Hypoplastic {
             .ok_or(MaterialError::NotConverged { model: NAME, reason: "too many substeps" })
     }
 
-    /// Integrates `count` substeps; `None` where the local error of one of them is too large.
+    /// Integrates `count` sub-steps; `None` if the local error of one of them exceeds the tolerance.
     fn integrate_substeps(
         &self,
         count: u32,
@@ -92,7 +95,7 @@ impl Hypoplastic {
         Some(Point { stress: self.limit_to_min_pressure(stress), state: VoidRatio { void_ratio } })
     }
 
-    /// Returns the stress, or the isotropic stress at the minimum pressure where the pressure is not above it.
+    /// Returns the stress, or the isotropic stress at the minimum pressure if its pressure is lower.
     fn limit_to_min_pressure(&self, stress: SymTensor) -> SymTensor {
         if stress.pressure() <= self.minimum_pressure {
             SymTensor::isotropic(-self.minimum_pressure)
@@ -101,12 +104,12 @@ impl Hypoplastic {
         }
     }
 
-    /// Whether the substep strains the skeleton: a stress-free skeleton remains so as long as it opens.
+    /// Whether the sub-step strains the skeleton. A stress-free skeleton stays so while its volume increases.
     fn is_strained(&self, stress: &SymTensor, part: &Substep) -> bool {
         stress.pressure() > self.minimum_pressure || part.strain.trace() < 0.0
     }
 
-    /// Stress increments of a substep with the rates at its start and at its predicted end.
+    /// Stress increments of a sub-step with the rates at its start and at its predicted end.
     fn slopes(&self, stress: &SymTensor, void_ratio: f64, part: &Substep) -> [SymTensor; 2] {
         let first = self.slope(stress, void_ratio, &part.strain);
         [first, self.slope(&(*stress + first), part.void_ratio_after(void_ratio), &part.strain)]
@@ -136,7 +139,8 @@ impl Hypoplastic {
         Some(Tangent(std::array::from_fn(|row| slopes.map(|slope| slope.stress[row]))))
     }
 
-    /// Propagates `slope` through `count` substeps `part` from `old`, `direction` the derivative of the strain of each.
+    /// Propagates the derivative `slope` of stress and void ratio through `count` sub-steps from `old`. `direction` is the derivative of
+    /// the strain of each sub-step.
     fn propagate_derivative(
         &self,
         mut slope: StateDerivative,
@@ -169,6 +173,7 @@ impl Hypoplastic {
         slope
     }
 
+    /// Derivative of the stress increment of a sub-step in a direction of strain, by the chain rule over stress and void ratio.
     fn slope_change(
         &self,
         (stress, void_ratio): (&SymTensor, f64),

@@ -27,6 +27,7 @@ use crate::{InitialCondition, Law, MaterialError, Motion, Point, PointLaw, Small
 
 pub use parameters::{Calibration, HypoplasticParameters, HypoplasticSpec};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "hypoplastic";
 
 /// Dimensionless constants of the rate equation.
@@ -43,7 +44,7 @@ pub struct HypoplasticConstants {
     pub c4: f64,
 }
 
-/// Critical-state line and density function; pressures enter as `|tr T| = 3p`.
+/// Critical-state line and density function, with pressures as `|tr T| = 3p`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CriticalState {
@@ -85,9 +86,8 @@ impl CriticalState {
         self.q3 * (a - self.q1) * grown * density + (a - 1.0) * change
     }
 
-    /// Density function `f_d` (eqs. 19–22) at `tr T` (Pa) and void ratio `e`. `D_c` is limited to -1 to
-    /// 1: no soil is denser than `e_min`, and where the critical line has come down to `e_min` the
-    /// quotient is meaningless.
+    /// Density function `f_d` (eqs. 19–22) at `tr T` (Pa) and void ratio `e`. `D_c` is limited to -1 to 1, because no soil is denser than
+    /// `e_min`.
     #[inline]
     pub fn density_function(&self, trace: f64, void_ratio: f64) -> f64 {
         let critical = self.critical_void_ratio(trace);
@@ -97,6 +97,7 @@ impl CriticalState {
         (a - 1.0) * density + 1.0
     }
 
+    /// Checks the parameters of the critical void ratio.
     fn validate(&self) -> Result<(), MaterialError> {
         not_negative("critical_state.minimum_void_ratio", self.minimum_void_ratio, "")?;
         for (name, value) in [("critical_state.p3", self.p3), ("critical_state.q3", self.q3)] {
@@ -113,6 +114,7 @@ impl CriticalState {
         self.range_at(0.0)
     }
 
+    /// Requires that the critical void ratio at a stress trace (Pa) is above the minimum void ratio.
     fn range_at(&self, trace: f64) -> Result<(), MaterialError> {
         let critical = self.critical_void_ratio(trace);
         let rule = format!("is not below the critical void ratio, {critical}");
@@ -157,7 +159,9 @@ impl HypoplasticConstants {
     /// All stationary states of triaxial compression with `f_d = 1`, the lowest stress ratio first. They
     /// are the points of the failure surface on the triaxial axis, at which `D = -𝓛⁻¹N ‖D‖`.
     pub fn stationary_states(&self) -> Vec<StationaryState> {
+        /// Number of intervals of the searched range of stress ratios.
         const COUNT: u32 = 8000;
+        /// Largest stress ratio that is searched (-).
         const LARGEST: f64 = 1e3;
         let flow = |ratio: f64| self.failure_flow(&SymTensor::diagonal(-ratio, -1.0, -1.0), 1.0);
         let excess = |ratio: f64| flow(ratio).norm() - 1.0;
@@ -187,8 +191,8 @@ impl HypoplasticConstants {
         states
     }
 
-    /// Failure flow `-𝓛⁻¹ N`: the strain rate, per unit of its own norm, that would keep `stress` constant. Its norm is 1 on the
-    /// failure surface (eq. 14) and below 1 inside.
+    /// Strain rate of unit norm that keeps the stress constant, `-𝓛⁻¹ N`: the flow at failure. Its norm is 1 on the failure surface (eq.
+    /// 14) and below 1 inside.
     pub fn failure_flow(&self, stress: &SymTensor, density_function: f64) -> SymTensor {
         let trace = stress.trace();
         let (alpha, beta) = (self.c1 * trace, self.c2 / trace);
@@ -197,13 +201,14 @@ impl HypoplasticConstants {
         (*stress * projected - n) * (1.0 / alpha)
     }
 
+    /// Nonlinear part of the rate per norm of the strain increment, terms with `c3` and `c4` (Pa).
     #[inline]
     fn nonlinear(&self, stress: &SymTensor, density_function: f64) -> SymTensor {
         let factor = density_function / stress.trace();
         squared(stress) * (self.c3 * factor) + squared(&stress.deviator()) * (self.c4 * factor)
     }
 
-    /// Change of [`HypoplasticConstants::rate`] with changes of stress, stretching and density function.
+    /// Change of [`HypoplasticConstants::rate`] due to changes of stress, stretching and density function.
     fn rate_change(
         &self,
         (stress, d, density_function): (&SymTensor, &SymTensor, f64),
@@ -245,7 +250,7 @@ pub struct Hypoplastic {
 }
 
 impl Hypoplastic {
-    /// Constants, calibrated or given.
+    /// Constants of the law, calibrated or given by the case.
     pub fn constants(&self) -> &HypoplasticConstants {
         &self.constants
     }
@@ -256,6 +261,7 @@ impl Hypoplastic {
         self.critical_state.as_ref().map_or(1.0, |c| c.density_function(stress.trace(), void_ratio))
     }
 
+    /// Stress increment of a strain increment at a stress (Pa) and void ratio.
     #[inline]
     fn slope(&self, stress: &SymTensor, void_ratio: f64, strain: &SymTensor) -> SymTensor {
         self.constants.rate(stress, strain, self.density_function(stress, void_ratio))

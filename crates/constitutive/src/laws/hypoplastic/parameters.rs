@@ -21,7 +21,7 @@ pub struct HypoplasticSpec {
     pub void_ratio: f64,
     /// Four constants, or the two states for their calibration.
     pub parameters: HypoplasticParameters,
-    /// Critical state; without it density has no influence (`f_d = 1`).
+    /// Critical-state line; when absent density has no influence (`f_d = 1`).
     #[serde(default)]
     pub critical_state: Option<CriticalState>,
     /// Mean pressure below which the skeleton is treated as stress-free (Pa), > 0.
@@ -32,6 +32,7 @@ pub struct HypoplasticSpec {
     pub viscous: Option<AccelerationViscosity>,
 }
 
+/// Default minimum mean pressure of the law (Pa).
 fn minimum_pressure() -> f64 {
     10.0
 }
@@ -52,9 +53,9 @@ pub enum HypoplasticParameters {
 pub struct Calibration {
     /// Young's modulus at the start of triaxial compression from the isotropic state (Pa), > 0.
     pub youngs_modulus: f64,
-    /// Pressure of that state (Pa), > 0.
+    /// Pressure of the isotropic state (Pa), > 0.
     pub pressure: f64,
-    /// Poisson's ratio of that state, 0 to 0.5.
+    /// Poisson's ratio at the start of triaxial compression from the isotropic state, 0 to 0.5.
     #[serde(default)]
     pub poissons_ratio: f64,
     /// Critical friction angle (degrees), between 0 and 90.
@@ -66,8 +67,8 @@ pub struct Calibration {
 }
 
 impl HypoplasticConstants {
-    /// Calibrates the constants on an isotropic state (initial stiffness, no change of lateral stress at the given
-    /// Poisson's ratio) and on a stationary state in triaxial compression (eqs. 16–18).
+    /// Calibrates the constants to an isotropic state and to a stationary state in triaxial compression (eqs. 16–18). The isotropic state
+    /// has the given initial stiffness and Poisson's ratio.
     ///
     /// # Errors
     /// A parameter out of range, or a friction angle for which a loading path stalls before failure.

@@ -26,9 +26,10 @@ use return_map::PyramidReturn;
 pub use parameters::MohrCoulombSpec;
 pub use pyramid::{Pyramid, YieldRegion};
 
+/// Value of the key `model` in case files.
 const NAME: &str = "mohr-coulomb";
 
-/// Least number of points near yield in a batch for computing all spectra at once.
+/// Number of points near yield in a batch from which all spectra are computed together.
 const MIN_BATCH_POINTS: usize = 8;
 
 /// Mohr–Coulomb law. See the module's head for source and limits.
@@ -47,7 +48,7 @@ impl MohrCoulomb {
         Self { name, ..self }
     }
 
-    /// Returns the law with `share` of its cohesion, peak and residual.
+    /// Returns the law with peak and residual cohesion multiplied by `share`.
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;
@@ -65,6 +66,7 @@ impl MohrCoulomb {
         self.softened_pyramid(kappa)
     }
 
+    /// Yield pyramid at equivalent plastic strain `κ`, with softened friction and cohesion, decayed dilatancy and the tension cut-off.
     #[inline(never)]
     fn softened_pyramid(&self, kappa: f64) -> Pyramid {
         let spec = &self.spec;

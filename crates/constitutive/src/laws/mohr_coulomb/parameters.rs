@@ -44,14 +44,14 @@ pub struct MohrCoulombSpec {
     /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is replaced by the stress at the end of its return; refused when false.
+    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
 impl MohrCoulombSpec {
-    /// Peak friction angle from the critical-state angle and the dilatancy angle (all in degrees),
-    /// `φ = φ_cs + 0.8 ψ` (Bolton's rule, Anura3D manual eq. 7.28); sets both angles.
+    /// Sets the dilatancy angle, and the friction angle by Bolton's rule `φ = φ_cs + 0.8 ψ` from the critical-state angle (Anura3D manual
+    /// eq. 7.28); angles in degrees.
     #[must_use]
     pub fn from_bolton(self, critical_state_angle: f64, dilatancy_angle: f64) -> Self {
         Self { friction_angle: critical_state_angle + 0.8 * dilatancy_angle, dilatancy_angle, ..self }

@@ -5,7 +5,7 @@ use crate::laws::Elasticity;
 use crate::laws::multi_surface;
 use crate::laws::multi_surface::{ActiveSet, YieldPlane};
 
-/// Mohr–Coulomb pyramid at some plastic strain.
+/// Mohr–Coulomb pyramid with tension cut-off, at a given plastic strain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pyramid {
     /// Friction coefficient `k = (1 + sin φ)/(1 - sin φ)`.
@@ -18,7 +18,7 @@ pub struct Pyramid {
     pub cut_off: f64,
 }
 
-/// Region of the surface at the end of a return.
+/// Part of the yield surface on which a return ends: a plane, an edge or the apex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum YieldRegion {
     /// Elastic region: no return.
@@ -35,10 +35,12 @@ pub enum YieldRegion {
     CutOff(ActiveSet),
 }
 
+/// Scalar product.
 pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Vector product.
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -64,13 +66,13 @@ impl Pyramid {
         self.shear_excess(principal).max(principal[0] - self.cut_off)
     }
 
+    /// Yield function of the shear plane for ordered principal stresses (Pa), positive outside the surface.
     #[inline]
     pub(super) fn shear_excess(&self, principal: [f64; 3]) -> f64 {
         self.friction * principal[0] - principal[2] - self.strength
     }
 
-    /// Yield planes of sorted stresses: shear across 1–3, 1–2 and 2–3, then the cut-offs of the
-    /// three principal stresses.
+    /// Yield planes of sorted principal stresses: shear in the planes 1–3, 1–2 and 2–3, then the tension cut-offs of the three stresses.
     pub fn planes(&self) -> [YieldPlane; 6] {
         let (k, m) = (self.friction, self.dilatancy);
         let shear = |normal, flow| YieldPlane { normal, offset: self.strength, flow };
@@ -90,17 +92,17 @@ impl Pyramid {
         self.pyramid_return(elasticity).return_map(trial)
     }
 
-    /// Region of the surface at the end of the return of `trial`.
+    /// Part of the yield surface on which the return of a trial stress ends.
     pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> YieldRegion {
         self.pyramid_return(elasticity).return_map(trial).1
     }
 
-    /// Principal stresses of the return of `trial` to the given region of the surface.
+    /// Principal stresses after the return of a trial stress to a given part of the surface (Pa).
     pub fn return_to(&self, region: YieldRegion, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
         self.pyramid_return(elasticity).return_to(region, trial)
     }
 
-    /// Common data of all returns to the pyramid.
+    /// Return directions of the pyramid, which all returns have in common.
     pub(super) fn pyramid_return(&self, elasticity: &Elasticity) -> PyramidReturn {
         let (k, m) = (self.friction, self.dilatancy);
         let db = stiffness(elasticity, [m, 0.0, -1.0]);
@@ -126,7 +128,7 @@ impl Pyramid {
         }
     }
 
-    /// Tangent `∂σ_A/∂ε_B` of a return that ends in `region` (sheet: constitutive §3.10), of constant strength.
+    /// Tangent `∂σ_A/∂ε_B` of a return that ends in `region`, at constant strength (sheet: constitutive §3.10).
     pub fn tangent(&self, elasticity: &Elasticity, region: YieldRegion) -> [[f64; 3]; 3] {
         let (k, m) = (self.friction, self.dilatancy);
         let d = elasticity.principal();

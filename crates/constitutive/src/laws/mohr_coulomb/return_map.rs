@@ -8,7 +8,9 @@ use crate::laws::multi_surface::active_set;
 /// Pyramid with the common data of its returns.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PyramidReturn {
+    /// Yield pyramid of the return.
     pub pyramid: Pyramid,
+    /// Elasticity of the return, which maps plastic strain to stress.
     pub elasticity: Elasticity,
     /// Return direction `D b / (aᵀ D b)`: change of stress of a return to the plane, per unit of the yield function.
     pub direction: [f64; 3],
@@ -21,15 +23,16 @@ pub(super) struct PyramidReturn {
 /// Edge of the pyramid; positions are relative to the apex.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PyramidEdge {
+    /// Direction of the edge in the space of principal stresses.
     pub direction: [f64; 3],
-    /// Vector whose product with a trial (from the apex) is the position along the edge at the end of its return.
+    /// Vector whose scalar product with a trial stress (from the apex) is the position on the edge at the end of the return.
     pub edge_coordinate: [f64; 3],
     /// Normal of the plane through the edge and the direction of return.
     pub plane_normal: [f64; 3],
 }
 
 impl PyramidReturn {
-    /// Return of `trial` and the region of the surface at its end.
+    /// Stress after the return of a trial stress, and the part of the surface on which it ends.
     #[inline]
     pub(super) fn return_map(&self, trial: [f64; 3]) -> ([f64; 3], YieldRegion) {
         let region = self.shear_region(trial);
@@ -76,7 +79,7 @@ impl PyramidReturn {
         }
     }
 
-    /// Principal stresses of the return of `trial` to the given region of the surface.
+    /// Principal stresses after the return of a trial stress to a given part of the surface (Pa).
     #[inline]
     pub(super) fn return_to(&self, region: YieldRegion, trial: [f64; 3]) -> [f64; 3] {
         let pyramid = &self.pyramid;
@@ -113,11 +116,13 @@ impl PyramidReturn {
     }
 }
 
+/// Principal stresses of principal elastic strains (Pa).
 pub(super) fn stiffness(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
     let volumetric = elasticity.lame() * (v[0] + v[1] + v[2]);
     v.map(|c| volumetric + 2.0 * elasticity.shear_modulus * c)
 }
 
+/// Principal elastic strains of principal stresses (Pa).
 pub(super) fn elastic_strain(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
     let mean = (v[0] + v[1] + v[2]) / 3.0;
     v.map(|c| (c - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))

@@ -7,8 +7,8 @@ use crate::return_maps::scalar_roots::first_fixed_point;
 use crate::{MaterialError, PrincipalReturn};
 
 impl MohrCoulomb {
-    /// Tangent as [`Pyramid::tangent`], with strength at the end of the step: from `dσ = D dε + σ' dκ` and
-    /// `dκ = w · (dε - C dσ)`, `w` the direction of the deviatoric plastic strain.
+    /// Tangent like [`Pyramid::tangent`] with the strength at the end of the step. It follows from `dσ = D dε + σ' dκ` and `dκ = w · (dε -
+    /// C dσ)`, where `w` is the direction of the deviatoric plastic strain.
     pub(super) fn softening_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
         let (stress, new) = self.return_principal(trial, state).ok()?;
         let kappa = new.deviatoric;
@@ -34,7 +34,7 @@ impl MohrCoulomb {
         Some(std::array::from_fn(|a| std::array::from_fn(|b| fixed[a][b] + slope[a] * driven[b])))
     }
 
-    /// Fixed point of the plastic increment with strength at the end of the step. Where softening snaps back
+    /// Return with the strength at the end of the step, by a fixed-point iteration of the plastic increment. Where softening snaps back
     /// there may be several: the least, next to the start of the step. `start` is that of strength at the start.
     pub(super) fn softening_return(
         &self,

@@ -12,8 +12,11 @@ const ZERO_STIFFNESS_VOID_RATIO: f64 = 2.97;
 pub struct StressRatio {
     /// Value `M_x`.
     pub value: f64,
+    /// Derivative with respect to the mean pressure (1/Pa).
     pub(super) by_pressure: f64,
+    /// Derivative with respect to the void ratio.
     pub(super) by_void_ratio: f64,
+    /// Derivative with respect to the cosine of the Lode angle.
     pub(super) by_lode: f64,
 }
 
@@ -52,7 +55,7 @@ impl Simsand {
         spec.reference_void_ratio - spec.critical_state_factor * power
     }
 
-    /// Pressure (Pa) of the critical state at a void ratio; `None` for one that has none.
+    /// Pressure of the critical state at a void ratio (Pa); `None` if it is not below the reference void ratio.
     pub fn critical_pressure(&self, void_ratio: f64) -> Option<f64> {
         let spec = &self.spec;
         let ratio = (spec.reference_void_ratio - void_ratio) / spec.critical_state_factor;
@@ -109,7 +112,7 @@ impl Simsand {
         })
     }
 
-    /// Mobilised share of the strength, `ε_q/(k_p + ε_q)`, and its slope.
+    /// Mobilised fraction of the strength, `ε_q/(k_p + ε_q)`, and its derivative.
     pub(super) fn mobilised_share(&self, plastic_strain: f64) -> (f64, f64) {
         let sum = self.spec.hardening_constant + plastic_strain;
         (plastic_strain / sum, self.spec.hardening_constant / (sum * sum))

@@ -24,13 +24,14 @@ use critical_state::lode_cosine;
 pub use critical_state::StressRatio;
 pub use parameters::SimsandSpec;
 
+/// Value of the key `model` in case files.
 const NAME: &str = "simsand";
 
 /// Initial plastic shear of every point, so that the surface has a slope at zero stress ratio.
 const INITIAL_PLASTIC_SHEAR: f64 = 1e-9;
 
-/// Plastic shear that counts as full mobilisation, for initial stresses beyond the strength: the strength itself is
-/// reached by no finite plastic shear.
+/// Plastic shear strain at which the strength is regarded as fully mobilised, for initial stresses above the strength. The strength itself
+/// is reached only at infinite strain.
 const FULL_MOBILISATION_SHEAR: f64 = 1.0;
 
 /// Limits of void ratios and critical void ratios in stiffness and friction.

@@ -48,12 +48,13 @@ pub struct SimsandSpec {
     /// Whether strength decreases from triaxial compression to extension.
     #[serde(default)]
     pub lode_dependence: bool,
-    /// Whether an initial deviator above the strength is reduced to that which the sand carries at the initial pressure after a plastic
-    /// shear of 1; refused when false.
+    /// Whether an initial deviator above the strength is reduced to the strength after a plastic shear of 1; when false such a case is
+    /// rejected.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
+/// Default atmospheric pressure (Pa).
 fn atmospheric_pressure() -> f64 {
     100e3
 }

@@ -38,6 +38,7 @@ enum SimsandReturn {
 }
 
 impl Simsand {
+    /// Elastic trial of a strain increment with the moduli of the old state.
     fn trial(&self, strain: &SymTensor, old: &Point<SimsandState>) -> SimsandTrial {
         let p = old.stress.pressure();
         let bulk = self.bulk_modulus(p, old.state.void_ratio);
@@ -85,6 +86,7 @@ impl Simsand {
         Some((p, -by_shear / slope))
     }
 
+    /// Return of an elastic trial to the yield surface, or its liquefaction at zero pressure.
     fn return_map(&self, trial: &SimsandTrial) -> Result<SimsandReturn, MaterialError> {
         let q_tr = trial.q;
         if !(q_tr.is_finite() && trial.pressure.is_finite()) {
@@ -127,6 +129,7 @@ impl Simsand {
         Ok(SimsandReturn::Flow { pressure, shear })
     }
 
+    /// Stress, state and dissipated work after a sub-step.
     pub(super) fn step(
         &self,
         strain: &SymTensor,

@@ -29,6 +29,7 @@ use crate::{
     Tangent,
 };
 
+/// Value of the key `model` in case files.
 const NAME: &str = "umat";
 
 /// Index of each component xx yy zz xy yz zx among 11 22 33 12 13 23, and the inverse.
@@ -107,11 +108,12 @@ pub struct UmatSpec {
     /// P-wave modulus that bounds the time step (Pa), > 0; from the library's stiffness when absent.
     #[serde(default)]
     pub wave_modulus: Option<f64>,
-    /// Whether several threads may call the library at once.
+    /// Whether several threads may call the library at the same time.
     #[serde(default)]
     pub thread_safe: bool,
 }
 
+/// Default name of the routine in the library.
 fn default_symbol() -> String {
     "umat_".to_owned()
 }
@@ -149,7 +151,7 @@ impl Model for UmatSpec {
         Ok(Arc::new(Umat { spec: self.clone(), routine }))
     }
 
-    /// No samples: the behaviour of a library is unknown, and it may be absent.
+    /// No examples, as the behaviour of a library is unknown and it may be absent.
     fn examples() -> Vec<Self> {
         Vec::new()
     }
@@ -164,6 +166,7 @@ struct Routine {
 }
 
 impl Routine {
+    /// Loads a routine with the interface of a UMAT from a shared library.
     #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
     fn load(path: &Path, symbol: &str) -> Result<Self, MaterialError> {
         let (library, lock) = shared_library::open(path)?;
@@ -212,15 +215,17 @@ struct UmatOutput {
     tangent: Tangent,
 }
 
+/// Components in the order of a UMAT, with the shear components multiplied by `shear`.
 fn to_umat(tensor: &SymTensor, shear: f64) -> [f64; 6] {
     std::array::from_fn(|k| tensor[ORDER[k]] * if k < 3 { 1.0 } else { shear })
 }
 
+/// Tensor of components in the order of a UMAT.
 fn from_umat(values: [f64; 6]) -> SymTensor {
     SymTensor(std::array::from_fn(|k| values[ORDER[k]]))
 }
 
-/// Column-major array of a matrix, as in Fortran.
+/// Components of a matrix in column-major order, as in Fortran.
 fn column_major(m: &Mat3) -> [f64; 9] {
     std::array::from_fn(|k| m.0[k % 3][k / 3])
 }
@@ -364,7 +369,7 @@ impl UmatArguments {
 }
 
 impl Umat {
-    /// Calls the routine once: `stress` is already rotated by `rotation`.
+    /// Calls the routine once; the stress must already be rotated by `rotation`.
     fn call(
         &self,
         stress: &SymTensor,
@@ -391,6 +396,7 @@ impl Umat {
         self.spec.wave_modulus.unwrap_or_else(|| 1.1 * (0..3).fold(0.0, |m: f64, i| m.max(tangent.0[i][i])))
     }
 
+    /// Requires a finite motion without inversion and a strain increment below 1.
     fn check_motion(motion: &Motion) -> Result<(), MaterialError> {
         let sound = motion.velocity_gradient_dt.is_finite()
             && motion.deformation.is_finite()

@@ -13,17 +13,19 @@ use libloading::Library;
 
 use crate::MaterialError;
 
-/// Environment variable that allows libraries where it is `1`.
+/// Environment variable that allows the loading of libraries if its value is `1`.
 const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
 
+/// Whether the program has allowed the loading of libraries.
 static LOADING_ALLOWED: AtomicBool = AtomicBool::new(false);
 
-/// Allows materials to load shared libraries, from now on and in this whole process. Without it, a case that names a library is
-/// rejected as foreign code. The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` is equivalent.
+/// Allows materials to load shared libraries, for the whole process. Without it, a case that names a library is rejected as foreign code.
+/// The environment variable `COLLUVIUM_ALLOW_LIBRARY=1` is equivalent.
 pub fn allow_libraries() {
     LOADING_ALLOWED.store(true, Ordering::Relaxed);
 }
 
+/// Whether libraries may be loaded, by the program or by the environment variable.
 fn is_loading_allowed() -> bool {
     LOADING_ALLOWED.load(Ordering::Relaxed)
         || std::env::var_os(PERMISSION_VARIABLE).is_some_and(|value| value == "1")
@@ -32,8 +34,9 @@ fn is_loading_allowed() -> bool {
 /// Library and the common lock of its routines.
 pub(crate) type LoadedLibrary = (Arc<Library>, Arc<Mutex<()>>);
 
-/// Libraries in use, each opened once, so that materials of one library share its lock.
+/// Libraries in use by path. Each is opened once, so that its materials share its lock.
 fn libraries() -> &'static Mutex<HashMap<PathBuf, LoadedLibrary>> {
+    /// Libraries that are loaded, by path.
     static LOADED_LIBRARIES: OnceLock<Mutex<HashMap<PathBuf, LoadedLibrary>>> = OnceLock::new();
     LOADED_LIBRARIES.get_or_init(Mutex::default)
 }
@@ -75,7 +78,7 @@ pub(crate) fn open(path: &Path) -> Result<LoadedLibrary, MaterialError> {
 }
 
 thread_local! {
-    /// Whether this thread is inside a library.
+    /// Whether this thread is executing a function of a library.
     static IS_INSIDE_LIBRARY: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -88,10 +91,13 @@ pub(crate) fn call_guarded<R>(call: impl FnOnce() -> R) -> R {
     result
 }
 
+/// Registers a handler that reports an end of the program from inside a library.
 #[allow(unsafe_code, reason = "an exit of foreign code is seen in no other way")]
 fn watch_exit() {
     unsafe extern "C" {
+        /// Registers a function of the C library to be called at the end of the process.
         fn atexit(callback: extern "C" fn()) -> c_int;
+        /// Ends the process without calling the registered functions.
         fn _exit(status: c_int) -> !;
     }
 
@@ -103,6 +109,7 @@ fn watch_exit() {
         }
     }
 
+    /// Guard by which the exit handler is registered once.
     static EXIT_WATCH: Once = Once::new();
     EXIT_WATCH.call_once(|| {
         // SAFETY: the callback has no arguments, returns, and lives as long as the program. If its registration fails, an

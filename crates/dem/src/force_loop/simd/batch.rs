@@ -16,6 +16,7 @@ pub(super) const BATCH_CAPACITY: usize = BATCH_SIZE + WIDTH;
 /// divisions of several groups of four overlap.
 #[derive(Clone, Copy)]
 pub(super) struct FourContacts<const D: usize, const R: usize> {
+    /// Contact geometry of the four contacts.
     pub(super) geometry: ContactGeometry<D, R, Lanes>,
     /// Lever arms over radii.
     pub(super) lever_arm: Lanes,
@@ -30,6 +31,7 @@ pub(super) struct FourContacts<const D: usize, const R: usize> {
 }
 
 impl<const D: usize, const R: usize> FourContacts<D, R> {
+    /// Four contacts with all quantities zero.
     const ZERO: Self = {
         let zero = Lanes::ZERO;
         Self {
@@ -55,12 +57,16 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
 
 /// Batch of contacts.
 pub(super) struct ContactBatch<const D: usize, const R: usize> {
+    /// Contacts of the batch, in groups of four.
     pub(super) groups: [FourContacts<D, R>; BATCH_SIZE / WIDTH],
+    /// Number of contacts in the batch.
     pub(super) count: usize,
+    /// Pairs of grains of the contacts.
     pub(super) pairs: [ActivePair; BATCH_CAPACITY],
 }
 
 impl<const D: usize, const R: usize> ContactBatch<D, R> {
+    /// Batch without contacts.
     pub(super) const EMPTY: Self = Self {
         groups: [FourContacts::ZERO; BATCH_SIZE / WIDTH],
         count: 0,

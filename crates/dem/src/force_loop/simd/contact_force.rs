@@ -18,11 +18,17 @@ pub(super) struct SimdContactSums {
     pub(super) spring_energy: Lanes,
     /// Minus twice the power of the normal dashpots; the next field is the power of the tangential ones (W).
     normal_power: Lanes,
+    /// Power of the tangential dashpots (W).
     pub(super) tangential_power: Lanes,
+    /// Energy dissipated by friction (J).
     pub(super) friction: Lanes,
+    /// Energy dissipated by the dashpots whose power is not summed separately (J).
     pub(super) dashpots: Lanes,
+    /// Energy lost where tangential springs are rescaled (J).
     pub(super) spring_loss: Lanes,
+    /// Energy dissipated by rolling and torsion resistance (J).
     pub(super) rolling: Lanes,
+    /// Elastic energy of the rolling and torsion springs (J).
     pub(super) elastic_rolling: Lanes,
     boundary: Lanes,
     squares: Lanes,
@@ -31,12 +37,15 @@ pub(super) struct SimdContactSums {
 /// Sums over contacts.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSums<const D: usize> {
+    /// Energies of the contacts that are computed one at a time.
     pub(super) energies: ContactEnergies,
+    /// Sums of the contacts that are computed four at a time.
     pub(super) sums: SimdContactSums,
     virial: Virial<D>,
 }
 
 impl<const D: usize> ContactSums<D> {
+    /// Sums that start from given energies and virial.
     pub(super) fn new(energies: ContactEnergies, virial: Virial<D>) -> Self {
         Self { energies, sums: SimdContactSums::default(), virial }
     }
@@ -69,6 +78,7 @@ pub(super) struct SimdForce<const D: usize, const R: usize> {
     /// Tangential part in tangent coordinates, and normal part (N).
     pub(super) tangential: [Lanes; R],
     normal: Lanes,
+    /// Normal force with its energy, damping and tangential stiffness.
     pub(super) normal_response: NormalResponse<Lanes>,
     /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
@@ -83,6 +93,7 @@ pub(super) struct ContactOutput<'r, const D: usize, const R: usize> {
     pub(super) forces: &'r mut [ForceTorque],
     /// Contact histories, from the first pair of the rows on.
     pub(super) history: ContactHistoriesMut<'r, R>,
+    /// Energies and virial of the contacts.
     pub(super) account: ContactSums<D>,
     /// Number of the first grain.
     pub(super) first: usize,

@@ -130,6 +130,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         ends.for_each(|(_, pair)| self.release_contact(*pair));
     }
 
+    /// Ends a contact whose grains have separated: its stored energy is lost.
     #[cold]
     fn release_contact(&mut self, pair: ActivePair) {
         let (i, j) = (self.work.first + pair.first as usize, self.work.first + pair.second as usize);

@@ -16,7 +16,7 @@ use crate::obstacles::facet::{FacetContact, NO_FACET};
 use crate::points::grains::Grains;
 use crate::specimen::file::read::{NamedTable, columns_of_row};
 use crate::specimen::file::{KEY, NO_INDEX, StoredSpecimen};
-use crate::specimen::specimen_state::SpecimenSource;
+use crate::specimen::specimen_preparation::SpecimenSource;
 
 /// Number of values of half of a facet key, `2³²`.
 const HALF_KEY_VALUES: u64 = 1 << 32;
@@ -41,6 +41,7 @@ struct BondColumnIndices<const R: usize> {
 }
 
 impl<const R: usize> BondColumnIndices<R> {
+    /// Indices of the bond columns in a table of contacts.
     fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
         Ok(Self {
             strength: rows.column("bond_strength")?,
@@ -51,6 +52,7 @@ impl<const R: usize> BondColumnIndices<R> {
         })
     }
 
+    /// Bond of a row of the table.
     fn read_bond(&self, row: &[f64]) -> Bond<R> {
         Bond {
             strength: row[self.strength],
@@ -63,6 +65,7 @@ impl<const R: usize> BondColumnIndices<R> {
 }
 
 impl<const R: usize> HistoryColumnIndices<R> {
+    /// Indices of the contact-history columns in a table of contacts.
     fn new(rows: &NamedTable<'_>) -> Result<Self, String> {
         let rolls = rows.has_column(&crate::specimen::file::names::<R>("roll")[0]);
         let twist = rows.has_column("twist").then(|| rows.column("twist")).transpose()?;
@@ -120,8 +123,8 @@ impl StoredSpecimen {
         Ok(self.head.step)
     }
 
-    /// Restores contact histories, wall positions and the kinetic stress of the cell, for grains that have no lists yet, and adds the notes for the
-    /// user.
+    /// Restores contact histories, wall positions and the kinetic stress of the cell, for grains that have no lists yet, and adds the notes
+    /// for the user.
     ///
     /// # Errors
     /// When the contacts or walls of the file fit neither its grains nor the case.

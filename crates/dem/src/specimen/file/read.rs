@@ -12,6 +12,7 @@ use crate::config::DemOptions;
 use crate::points::grains::Grains;
 use crate::specimen::file::{FORMAT, KEY, StoredSpecimen, names};
 
+/// Names of the axes in column headings.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// List of quoted names for a message.
@@ -23,6 +24,7 @@ fn name_list<'a>(all: impl IntoIterator<Item = &'a str>) -> String {
 /// Table with columns found by name.
 pub(super) struct NamedTable<'a> {
     table_name: &'static str,
+    /// Table with rows and headings.
     pub table: &'a Table,
 }
 
@@ -40,6 +42,7 @@ impl<'a> NamedTable<'a> {
         }
     }
 
+    /// Whether the table has a column of this name.
     pub fn has_column(&self, name: &str) -> bool {
         self.table.columns.iter().any(|(own, _)| own == name)
     }
@@ -96,6 +99,7 @@ impl StoredSpecimen {
         Ok(Some(stored))
     }
 
+    /// Reads a specimen file.
     fn read(file: &str) -> Result<Self, String> {
         let text =
             std::fs::read_to_string(Path::new(file)).map_err(|error| format!("cannot be read: {error}"))?;
@@ -247,6 +251,7 @@ impl StoredSpecimen {
         self.push(case, options, grains).map_err(|problem| self.file_error(case, &problem))
     }
 
+    /// Adds the grains of the file to those of the case, with bodies matched by name.
     fn push<const D: usize, const R: usize>(
         &self,
         case: &Case,

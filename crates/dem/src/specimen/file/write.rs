@@ -49,6 +49,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         )
     }
 
+    /// Head of a specimen file: cell, walls, materials and largest overlap.
     fn specimen_header(&self) -> SpecimenHeader {
         let cell = &self.cell.geometry;
         let column = |k: usize| cell.h.iter().map(|row| row[k]).collect();
@@ -86,6 +87,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         }
     }
 
+    /// Table of the grains with their motion and forces.
     fn grain_rows(&self) -> Table {
         let (g, mut columns) = (self.grains, Vec::new());
         add_headings::<1>(&mut columns, "id", "");
@@ -112,6 +114,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         Table { rows: (0..g.len()).map(row).collect(), columns }
     }
 
+    /// Table of the contacts with their histories.
     fn contact_rows(&self) -> Table {
         let mut columns = Vec::new();
         for name in ["grain", "other", "wall", "state"] {

@@ -10,12 +10,12 @@ use crate::boundary::open::{open_sides, region_of};
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::PlanVector;
 
-/// Logarithm of the factor by which a layer reduces a wave along the normal that has crossed it once.
+/// Logarithm of the factor by which an absorbing layer reduces a wave that crosses it once in the normal direction.
 const DECAY: f64 = 2.0;
-/// Exponent with which the relaxation rate grows with the distance from the begin of the layer.
+/// Exponent of the increase of the relaxation rate with the distance from the inner edge of the layer.
 const POWER: i32 = 2;
 
-/// Initial state of an absorbing layer: cells of one spacing along and across the side.
+/// Initial state of an absorbing layer in cells as wide as the node spacing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct AbsorbingLayer {
     /// Length of the layer (m).
@@ -36,6 +36,7 @@ struct UndisturbedState {
 }
 
 impl AbsorbingLayer {
+    /// Absorbing layer of a length (m), without a state.
     pub(super) fn new(length: f64) -> Self {
         Self { length, ..Self::default() }
     }
@@ -117,7 +118,7 @@ impl<const D: usize> OpenBoundary<D> {
     }
 }
 
-/// Relaxes waves in the layers before open sides over `dt` (s).
+/// Relaxes the flow in the absorbing layers at open boundaries towards its initial state over `dt` (s).
 pub(crate) fn relax_absorbing_layers<const D: usize>(
     open: &mut [OpenBoundary<D>],
     sets: &mut [PhaseSet<D>],

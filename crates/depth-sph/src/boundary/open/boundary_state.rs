@@ -4,28 +4,28 @@ use serde::{Deserialize, Serialize};
 
 use crate::points::phase_nodes::PlanVector;
 
-/// Least variance of the distances of nodes from a side, over their mean square, for which depth and speed are extrapolated by a line.
-/// A single row has less; the slope through it is arbitrary.
+/// Least variance of node distances from a boundary, over their mean square, for a linear extrapolation of depth and speed. A single row
+/// has less; the slope through it is arbitrary.
 const MIN_DISTANCE_VARIANCE: f64 = 1e-2;
 
-/// Number of samples of the history in the time that waves need from its position to the side.
+/// Number of samples of the recorded flow in the travel time of a wave from the recording position to the boundary.
 pub(super) const INTERVALS: f64 = 16.0;
 
-/// State of the flow at a position of a side.
+/// State of the flow at a position of an open boundary: depth and velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundaryState {
     /// Depth (m).
     pub depth: f64,
     /// Outward speed (m/s).
     pub speed: f64,
-    /// Speed along the side (m/s); zero in a profile.
+    /// Speed along the boundary (m/s); zero in a profile.
     pub tangential_speed: f64,
     /// Porosity, of two phases.
     pub porosity: f64,
 }
 
 impl BoundaryState {
-    /// Share of a set in the depth: one of a single phase, else that of grains or of fluid.
+    /// Share of a node set in the total depth: 1 for a single phase, else the share of grains or of fluid.
     pub fn depth_share(&self, sets: usize, number: usize) -> f64 {
         match (sets, number) {
             (1, _) => 1.0,
@@ -35,12 +35,12 @@ impl BoundaryState {
     }
 }
 
-/// State of the flow before a side within the reach of a kernel, and its slopes outward.
+/// Depth and velocity of the flow inside an open boundary with their outward slopes, by a linear fit over the nodes in kernel range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InteriorFit {
-    /// Depth at the side (m) and its slope.
+    /// Depth at the boundary (m) and its outward slope (-).
     pub depth: [f64; 2],
-    /// Outward speed at the side (m/s) and its slope (1/s).
+    /// Outward speed at the boundary (m/s) and its outward slope (1/s).
     pub speed: [f64; 2],
     /// Speed along the side (m/s).
     pub tangential_speed: f64,
@@ -53,15 +53,15 @@ pub struct InteriorFit {
 }
 
 impl InteriorFit {
-    /// Depth (m) and outward speed (m/s) of the arriving flow, extrapolated to a distance `far` beyond the side (m).
+    /// Depth (m) and outward speed (m/s) of the arriving flow, extrapolated to the distance `far` outside the boundary (m).
     pub(super) fn extrapolated(&self, far: f64) -> [f64; 2] {
         let [depth, slope] = self.depth;
         let arriving = (depth + slope * far).clamp(0.5 * depth, 1.5 * depth);
         [arriving, self.speed[0] + self.speed[1] * far]
     }
 
-    /// State `beyond` the side (m) against the far state `still`: depths follow the extrapolation of the arriving flow,
-    /// speeds are those at the side, so that the nodes beyond it move as one and keep their distances.
+    /// State at a distance `beyond` outside the boundary (m), for the far-field state `still`. Depths are those of the extrapolated
+    /// arriving flow, and the speed is that at the boundary, so that nodes outside keep their distances.
     pub fn state_beyond(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
         let riemann = |[depth, speed]: [f64; 2]| riemann_state(still, depth, speed, self.effective_gravity);
         let (at_side, there) = (
@@ -74,7 +74,7 @@ impl InteriorFit {
     }
 }
 
-/// History of the flow at a position before the side, from which waves reach the side and beyond.
+/// Recorded flow at a position inside an open boundary, from which waves travel to the boundary and the nodes outside it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ArrivalHistory {
     /// Times (s), ascending, and the states there.
@@ -88,8 +88,8 @@ pub struct ArrivalHistory {
 }
 
 impl ArrivalHistory {
-    /// Records the state `distance` (m) before the side at `time` (s), at the beginning of a step of `dt` (s). It is evaluated as far as
-    /// `reach` (m) beyond the side.
+    /// Records the state at `distance` inside the boundary (m) at the beginning of a step of `dt` (s). It is evaluated as far as `reach`
+    /// (m) beyond the side.
     pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
         let InteriorFit { depth, speed, tangential_speed, porosity, effective_gravity, .. } = *found;
         let state = BoundaryState { depth: depth[0], speed: speed[0], tangential_speed, porosity };
@@ -106,8 +106,8 @@ impl ArrivalHistory {
         self.records.drain(..first);
     }
 
-    /// State `beyond` the side (m) against the far state `still`: depths as waves bring them there, speeds those at the side, so that
-    /// the nodes beyond it move as one and keep their distances.
+    /// State at a distance `beyond` outside the boundary (m), for the far-field state `still`. Depths are those of the waves that have
+    /// arrived there, and the speed is that at the boundary, so that nodes outside keep their distances.
     pub fn state_beyond(&self, still: Option<&BoundaryState>, beyond: f64) -> BoundaryState {
         let Some((_, last)) = self.records.last() else { return still.copied().unwrap_or_default() };
         let riemann = |beyond: f64| {
@@ -124,7 +124,7 @@ impl ArrivalHistory {
         }
     }
 
-    /// State that has travelled from the position of the history to `beyond` the side (m) by now.
+    /// State that has travelled from the recording position to a distance `beyond` outside the boundary (m).
     fn travelled_state(&self, beyond: f64, last: &BoundaryState) -> BoundaryState {
         let time = self.step_middle - (self.distance + beyond) / self.wave(last);
         let after = self.records.partition_point(|(own, _)| *own < time).max(1);
@@ -146,8 +146,8 @@ impl ArrivalHistory {
     }
 }
 
-/// Depth (m) and outward speed (m/s) at a side with this arriving flow, under `effective_gravity` (m/s²): of waves along the
-/// normal. Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` is reflected.
+/// Depth (m) and outward speed (m/s) at the boundary for an arriving flow, from the Riemann invariants of waves in the normal direction.
+/// `effective_gravity` is in m/s². Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` is reflected.
 pub fn riemann_state(
     still: Option<&BoundaryState>,
     depth: f64,
@@ -165,7 +165,7 @@ pub fn riemann_state(
     (found * found / effective_gravity, 0.5 * (outgoing + incoming))
 }
 
-/// Sums over the reach of a kernel at a side, for lines by least squares.
+/// Sums over the nodes in kernel range of a boundary position, for linear least-squares fits.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LineFitSums {
     powers: [f64; 3],
@@ -178,8 +178,8 @@ pub struct LineFitSums {
 }
 
 impl LineFitSums {
-    /// Adds a node `beyond` (m, negative within) the side with its weight, a depth (m), of all or of a layer, its effective gravity (m/s²)
-    /// and the reach of its kernel (m); `velocity` is outward and along the side.
+    /// Adds a node to the sums. `beyond` is its distance outside the boundary (m), negative inside; `velocity` has the outward and the
+    /// tangential component (m/s).
     pub fn add(
         &mut self,
         weight: f64,
@@ -205,7 +205,7 @@ impl LineFitSums {
         self.fluid += weight;
     }
 
-    /// Lines through depths and speeds; `None` where there are no nodes.
+    /// Linear fits of depth and speeds; `None` if there are no nodes.
     pub fn interior_fit(&self) -> Option<InteriorFit> {
         let [weight, first, second] = self.powers;
         if !(weight > 0.0) {
@@ -230,7 +230,7 @@ impl LineFitSums {
     }
 }
 
-/// Outward and tangential speeds of a velocity in plan at a side across `axis`.
+/// Outward and tangential components of a velocity in plan at a boundary normal to `axis` (m/s).
 pub fn outward_and_tangential<const D: usize>(
     velocity: &PlanVector<D>,
     axis: usize,

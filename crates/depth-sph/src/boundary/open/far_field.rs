@@ -6,12 +6,12 @@ use crate::boundary::open::boundary_state::{ArrivalHistory, BoundaryState, Inter
 use crate::boundary::open::open_boundary::OpenBoundary;
 use crate::boundary::open::two_layers::LayerPair;
 
-/// State of the flow beyond an open side.
+/// State of the flow outside an open boundary.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FarField {
     /// Numbers of the nodes, ascending.
     pub ids: Vec<u64>,
-    /// Volume of each set that has passed outward, less that which has returned (m³; m² in profiles).
+    /// Net outflow volume of each node set (m³; m² in profiles).
     pub outflow: [f64; 2],
     /// State of each strip.
     pub strips: Vec<StripState>,
@@ -24,25 +24,24 @@ pub struct StripState {
     pub prescribed: Option<BoundaryState>,
     /// Flow that arrives from within.
     pub interior_fit: Option<InteriorFit>,
-    /// Earlier flow that travels to the end of a profile.
+    /// Earlier flow that travels to the end of a profile as waves.
     pub history: ArrivalHistory,
-    /// States of both layers, at the side of each.
+    /// States of both layers of a two-layer flow at each boundary segment.
     pub layers: Option<LayerPair>,
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    /// Whether there was material beyond the side initially.
+    /// Whether there was material outside the boundary at the start.
     pub fn is_filled(&self) -> bool {
         self.strips.iter().any(|strip| strip.far_state.is_some())
     }
 
-    /// Whether there was no material beyond a strip initially, and there is no inflow.
+    /// Whether a boundary segment was dry outside at the start and has no inflow.
     pub(super) fn is_dry_outside(&self, strip: usize) -> bool {
         self.strips[strip].far_state.is_none() && self.inlet.is_none() && self.flow_layer.is_none()
     }
 
-    /// Gives the flow that has passed initially dry strips one speed along the side, the mean of theirs: flow that converges before the
-    /// side would else heap beyond it, where the bed does not part it.
+    /// Sets the tangential speed of initially dry segments to their mean. Converging flow would otherwise pile up outside the boundary.
     pub(super) fn average_tangential_speed(&mut self) {
         if D == 1 {
             return;

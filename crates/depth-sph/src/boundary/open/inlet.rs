@@ -7,13 +7,13 @@ use crate::inflow::ArrivingFlow;
 /// Inflow through an end of a profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inlet {
-    /// Times (s) and discharges per width (m²/s), linear between them; zero before the first and after the last.
+    /// Hydrograph: times (s) and discharges per width (m²/s), linear between them and zero before and after.
     pub hydrograph: Vec<[f64; 2]>,
-    /// Froude number `u/√(g h)` at the end where it is dry, or where the inflow is supercritical.
+    /// Froude number `u/√(g h)` of the inflow, used if the end is dry or the inflow supercritical.
     pub froude: f64,
-    /// Porosity of the inflow, of two phases; without meaning for one.
+    /// Porosity of the inflow of grains and fluid; unused for a single phase.
     pub porosity: f64,
-    /// Set of nodes of the inflow, of two layers; none of one phase, or of grains and fluid.
+    /// Number of the layer that flows in (0 lower, 1 upper); `None` for flows that are not of two layers.
     pub layer: Option<usize>,
 }
 
@@ -33,7 +33,7 @@ impl Inlet {
         self.hydrograph.iter().map(|pair| self.section_by_froude(pair[1], gravity).1).fold(0.0, f64::max)
     }
 
-    /// State at an end with this arriving flow, `None` where it is dry, under `gravity` (m/s²).
+    /// State at the end of the profile for the arriving flow, which is `None` if the end is dry. `gravity` is in m/s².
     pub(super) fn state(&self, time: f64, arriving: Option<ArrivingFlow>, gravity: f64) -> BoundaryState {
         let (depth, speed) = inflow::inflow_section(self.discharge(time), arriving, self.froude, gravity);
         BoundaryState { depth, speed: -speed, tangential_speed: 0.0, porosity: self.porosity }

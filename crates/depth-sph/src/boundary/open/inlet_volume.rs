@@ -5,18 +5,18 @@ use crate::boundary::open::inlet::Inlet;
 use crate::boundary::open::open_boundary::OpenBoundary;
 use crate::phases::phase::PhaseSet;
 
-/// Least and largest volume of a node that flows in, over that of its length.
+/// Least and largest volume of an inflow node over the volume of its length.
 const NODE_VOLUME_RANGE: (f64, f64) = (0.5, 1.5);
 
-/// Largest remainder of a hydrograph that the last node takes beside its own volume, over the volume of a whole node. Of less than a half
+/// Largest remainder of a hydrograph that the last node receives in addition to its volume, over the volume of a node. Of less than a half
 /// no further node passes.
 const LAST: f64 = 0.75;
 
-/// Relative tolerance of the inflow volume against the integral once all has entered.
+/// Relative tolerance of the total inflow volume against the integral of the hydrograph.
 const VOLUME_TOLERANCE: f64 = 1e-12;
 
 impl Inlet {
-    /// Inflow volume of a set by a time (m²), `share` of that of all.
+    /// Inflow volume of a node set until a time (m²), where `share` is its share of the total.
     fn volume(&self, time: f64, share: f64) -> f64 {
         share * crate::inflow::volume(&self.hydrograph, time)
     }
@@ -28,7 +28,7 @@ impl Inlet {
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    /// Share of set `number` in the inflow.
+    /// Share of a node set in the inflow volume.
     fn inlet_share(&self, inlet: &Inlet, sets: usize, number: usize) -> f64 {
         self.depth_share(
             &BoundaryState { porosity: inlet.porosity, ..BoundaryState::default() },
@@ -37,8 +37,8 @@ impl<const D: usize> OpenBoundary<D> {
         )
     }
 
-    /// Sets the volume of nodes that have just entered, by set and index, so that the sum of all is the integral of the discharge; half of
-    /// a node counts when its middle passes. The last node of a hydrograph takes the remainder. `gravity` in m/s².
+    /// Sets the volumes of nodes that have just entered, so that their sum is the integral of the discharge. Half the volume of a node
+    /// counts when its centre crosses the boundary. The last node of a hydrograph takes the remainder. `gravity` in m/s².
     pub(super) fn set_inlet_volumes(
         &mut self,
         sets: &mut [PhaseSet<D>],
@@ -71,8 +71,7 @@ impl<const D: usize> OpenBoundary<D> {
         }
     }
 
-    /// Time at which the discharge is evaluated (s): up to the end of the hydrograph until all of its volume has entered, and infinite
-    /// from then on. `sets` is the number of sets.
+    /// Time at which the discharge is evaluated (s): at most the end of the hydrograph until its volume has entered, infinite afterwards.
     pub(super) fn discharge_time(&self, time: f64, sets: usize) -> f64 {
         if self.is_exhausted(sets) {
             return f64::INFINITY;
@@ -81,7 +80,7 @@ impl<const D: usize> OpenBoundary<D> {
         time.min(end)
     }
 
-    /// Whether all of the volume of a hydrograph has entered, to this number of sets.
+    /// Whether the whole volume of a hydrograph has entered.
     fn is_exhausted(&self, sets: usize) -> bool {
         let Some(inlet) = &self.inlet else { return false };
         (0..sets).filter(|number| self.is_of(*number)).all(|number| {

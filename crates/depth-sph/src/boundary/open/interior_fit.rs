@@ -9,7 +9,7 @@ use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::PlanVector;
 
 impl<const D: usize> OpenBoundary<D> {
-    /// State `inside` each strip (m), within the reach of a kernel.
+    /// Linear fits of the flow at the distance `inside` from each boundary segment (m).
     pub(super) fn fit_interior(
         &self,
         kernel: Kernel,
@@ -59,7 +59,7 @@ impl<const D: usize> OpenBoundary<D> {
         moments.iter().map(LineFitSums::interior_fit).collect()
     }
 
-    /// Index of the strip this many steps from another; `None` where the side has ended.
+    /// Index of the segment `step` places along the boundary; `None` past its ends.
     fn neighbour(&self, own: usize, step: isize) -> Option<usize> {
         let count = self.strips.len() as isize;
         let strip = own as isize + step;
@@ -70,12 +70,12 @@ impl<const D: usize> OpenBoundary<D> {
         regular.contains(&strip).then_some(strip as usize)
     }
 
-    /// Middle of a strip along the side (m).
+    /// Coordinate of the centre of a segment along the boundary (m).
     fn strip_middle(&self, strip: usize) -> f64 {
         self.low + (strip as f64 + 0.5) * self.spacing
     }
 
-    /// Sets the initial state to sums of the lattice, which differ a little from its depth.
+    /// Sets the initial state to the kernel sums of the node lattice, which differ slightly from the given depth.
     pub(crate) fn calibrate_lattice_sum(
         &mut self,
         kernel: Kernel,

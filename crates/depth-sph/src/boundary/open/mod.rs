@@ -36,7 +36,8 @@ pub use crate::boundary::open::far_field::FarField;
 pub use crate::boundary::open::inlet::Inlet;
 pub use crate::boundary::open::open_boundary::OpenBoundary;
 
-/// Extent of the nodes beyond a side, in supports of a kernel: the last ones, which lack neighbours, have no influence within.
+/// Width of the zone with nodes outside a boundary, in kernel supports. Its outermost nodes, which lack neighbours, do not influence the
+/// flow.
 const FAR_FIELD_SUPPORTS: f64 = 3.0;
 
 /// Open side to be created.
@@ -50,25 +51,26 @@ pub struct Opening {
     pub outward: f64,
     /// Distance of the nodes (m).
     pub spacing: f64,
-    /// Begin and end along the other axis (m), in plan.
+    /// Range of the boundary along the other axis (m), in plan.
     pub span: (f64, f64),
-    /// Whether the other axis is periodic there.
+    /// Whether the boundary is periodic along the other axis.
     pub periodic: bool,
-    /// Inflow through the side, in place of the far state: one, or one for each of two layers. In a profile.
+    /// Inflows through the boundary in place of the far-field state: one, or one per layer. In a profile.
     pub inlets: Vec<Inlet>,
-    /// Length of the absorbing layer before the side (m); 0 for none.
+    /// Length of the absorbing layer inside the boundary (m); 0 for none.
     pub absorbing_length: f64,
 }
 
-/// Axis, position and direction of the sides of all layers.
+/// Axis, coordinate (m) and outward direction of each open boundary.
 pub(crate) type OpenSides = Vec<(usize, f64, f64)>;
 
-/// Axis, position and direction of each open side.
+/// Axis, coordinate (m) and outward direction of the open boundaries.
 pub(crate) fn open_sides<const D: usize>(open: &[OpenBoundary<D>]) -> OpenSides {
     open.iter().map(|side| (side.axis, side.coordinate, side.outward)).collect()
 }
 
-/// Region of a position for side `number` of all: a corner belongs to the first of its sides. Sides of two layers are at one position.
+/// Region of a position relative to an open boundary; a corner belongs to the first of its two boundaries. Sides of two layers are at one
+/// position.
 pub(crate) fn region_of<const D: usize>(sides: &OpenSides, number: usize, x: &PlanVector<D>) -> SideRegion {
     let is_beyond = |(axis, place, outward): &(usize, f64, f64)| outward * (x[*axis] - place) > 0.0;
     match sides.iter().position(is_beyond) {
@@ -78,12 +80,12 @@ pub(crate) fn region_of<const D: usize>(sides: &OpenSides, number: usize, x: &Pl
     }
 }
 
-/// Extent of nodes with this smoothing length (m) beyond an open side (m).
+/// Width of the zone with nodes outside an open boundary (m), for a smoothing length (m).
 pub(crate) fn node_extent_beyond<const D: usize>(settings: &FlowSettings<D>, length: f64) -> f64 {
     FAR_FIELD_SUPPORTS * settings.numerics.kernel.support() * length
 }
 
-/// Layers with sides of their own; none of one phase, or of grains and fluid.
+/// Layers that have separate open boundaries; `None` for flows that are not of two layers.
 pub(crate) fn layers_of_sides<const D: usize>(settings: &FlowSettings<D>) -> Vec<Option<LayerOfSide>> {
     if settings.phases != Phases::Layers {
         return vec![None];
@@ -93,7 +95,7 @@ pub(crate) fn layers_of_sides<const D: usize>(settings: &FlowSettings<D>) -> Vec
     (0..2).map(|set| Some(LayerOfSide { set, ratio })).collect()
 }
 
-/// Updates the nodes beyond the open sides to the state of their side over a step of `dt` (s), with their columns of pore pressure.
+/// Updates nodes and pore-pressure columns outside the open boundaries to the boundary states over a step of `dt` (s).
 pub(crate) fn update_open_boundaries<const D: usize>(
     settings: &FlowSettings<D>,
     clock: &Clock,
@@ -105,6 +107,7 @@ pub(crate) fn update_open_boundaries<const D: usize>(
     pore_columns::update_far_field_columns(open, nodes);
 }
 
+/// Counts the nodes that crossed the open sides and determines the states and inflow of each side.
 fn pass_nodes<const D: usize>(
     settings: &FlowSettings<D>,
     clock: &Clock,
@@ -131,7 +134,7 @@ fn pass_nodes<const D: usize>(
     }
 }
 
-/// Exchanges the states of two layers at their sides, at a time (s) over a step (s).
+/// Exchanges the states of two layers at their common boundary segments.
 fn exchange_layer_states<const D: usize>(
     settings: &FlowSettings<D>,
     open: &mut [OpenBoundary<D>],
@@ -156,7 +159,7 @@ fn exchange_layer_states<const D: usize>(
             let within = [lower.state.strips[strip].interior_fit, upper.state.strips[strip].interior_fit];
             for end in [&mut *lower, &mut *upper] {
                 let both = end.state.strips[strip].layers.get_or_insert_default();
-                both.set(still, within);
+                both.set_states(still, within);
                 if let Some([of_lower, of_upper]) = &arriving {
                     both.record(time, [of_lower[strip], of_upper[strip]], inside, reach);
                 }
@@ -165,7 +168,7 @@ fn exchange_layer_states<const D: usize>(
     }
 }
 
-/// Updates the nodes beyond a side to its state.
+/// Updates the nodes outside an open boundary to its state.
 fn update_far_field_nodes<const D: usize>(
     end: &mut OpenBoundary<D>,
     nodes: &mut FlowNodes<D>,
@@ -193,7 +196,7 @@ fn update_far_field_nodes<const D: usize>(
 }
 
 impl<const D: usize> FlowBoundaries<D> {
-    /// Restores the prescribed velocities of nodes beyond open sides.
+    /// Restores the prescribed velocities of the nodes outside open boundaries.
     pub(super) fn hold_far_field_velocities(&self, sets: &mut [PhaseSet<D>]) {
         for end in &self.open_sides {
             for set in sets.iter_mut() {

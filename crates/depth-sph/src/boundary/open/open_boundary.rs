@@ -14,11 +14,11 @@ use crate::inflow::ArrivingFlow;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::{NewNode, PhaseNodes, PlanVector};
 
-/// Least distance of an added node from others, over the distance of the nodes.
+/// Least distance of an added node from other nodes, over the node spacing.
 const MIN_NODE_DISTANCE: f64 = 0.6;
 
-/// Distance before a side at which the arriving flow is sampled, in supports of a kernel: nodes beyond the side have no influence there,
-/// which would return as waves.
+/// Distance inside a boundary at which the arriving flow is sampled, in kernel supports. Nodes outside have no influence there, which would
+/// return as waves.
 const PROBE_SUPPORTS: f64 = 2.0;
 
 /// An open side.
@@ -30,40 +30,40 @@ pub struct OpenBoundary<const D: usize> {
     pub coordinate: f64,
     /// Outward direction: 1 at the upper end of the axis, -1 at the lower one.
     pub outward: f64,
-    /// Distance of the nodes beyond the side (m).
+    /// Spacing of the nodes outside the boundary (m).
     pub spacing: f64,
     /// Extent of the nodes beyond the side (m).
     node_extent: f64,
-    /// Begin of the strips along the side (m), in plan.
+    /// Coordinate at which the segments along the boundary begin (m), in plan.
     pub(super) low: f64,
-    /// Strips along the side, each of one `spacing`; one in a profile.
+    /// Segments along the boundary, each as long as the node spacing; one in a profile.
     pub(super) strips: Vec<BoundarySegment<D>>,
-    /// Number of strips at its ends that lie beyond other open sides: they copy the next strip.
+    /// Number of segments at both ends that are outside another open boundary; they copy the state of the next segment.
     pub(super) corner_strips: [usize; 2],
-    /// Whether the last strip is next to the first one.
+    /// Whether the last segment is adjacent to the first one.
     pub(super) periodic: bool,
-    /// Inflow through the side, in place of the far state.
+    /// Inflow through the boundary, in place of the far-field state.
     pub(crate) inlet: Option<Inlet>,
-    /// Layer of the side, of two layers; none of one phase, or of grains and fluid.
+    /// Layer to which the boundary belongs; `None` for flows that are not of two layers.
     pub(super) flow_layer: Option<LayerOfSide>,
-    /// Absorbing layer before the side.
+    /// Absorbing layer inside the boundary.
     pub(super) layer: AbsorbingLayer,
-    /// State of the flow beyond the side.
+    /// State of the flow outside the boundary.
     pub state: FarField,
 }
 
 /// Strip of a side.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BoundarySegment<const D: usize> {
-    /// Templates of the nodes beyond it, of each set.
+    /// Templates of nodes that are added outside the segment, for each node set.
     pub(super) template_nodes: [Option<NewNode<D>>; 2],
-    /// Far state; none where there was no material.
+    /// Far-field state; `None` if there was no material outside at the start.
     pub(super) far_state: Option<BoundaryState>,
-    /// Volume of a node over the depth by summation there (m; m² in plan).
+    /// Volume of a node over the depth by summation (m; m² in plan).
     pub(super) width: f64,
 }
 
-/// Region of nodes: before all open sides, beyond one, or beyond another.
+/// Region of a position: inside all open boundaries, outside this one, or outside another.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SideRegion {
     Interior,
@@ -72,6 +72,7 @@ pub(crate) enum SideRegion {
 }
 
 impl<const D: usize> OpenBoundary<D> {
+    /// Open boundary of a side; corners belong to the first of two adjacent sides.
     pub(crate) fn new(
         opening: &Opening,
         node_extent: f64,
@@ -111,12 +112,12 @@ impl<const D: usize> OpenBoundary<D> {
         }
     }
 
-    /// Whether this is a side of set `number`.
+    /// Whether the boundary belongs to a node set.
     pub(super) fn is_of(&self, number: usize) -> bool {
         is_of(self.flow_layer, number)
     }
 
-    /// Sets of the side, with their numbers.
+    /// Node sets of the boundary, with their numbers.
     pub(super) fn own_sets<'a>(
         &self,
         sets: &'a [PhaseSet<D>],
@@ -125,23 +126,23 @@ impl<const D: usize> OpenBoundary<D> {
         sets.iter().enumerate().filter(move |(number, _)| is_of(flow_layer, *number))
     }
 
-    /// Depths at nodes of these sets (m): of both phases, or of the layer.
+    /// Depth at the nodes (m): total depth, or depth of the layer to which the boundary belongs.
     pub(super) fn depths<'a>(&self, nodes: &'a PhaseNodes<D>) -> &'a [f64] {
         if self.flow_layer.is_some() { &nodes.partial_thickness } else { &nodes.depth }
     }
 
-    /// Effective gravity at node `i` of these sets (m/s²): for inflow into one of two layers that on waves of its own depth.
+    /// Effective gravity for waves at a node (m/s²); for inflow of one of two layers that of waves in this layer.
     pub(super) fn wave_gravity(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
         let flow_layer = self.flow_layer.filter(|_| self.has_inlet());
         flow_layer.map_or(nodes.effective_gravity[i], |flow_layer| flow_layer.wave_gravity(nodes, i))
     }
 
-    /// Share of set `number` in a depth of this state.
+    /// Share of a node set in the depth of a state.
     pub(super) fn depth_share(&self, state: &BoundaryState, sets: usize, number: usize) -> f64 {
         if self.flow_layer.is_some() { 1.0 } else { state.depth_share(sets, number) }
     }
 
-    /// Sets the initial state at the side, under `gravity` (m/s²) at `time` (s): the material outside continues like it.
+    /// Sets the initial state at the boundary. The material outside continues with the depth inside.
     pub(crate) fn initialise(
         &mut self,
         sets: &[PhaseSet<D>],
@@ -200,7 +201,7 @@ impl<const D: usize> OpenBoundary<D> {
         self.copy_to_corners();
     }
 
-    /// Copies to strips beyond other open sides the next strip.
+    /// Copies the state to segments outside other open boundaries from the segment next to them.
     pub(super) fn copy_to_corners(&mut self) {
         for number in 0..self.strips.len() {
             let own = self.strip_with_state(number);
@@ -216,17 +217,17 @@ impl<const D: usize> OpenBoundary<D> {
         }
     }
 
-    /// Whether there is inflow through the side.
+    /// Whether the boundary has inflow.
     pub fn has_inlet(&self) -> bool {
         self.inlet.is_some()
     }
 
-    /// Distance before the side at which the arriving flow is sampled (m).
+    /// Distance inside the boundary at which the arriving flow is sampled (m).
     pub(super) fn search_distance(&self) -> f64 {
         PROBE_SUPPORTS * self.node_extent / FAR_FIELD_SUPPORTS
     }
 
-    /// Extent of the nodes beyond the side (m).
+    /// Width of the zone with nodes outside the boundary (m).
     pub(super) fn node_extent(&self) -> f64 {
         self.node_extent
     }
@@ -245,12 +246,12 @@ impl<const D: usize> OpenBoundary<D> {
         along.min(self.strips.len() - 1)
     }
 
-    /// Strip whose state a strip has: the next one before a corner.
+    /// Segment whose state applies: the next one for segments in a corner.
     pub(super) fn strip_with_state(&self, strip: usize) -> usize {
         strip.clamp(self.corner_strips[0], self.strips.len() - 1 - self.corner_strips[1])
     }
 
-    /// State at a distance beyond a strip (m).
+    /// State at a distance outside a segment (m).
     pub(super) fn state_beyond(&self, strip: usize, beyond: f64) -> BoundaryState {
         let known = &self.state.strips[self.strip_with_state(strip)];
         if let Some(fixed) = known.prescribed {
@@ -278,7 +279,7 @@ impl<const D: usize> OpenBoundary<D> {
         )
     }
 
-    /// Counts the volume that has passed the side since the last call; returns set and index of nodes that have entered.
+    /// Counts the volume that has crossed the boundary since the last call. Returns set and index of the nodes that have entered.
     pub(super) fn count_crossings(
         &mut self,
         sets: &[PhaseSet<D>],
@@ -306,8 +307,8 @@ impl<const D: usize> OpenBoundary<D> {
         entered
     }
 
-    /// Gives nodes of set `number` beyond the side their depth and speed. Returns the distance of the last one of each strip (m), and the
-    /// numbers of nodes that are no longer needed.
+    /// Sets depth and velocity of the nodes outside the boundary, for a node set. Returns the distance of the last one of each strip (m),
+    /// and the numbers of nodes that are no longer needed.
     pub(super) fn set_far_field_nodes(
         &mut self,
         nodes: &mut PhaseNodes<D>,
@@ -344,7 +345,7 @@ impl<const D: usize> OpenBoundary<D> {
         (farthest, removed)
     }
 
-    /// Adds nodes of set `number` beyond the side, from the last one of each strip (m) on as far as they have influence.
+    /// Adds nodes outside the boundary from the outermost node of each segment up to the width of the zone, for a node set.
     pub(super) fn add_far_field_nodes(
         &mut self,
         set: &mut PhaseSet<D>,
@@ -388,7 +389,7 @@ impl<const D: usize> OpenBoundary<D> {
         self.state.ids.sort_unstable();
     }
 
-    /// Finds the state of the side at `time` (s): that of its outside before the first step, none where it is dry.
+    /// Computes the boundary state at a time (s); before the first step it is the far-field state, and `None` if the boundary is dry.
     pub(super) fn find_state(
         &mut self,
         settings: &FlowSettings<D>,
@@ -438,7 +439,7 @@ impl<const D: usize> OpenBoundary<D> {
     }
 }
 
-/// Whether a side, of this layer or of all material, is one of set `number`.
+/// Whether a boundary of this layer, or of all material, belongs to a node set.
 fn is_of(flow_layer: Option<LayerOfSide>, number: usize) -> bool {
     flow_layer.is_none_or(|flow_layer| flow_layer.set == number)
 }
@@ -455,7 +456,7 @@ fn template_node<const D: usize>(nodes: &PhaseNodes<D>, i: usize) -> NewNode<D> 
     }
 }
 
-/// Positions of nodes: the initial ones in cells, and those that have been added since.
+/// Positions of nodes, for distance checks of added ones: the initial nodes in cells, and the nodes added since.
 #[derive(Default)]
 struct OccupiedPlaces<const D: usize> {
     /// None before the first search, and of positions that are not finite, which the next search reports.

@@ -11,8 +11,7 @@ use crate::points::phase_nodes::{PhaseNodes, PlanVector};
 use crate::pore_pressure::pore_pressure_columns::PorePressureColumns;
 
 impl<const D: usize> OpenBoundary<D> {
-    /// Outermost node of each strip, `limit` (m) beyond the side at most; of a strip without one that of the nearest strip which
-    /// has one.
+    /// Outermost node of each segment, at most `limit` outside the boundary (m). A segment without nodes has that of the nearest segment.
     fn last_before(
         &self,
         nodes: &PhaseNodes<D>,
@@ -53,7 +52,7 @@ impl<const D: usize> OpenBoundary<D> {
 }
 
 impl PorePressureColumns {
-    /// Gives node `i` of depth `depth` (m) the column of node `from`, in shares of its depth (m).
+    /// Sets the pore-pressure column of a node to that of node `from`, scaled to its depth (m).
     fn copy_column(&mut self, i: usize, depth: f64, from: usize) {
         let (before, width) = (self.depth[from], self.width);
         for k in 0..width {
@@ -63,12 +62,12 @@ impl PorePressureColumns {
     }
 }
 
-/// Updates columns of nodes so near to the outer end that sums lack neighbours there.
+/// Updates the pore-pressure columns of nodes near the outer edge of the zone, whose kernel sums lack neighbours.
 pub(super) fn update_far_field_columns<const D: usize>(open: &[OpenBoundary<D>], nodes: &mut FlowNodes<D>) {
     copy_columns(open, nodes, 1.0 - 1.0 / FAR_FIELD_SUPPORTS);
 }
 
-/// Sets the initial columns of all nodes beyond open sides.
+/// Sets the initial pore-pressure columns of all nodes outside open boundaries.
 pub(crate) fn initialise_far_field_columns<const D: usize>(
     open: &[OpenBoundary<D>],
     nodes: &mut FlowNodes<D>,
@@ -76,7 +75,8 @@ pub(crate) fn initialise_far_field_columns<const D: usize>(
     copy_columns(open, nodes, 0.0);
 }
 
-/// Copies to nodes farther beyond sides than this share of their reach the columns of the last nodes before.
+/// Copies pore-pressure columns to the nodes outside boundaries that are farther out than a share of the width of the zone, from the
+/// outermost nodes closer in.
 fn copy_columns<const D: usize>(open: &[OpenBoundary<D>], nodes: &mut FlowNodes<D>, share: f64) {
     if nodes.pore_columns.is_empty() || open.iter().all(OpenBoundary::has_inlet) {
         return;

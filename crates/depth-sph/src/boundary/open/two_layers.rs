@@ -9,19 +9,19 @@ use serde::{Deserialize, Serialize};
 use crate::boundary::open::boundary_state::{BoundaryState, INTERVALS, InteriorFit, riemann_state};
 use crate::points::phase_nodes::PhaseNodes;
 
-/// Share of the other layer's depth in the far state below which a layer has no waves of its own.
+/// Least depth of a layer over that of the other one in the far field, below which the layer has no waves of its own.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
 
 /// Layer of a side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LayerOfSide {
-    /// Set of its nodes: 0 of the lower, 1 of the upper layer.
+    /// Node set of the layer: 0 for the lower, 1 for the upper one.
     pub(crate) set: usize,
-    /// Density of the upper over that of the lower layer, `γ`.
+    /// Density ratio `γ` of the upper to the lower layer.
     pub(crate) ratio: f64,
 }
 
-/// States of both layers at a strip, the lower one first.
+/// States of both layers at a boundary segment, the lower one first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LayerPair {
     /// Far states.
@@ -36,19 +36,19 @@ pub struct LayerPair {
     step_middle: f64,
 }
 
-/// Layer as it arrives at a position: depth (m) and outward speed (m/s).
+/// Depth (m) and outward speed (m/s) of a layer that arrives at a position.
 type ArrivingLayer = [f64; 2];
 
 impl LayerOfSide {
-    /// Effective gravity (m/s²) on waves of its own depth at node `i`: the surface of the material on the lower layer stays level (sheet:
-    /// depth-sph §2.11, `c_i²` of a thin layer).
+    /// Effective gravity (m/s²) for waves of this layer alone at a node, while the free surface stays level (sheet: depth-sph §2.11, `c_i²`
+    /// of a thin layer).
     pub(crate) fn wave_gravity<const D: usize>(&self, nodes: &PhaseNodes<D>, i: usize) -> f64 {
         let is_covered = self.set == 0 && nodes.depth[i] > nodes.partial_thickness[i];
         nodes.effective_gravity[i] * if is_covered { 1.0 - self.ratio } else { 1.0 }
     }
 
-    /// Depth (m) and outward speed (m/s) of the layer at the side, from the arriving state of both and the far state; the lower one first.
-    /// `arriving` is a function of the speed of the wave (m/s).
+    /// Depth (m) and outward speed (m/s) of the layer at the boundary, from the arriving flow and the far field of both layers. `arriving`
+    /// gives the arriving layers for a wave speed (m/s).
     fn riemann_state(
         &self,
         still: [Option<BoundaryState>; 2],
@@ -80,6 +80,7 @@ impl LayerOfSide {
         }
     }
 
+    /// Depth (m) and speed (m/s) of this layer at the boundary, from the characteristics of the coupled two-layer system.
     fn riemann_state_of_both(
         &self,
         still: [BoundaryState; 2],
@@ -122,8 +123,8 @@ impl LayerOfSide {
         ((own.depth + back(0)).max(0.0), own.speed + back(1) / own.depth)
     }
 
-    /// State of the layer `beyond` the side (m): depths as waves bring them there, speeds those at the side, so that the nodes there keep
-    /// their distances.
+    /// State of the layer at a distance `beyond` outside the boundary (m). Depths are those of the waves that have arrived there, and the
+    /// speed is that at the boundary, so that nodes outside keep their distances.
     pub(super) fn state_beyond(&self, both: &LayerPair, beyond: f64) -> BoundaryState {
         let own = both.far_states[self.set];
         let Some(arriving) = both.interior[self.set].or(both.interior[1 - self.set]) else {
@@ -145,13 +146,13 @@ impl LayerOfSide {
 }
 
 impl LayerPair {
-    /// Sets the far states and the flow that arrives at the side.
-    pub(super) fn set(&mut self, still: [Option<BoundaryState>; 2], within: [Option<InteriorFit>; 2]) {
-        (self.far_states, self.interior) = (still, within);
+    /// Sets the far-field states of both layers and the fits of the interior flow that arrives at the boundary.
+    pub(super) fn set_states(&mut self, far: [Option<BoundaryState>; 2], interior: [Option<InteriorFit>; 2]) {
+        (self.far_states, self.interior) = (far, interior);
     }
 
-    /// Records the state `distance` (m) before the end of a profile at `time` (s), at the beginning of a step of `dt` (s). It is evaluated
-    /// as far as `reach` (m) beyond the end.
+    /// Records the state at `distance` before the end of a profile (m) at the beginning of a step of `dt` (s). It is evaluated as far as
+    /// `reach` (m) beyond the end.
     pub(super) fn record(
         &mut self,
         (time, dt): (f64, f64),
@@ -178,7 +179,7 @@ impl LayerPair {
         self.history.drain(..first);
     }
 
-    /// Depths and speeds that a wave of this speed (m/s) brings to a distance `beyond` the side (m).
+    /// Depths and speeds of both layers that a wave of a given speed (m/s) carries to a distance `beyond` outside the boundary (m).
     fn arriving_layers(&self, beyond: f64, wave: f64) -> [ArrivingLayer; 2] {
         let Some((_, last)) = self.history.last() else {
             let far = |within: InteriorFit| within.extrapolated(beyond.min(within.extrapolation_distance));

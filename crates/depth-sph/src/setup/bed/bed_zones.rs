@@ -8,10 +8,10 @@ use crate::config::{DepthOptions, FluidResistanceOptions};
 use crate::setup::bed::case_bed::{bed_friction, obstacle_friction};
 use crate::setup::{material, option_error};
 
-/// Region of the bed with a friction of its own on the obstacle, and its law.
+/// Region in plan of an obstacle with specified friction, and its basal law.
 type ObstacleZone = (PlanRegion, Option<BasalRheology>);
 
-/// Zones of the bed, the rest of it last: a zone of the options has priority over one of the obstacle.
+/// Zones of the bed in the order of priority: regions of the options, obstacles, and the remaining bed.
 pub fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<BedZone>, CaseError> {
     let rest = BedZone {
         regions: Vec::new(),

@@ -16,11 +16,11 @@ use crate::setup::bed::face_heights::highest_faces;
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
 
-/// Slope that half of a survey may exceed without a warning (degrees; sheet: depth-sph §7).
+/// Slope angle above which there is a warning if half of a survey exceeds it (degrees; sheet: depth-sph §7).
 const STEEPEST_TERRAIN: f64 = 60.0;
 /// Number of nodes of a raster whose slopes are sampled.
 const SAMPLE: usize = 1 << 18;
-/// Steepest slope of the faces of other obstacles without a warning (degrees).
+/// Slope angle of the faces of obstacles above which there is a warning (degrees).
 const STEEPEST_FACE: f64 = 60.0;
 
 /// Friction of the bed on the flow.
@@ -38,15 +38,15 @@ pub enum BedFriction {
 pub struct CaseBed<const D: usize> {
     /// Surface.
     pub bed: Bed<D>,
-    /// Cells of the raster, where the bed is one.
+    /// Cells of the raster, if the bed is one.
     pub grid: Option<PlanCells>,
-    /// Largest distance of the surface from the heights of its raster, and the root mean square of all (m).
-    pub departure: Option<[f64; 2]>,
+    /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
+    pub fit_errors: Option<[f64; 2]>,
     /// Warnings.
     pub warnings: Vec<String>,
 }
 
-/// Makes the bed of `case`: its obstacles, and the highest wall that faces upward where it is above them.
+/// Bed of a case: its obstacles, and upward-facing walls where these are higher.
 pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<CaseBed<D>, CaseError> {
     let floor = highest_wall(case);
     let Some(first) = case.obstacles.first() else {
@@ -58,7 +58,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
             return Err(CaseError::new("boundaries", problem));
         };
         reject_erosion_of_plane(options)?;
-        return Ok(CaseBed { bed: Bed::Flat(level), grid: None, departure: None, warnings: Vec::new() });
+        return Ok(CaseBed { bed: Bed::Flat(level), grid: None, fit_errors: None, warnings: Vec::new() });
     };
     if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
         let problem = "must be 0 over an obstacle: gravity must be vertical over a bed with slopes";
@@ -76,7 +76,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
         reject_erosion_of_plane(options)?;
-        return Ok(CaseBed { bed, grid: None, departure: None, warnings: Vec::new() });
+        return Ok(CaseBed { bed, grid: None, fit_errors: None, warnings: Vec::new() });
     }
     let (mut raster, path) = raster::<D>(case, options)?;
     raise_to_wall(case, first, floor, &mut raster)?;
@@ -98,17 +98,18 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     let ground = TerrainBed::new(raster).map_err(|error| wrong(error.to_string()))?;
     warnings.extend(too_steep(case, &ground));
     warnings.extend(energy_warning(options));
-    let departure = Some(departure(&ground, &means));
+    let fit_errors = Some(fit_errors(&ground, &means));
     let bed = if options.records_erosion() {
         Bed::Erodible(Box::new(ErodibleBed::new(ground, options.lower_bed)))
     } else {
         Bed::Surface(Arc::new(ground))
     };
-    Ok(CaseBed { bed, grid: on_map.then_some(grid), departure, warnings })
+    Ok(CaseBed { bed, grid: on_map.then_some(grid), fit_errors, warnings })
 }
 
-/// Largest distance of a surface from heights that were `means` (m) above its own levels, and the root mean square of all (m).
-fn departure(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
+/// Largest and root-mean-square difference (m) of the bed surface from the levels of its raster before smoothing. `means` (m) are the
+/// raster levels minus the smoothed ones.
+fn fit_errors(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
     let raster = ground.raster();
     let off = |number: usize| {
         let bed: Option<BedPoint<2>> =
@@ -146,7 +147,7 @@ fn check_same_walls(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
     Err(CaseError::new(format!("obstacles[{number}].wall"), problem))
 }
 
-/// Rejects erosion with a record on a plane, which has no nodes for it, and a dam on one.
+/// Rejects recorded erosion and dams on a plane bed, which has no raster nodes.
 fn reject_erosion_of_plane(options: &DepthOptions) -> Result<(), CaseError> {
     if !options.dams.is_empty() {
         let problem = "the bed is a plane, whose heights cannot be raised: give the bed as a raster";
@@ -179,8 +180,7 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
     Ok((highest_faces::<D>(case, spacing, Some((number, own)))?, path))
 }
 
-/// Warns of faces in the way of a flow, and of terrain so steep throughout that its heights may not be in metres: single cliffs
-/// of survey terrain may be upright, but not half of it.
+/// Warning for steep faces in the way of a flow, and for terrain that is so steep everywhere that its levels may not be in metres.
 fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
@@ -243,13 +243,13 @@ fn raise_to_wall(
     Ok(())
 }
 
-/// Friction of the bed of `case`, without making it; `None` where there is no bed.
+/// Friction of the bed of a case; `None` without a bed.
 pub fn bed_friction(case: &Case) -> Option<BedFriction> {
     let obstacle = case.obstacles.first().map(friction_of_obstacle);
     obstacle.or_else(|| highest_wall(case).map(|(_, _, wall)| wall_friction(wall)))
 }
 
-/// Whether the bed of `case` is smooth all over, or there is none.
+/// Whether the whole bed of a case is smooth, or there is no bed.
 pub fn is_smooth(case: &Case) -> bool {
     let regions = case.obstacles.iter().flat_map(|obstacle| &obstacle.regions);
     let mut holds =
@@ -271,6 +271,7 @@ pub fn highest_wall(case: &Case) -> Option<(usize, f64, &Wall)> {
     highest.map(|(number, boundary)| (number, level(boundary), &boundary.wall))
 }
 
+/// Bed friction of a wall of the case.
 fn wall_friction(wall: &Wall) -> BedFriction {
     match wall {
         Wall::Smooth => BedFriction::Smooth,
@@ -279,6 +280,7 @@ fn wall_friction(wall: &Wall) -> BedFriction {
     }
 }
 
+/// Bed friction of an obstacle of the case.
 fn friction_of_obstacle(obstacle: &Obstacle) -> BedFriction {
     obstacle_friction(obstacle.wall)
 }

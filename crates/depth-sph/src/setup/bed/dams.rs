@@ -7,13 +7,13 @@ use colluvium_points::surface::distance_to_line;
 use crate::config::{DamOptions, DepthOptions};
 use crate::setup::option_error;
 
-/// Height of a dam above the ground at a distance from its line (m).
+/// Height of a dam above the ground at a distance from its crest line (m).
 fn height(dam: &DamOptions, distance: f64) -> f64 {
     let beside = (distance - 0.5 * dam.width).max(0.0);
     (dam.height - dam.side_slope * beside).max(0.0)
 }
 
-/// Raises the heights of the bed by the dams of a case; the higher one applies where two overlap. Returns warnings.
+/// Raises the levels of the bed by the dams of a case; where two overlap, the higher one applies. Returns warnings.
 pub fn raise_terrain(
     case: &Case,
     options: &DepthOptions,

@@ -3,15 +3,15 @@
 use colluvium_case::{Case, CaseError, PlacedObstacle};
 use colluvium_points::Raster;
 
-/// Shortest advance towards a face, over the distance of the nodes: beside an upright face the distance from it stays small.
+/// Least advance of the search towards a face, over the node distance; beside a vertical face the distance remains small.
 const ADVANCE: f64 = 1e-2;
-/// Bisections of an advance that ends in a solid.
+/// Number of bisections after an advance into a solid.
 const HALVINGS: usize = 60;
-/// Rows of nodes of a bed that is constant along the second axis.
+/// Number of raster rows of a bed that is constant along the second axis.
 const ROWS: usize = 4;
 
-/// Highest faces along vertical lines, at nodes `spacing` (m) apart over the domain, or at those of `raster`.
-/// The obstacle of that number counts by its heights, those of `raster`.
+/// Levels of the highest obstacle faces at nodes `spacing` apart (m), or at those of `raster`. The obstacle of that number counts by its
+/// heights, those of `raster`.
 pub fn highest_faces<const D: usize>(
     case: &Case,
     spacing: f64,
@@ -52,7 +52,7 @@ fn nodes<const D: usize>(case: &Case, spacing: f64) -> Raster {
     Raster::from_function([count(0).max(ROWS), rows], [low(0), low(1)], [spacing; 2], |_, _| f64::NAN)
 }
 
-/// Height of the highest face at a position in plan (m), without obstacle `without`; not-a-number where there is none.
+/// Level of the highest face at a position in plan (m), without the obstacle `without`; not-a-number if there is no face.
 fn face<const N: usize>(
     case: &Case,
     standing: &[PlacedObstacle<'_, N>],

@@ -58,6 +58,7 @@ impl VelocityBounds {
         bounds
     }
 
+    /// Bounds that the walls of the node impose on its velocity.
     fn bounds(&self) -> &[VelocityBound] {
         &self.bounds[..self.count]
     }
@@ -188,6 +189,7 @@ fn solve(
     Some(found)
 }
 
+/// Vector product.
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
         let (d, e) = ((c + 1) % 3, (c + 2) % 3);
@@ -282,7 +284,7 @@ fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
     pushes
 }
 
-/// Sets the velocity of a node to that of the bonded faces, which share the velocity change beyond their normal impulses.
+/// Sets the velocity of a node at a corner to that of the rough faces. The change beyond the normal impulses is divided among the faces.
 fn impose_bonded_velocity(
     changes: &mut [[f64; 3]; MAX_FACES],
     parts: &NormalImpulses,

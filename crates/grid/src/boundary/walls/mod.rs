@@ -197,6 +197,7 @@ impl NodeWalls {
         }
     }
 
+    /// Imposes the walls of a node on its velocities at the start and the end of a step (m/s), with friction.
     fn constrain_by_walls(
         &self,
         index: &[usize; 3],
@@ -293,15 +294,18 @@ impl NodeWalls {
     }
 }
 
+/// Difference `a - b`.
 fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
+/// Euclidean norm of a vector.
 fn length(vector: &[f64; 3]) -> f64 {
     vector.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 impl NodeWall {
+    /// Velocity towards the wall, relative to it (m/s); positive for approach.
     fn approach_velocity(&self, velocity: &[f64; 3]) -> f64 {
         let normal = velocity[self.axis] - self.velocity[self.axis];
         if self.is_upper { normal } else { -normal }
@@ -424,6 +428,7 @@ impl NodeWall {
         }
     }
 
+    /// Components of the velocity that the wall prescribes without condition: all for a rough wall, else the normal one.
     fn unconditional_components(&self) -> std::ops::Range<usize> {
         if self.kind == WallKind::Rough { 0..3 } else { self.axis..self.axis + 1 }
     }

@@ -34,10 +34,12 @@ pub struct NodeFaces {
     faces: Vec<NodeFace>,
 }
 
+/// Scalar product.
 pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Euclidean norm.
 pub(super) fn length(a: &[f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
@@ -176,6 +178,7 @@ impl NodeFace {
         self.kind == WallKind::Rough && !self.separation
     }
 
+    /// Removes the normal component of a velocity.
     fn stop(&self, velocity: &mut [f64; 3]) {
         let out = dot(velocity, &self.normal);
         (0..3).for_each(|c| velocity[c] -= out * self.normal[c]);
@@ -186,6 +189,7 @@ impl NodeFace {
         dot(velocity, &self.normal) - dot(&self.velocity, &self.normal)
     }
 
+    /// Friction coefficient of the face while sliding; infinite for a rough one.
     pub(super) fn coefficient(&self) -> f64 {
         match self.kind {
             WallKind::Smooth => 0.0,

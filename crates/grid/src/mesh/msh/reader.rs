@@ -23,15 +23,18 @@ pub(super) struct MshReader<'a> {
 }
 
 impl<'a> MshReader<'a> {
+    /// Reader at the start of a file; a byte-order mark is skipped.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let offset = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) { 3 } else { 0 };
         Self { bytes, offset, line: 0, row_end: None, binary: None }
     }
 
+    /// Whether the file is in the binary format.
     pub(super) fn is_binary(&self) -> bool {
         self.binary.is_some()
     }
 
+    /// Error at the current location of the file.
     pub(super) fn error<T>(&self, problem: impl Into<String>) -> Result<T, MshError> {
         Err(self.error_at(self.location(), problem.into()))
     }
@@ -86,6 +89,7 @@ impl<'a> MshReader<'a> {
         Ok(None)
     }
 
+    /// Skips lines up to and including `end`.
     pub(super) fn skip_past(&mut self, end: &str) -> Result<(), MshError> {
         while self.line()? != end {}
         Ok(())
@@ -116,6 +120,7 @@ impl<'a> MshReader<'a> {
         Ok(())
     }
 
+    /// Next `N` bytes; `what` describes them in the message if the file ends before.
     fn take_bytes<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MshError> {
         let found = self.bytes.get(self.offset..self.offset + N).and_then(|bytes| bytes.try_into().ok());
         let Some(found) = found else { return self.error(format!("the file ends before {what}")) };
@@ -186,6 +191,7 @@ impl<'a> MshReader<'a> {
         }
     }
 
+    /// Next floating-point number, in the text or binary format.
     pub(super) fn double(&mut self) -> Result<f64, MshError> {
         let Some(binary) = self.binary else { return self.next_word() };
         let bytes = self.take_bytes("a coordinate")?;

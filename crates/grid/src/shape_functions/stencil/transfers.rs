@@ -396,6 +396,7 @@ impl<const D: usize> InterpolatedMotion<D> {
         self.add_gradient_of_line(v, slope, w, g);
     }
 
+    /// Adds the contribution of a grid line with velocity `v` and slope along it to the velocity gradient.
     #[inline(always)]
     fn add_gradient_of_line(&mut self, v: Vector4, slope: Vector4, w: f64, g: [f64; 2]) {
         self.gradient[D - 1] += slope * w;

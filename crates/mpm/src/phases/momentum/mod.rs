@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::momentum::EquilibriumTerms;
 use crate::points::pore_fluid::{LIQUID, SOLID};
 
-/// Sums of a row of nodes for the measures of equilibrium of both equations.
+/// Sums over nodes for the equilibrium criterion of mixture and liquid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseEquilibriumTerms {
     /// Terms of the mixture; work and kinetic energy are those of both phases.
@@ -18,28 +18,28 @@ pub struct PhaseEquilibriumTerms {
 }
 
 impl PhaseEquilibriumTerms {
-    /// Adds another row.
+    /// Adds the sums of other nodes.
     pub fn add(&mut self, other: &Self) {
         self.mixture.add(&other.mixture);
         self.liquid.add(&other.liquid);
     }
 }
 
-/// Input of the solve of a step, as [`crate::momentum::MomentumSolve`].
+/// Input of the momentum solve of both phases, like [`crate::momentum::MomentumSolve`] for one.
 pub struct PhaseSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Whether held nodes keep their momentum at the start of the step.
+    /// Whether constrained nodes keep their velocity at the start of the step.
     pub keep_initial_velocity: bool,
     /// Inertia over mass (mass scaling); weight and drag are not scaled.
     pub inertia: f64,
-    /// Nodes with less mass of a phase than this (kg) are skipped.
+    /// Mass of each phase below which a node is skipped (kg).
     pub mass_cutoff: [f64; 2],
     /// Whether to sum the measures of equilibrium.
     pub sum_equilibrium: bool,
-    /// Components of velocity that are prescribed, of all nodes, one bit an axis; empty where none are.
+    /// Prescribed velocity components of all nodes, one bit per axis; empty if there are none.
     pub constrained_components: &'a [[u8; 2]],
     /// Boundary conditions of both phases.
     pub walls: [&'a NodeWalls; 2],
@@ -81,11 +81,12 @@ struct LiquidContribution {
     pore_pressure_part: [f64; 3],
 }
 
+/// Mask of the three spatial components.
 const VECTOR: Vector4 = Vector4::new([1.0, 1.0, 1.0, 0.0]);
 
 impl<const D: usize> PhaseSolve<'_, D> {
-    /// Turns momentum and force of the active nodes of a row into velocity at the end of the step and
-    /// acceleration, of both phases.
+    /// Solves the momentum equations of both phases at the active nodes of a row: velocity at the end of the step and acceleration replace
+    /// momentum and force.
     pub fn row(
         &self,
         row: usize,
@@ -145,8 +146,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         solid.force = acceleration;
     }
 
-    /// Solution of the momentum balances at a node with walls or measures of equilibrium; `record` is called with each change of the
-    /// skeleton's velocity (m/s) by rigid geometry.
+    /// Solves the momentum equations at a node with walls. `record` receives each change of the skeleton velocity by obstacles (m/s).
     pub(super) fn solve_node(
         &self,
         index: &[usize; 3],
@@ -262,7 +262,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         !self.walls[SOLID].faces().faces_at(index).is_empty()
     }
 
-    /// Velocity (m/s) of a phase before the step, including walls that hold it.
+    /// Velocity of a phase at the start of the step (m/s), with the velocities that walls prescribe.
     fn start(&self, phase: usize, index: &[usize; 3], node: &NodalState, mass: f64) -> [f64; 3] {
         let motion = node.momentum_and_mass.to_array();
         let mut start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / mass } else { 0.0 });
@@ -271,6 +271,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         start
     }
 
+    /// Sets the velocity (m/s) and acceleration (m/s²) of a node from those at the start and the end of the step.
     fn set_result(&self, node: &mut NodalState, start: &[f64; 3], end: &[f64; 3], mass: f64) {
         let rate = |c: usize| (end[c] - start[c]) / self.dt;
         node.momentum_and_mass = Vector4::new([end[0], end[1], end[2], mass]);
@@ -278,11 +279,12 @@ impl<const D: usize> PhaseSolve<'_, D> {
     }
 }
 
+/// Velocity vector with the mass in its fourth component.
 fn with_mass(velocity: Vector4, mass: f64) -> Vector4 {
     velocity + Vector4::new([0.0, 0.0, 0.0, mass])
 }
 
-/// Lets a phase too light for forces move with the points around it.
+/// Sets a phase whose mass is too small for forces to move with the points around it.
 fn follow_points(node: &mut NodalState, mass: f64) {
     let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
     node.momentum_and_mass *= Vector4::new([inverse, inverse, inverse, 1.0]);

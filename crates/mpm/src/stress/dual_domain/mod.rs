@@ -52,27 +52,27 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Cell of a position (m), and local coordinates in it (0 to 1 along each axis).
+/// Cell at a position (m), and local coordinates in it (0 to 1 along each axis).
 #[inline(always)]
 fn cell_and_offset<const D: usize>(grid: &Grid<D>, position: &[f64; D]) -> ([usize; D], [f64; D]) {
     let (cell, local) = (grid.cell_of(position), grid.local(position));
     (cell, std::array::from_fn(|a| local[a] - cell[a] as f64))
 }
 
-/// Weight `α = n^n ∏ N_i` over the `n = 2^D` nodes of a cell, at `s` in it.
+/// Weight `α = n^n ∏ N_i` over the `n = 2^D` nodes of a cell, at local coordinates `s`.
 #[inline(always)]
 fn own_share<const D: usize>(s: &[f64; D]) -> f64 {
     let product: f64 = s.iter().map(|s| 4.0 * s * (1.0 - s)).product();
     product.max(0.0).powi(1 << (D - 1))
 }
 
-/// Share of a point's own stress and velocity gradient.
+/// Weight of the stress and velocity gradient of a point itself, against the nodal averages.
 #[inline(always)]
 pub fn own_stress_share<const D: usize>(grid: &Grid<D>, position: &[f64; D]) -> f64 {
     own_share(&cell_and_offset(grid, position).1)
 }
 
-/// Linear weight of corner `k` of a cell at `s` in it.
+/// Linear shape function of corner `k` of a cell at local coordinates `s`.
 #[inline(always)]
 fn weight<const D: usize>(k: usize, s: &[f64; D]) -> f64 {
     (0..D).map(|a| if k >> a & 1 == 1 { s[a] } else { 1.0 - s[a] }).product()
@@ -87,6 +87,7 @@ struct CellCorners<const D: usize> {
 }
 
 impl<const D: usize> CellCorners<D> {
+    /// Corner offsets of a cell and integrals of products of its shape functions.
     fn new(grid: &Grid<D>, strides: &[usize; D]) -> Self {
         let offsets = std::array::from_fn(|k| (0..D).map(|a| (k >> a & 1) * strides[a]).sum());
         let h = grid.cell;
@@ -97,6 +98,7 @@ impl<const D: usize> CellCorners<D> {
         Self { offsets, products: std::array::from_fn(|k| std::array::from_fn(|a| product(k, a))) }
     }
 
+    /// Number of corners of a cell.
     const COUNT: usize = 1 << D;
 
     /// Integral `∫ N_j ∇N_i` over a cell.
@@ -113,7 +115,7 @@ impl<const D: usize> CellCorners<D> {
     }
 }
 
-/// Function called for every set of points in a slab, with their positions, stresses and volumes.
+/// Function that is called with positions, stresses and volumes of the points of each set in a slab.
 type PointVisitor<'a, const D: usize> = dyn FnMut(&[[f64; D]], &[SymTensor], &[f64]) + 'a;
 /// Function that calls a [`PointVisitor`] for a slab.
 type SlabVisitor<'a, const D: usize> = dyn Fn(usize, &mut PointVisitor<'_, D>) + Sync + 'a;
@@ -287,7 +289,7 @@ impl DualDomainNodes {
     }
 }
 
-/// Adds the share of the points' stresses to the nodes.
+/// Adds the weighted stresses of the points to the nodal averages.
 pub fn share_stresses<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,

@@ -14,10 +14,10 @@ const PHOTOMETRIC: u16 = 262;
 const BLACK_IS_ZERO: u8 = 1;
 /// Photometric interpretation of a picture with a palette.
 pub(super) const PALETTE: u32 = 3;
-/// Flag of a picture that is a mask.
-const IS_MASK: u32 = 4;
+/// Flag of a picture of is image mask.
+const MASK_BIT: u32 = 4;
 /// Flag of a picture that is a reduced copy of another.
-const IS_REDUCED: u32 = 1;
+const REDUCED_BIT: u32 = 1;
 
 /// Copy of a TIFF whose current image is declared to have plain numbers in place of a colour palette.
 pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Option<Vec<u8>> {
@@ -46,7 +46,7 @@ pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec
         decoder.next_image().map_err(tiff_error)?;
         number += 1;
         let kind: u32 = decoder.find_tag_unsigned(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
-        if kind & IS_MASK != 0 && kind & IS_REDUCED == 0 && decoder.dimensions().ok() == Some(size) {
+        if kind & MASK_BIT != 0 && kind & REDUCED_BIT == 0 && decoder.dimensions().ok() == Some(size) {
             return decode_mask(bytes, &mut decoder, number, size).map(Some);
         }
     }

@@ -3,9 +3,9 @@
 use crate::specimen::Specimen;
 use crate::specimen::pluviation::GrainSource;
 
-/// Reports on the filling, origin from a file, and sources of grains.
+/// Preparation of the specimen: sources of grains during the run, reports on the filling of bodies, and origin from a file.
 #[derive(Debug)]
-pub struct SpecimenState {
+pub struct SpecimenPreparation {
     /// Bodies whose grains enter during the run.
     pub sources: Vec<GrainSource>,
     /// Id of the next grain that enters.
