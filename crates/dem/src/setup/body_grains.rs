@@ -245,14 +245,7 @@ fn place_grains<const D: usize>(
         }
         Fill::Random { solid_fraction } => {
             let round = round_wall(&body.shape);
-            pack_to_solid_fraction(
-                case,
-                (body, round),
-                sizes,
-                solid_fraction,
-                random,
-                |container, radii, random| pack(container, radii, random),
-            )
+            pack_to_solid_fraction(case, (body, round), sizes, solid_fraction, random, pack)
         }
         Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
             let layers =

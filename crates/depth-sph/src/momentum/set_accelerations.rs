@@ -19,8 +19,8 @@ fn is_plain<const D: usize>(settings: &FlowSettings<D>) -> bool {
 }
 
 impl<const D: usize> PhaseSet<D> {
-    /// Step 4: accelerations of the nodes of a set without drag and bed resistance. `weak(i)` tells whether drag is weak at a node; `other`
-    /// is the other set of a two-layer flow.
+    /// Step 4: accelerations of the nodes of a set without drag and bed resistance. `weak(i)` is true
+    /// where drag is weak at node `i`; `other` is the other set of a two-layer flow.
     pub fn accelerate(
         &mut self,
         settings: &FlowSettings<D>,

@@ -3,8 +3,8 @@
 use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{
-    CaseBuilder, advance_steps, case_with, read_case, scalars, solve, start_solver, stresses, take_steps,
-    vectors, with_keys,
+    CaseBuilder, advance_steps, assert_same_after_restart, assert_same_on_threads, case_with, read_case,
+    scalars, solve, start_solver, stresses, take_steps, vectors, with_keys,
 };
 use serde_json::{Value, json};
 
@@ -320,26 +320,14 @@ fn results_are_the_same_on_one_and_two_threads() {
     ] {
         let mut case = crash(shape, volumetric);
         case.methods.get_mut("mpm").unwrap()["integration"] = json!(integration);
-        let hash = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&Mpm, &case).snapshot.hash())
-        };
-        assert_eq!(hash(1), hash(2), "{shape}, {volumetric}, {integration}");
+        assert_same_on_threads(&Mpm, &case);
     }
 }
 
 #[test]
 fn a_restored_solver_continues_bit_identically() {
     let case = crash("ugimp", "point");
-    let mut whole = start_solver(&Mpm, &case);
-    advance_steps(&mut *whole, 137);
-    let saved = whole.checkpoint_bytes().unwrap();
-    let mut again = start_solver(&Mpm, &case);
-    again.restore(&mut saved.as_slice()).unwrap();
-    again.begin_stage(0, 0.0).unwrap();
-    advance_steps(&mut *again, 50);
-    advance_steps(&mut *whole, 50);
-    assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
+    assert_same_after_restart(&Mpm, &case, |solver| advance_steps(solver, 137));
 }
 
 #[test]
