@@ -52,9 +52,9 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
 struct RollingMotion {
     /// Rotation down the slope (rad), of disks.
     rotation: f64,
-    /// Displacement (m).
+    /// Displacement down the slope (m).
     displacement: f64,
-    /// Velocity (m/s).
+    /// Velocity down the slope (m/s).
     speed: f64,
     /// Speed of the surface by rotation (m/s).
     rim_speed: f64,

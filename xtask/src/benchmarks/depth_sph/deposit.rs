@@ -117,7 +117,7 @@ struct DepositResult {
     volume_change: f64,
     /// The front over time (s, m).
     front: Vec<(f64, f64)>,
-    /// The deposit.
+    /// Depth of the deposit over the position (m).
     profile: Vec<(f64, f64)>,
 }
 

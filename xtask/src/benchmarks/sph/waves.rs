@@ -21,7 +21,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Reads `validation/sph/<file>`.
+/// Reads the case `validation/sph/<file>`.
 pub(super) fn load(file: &str) -> Result<Case, String> {
     let path = crate::root().join(Path::new("validation/sph")).join(file);
     crate::benchmarks::recorder::record_file(&path);
