@@ -78,7 +78,7 @@ impl StrengthTrial {
     }
 }
 
-/// Solver in the stage of a trial.
+/// Strength trial that runs, with its solver.
 pub(super) struct RunningTrial<'a> {
     /// Solver of the bodies with reduced strength.
     pub solver: Box<dyn Solver>,
@@ -313,7 +313,7 @@ mod tests {
         assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
     }
 
-    /// Displacements at the ends of blocks with the increments `added`.
+    /// Displacements at the ends of successive time windows (m), in each of which `added` (m) is added.
     fn summed(added: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut sum = 0.0;
         added.into_iter().map(|add| (sum += add, sum).1).collect()
