@@ -77,7 +77,7 @@ pub(crate) fn system_name(text: &str) -> Option<String> {
     map_projection::quoted_name(after).map(str::to_owned)
 }
 
-/// Sets the system in a raster's reference to that of the text beside its file.
+/// Sets the coordinate reference system of a raster to that of `text`, the content of the PRJ file beside it.
 pub(crate) fn set_georeference(reference: &mut Georeference, text: Option<String>) {
     let text = text.filter(|text| is_well_known(text));
     (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);
