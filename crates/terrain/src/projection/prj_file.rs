@@ -9,7 +9,7 @@ use crate::projection::{map_projection, proj_string};
 use crate::raster_band;
 use crate::raster_band::{is_length, metres_per_unit};
 
-/// Relative tolerance of the size of the metre.
+/// Relative deviation of a unit of length from the metre, up to which it counts as the metre.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// Text of the `.prj` file beside a file; `None` where there is none.

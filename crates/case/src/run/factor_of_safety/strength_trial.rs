@@ -16,7 +16,7 @@ const STEPS_PER_CHECK: u64 = 50;
 const FITTED_BLOCKS: usize = 6;
 /// Largest number of blocks (time windows) of a trial.
 pub(super) const BLOCKS: usize = 2 * FITTED_BLOCKS;
-/// Displacement in a block over the total displacement, below which it counts as none.
+/// Displacement in a time window over the total displacement, below which the displacement in the window counts as zero.
 const NO_DISPLACEMENT_RATIO: f64 = 0.01;
 /// Share of the elastic settlement that replaces a smaller total displacement in the test for small displacements.
 const NO_DISPLACEMENT: f64 = 0.1;
