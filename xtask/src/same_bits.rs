@@ -155,7 +155,7 @@ fn renamed_columns(file: &Path) -> Result<BTreeMap<String, String>, String> {
 /// Output of a run: columns of measures as text, and fields of frames as bits.
 #[derive(Default)]
 struct RunFiles {
-    /// Exit code.
+    /// Exit code of the program; `None` where the run takes too long.
     code: Option<i32>,
     /// Columns of the measures: heading and cells.
     columns: BTreeMap<String, Vec<String>>,

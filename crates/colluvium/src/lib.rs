@@ -62,7 +62,7 @@ pub fn register_materials() {
     constitutive::register_material(&dem::material::GranularCells);
 }
 
-/// All methods.
+/// All numerical methods of the program.
 pub fn methods() -> &'static [&'static dyn Method] {
     register_materials();
     &[&mpm::Mpm, &sph::Sph, &dem::Dem, &depth_sph::DepthSph, &snow_mpm::SnowMpm]

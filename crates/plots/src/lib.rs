@@ -45,7 +45,7 @@ fn load_font() {
     });
 }
 
-/// Drawable picture.
+/// Picture that can be drawn as SVG, as PNG, or on an area of another picture.
 pub trait Picture {
     /// Width and height (pixels).
     fn size(&self) -> (u32, u32);

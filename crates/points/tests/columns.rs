@@ -32,7 +32,7 @@ struct_of_arrays! {
         held: bool,
         /// Rotations.
         turn: Turn as [f64; 1],
-        /// Matrices, not used by all points.
+        /// Matrix of each point; this column may be empty.
         matrix: [[f64; D]; D],
     }
 }

@@ -21,7 +21,7 @@ const NO_DATA_MAGNITUDE: f64 = 1e30;
 /// Metadata of a band; `None` where the file does not state them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BandMetadata {
-    /// No-data value.
+    /// Value that stands for no data.
     pub(crate) no_data: Option<f64>,
     scale: Option<f64>,
     offset: Option<f64>,

@@ -8,9 +8,13 @@ use colluvium_terrain::{read_raster, read_reference_system};
 /// Tag of a TIFF with its values.
 #[derive(Clone)]
 enum Tag {
+    /// Number of the tag, and its values as 16-bit integers.
     Short(u16, Vec<u16>),
+    /// Number of the tag, and its values as 32-bit integers.
     Long(u16, Vec<u32>),
+    /// Number of the tag, and its values in double precision.
     Double(u16, Vec<f64>),
+    /// Number of the tag, and its text.
     Text(u16, String),
 }
 

@@ -6,13 +6,13 @@ use crate::analysis::statistics::grid_search_minimum;
 /// Homogeneous slope whose toe is the origin. It rises towards positive x up to its height and is level behind the crest.
 #[derive(Clone, Copy, Debug)]
 pub struct HomogeneousSlope {
-    /// Height (m).
+    /// Height of the slope (m).
     pub height: f64,
     /// Horizontal length of the face over its height.
     pub cotangent: f64,
     /// Unit weight (N/m³).
     pub unit_weight: f64,
-    /// Cohesion (Pa).
+    /// Cohesion of the soil (Pa).
     pub cohesion: f64,
     /// Friction angle (degrees).
     pub friction_angle: f64,
@@ -21,9 +21,9 @@ pub struct HomogeneousSlope {
 /// Slip circle and its factor of safety.
 #[derive(Clone, Copy, Debug)]
 pub struct SlipCircle {
-    /// Centre (m).
+    /// Centre of the circle (m).
     pub centre: [f64; 2],
-    /// Radius (m).
+    /// Radius of the circle (m).
     pub radius: f64,
     /// Position at which the slip surface leaves the slope at its face (m).
     pub toe_exit: f64,

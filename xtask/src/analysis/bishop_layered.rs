@@ -11,7 +11,7 @@ pub struct SoilLayer {
     pub top: Vec<[f64; 2]>,
     /// Unit weight (N/m³).
     pub unit_weight: f64,
-    /// Cohesion (Pa).
+    /// Cohesion of the soil (Pa).
     pub cohesion: f64,
     /// Friction angle (degrees).
     pub friction_angle: f64,

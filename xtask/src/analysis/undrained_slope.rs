@@ -9,7 +9,7 @@ use crate::analysis::statistics::grid_search_minimum;
 /// level.
 #[derive(Clone, Debug)]
 pub struct LayeredClaySlope {
-    /// Height (m).
+    /// Height of the slope (m).
     pub height: f64,
     /// Horizontal length of the face over its height.
     pub cotangent: f64,

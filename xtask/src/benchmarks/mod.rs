@@ -45,7 +45,7 @@ const METHODS: &[&[Benchmark]] = &[
     compare::ALL,
 ];
 
-/// All benchmarks.
+/// Benchmarks of all methods, in the order of the report.
 pub fn all_benchmarks() -> impl Iterator<Item = &'static Benchmark> {
     METHODS.iter().copied().flatten()
 }

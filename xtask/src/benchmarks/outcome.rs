@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct BenchmarkOutcome {
     /// Checks, each with measured value and bounds.
     pub checks: Vec<Check>,
-    /// Pictures.
+    /// Pictures of the page of the benchmark.
     pub figures: Vec<BenchmarkFigure>,
     /// Runs as animations.
     #[serde(rename = "films")]
@@ -121,9 +121,9 @@ impl Check {
 /// Picture with its caption, as a file.
 #[derive(Serialize, Deserialize)]
 pub struct BenchmarkFigure {
-    /// Caption.
+    /// Caption under the picture.
     pub caption: String,
-    /// `svg` or `png`.
+    /// Extension of the file: `svg` or `png`.
     pub extension: String,
     /// Content of the file.
     pub bytes: Vec<u8>,

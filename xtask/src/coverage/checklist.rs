@@ -47,7 +47,7 @@ pub struct ChecklistRow {
     pub id: String,
     /// Requirement that the row states.
     pub text: String,
-    /// State.
+    /// Recorded state of the row.
     pub state: ChecklistState,
     /// Files that implement it.
     pub files: Vec<String>,
@@ -62,7 +62,7 @@ pub struct ChecklistRow {
 /// Sheet with its checklist rows.
 #[derive(Clone, Debug)]
 pub struct ChecklistSheet {
-    /// Name.
+    /// Name of the sheet.
     pub name: &'static str,
     /// Rows, in their order.
     pub rows: Vec<ChecklistRow>,

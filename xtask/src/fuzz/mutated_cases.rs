@@ -43,8 +43,11 @@ struct SeedFile {
 /// Outcome of a mutated file. A file that is too large to be tried counts as refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FuzzOutcome {
+    /// The file is rejected with an error message, or is too large.
     Refused,
+    /// The file is read or planned, but the case is not run to its last step.
     Planned,
+    /// All steps are made.
     Run,
 }
 

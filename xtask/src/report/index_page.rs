@@ -8,7 +8,7 @@ use crate::benchmarks::CheckVerdict;
 use crate::report::value_text::{STYLE, duration_text, open_defect_text, status_badge};
 use crate::report::{BenchmarkEntry, BenchmarkStatus, COVERAGE, PAGES, Provenance, ReportScope, form_text};
 
-/// Index page.
+/// Index page of the report: a row for each benchmark.
 pub fn page(entries: &[BenchmarkEntry], about: &Provenance, scope: &ReportScope) -> Markup {
     let worst =
         [BenchmarkStatus::Fail, BenchmarkStatus::Open].into_iter().find(|status| count(entries, *status) > 0);

@@ -62,8 +62,11 @@ pub fn run(filter: Option<&str>, seconds: f64) -> Result<(), String> {
 
 /// Use of a spectral decomposition by a law in every yielding step, point by point or in batches.
 enum DecompositionUse {
+    /// No decomposition.
     None,
+    /// Decompositions of single points.
     Alone,
+    /// Decompositions of batches of points.
     Batch,
 }
 

@@ -18,22 +18,22 @@ pub struct TextbookProblem {
     pub cells: usize,
     /// Shape functions.
     pub shape: TextbookShape,
-    /// Density (kg/m³).
+    /// Density of the block (kg/m³).
     pub density: f64,
     /// Young's modulus (Pa).
     pub youngs_modulus: f64,
-    /// Poisson's ratio.
+    /// Poisson's ratio of the block.
     pub poissons_ratio: f64,
     /// Gravity along the second axis (m/s²).
     pub gravity: f64,
 }
 
-/// Material point.
+/// Material point of the textbook solver.
 #[derive(Clone, Copy, Debug)]
 pub struct TextbookPoint<const D: usize> {
-    /// Position (m).
+    /// Position of the point (m).
     pub position: [f64; D],
-    /// Velocity (m/s).
+    /// Velocity of the point (m/s).
     pub velocity: [f64; D],
     mass: f64,
     volume: f64,

@@ -42,7 +42,7 @@ pub fn module_cycles(tree: &SourceTree) -> Result<Vec<RuleViolation>, String> {
     Ok(findings)
 }
 
-/// File of a module at the root of a crate.
+/// Path of the file of a module at the root of a crate.
 fn file_of(krate: &str, module: &str, files: &[&SourceFile]) -> String {
     let folder = format!("{krate}/src/{module}/mod.rs");
     if files.iter().any(|file| file.path == folder) { folder } else { format!("{krate}/src/{module}.rs") }

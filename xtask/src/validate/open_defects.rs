@@ -14,7 +14,7 @@ pub struct DefectRecord {
     checks: Vec<String>,
     /// Criterion: relation of the failure to the requirement of the source.
     criterion: Criterion,
-    /// Observation.
+    /// Observation that explains the failure.
     found: String,
 }
 

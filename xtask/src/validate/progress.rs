@@ -11,7 +11,7 @@ pub struct ValidationProgress {
     count: Mutex<ProgressCount>,
 }
 
-/// Completed and remaining work.
+/// Numbers and times of the benchmarks that are finished and of those that remain.
 struct ProgressCount {
     done_count: usize,
     /// Time of the finished benchmarks and their expected time (s).

@@ -7,7 +7,9 @@ const MAX_TURN: f64 = 0.004;
 
 /// Segment of a ground line.
 enum GroundSegment {
+    /// Straight segment: start (m), direction and length (m).
     Straight { from: [f64; 2], along: [f64; 2], length: f64 },
+    /// Circular arc: centre (m), radius (m), angle at its start and turning angle (rad).
     Arc { centre: [f64; 2], radius: f64, from: f64, sweep: f64 },
 }
 

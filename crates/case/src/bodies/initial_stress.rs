@@ -7,7 +7,7 @@ use crate::description::{Body, InitialStress, PoreFluid};
 
 /// Sampling points per direction for the comparison of the weights above a body.
 const SAMPLES: usize = 24;
-/// Relative tolerance of weights and heights, over the largest one.
+/// Tolerance of the comparison of weights and heights, over the largest of them.
 const WEIGHT_TOLERANCE: f64 = 1e-6;
 
 impl Case {

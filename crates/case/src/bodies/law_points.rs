@@ -9,9 +9,9 @@ use crate::{Case, CaseError, Field, FieldData, PointList, spatial};
 
 /// State of the material law of a body at its points before the first step.
 pub struct InitialLawState {
-    /// Material law.
+    /// Material law of the body.
     pub material: Arc<dyn Material>,
-    /// Stresses (Pa).
+    /// Stresses of the points (Pa).
     pub stress: Vec<SymTensor>,
     /// States of the material law.
     pub states: States,
@@ -59,9 +59,9 @@ impl Case {
 /// Points of a body with the data of its material law.
 #[derive(Clone, Copy)]
 pub struct LawPoints<'a> {
-    /// Material law.
+    /// Material law of the body.
     pub material: &'a dyn Material,
-    /// Stresses (Pa).
+    /// Stresses of the points (Pa).
     pub stress: &'a [SymTensor],
     /// States of the material law.
     pub states: &'a States,

@@ -36,8 +36,8 @@ impl Case {
         samples.map_err(|error| CaseError::new(format!("bodies[{number}].{key}"), error.to_string()))
     }
 
-    /// Random points in the plane whose areas are equal, and sum up to the volume of the axisymmetric shape. In axisymmetry, this prevents
-    /// that the scatter of their radii becomes a scatter of the mass.
+    /// Scales random points of an axisymmetric shape to equal areas in the plane. The areas are such that the volumes of the points sum up
+    /// to that of the shape: the scatter of the radii does not become a scatter of the mass.
     fn weighted_by_radius<const D: usize>(
         &self,
         shape: &Shape,

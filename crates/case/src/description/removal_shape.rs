@@ -54,7 +54,7 @@ impl RemovalShape {
         to > self.start && self.stop.is_none_or(|stop| from < stop)
     }
 
-    /// Speed (m/s).
+    /// Speed of the shape (m/s).
     pub fn speed(&self) -> f64 {
         self.velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
     }

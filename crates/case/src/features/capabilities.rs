@@ -25,8 +25,11 @@ impl Default for RequiredInput {
 /// Answer of a method to a feature of a case.
 #[derive(Clone, Debug)]
 enum Capability {
+    /// The method applies the feature.
     Supported,
+    /// The method ignores the feature with this warning.
     IgnoredWithWarning(String),
+    /// The method rejects a case with the feature, for this reason.
     Rejected(String),
 }
 

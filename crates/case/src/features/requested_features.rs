@@ -90,7 +90,7 @@ fn resolved(schema: &Value) -> &Value {
     }
 }
 
-/// Alternatives of a schema.
+/// Alternatives (`oneOf` or `anyOf`) of a JSON schema.
 fn alternatives(schema: &Value) -> &[Value] {
     let list = ["oneOf", "anyOf"].iter().find_map(|key| schema[*key].as_array());
     list.map_or(&[], Vec::as_slice)

@@ -12,7 +12,7 @@ pub struct ColumnFile {
     heads: Option<Vec<String>>,
 }
 
-/// Row of a table.
+/// Row of a file of columns.
 pub struct ColumnRow {
     /// Line number in the file, from 1.
     pub line: u64,

@@ -114,7 +114,7 @@ fn parse(text: &str) -> Option<Unit> {
     Some(unit)
 }
 
-/// Multiplies `unit` by the unit of a word with its exponent, such as `m`, `s-1` or `m3`, or divides by it where `sign` is -1. `None` for an
+/// Multiplies `unit` by the unit of a word with its exponent, such as `m`, `s-1` or `m3`. Divides by it where `sign` is -1. `None` for an
 /// unknown word.
 fn multiply_by_word(word: &str, unit: Unit, sign: i32) -> Option<Unit> {
     if word == "1" || word == "-" {

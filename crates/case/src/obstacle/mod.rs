@@ -33,7 +33,7 @@ pub struct PlacedObstacle<'a, const D: usize> {
 /// Tolerance of the initial overlap of points with an obstacle and of the height of nodes on its surface, over the cell size.
 pub const OVERLAP_TOLERANCE: f64 = 1e-9;
 
-/// Position inside an obstacle.
+/// Overlap of an obstacle and one of the queried positions, which is inside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleOverlap {
     /// Number of the obstacle.

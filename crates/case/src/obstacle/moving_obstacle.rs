@@ -15,7 +15,7 @@ const MOTION: StepLimit = StepLimit::new("motion of an obstacle");
 /// Obstacle with a prescribed motion.
 #[derive(Clone, Debug)]
 pub struct MovingObstacle<const D: usize> {
-    /// Prescribed motion.
+    /// Prescribed motion of the obstacle.
     pub motion: ObstacleMotion,
     /// Surface at its current position.
     pub surface: PlacedSurface<D>,

@@ -19,7 +19,7 @@ pub enum NpzValues {
     Integer(Vec<i64>),
 }
 
-/// Array with a name.
+/// Array of an NPZ archive, with its key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NpzArray {
     /// Key of the array in the archive.

@@ -14,7 +14,7 @@ pub struct RigidBodyActions {
     pub free_components: [bool; 6],
     /// Prescribed velocities of the other components (m/s).
     pub prescribed_velocities: [Option<f64>; 3],
-    /// Force (N).
+    /// External force on the body (N).
     pub force: [f64; 3],
     /// Moment about the centre of mass (N m).
     pub moment: [f64; 3],

@@ -48,7 +48,7 @@ pub struct WallPlane {
 pub struct ObstacleContact<'a, const D: usize> {
     /// Surface at its current position.
     pub surface: &'a dyn Surface<D>,
-    /// Boundary laws.
+    /// Boundary laws of the obstacle.
     pub laws: &'a ObstacleLaws,
     /// Motion; `None` at rest.
     pub motion: Option<&'a MovingObstacle<D>>,

@@ -31,7 +31,7 @@ pub(crate) struct RunProgress {
     pub(crate) frame_checksums: BTreeMap<String, FileChecksum>,
     /// Step numbers of the frames in the collection.
     pub(crate) frame_steps: Vec<u64>,
-    /// Totals at the start.
+    /// Mass, momentum and energies at the start.
     pub(crate) start: Option<Budget>,
     /// Bound on the last step (s).
     pub(crate) time_step: Option<f64>,

@@ -11,8 +11,8 @@ use crate::output::{FileChecksum, OutputError, read_json};
 use crate::run::output::run_folder;
 use crate::run::output::run_folder::{CASE, FRAMES, RASTERS, SUMMARY};
 
-/// Checksums of all files of a run in `out` except its summary, by name: `run_checksums`, which the run has computed, and those of the files
-/// written at its end, including `rasters`.
+/// Checksums of all files of a run in `out` except its summary, by name. They are `run_checksums`, which the run has computed, and those of
+/// the files written at its end, including `rasters`.
 pub(super) fn file_checksums(
     out: &Path,
     run_checksums: BTreeMap<String, FileChecksum>,

@@ -7,7 +7,7 @@ use super::{Field, FieldData, Snapshot};
 /// State of a solver at an instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Time (s).
+    /// Time of the state (s).
     pub time: f64,
     /// Number of steps.
     pub step: u64,
@@ -47,7 +47,7 @@ pub enum DatasetGeometry {
 /// Points of a frame, sorted by id. Points may be created and removed; an id always belongs to the same point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FramePoints {
-    /// Ids, ascending.
+    /// Permanent numbers of the points, ascending.
     pub ids: Vec<u64>,
     /// Index into `Case::bodies` of each point; empty for methods without bodies.
     pub bodies: Vec<u32>,
@@ -86,7 +86,7 @@ pub struct PlanNodes {
 /// Lines and polygons between vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonMesh {
-    /// Vertices (m).
+    /// Positions of the vertices (m).
     pub vertices: Vec<[f64; 3]>,
     /// Vertex numbers of the cells, one cell after the other: two for a line, those of a polygon in order.
     pub corners: Vec<u64>,
@@ -99,7 +99,7 @@ pub struct PolygonMesh {
 pub struct PlanRaster {
     /// Name in snake case, as in its file names.
     pub name: String,
-    /// SI unit.
+    /// SI unit of the values.
     pub unit: &'static str,
     /// Values; NaN where there is none.
     pub raster: Raster,

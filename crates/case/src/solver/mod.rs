@@ -244,7 +244,7 @@ impl SolverError {
 
 /// Running instance of a method.
 pub trait Solver: Send {
-    /// Time (s).
+    /// Current time of the solver (s).
     fn time(&self) -> f64;
 
     /// Number of steps.

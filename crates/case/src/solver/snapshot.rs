@@ -12,7 +12,7 @@ pub struct Field {
     pub name: String,
     /// SI unit, for labels.
     pub unit: &'static str,
-    /// The values.
+    /// Values of the field.
     pub data: FieldData,
 }
 
@@ -32,7 +32,7 @@ pub enum FieldData {
 /// Points of a [`Frame`](super::Frame) with their fields, sorted by id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
-    /// Time (s).
+    /// Time of the state (s).
     pub time: f64,
     /// Number of steps.
     pub step: u64,

@@ -213,7 +213,7 @@ impl ErrorCollector<'_> {
         }
     }
 
-    /// Checks the boundaries.
+    /// Checks the boundaries on the sides of the domain.
     fn boundaries(&mut self) {
         let case = self.case;
         let mut names = HashSet::new();

@@ -4,7 +4,9 @@ use serde_json::Value;
 
 /// Part of a JSON path: a key of an object or an index of a list.
 enum PathStep<'a> {
+    /// Key of an object.
     Key(&'a str),
+    /// Index in a list.
     Index(usize),
 }
 

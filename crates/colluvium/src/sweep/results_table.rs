@@ -60,7 +60,7 @@ impl SweepResults<'_> {
         (!targets.is_empty()).then(|| (sum / targets.len() as f64).sqrt())
     }
 
-    /// Index and row of the run with the smallest misfit.
+    /// Index of the run with the smallest misfit, and this misfit.
     pub fn best_run(&self) -> Option<(usize, f64)> {
         let misfits =
             self.rows.iter().enumerate().filter_map(|(number, row)| Some((number, self.misfit(row)?)));

@@ -129,7 +129,7 @@ fn full_factorial(parameters: &BTreeMap<String, SweepParameter>) -> Vec<Vec<Valu
     })
 }
 
-/// Latin hypercube: for each run one fraction in `0..1` for each parameter.
+/// Draws a Latin hypercube sample: for each run one fraction in `0..1` for each parameter.
 fn latin_hypercube(runs: usize, parameters: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut fractions = vec![Vec::with_capacity(parameters); runs];

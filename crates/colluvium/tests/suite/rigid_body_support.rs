@@ -10,8 +10,11 @@ const METHODS: [&dyn Method; 2] = [&Mpm, &Sph];
 /// Level ground in the plane.
 #[derive(Clone, Copy, Debug)]
 enum Ground {
+    /// Wall at a side of the domain.
     Wall,
+    /// Obstacle with a level top.
     Obstacle,
+    /// Terrain from a raster.
     Raster,
 }
 

@@ -33,12 +33,12 @@ const DEFAULT_FIELDS: [&str; 8] = [
 /// Share of the values at each end that are beyond the colour scale, so that single flying points do not stretch it.
 const CLIPPED_FRACTION: f64 = 0.001;
 
-/// Source of the colours of the points.
+/// Data by which the points of an animation are coloured.
 #[derive(Clone, Debug)]
 pub(super) enum ColourSource {
     /// Field, with its scale over all frames of all runs.
     Field { name: String, unit: String, scale: QuantisedRange },
-    /// Class of the points.
+    /// Classes of the points, each with one colour.
     Class(PointClasses),
 }
 

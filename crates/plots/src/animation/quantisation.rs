@@ -15,7 +15,7 @@ const VALUE_STEPS: u32 = 254;
 /// Range divided into whole steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuantisedRange {
-    /// Lower end.
+    /// Lower end of the range.
     pub low: f64,
     /// Upper end, above the lower one.
     pub high: f64,

@@ -27,7 +27,7 @@ pub struct Series {
     pub label: String,
     /// Points; those that are not finite are left out.
     pub points: Vec<(f64, f64)>,
-    /// Drawing style.
+    /// Style in which the series is drawn.
     pub style: Style,
 }
 
@@ -38,7 +38,7 @@ impl Series {
     }
 }
 
-/// Line chart.
+/// Chart of series of points, as lines or markers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LineChart {
     /// Title above the chart.
@@ -49,7 +49,7 @@ pub struct LineChart {
     pub y_label: String,
     /// Whether both axes are logarithmic; points that are not positive are left out.
     pub log: bool,
-    /// Series drawn.
+    /// Series of the chart.
     pub series: Vec<Series>,
 }
 

@@ -37,7 +37,7 @@ impl MapCells {
         (steps >= 0.0 && steps < self.counts[axis] as f64).then_some(steps as usize)
     }
 
-    /// Value of the cell around a position.
+    /// Value of the map cell that contains a position (m); `None` outside the map or without a value.
     fn value(&self, x: [f64; 2]) -> Option<f64> {
         self.value_in_cell(self.cell_index(0, x[0])?, self.cell_index(1, x[1])?)
     }

@@ -53,12 +53,8 @@ pub fn halo_points<const D: usize>(
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum BisectionNode<const D: usize> {
     /// Points before `at` in the order of [`compare_from_axis`] belong to the node `low`, the others to `high`.
-    Cut {
-        axis: usize,
-        position: [f64; D],
-        low: usize,
-        high: usize,
-    },
+    Cut { axis: usize, position: [f64; D], low: usize, high: usize },
+    /// Rank that owns a part of space.
     Rank(u32),
 }
 

@@ -147,7 +147,7 @@ impl EdgeBands {
         bands
     }
 
-    /// Bands between two heights.
+    /// Indices of the bands that overlap the range from `low` to `high` (m).
     fn range(&self, low: f64, high: f64) -> Range<usize> {
         let last = self.band_offsets.len() - 2;
         let band = |y: f64| (((y - self.bottom) * self.per_length) as usize).min(last);

@@ -23,7 +23,7 @@ const MAX_CANDIDATES: f64 = (1u64 << 28) as f64;
 /// Sampling point with its share of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<const D: usize> {
-    /// Position (m).
+    /// Position of the point (m).
     pub position: [f64; D],
     /// Length, area or volume of the part of the shape that the point represents (m, m² or m³).
     pub volume: f64,

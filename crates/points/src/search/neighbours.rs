@@ -34,7 +34,7 @@ pub fn max_cells(points: usize) -> f64 {
     1e8 + 100.0 * points as f64
 }
 
-/// Point farthest from the mean position.
+/// Index of the position farthest from the mean of all positions.
 #[must_use]
 pub fn farthest_from_mean<const D: usize>(positions: &[[f64; D]]) -> usize {
     let mean: [f64; D] =

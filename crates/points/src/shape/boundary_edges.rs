@@ -31,7 +31,7 @@ pub(crate) enum BoundaryEdge {
 /// Area (m²) between a position and edges around it, and its first moments about that position (m³).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SectorMoments {
-    /// Area (m²).
+    /// Area of the sector (m²).
     pub(crate) area: f64,
     /// First moment of area (m³).
     pub(crate) first: PlanePoint,
@@ -72,7 +72,7 @@ impl BoundaryEdge {
         }
     }
 
-    /// Length (m).
+    /// Length of the edge (m).
     pub(crate) fn length(&self) -> f64 {
         match *self {
             Self::Line { from, to } => norm(difference(&to, &from)),

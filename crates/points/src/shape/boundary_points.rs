@@ -6,7 +6,7 @@ use crate::shape::Shape;
 /// Patch of the surface of a shape: an area normal to one axis, with a sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePatch<const D: usize> {
-    /// Position (m).
+    /// Centre of the patch (m).
     pub position: [f64; D],
     /// Axis normal to the patch.
     pub axis: usize,

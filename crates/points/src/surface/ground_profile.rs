@@ -9,24 +9,20 @@ const ARC_RADIUS_TOLERANCE: f64 = 1e-6;
 /// Segment of a ground profile.
 #[derive(Clone, Copy, Debug)]
 enum ProfileSegment {
-    Line {
-        from: [f64; 2],
-        to: [f64; 2],
-    },
+    /// Straight segment between two positions (m).
+    Line { from: [f64; 2], to: [f64; 2] },
     /// Arc from the angle `start` by the angle `sweep`, counter-clockwise positive (radians).
-    Arc {
-        centre: [f64; 2],
-        radius: f64,
-        start: f64,
-        sweep: f64,
-    },
+    Arc { centre: [f64; 2], radius: f64, start: f64, sweep: f64 },
 }
 
 /// Part of a segment on which its nearest position lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SegmentPart {
+    /// First end of the segment.
     Start,
+    /// Positions between the ends.
     Interior,
+    /// Last end of the segment.
     Endpoint,
 }
 

@@ -21,7 +21,7 @@ pub struct HeightField {
     max_gap_ratio: f64,
 }
 
-/// Nearest position on a triangle.
+/// Nearest position on a triangle of the height field.
 struct NearestTriangle {
     triangle: u64,
     corners: [[f64; 3]; 3],

@@ -7,7 +7,7 @@ use crate::{Raster, RasterError};
 /// Height, slope and curvature of a terrain at a position in plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TerrainSample {
-    /// Height (m).
+    /// Height of the terrain (m).
     pub height: f64,
     /// Gradient of the height along x and y.
     pub gradient: [f64; 2],

@@ -9,7 +9,7 @@ use crate::projection::{map_projection, proj_string};
 use crate::raster_band;
 use crate::raster_band::{is_length, metres_per_unit};
 
-/// Relative tolerance of the size of the metre.
+/// Relative deviation of a unit of length from the metre, up to which it counts as the metre.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// Text of the `.prj` file beside a file; `None` where there is none.
@@ -77,7 +77,7 @@ pub(crate) fn system_name(text: &str) -> Option<String> {
     map_projection::quoted_name(after).map(str::to_owned)
 }
 
-/// Sets the system in a raster's reference to that of the text beside its file.
+/// Sets the coordinate reference system of a raster to that of `text`, the content of the PRJ file beside it.
 pub(crate) fn set_georeference(reference: &mut Georeference, text: Option<String>) {
     let text = text.filter(|text| is_well_known(text));
     (reference.epsg, reference.crs) = (text.as_deref().and_then(epsg), text);

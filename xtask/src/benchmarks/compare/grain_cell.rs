@@ -37,7 +37,7 @@ impl BiaxialCurve {
         Ok(Self((0..xx.len()).map(|k| [-yy[k], across[k], along[k], xx[k] + yy[k]]).collect()))
     }
 
-    /// Mean of tests that have the same steps.
+    /// Mean of the curves of several tests, which have the same steps.
     fn mean(all: &[Self]) -> Self {
         let rows = all.iter().map(|own| own.0.len()).min().unwrap_or(0);
         let entry =

@@ -24,7 +24,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const SIZE: [f64; 2] = [0.2, 0.6];
 /// Mass of the block (kg/m).
 const MASS: f64 = 240.0;
-/// Gravity (m/s²).
+/// Gravitational acceleration along and normal to the slope of 30° (m/s²).
 const GRAVITY: [f64; 2] = [5.0, -8.66];
 /// Time until which the corner does not slip (s).
 const NO_SLIP_END: f64 = 0.4;

@@ -42,7 +42,7 @@ struct ReferenceColumn {
     height: f64,
     /// Largest kinetic energy over the potential energy of the start.
     kinetic: f64,
-    /// Relative tolerance.
+    /// Allowed relative deviation of the results.
     band: f64,
     /// Quantities that scatter with the packing: mean and standard deviation over the packings of the sheet.
     scatter: PackingScatter,

@@ -43,7 +43,7 @@ const BINS: usize = 8;
 
 /// Surface of the grains in a frame: its angle and roughness.
 struct DrumSurface {
-    /// Angle (degrees).
+    /// Angle of the surface to the horizontal (degrees).
     angle: f64,
     /// Root mean square distance of the highest grains from the line (m).
     rough: f64,

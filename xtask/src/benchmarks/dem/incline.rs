@@ -44,7 +44,7 @@ const MASS: f64 = 1.013;
 const DENSITY: f64 = 4.0 / std::f64::consts::PI;
 /// Width of the layer (mean diameters).
 const WIDTH: f64 = 25.0;
-/// Duration of the flow (times √(d/g)).
+/// Duration of the flow, over `√(d/g)`.
 const FLOW: f64 = 400.0;
 /// Share of the flow at its end over which results are averaged.
 const LAST: f64 = 0.4;

@@ -31,7 +31,7 @@ const ROWS: f64 = 30.0;
 const BORDER: f64 = 1.2;
 /// Radius of the grains of a membrane (mean diameters of the disks).
 const MEMBRANE_GRAIN_SIZE: f64 = 0.1;
-/// Approximate distance of neighbouring grains of a membrane (mean diameters of the disks).
+/// Approximate distance of neighbouring grains of a membrane, over the mean diameter of the disks.
 const APART: f64 = 0.25;
 /// Stiffness of a membrane along it, over the pressure times a diameter.
 const STIFFNESS: f64 = 10.0;

@@ -31,7 +31,7 @@ struct Impact {
     /// Tangential over normal stiffness.
     stiffness_ratio: f64,
     restitution: f64,
-    /// Tangential over normal speed.
+    /// Tangent of the angle of impact: tangential over normal speed before the impact.
     angle: f64,
 }
 

@@ -272,8 +272,8 @@ fn specimen(seed: u64) -> Result<(Vec<GrainData>, f64), String> {
     Ok((grains.map(|(x, radius)| (vec![x[0], x[1]], *radius, vec![0.0; 2])).collect(), side))
 }
 
-/// Result of a window of disks cut from a specimen, in a periodic cell that no disk reaches across. It is brought to the pressure again and
-/// sheared.
+/// Shears a window of disks that was cut from a specimen, after it is brought to the pressure again. The window is a periodic cell that no
+/// disk reaches across.
 fn window(name: &str, grains: &[GrainData], width: f64) -> Result<(f64, f64), String> {
     let mut value = periodic_case(1000, 1)?;
     value["domain"]["max"] = json!([width, width]);

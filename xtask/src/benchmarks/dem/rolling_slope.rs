@@ -52,9 +52,9 @@ const TABLE: [(f64, f64, f64, f64, f64); 8] = [
 struct RollingMotion {
     /// Rotation down the slope (rad), of disks.
     rotation: f64,
-    /// Displacement (m).
+    /// Displacement down the slope (m).
     displacement: f64,
-    /// Velocity (m/s).
+    /// Velocity down the slope (m/s).
     speed: f64,
     /// Speed of the surface by rotation (m/s).
     rim_speed: f64,
@@ -133,7 +133,7 @@ fn exact_accelerations(friction: f64, q: f64) -> (f64, f64) {
     }
 }
 
-/// Motion of a grain in 0.2 s on a slope with a coefficient of friction.
+/// Runs a grain for 0.2 s on a slope with a coefficient of friction, and returns its motion.
 fn slide(friction: f64, sphere: bool) -> Result<RollingMotion, String> {
     let mut value = load(if sphere { "slope-sphere" } else { "slope" })?;
     let mass = if sphere { 4.0 / 3.0 * PI * 2650.0 } else { PI * 2650.0 };

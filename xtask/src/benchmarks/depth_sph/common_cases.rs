@@ -79,7 +79,8 @@ impl NodeProfile {
         Self { nodes, max_smoothing_length: longest }
     }
 
-    /// Profile of the nodes of a phase in a snapshot; of all nodes where there is one phase. Mirrored in `walls` (m).
+    /// Profile of height and velocity from the nodes of a phase in a snapshot. The nodes are mirrored in the walls at the positions `walls`
+    /// (m). Where there is one phase only, all nodes belong to it.
     pub fn from_snapshot(snapshot: &Snapshot, phase: usize, walls: &[f64]) -> Self {
         let velocity = vectors(snapshot, "velocity");
         let (volume, length) = (scalars(snapshot, "volume"), scalars(snapshot, "smoothing_length"));
@@ -89,7 +90,7 @@ impl NodeProfile {
         Self::new(each.map(|i| [snapshot.positions[i][0], velocity[i][0], volume[i], length[i]]), walls)
     }
 
-    /// Profile of a set of nodes. Mirrored in `walls` (m).
+    /// Profile of height and velocity from the SPH nodes of one phase. The nodes are mirrored in the walls at the positions `walls` (m).
     pub fn of_set(set: &PhaseSet<1>, walls: &[f64]) -> Self {
         let nodes = &set.nodes;
         let each = (0..nodes.volume.len())

@@ -37,8 +37,11 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Initial pore pressure of a column, and condition at its base.
 #[derive(Clone, Copy, PartialEq)]
 enum ConsolidationKind {
+    /// Uniform excess pressure above a sealed base.
     UniformSealed,
+    /// Excess pressure that increases linearly with depth, above a sealed base.
     TriangleSealed,
+    /// Excess pressure that increases linearly with depth, above a drained base.
     TriangleDrained,
 }
 

@@ -88,9 +88,13 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
 /// Kind of material of a run of the saturated dam break (B2).
 #[derive(Clone, Copy, PartialEq)]
 enum BedStopRun {
+    /// Dry grains, one phase.
     Dry,
+    /// Saturated mixture in one phase, without excess pore pressure.
     Drained,
+    /// Grains and fluid as two phases, with excess pore pressure.
     Full,
+    /// Grains and fluid as two phases, without excess pore pressure.
     NoColumn,
 }
 
@@ -117,7 +121,7 @@ struct DepositResult {
     volume_change: f64,
     /// The front over time (s, m).
     front: Vec<(f64, f64)>,
-    /// The deposit.
+    /// Depth of the deposit over the position (m).
     profile: Vec<(f64, f64)>,
 }
 

@@ -80,9 +80,13 @@ fn run(_quick: bool) -> Result<BenchmarkOutcome, String> {
 /// Numerical variant with which a lake is computed.
 #[derive(Clone, Copy)]
 enum LakeKind {
+    /// One phase, with SPH sums of the depth and the slope of the bed.
     Plain,
+    /// One phase, with the gradient of the surface level.
     Surface,
+    /// Two phases, with SPH sums of the depth and the slope of the bed.
     TwoPhases,
+    /// Two phases, with the gradient of the surface level.
     TwoPhasesSurface,
 }
 

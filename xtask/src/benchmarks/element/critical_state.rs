@@ -206,9 +206,9 @@ fn compressed_clay(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 struct SandReferenceState {
     name: &'static str,
     void_ratio: f64,
-    /// `(γ, τ, p)`.
+    /// Rows of shear strain, shear stress and pressure, `(γ, τ, p)`.
     table: [(f64, f64, f64); 6],
-    /// Least pressure.
+    /// Smallest pressure of the path.
     min_pressure: f64,
     /// `p`, `q` at γ = 4.
     large_strain_state: (f64, f64),

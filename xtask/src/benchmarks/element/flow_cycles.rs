@@ -8,7 +8,7 @@ use crate::analysis::MaxOrNan;
 use crate::benchmarks::BenchmarkOutcome;
 use crate::benchmarks::element::flow_laws::sand;
 
-/// Pressure (Pa).
+/// Constant pressure of the shear test (Pa).
 const PRESSURE: f64 = 1000.0;
 /// Shear rate (1/s).
 const RATE: f64 = 100.0;

@@ -240,8 +240,8 @@ struct FilmProfile {
 /// Number of intervals over the depth of a film, an even number.
 const FILM_INTERVALS: usize = 40;
 
-/// Profile of a film. Shear rates are integrated by Simpson's rule in the square root of the depth below the surface, in which profiles are
-/// smooth.
+/// Profile of a film of material that flows down an incline. Shear rates are integrated by Simpson's rule in the square root of the depth
+/// below the surface, in which profiles are smooth.
 fn film(law: &FlowLaw, height: f64, weight: f64, drive: f64) -> Result<FilmProfile, String> {
     let root = |i: usize| height.sqrt() * (1.0 - i as f64 / FILM_INTERVALS as f64);
     let mut rates = Vec::with_capacity(FILM_INTERVALS + 1);

@@ -195,7 +195,7 @@ fn triaxial(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Dense soil opens, loose soil hardly changes.", &voids)
 }
 
-/// Constants of viscosity of Table 1 of the source.
+/// Parameters of the acceleration-based viscous stress, from Table 1 of the source.
 const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
     a: -8e-4,
     m1: 0.5,

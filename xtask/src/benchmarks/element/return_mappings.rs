@@ -232,7 +232,7 @@ fn full_tensor_return(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks returns to the pyramid with a tension cut-off.
+/// Checks returns of trial stresses to the Mohr–Coulomb pyramid with a tension cut-off.
 fn cut_off_returns(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     let table = [
         (2.0, [20.0, -15.0, -20.0], [2.0, -22.714_286, -27.714_286]),

@@ -114,8 +114,8 @@ fn stress_after_step(case: &Case) -> Result<(SymTensor, f64), String> {
     Ok((stresses[0], 1e6 * size))
 }
 
-/// Sets the shape functions. The domains of contiguous-particle GIMP follow the right stretch: with the diagonal of the deformation
-/// gradient a point at the surface separates in shear (see the page of validation).
+/// Sets the MPM shape functions of a case. The domains of contiguous-particle GIMP follow the right stretch: with the diagonal of the
+/// deformation gradient a point at the surface separates in shear (see the page of validation).
 fn set_shape_functions(case: &mut Case, shape: &str) {
     set_mpm_option(case, "shape", shape);
     if shape == "cpgimp" {

@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const HEIGHT: f64 = 10.0;
 /// Unit weight (N/m³).
 const WEIGHT: f64 = 800.0;
-/// Stiffness (Pa).
+/// Stiffness of the column in vertical compression (Pa).
 const STIFFNESS: f64 = 1e4;
 
 /// Errors of a column under its weight against the closed form.

@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Height of the column (m).
 const HEIGHT: f64 = 1.0;
-/// Density (kg/m³).
+/// Density of the column (kg/m³).
 const DENSITY: f64 = 1000.0;
 /// Unit weight (N/m³).
 const WEIGHT: f64 = 1e4;

@@ -27,7 +27,7 @@ pub const SELF_WEIGHT: Benchmark = Benchmark {
     run: self_weight,
 };
 
-/// Density (kg/m³).
+/// Density of the bar (kg/m³).
 const DENSITY: f64 = 400.0;
 /// Modulus of confined compression over Young's modulus, for a Poisson's ratio of 0.3.
 const CONFINED_MODULUS: f64 = 0.7 / (1.3 * 0.4);

@@ -23,7 +23,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 /// Modulus of uniaxial strain (Pa).
 const MODULUS: f64 = 1e4;
-/// Density (kg/m³).
+/// Density of the line (kg/m³).
 const DENSITY: f64 = 1.0;
 /// Wave speed (m/s).
 const SPEED: f64 = 100.0;
@@ -41,12 +41,12 @@ struct StandingWave {
 }
 
 impl StandingWave {
-    /// Displacement (m).
+    /// Displacement of the material point `x` at the time `t` (m).
     fn displacement(self, x: f64, t: f64) -> f64 {
         self.amplitude * (TAU * x).sin() * (TAU * SPEED * t).sin()
     }
 
-    /// Velocity (m/s).
+    /// Velocity of the material point `x` at the time `t` (m/s).
     fn velocity(self, x: f64, t: f64) -> f64 {
         self.amplitude * (TAU * x).sin() * TAU * SPEED * (TAU * SPEED * t).cos()
     }

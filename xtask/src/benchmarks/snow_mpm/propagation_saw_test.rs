@@ -295,7 +295,7 @@ const CLASSICAL_START: f64 = -0.179_999_611_2;
 /// Plastic volumetric strain at which the weak layer has softened (sheet: snow-mpm V8).
 const CLASSICAL_STRAIN: f64 = 0.0036;
 
-/// Checks the critical length on half the cells, with the softening factor of the law and with one scaled by the cell size.
+/// Checks the critical length at half the cell size. The softening factor is that of the law, or one scaled by the cell size.
 fn meshes(outcome: &mut BenchmarkOutcome, coarse: f64) -> Result<(), String> {
     let scaled = [("hardening", json!({ "kind": "weak-layer", "softening_factor": 25 }))];
     let reason = "what it takes to break the layer is per cell (sheet: snow-mpm P10)";

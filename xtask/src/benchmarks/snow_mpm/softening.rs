@@ -68,7 +68,7 @@ fn compression_path(keys: &Value, step: f64, steps: usize) -> Result<Vec<Softeni
     Ok(path)
 }
 
-/// Row at a compression.
+/// Row of a compression path at the compressive strain `strain`.
 fn row_at(path: &[SofteningRow], strain: f64) -> &SofteningRow {
     let number = path.partition_point(|row| row.strain < strain - 0.5 * STEP);
     &path[number.min(path.len() - 1)]

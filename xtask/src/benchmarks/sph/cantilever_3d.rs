@@ -35,7 +35,8 @@ const SPACINGS: [f64; 2] = [0.0125, 0.025];
 /// Sides of the section along y and z (m).
 const SIDES: [f64; 2] = [0.1, 0.2];
 
-/// Checks oscillations across an axis (1 for y, 2 for z), each in a form of the method.
+/// Checks the oscillation of the cantilever for each of `runs`: the index of the axis along which the tip moves (1 for y, 2 for z), and
+/// the form of the method.
 fn run_oscillations(runs: &[(usize, &str)]) -> Result<BenchmarkOutcome, String> {
     let mut outcome = BenchmarkOutcome::default();
     let mut chart = LineChart::new("Tip of the cantilever", "time (s)", "deflection (m)");

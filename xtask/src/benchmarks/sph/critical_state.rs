@@ -304,7 +304,7 @@ struct ColumnRun {
     run_out: f64,
     /// Share of the mass that is sheared by more than a tenth.
     sheared_share: f64,
-    /// Widths of what shears half-way and at the end (m).
+    /// Widths of the sheared zone at half the time and at the end (m).
     widths: [f64; 2],
 }
 

@@ -20,7 +20,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const PRESSURE: f64 = 1e4;
 /// Spacing of the particles (m).
 const SPACING: f64 = 0.1;
-/// Compared samplings.
+/// Arrangements of the particles that are compared.
 const SAMPLINGS: [(&str, Sampling); 2] = [("fitted rows", Sampling::Fitted), ("lattice", Sampling::Lattice)];
 
 /// Position of a particle (m), its distance from the centre (m), and its hoop stress (Pa).

@@ -36,7 +36,7 @@ fn wave(x: &[f64; 3]) -> [f64; 2] {
     [(TAU * x[1]).sin(), 0.0]
 }
 
-/// Velocity of an array of vortices (m/s).
+/// Velocity of a periodic array of vortices at a position (m/s).
 fn array(x: &[f64; 3]) -> [f64; 2] {
     let (a, b) = ((TAU * x[0]).sin_cos(), (TAU * x[1]).sin_cos());
     [a.0 * b.1, -a.1 * b.0]

@@ -21,14 +21,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
-/// Reads `validation/sph/<file>`.
+/// Reads the case `validation/sph/<file>`.
 pub(super) fn load(file: &str) -> Result<Case, String> {
     let path = crate::root().join(Path::new("validation/sph")).join(file);
     crate::benchmarks::recorder::record_file(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
-/// Solver at the start of its first stage.
+/// Builds the SPH solver of a case and begins its first stage.
 pub(super) fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
     let method = colluvium::method("sph").ok_or("no method sph")?;
     let mut solver = method.build(case).map_err(|error| error.to_string())?;

@@ -33,7 +33,7 @@ pub struct PointList {
 /// Columns of grains in a file of points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GrainColumns {
-    /// Radii (m).
+    /// Radii of the grains (m).
     pub radii: Option<Vec<f64>>,
     /// Names of grain types.
     pub grain_types: Option<Vec<String>>,
@@ -41,7 +41,7 @@ pub struct GrainColumns {
     pub spins: Option<Vec<[f64; 3]>>,
     /// Whether the grains are fixed.
     pub is_held: Option<Vec<bool>>,
-    /// Ids.
+    /// Permanent numbers of the grains.
     pub ids: Option<Vec<u32>>,
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct WrittenPoints<'a> {
     pub(crate) ids: &'a [u64],
     /// Indices of the bodies of the points; empty for methods without bodies.
     pub(crate) bodies: &'a [u32],
-    /// Positions (m).
+    /// Positions of the points (m).
     pub(crate) positions: &'a [[f64; 3]],
     /// Full widths (m); empty for points without widths.
     pub(crate) extents: &'a [[f64; 3]],

@@ -21,9 +21,9 @@ pub struct SearchCost {
     pub trials: [u32; 2],
     /// Largest number of blocks of a trial: time windows in which it is evaluated.
     pub blocks: usize,
-    /// Duration of a block (s), given by the case or estimated. Not-a-number where no stiffness is known for the estimate.
+    /// Duration of a time window of a trial (s), given by the case or estimated. Not-a-number where no stiffness is known for the estimate.
     pub block: f64,
-    /// Likely and largest time of the search (s on one thread). Not-a-number where the duration of a block is.
+    /// Likely and largest time of the search (s on one thread). Not-a-number where the duration of a window is.
     pub seconds: [f64; 2],
 }
 

@@ -16,7 +16,7 @@ const STEPS_PER_CHECK: u64 = 50;
 const FITTED_BLOCKS: usize = 6;
 /// Largest number of blocks (time windows) of a trial.
 pub(super) const BLOCKS: usize = 2 * FITTED_BLOCKS;
-/// Displacement in a block over the total displacement, below which it counts as none.
+/// Displacement in a time window over the total displacement, below which the displacement in the window counts as zero.
 const NO_DISPLACEMENT_RATIO: f64 = 0.01;
 /// Share of the elastic settlement that replaces a smaller total displacement in the test for small displacements.
 const NO_DISPLACEMENT: f64 = 0.1;
@@ -78,7 +78,7 @@ impl StrengthTrial {
     }
 }
 
-/// Solver in the stage of a trial.
+/// Strength trial that runs, with its solver.
 pub(super) struct RunningTrial<'a> {
     /// Solver of the bodies with reduced strength.
     pub solver: Box<dyn Solver>,
@@ -313,7 +313,7 @@ mod tests {
         assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
     }
 
-    /// Displacements at the ends of blocks with the increments `added`.
+    /// Displacements at the ends of successive time windows (m), in each of which `added` (m) is added.
     fn summed(added: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut sum = 0.0;
         added.into_iter().map(|add| (sum += add, sum).1).collect()

@@ -31,7 +31,7 @@ struct Slider {
     steps: u64,
 }
 
-/// Method of the block; its runs may be interrupted.
+/// Method whose solvers are [`Slider`]s; a run of it may be interrupted.
 #[derive(Default)]
 struct Sliding {
     /// Number of solvers built.

@@ -188,7 +188,7 @@ impl<'a> RunRecorder<'a> {
         row.min(frame)
     }
 
-    /// Whether a row is to be written at `time` (s) although no step had to end there.
+    /// Whether a row of measures is due at `time` (s) in a run whose steps need not end at the row times.
     pub(crate) fn is_unscheduled_row_due(&self, time: f64, progress: &RunProgress) -> bool {
         !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }

@@ -32,7 +32,7 @@ pub(crate) const MAP: &str = "map.png";
 const TABLE_CONVENTIONS: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
                      plane strain, per radian in axisymmetry";
 
-/// Name of a file of frame `number`.
+/// Name of the file of frame `number` of a dataset.
 pub(crate) fn frame(dataset: &str, number: usize, ending: &str) -> String {
     format!("{FRAMES}/{dataset}-{number:05}.{ending}")
 }

@@ -115,7 +115,7 @@ fn minimal_summary(summary: &serde_json::Value) -> String {
     json!({ "status": "failed", "reason": reason, "method": method, "fingerprint": fingerprint }).to_string()
 }
 
-/// Mass, momentum and energies of the bodies, and of their liquid.
+/// JSON object with mass, momentum and energies of the bodies and of their pore liquid.
 fn budget_to_json(budget: Budget) -> serde_json::Value {
     let mut all = json!({
         "mass": budget.mass, "momentum": budget.momentum, "angular_momentum": budget.angular_momentum,

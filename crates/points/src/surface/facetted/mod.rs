@@ -56,7 +56,7 @@ const EDGE: u64 = 1;
 const CORNER: u64 = 2;
 
 impl<const D: usize> FacettedSurface<D> {
-    /// Vertices (m).
+    /// Positions of the vertices (m).
     pub fn vertices(&self) -> &[[f64; D]] {
         &self.vertices
     }

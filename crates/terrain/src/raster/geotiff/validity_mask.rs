@@ -38,7 +38,7 @@ pub(super) fn without_palette(bytes: &[u8], decoder: &mut TiffDecoder<'_>) -> Op
     Some(changed)
 }
 
-/// Whether each pixel is valid by the mask in the file, from north to south; `None` without a mask.
+/// Validity of each pixel by the mask in the raster file, from north to south; `None` without a mask.
 pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec<bool>>, String> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
     let mut number = 0;
@@ -53,7 +53,7 @@ pub(super) fn embedded_mask(bytes: &[u8], size: (u32, u32)) -> Result<Option<Vec
     Ok(None)
 }
 
-/// Whether each pixel is valid by a mask file.
+/// Validity of each pixel by a separate mask file.
 pub(super) fn mask_file(bytes: &[u8], size: (u32, u32)) -> Result<Vec<bool>, String> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
     let found = decoder.dimensions().map_err(tiff_error)?;
