@@ -46,12 +46,12 @@ struct CheckpointState {
     controlled_stresses: Vec<ControlledStress>,
 }
 
-/// Entries of a matrix, row after row.
+/// Entries of a matrix, one row after another.
 fn flattened_matrix<const D: usize>(matrix: &[[f64; D]; D]) -> Vec<f64> {
     matrix.as_flattened().to_vec()
 }
 
-/// Matrix of entries stored row after row; `None` if their number does not fit.
+/// Matrix of the entries of its rows in sequence; `None` for a wrong number of entries.
 fn matrix<const D: usize>(flat: &[f64]) -> Option<[[f64; D]; D]> {
     let mut out = [[0.0; D]; D];
     let entries = out.as_flattened_mut();
@@ -139,7 +139,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         near.history.write(out)
     }
 
-    /// Reads the state of the solver from a checkpoint of the same format, dimension and case.
+    /// Reads the state of the solver from a checkpoint; an error if it is of another format, dimension or case.
     pub(crate) fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         let mut bytes: Vec<u8> = Vec::new();
         read_column(&mut bytes, |byte: u8| byte, input)?;
@@ -178,7 +178,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.restore_state(head).ok_or_else(|| invalid_data("the cell or the walls do not match the case"))
     }
 
-    /// Restores cell, walls and records from the head of a checkpoint; `None` if it does not fit the case.
+    /// Restores cell, walls and records from the first part of a checkpoint; `None` if it does not match the case.
     fn restore_state(&mut self, head: CheckpointState) -> Option<()> {
         let third = head.cell.len() / 3;
         self.cell.geometry.h = matrix(&head.cell[..third])?;

@@ -8,7 +8,7 @@ use crate::config::{DemOptions, GrainStage};
 use crate::points::grains::Grains;
 use crate::points::vector::add;
 
-/// Case and options of a run, its stage and its time.
+/// Time, step and stage of a run, with its case and options.
 #[derive(Debug)]
 pub struct Clock {
     /// The case.
@@ -44,7 +44,7 @@ impl Clock {
         }
     }
 
-    /// Options of the present stage, if there are any.
+    /// Options of the current stage, if there are any.
     pub fn stage_options(&self) -> Option<&GrainStage> {
         self.options.stages.get(&self.case.stages[self.stage].name)
     }
@@ -61,7 +61,7 @@ impl Clock {
         self.last_step = dt;
     }
 
-    /// Gravity at time `ahead` from now (m/s²).
+    /// Gravity at the time `ahead` after the current one (m/s²).
     pub fn gravity_at<const D: usize>(&self, ahead: f64) -> [f64; D] {
         let stage = &self.case.stages[self.stage];
         let own = self.stage_options();

@@ -78,7 +78,7 @@ impl Method for Dem {
     }
 }
 
-/// Solver of a case in the plane with its concrete type, for access to its contacts.
+/// Solver of a case in the plane with its concrete type, which gives access to its contacts.
 ///
 /// # Errors
 /// As [`Dem::build`].
@@ -94,7 +94,7 @@ pub fn spheres(case: &Case) -> Result<DemSolver<3, 3>, CaseError> {
     setup::solver(case)
 }
 
-/// Names of the kinds of grains of a case, in the order of the numbers in the field `kind` of frames.
+/// Names of the kinds of grains of a case, in the order of the numbers in the output field `kind`.
 ///
 /// # Errors
 /// When the case has no options of the method, or invalid ones.

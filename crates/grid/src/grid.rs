@@ -32,7 +32,7 @@ pub enum GridError {
     TooLarge(f64),
 }
 
-/// Box of equal cells with edge [`Grid::cell`], in `D` dimensions.
+/// Box of equal cells with edge length [`Grid::cell`] in `D` dimensions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid<const D: usize> {
     /// Lower corner (m).
@@ -44,7 +44,7 @@ pub struct Grid<const D: usize> {
 }
 
 impl<const D: usize> Grid<D> {
-    /// Returns the grid of cells with edge `cell` over the box from `min` to `max` (m).
+    /// Grid of cells with an edge length over the box from `min` to `max` (m).
     ///
     /// # Errors
     /// When the box is not a whole number of cells wide (to 10⁻⁶ of a cell), or too large.

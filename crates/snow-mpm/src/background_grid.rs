@@ -10,7 +10,7 @@ use colluvium_grid::{
 
 use crate::config::SplineShape;
 
-/// Number of cells beyond the domain on every side.
+/// Number of grid cells outside the domain at each end.
 const MARGIN_CELLS: f64 = 4.0;
 
 /// Background grid of all points.
@@ -43,7 +43,7 @@ pub fn shape_function_kind(chosen: SplineShape) -> ShapeFunctionKind {
 }
 
 impl<const D: usize> BackgroundGrid<D> {
-    /// Returns the background of a domain with corners `low` and `upper_corner` (m) and cells of edge length `cell` (m).
+    /// Background grid of a domain with given corners and cell size (m).
     ///
     /// # Errors
     /// When the domain is not a whole number of cells wide, or the grid too large.
@@ -71,7 +71,7 @@ impl<const D: usize> BackgroundGrid<D> {
         })
     }
 
-    /// Returns the background with periodic axes, along which nodes one domain width apart are identified.
+    /// Background grid with periodic axes, along which nodes one domain width apart are identical.
     ///
     /// # Errors
     /// The number of cells that the domain needs along a periodic axis, where it has fewer.
@@ -86,7 +86,7 @@ impl<const D: usize> BackgroundGrid<D> {
         Ok(self)
     }
 
-    /// Sets the nodes that are identified in a periodic domain to the sum of their values.
+    /// Sums the values of nodes that are identical in a periodic domain, and copies the sum to all of them.
     pub fn sum_periodic_images(&self, nodes: &mut [NodalState]) {
         if self.periodic != [false; D] {
             self.layout.sum_periodic_images(nodes, |sum, node| {
@@ -96,7 +96,7 @@ impl<const D: usize> BackgroundGrid<D> {
         }
     }
 
-    /// Whether the node at `index` is the image of a node of lower index, in a periodic domain: sums omit it.
+    /// Whether a node is the periodic image of a node of lower index, which sums over nodes omit.
     #[inline(always)]
     pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
         self.periodic != [false; D] && self.layout.is_periodic_image(index)

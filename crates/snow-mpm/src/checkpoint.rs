@@ -21,7 +21,7 @@ use crate::solver::SnowSolver;
 /// Version of the checkpoint format.
 const FORMAT: u32 = 7;
 
-/// Depth of a point in an obstacle from which it is reported (cells).
+/// Penetration of a point into an obstacle above which the run reports it (cells).
 const REPORTED_DEPTH: f64 = 0.1;
 
 /// State of the solver besides the columns of the points.

@@ -25,7 +25,7 @@ pub struct StepCoefficients {
 }
 
 impl StepCoefficients {
-    /// Returns the coefficients of the options in `dimension` axes: a step that the case fixes only has to be below the critical one.
+    /// Step coefficients of the options in `dimension` axes. A fixed step of the case only has to be below the critical one.
     pub fn of_options(options: &SnowOptions, dimension: usize) -> Self {
         let [elastic, velocity] = match options.time_step {
             Some(_) => [1.0, 1.0],
@@ -34,7 +34,7 @@ impl StepCoefficients {
         Self { elastic, velocity, cell: options.cell_size, dimension: dimension as f64 }
     }
 
-    /// Step bound of a block of points, the first of which is number `first`.
+    /// Step bound of a group of points, the first of which has the number `first`.
     pub fn step_bound<const D: usize>(
         &self,
         first: usize,

@@ -87,7 +87,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Restores the arrays; `None` where they do not fit together.
+    /// Restores a saved state; `None` if its arrays are inconsistent.
     fn restore_state(&mut self, saved: &CheckpointState) -> Option<()> {
         let Self { bodies, lists, rates, .. } = self;
         bodies.particles.read(&mut saved.particles.as_slice()).ok()?;

@@ -19,7 +19,7 @@ pub struct Clock {
     pub step: u64,
     /// Length of the step before, zero at the start (s).
     pub last_step: f64,
-    /// Stable time step, or the fixed one of the case.
+    /// Stable time step, or the fixed step of the case.
     pub limit: Option<TimeStep>,
     /// Steps since the limit was computed.
     pub limit_age: u64,
@@ -36,7 +36,7 @@ impl Clock {
         self.limit_age += 1;
     }
 
-    /// Whether an action with the period `every` (steps) is due in this step.
+    /// Whether an action that is repeated every `every` steps is due in this step.
     pub fn is_due(&self, every: u64) -> bool {
         self.step > 0 && self.step.is_multiple_of(every)
     }
@@ -46,7 +46,7 @@ impl Clock {
         self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP
     }
 
-    /// Sets the limit to the critical step, or to the fixed one of the case (s); returns it.
+    /// Sets the time step to the critical step, or to the fixed step of the case (s), and returns it.
     pub fn set_limit(&mut self, critical: TimeStep, fixed: Option<f64>) -> TimeStep {
         // The first limit of a stage does not include its forces and is for one step.
         let age = if self.limit.is_none() { STEPS_PER_TIME_STEP - 1 } else { 0 };
@@ -55,7 +55,7 @@ impl Clock {
         limit
     }
 
-    /// Problem of the fixed step of the case (s), where it is longer than the critical one.
+    /// Problem of a fixed step of the case (s) that exceeds the critical step.
     pub fn fixed_step_problem(&self, fixed: Option<f64>) -> Option<String> {
         self.limit.as_ref()?.fixed_step_problem(fixed)
     }

@@ -13,7 +13,7 @@ pub fn leading_components<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|axis| values[axis])
 }
 
-/// Case, options and kernel, constant during a run.
+/// Case, options, kernel and gravity, constant during a run.
 #[derive(Clone)]
 pub struct SolverContext<const D: usize> {
     /// Case.

@@ -25,8 +25,8 @@ const REPULSION: StepLimit = StepLimit::new("repulsion of close particles");
 /// Time step (s), its limit, and the particle.
 pub type LimitingParticle = (f64, StepLimit, Option<usize>);
 
-/// Critical time step of waves, forces, viscosity and damping (sheet: sph §3.4), and the limiting particle;
-/// renews the speeds of sound. Where the case fixes the step, waves may cross as much as is stable.
+/// Critical time step of waves, forces, viscosity and damping, with the limiting particle (sheet: sph §3.4). The speeds of sound are
+/// updated. Where the case fixes the step, waves may cross as much as is stable.
 pub fn critical_step<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,
@@ -85,7 +85,7 @@ pub fn critical_step<const D: usize>(
     smallest
 }
 
-/// Critical step at a `time` (s), or a shorter one in which obstacles move by no more than a share of the `spacing` (m).
+/// Critical step at a `time` (s), limited so that obstacles move by at most a fraction of the `spacing` (m).
 pub fn limit_by_obstacle_motion<const D: usize>(
     critical: TimeStep,
     obstacles: &ObstacleFaces<D>,

@@ -20,7 +20,7 @@ pub struct ReactionSum {
     pub impulse: [f64; 3],
 }
 
-/// Contribution of one particle to the reaction on an obstacle.
+/// Contribution of a particle to the reaction on an obstacle.
 #[derive(Clone, Copy)]
 pub struct ReactionSample<const D: usize> {
     /// Index of the particle.
@@ -31,7 +31,7 @@ pub struct ReactionSample<const D: usize> {
     pub position: [f64; D],
     /// Force (N).
     pub force: [f64; D],
-    /// Impulse (N s) where the particle was stopped; `None` for forces of the sums, which act during the whole step.
+    /// Impulse of a stopped particle (N s); `None` for forces, which act during the whole step.
     pub impulse: Option<[f64; D]>,
 }
 
@@ -40,9 +40,9 @@ pub struct ReactionSample<const D: usize> {
 pub struct Rates<const D: usize> {
     /// Rates stored with the particles.
     pub derivatives: Derivatives<D>,
-    /// Whether the accelerations are those of the present state.
+    /// Whether the stored accelerations are those of the current state.
     pub is_current: bool,
-    /// XSPH velocity of each particle beyond its own (m/s); empty without.
+    /// Difference of the XSPH velocity and the velocity of each particle (m/s); empty without XSPH.
     pub xsph_velocity: Vec<[f64; D]>,
     /// Accelerations by loads and a confining pressure (m/s²); empty without.
     pub external_accelerations: Vec<[f64; D]>,
@@ -50,7 +50,7 @@ pub struct Rates<const D: usize> {
     pub obstacle_accelerations: Vec<[f64; D]>,
     /// Power of moving obstacles on each particle, over its mass (W/kg); empty without.
     pub power: Vec<f64>,
-    /// Energies taken from each particle by obstacles in the step; empty without.
+    /// Energies that obstacles remove from each particle in the step; empty without obstacles.
     pub obstacle_energies: Vec<ObstacleEnergies>,
     /// Surface index `Σ_{j≠i} V_j W`, small at a surface; empty without a confining pressure.
     pub surface_index: Vec<f64>,
@@ -58,8 +58,7 @@ pub struct Rates<const D: usize> {
     pub stress: Vec<SymTensor>,
     /// Rates of the smoothing lengths (m/s); empty without.
     pub length: Vec<f64>,
-    /// Reactions of rigid bodies, by body number of the case, followed by those of obstacles with measured reactions; empty
-    /// without any.
+    /// Reactions of rigid bodies, by body number of the case, and then of obstacles with measured reactions; empty if there are none.
     pub reactions: Vec<ReactionSum>,
     /// Forces on rigid bodies.
     pub rigid_forces: Vec<RigidForces>,
@@ -69,12 +68,12 @@ pub struct Rates<const D: usize> {
     pub support_points: SupportPoints,
     /// Number of support reactions that did not converge to the last digit.
     pub unconverged_supports: u64,
-    /// Samples of the obstacle reactions, particle by particle: at the last sums, then of stopped particles.
+    /// Contributions to the obstacle reactions: of all particles at the last sums, then of stopped particles.
     pub reaction_samples: Vec<ReactionSample<D>>,
 }
 
 impl ReactionSum {
-    /// Adds the contribution of one particle.
+    /// Adds the contribution of a particle.
     pub fn accumulate<const D: usize>(&mut self, sample: &ReactionSample<D>) {
         self.add(sample.force, &sample.position);
         if let Some(impulse) = sample.impulse {
@@ -88,7 +87,7 @@ impl ReactionSum {
         (0..3).for_each(|c| self.impulse[c] += dt * self.force[c]);
     }
 
-    /// Begins a step: resets force and moment, keeps the impulse.
+    /// Begins a step: sets force and moment to zero; the impulse continues.
     pub fn begin_step(&mut self) {
         (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
     }
@@ -105,7 +104,7 @@ impl ReactionSum {
 }
 
 impl<const D: usize> Rates<D> {
-    /// Returns rates without particles, at the same point of a step.
+    /// Rates without particles, at the same point of a step.
     pub fn empty_like(&self) -> Self {
         Self { is_current: self.is_current, ..Self::default() }
     }

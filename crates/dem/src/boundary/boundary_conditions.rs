@@ -80,7 +80,7 @@ impl<const D: usize> BoundaryConditions<D> {
         position(true).unwrap_or(domain.max[axis]) - position(false).unwrap_or(domain.min[axis])
     }
 
-    /// Position and stress of the walls that are servo-controlled in some stage (m; Pa, tension-positive; N/m in the plane).
+    /// Position (m) and stress of each wall that is servo-controlled in some stage (Pa, tension-positive; N/m in the plane).
     pub fn servo_outputs<const R: usize>(
         &self,
         clock: &Clock,

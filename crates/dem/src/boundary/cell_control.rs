@@ -35,7 +35,7 @@ pub(crate) fn control_target(entry: CellEntry, elapsed: f64, ahead: f64) -> Cont
     }
 }
 
-/// Entry of the velocity gradient in a row and a column; `None` where the case gives none.
+/// Control of an entry of the velocity gradient; `None` if the case gives none.
 pub(crate) fn entry(control: &CellControl, row: usize, column: usize) -> Option<CellEntry> {
     match (row, column) {
         (0, 0) => control.xx,
@@ -101,9 +101,9 @@ struct CellServo {
 }
 
 impl CellServo {
-    /// Rate (1/s) of a stress-controlled entry after the step, and the mean rate against which it is damped: missing stress
-    /// accelerates a mass, and a dashpot couples a second mass to it (sheet: dem §3.7). While the cell carries less than half of the
-    /// stress, the masses and the dashpot are those of a cell without support by the grains.
+    /// Rate of a stress-controlled entry of the velocity gradient after the step (1/s), and its mean rate (sheet: dem §3.7). The stress
+    /// difference accelerates a mass, and a dashpot couples a second mass to it. While the cell carries less than half of the stress, the
+    /// masses and the dashpot are those of a cell without support by the grains.
     fn rate<const D: usize>(
         &self,
         cell: &ControlledCell<D>,

@@ -9,9 +9,9 @@ use crate::contact::Virial;
 pub struct ControlledCell<const D: usize> {
     /// Cell vectors and velocity gradient.
     pub geometry: PeriodicCell<D>,
-    /// Stress times volume of the last step (J): contact and kinetic part.
+    /// Contact and kinetic part of the stress times volume in the last step (J).
     pub virial: [Virial<D>; 2],
-    /// Imposed velocity gradient (1/s), in place of that of the stage.
+    /// Imposed velocity gradient (1/s), which replaces that of the stage.
     pub imposed_gradient: Option<[[f64; D]; D]>,
 }
 

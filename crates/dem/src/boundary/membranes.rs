@@ -32,7 +32,7 @@ impl Membranes {
         self.bodies = numbers.map(|body| (body, sorted_by_id(grains, body))).collect();
     }
 
-    /// Indices of the grains of a body in the order of their ids.
+    /// Indices of the grains of a body, in the order of their ids.
     pub fn in_order<const D: usize, const R: usize>(
         &self,
         grains: &Grains<D, R>,
@@ -44,8 +44,8 @@ impl Membranes {
         }
     }
 
-    /// Area enclosed by the rows of a closed sheet, projected along an axis and to the centres of their grains: the mean of all rows (m²).
-    /// `None` where the body is no closed sheet in any stage.
+    /// Area enclosed by a closed membrane, projected along an axis, as the mean over its rings of grains (m²). `None` if the body is no
+    /// closed membrane in any stage.
     pub fn enclosed_area<const D: usize, const R: usize>(
         &self,
         clock: &Clock,
@@ -69,8 +69,7 @@ impl Membranes {
         Some(order.chunks_exact(columns).map(area).sum::<f64>() / rows)
     }
 
-    /// Enclosed sections and volumes of the closed membranes of all stages (m², m³), to the centres of their grains and along
-    /// the axis of their rings.
+    /// Enclosed section (m²) and volume (m³) of each closed membrane, up to the grain centres and along the axis of its rings.
     pub fn scalar_outputs<const D: usize, const R: usize>(
         &self,
         clock: &Clock,

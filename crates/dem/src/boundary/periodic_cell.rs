@@ -7,13 +7,13 @@ use crate::points::vector::norm;
 pub struct PeriodicCell<const D: usize> {
     /// Corner (m).
     pub origin: [f64; D],
-    /// Cell vectors, column by column: `h[row][column]` (m).
+    /// Matrix of the cell vectors, which are its columns (m).
     pub h: [[f64; D]; D],
     /// Axes along which the cell is periodic.
     pub periodic: [bool; D],
     /// Velocity gradient of the cell (1/s).
     pub velocity_gradient: [[f64; D]; D],
-    /// Means of the stress-controlled entries of `velocity_gradient`, against which they are damped; 0 for the others (1/s).
+    /// Mean rates of the stress-controlled entries of `velocity_gradient`, to which dashpots couple them; 0 for other entries (1/s).
     pub mean_velocity_gradient: [[f64; D]; D],
 }
 
@@ -87,7 +87,7 @@ impl<const D: usize> PeriodicCell<D> {
         apply(inverse, &crate::points::vector::difference(x, &self.origin))
     }
 
-    /// Widths between opposite sides (m).
+    /// Distances between opposite sides of the cell (m).
     pub fn widths(&self) -> [f64; D] {
         inverse(&self.h).0.map(|row| 1.0 / norm(&row))
     }
@@ -107,7 +107,7 @@ impl<const D: usize> PeriodicCell<D> {
         })
     }
 
-    /// Index of the image with these lattice steps.
+    /// Index of the periodic image that is displaced by a number of cell vectors.
     pub fn image_index(steps: &[i32; D]) -> u8 {
         steps.iter().rev().fold(0, |code, step| 3 * code + step.rem_euclid(3) as u8)
     }
@@ -117,7 +117,7 @@ impl<const D: usize> PeriodicCell<D> {
         apply(&self.h, &steps.map(f64::from))
     }
 
-    /// Shifts of all images (m), and their velocities relative to the cell (m/s).
+    /// Displacements of all periodic images (m), and their velocities relative to the cell (m/s).
     pub fn shifts(&self, out: &mut Vec<([f64; D], [f64; D])>) {
         out.clear();
         out.extend((0..Self::images()).map(|code| {
@@ -136,7 +136,7 @@ impl<const D: usize> PeriodicCell<D> {
         }
     }
 
-    /// Replaces cell vectors that shear has elongated by the shortest ones of the same lattice.
+    /// Replaces cell vectors that shear has lengthened by the shortest vectors of the same lattice.
     pub fn reduce(&mut self) {
         for j in 1..D {
             for i in (0..j).rev() {

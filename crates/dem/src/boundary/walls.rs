@@ -14,7 +14,7 @@ pub struct RigidWall<const D: usize> {
     pub surface: Option<Arc<dyn Surface<D>>>,
     /// Prescribed motion of a moving obstacle.
     pub motion: Option<MovingObstacle<D>>,
-    /// Index into the boundaries of the case; obstacles come after them.
+    /// Index into the boundaries of the case, and after them its obstacles.
     pub boundary: usize,
     /// Name.
     pub name: String,
@@ -26,7 +26,7 @@ pub struct RigidWall<const D: usize> {
     pub position: f64,
     /// Velocity (m/s).
     pub velocity: [f64; D],
-    /// Law for each kind of grains; at an obstacle with regions, outside of them.
+    /// Contact law for each kind of grains; for an obstacle with regions, that outside the regions.
     pub laws: Vec<PairLaw>,
     /// Regions of an obstacle, which select the law by position.
     pub obstacle_laws: Option<ObstacleLaws>,
@@ -53,7 +53,7 @@ impl<const D: usize> WallReaction<D> {
 }
 
 impl<const D: usize> RigidWall<D> {
-    /// Distance of a point from a plane (m), and the normal from the plane towards it.
+    /// Distance of a point from a plane (m), and the unit normal from the plane to the point.
     #[inline]
     pub fn distance(&self, x: &[f64; D]) -> (f64, [f64; D]) {
         let mut normal = [0.0; D];
@@ -70,7 +70,7 @@ impl<const D: usize> RigidWall<D> {
         }
     }
 
-    /// Contact law of the wall for a grain of this kind at `x` (m), at this distance along the normal.
+    /// Contact law of the wall for a grain of a kind at `x` (m), whose distance and normal are given.
     #[inline]
     pub fn law(&self, kind: usize, x: &[f64; D], (distance, normal): &(f64, [f64; D])) -> &PairLaw {
         let region = self
@@ -80,7 +80,7 @@ impl<const D: usize> RigidWall<D> {
         self.regions.get(region).map_or(&self.laws[kind], |laws| &laws[kind])
     }
 
-    /// Axis normal to a plane, and the sign of the inward direction along it.
+    /// Axis normal to a plane wall, and sign of the inward direction along it.
     pub fn inward_normal(&self) -> (usize, f64) {
         (self.axis, if self.is_upper { -1.0 } else { 1.0 })
     }
@@ -97,7 +97,7 @@ impl<const D: usize> RigidWall<D> {
         self.motion.as_ref().map_or(self.velocity, |moving| moving.velocity(x))
     }
 
-    /// Whether a point is nearer to the wall than `reach` (m).
+    /// Whether a point is within `reach` of the wall (m).
     pub fn is_near(&self, x: &[f64; D], reach: f64) -> bool {
         match self.current_surface() {
             None => self.distance(x).0 < reach,
@@ -106,7 +106,7 @@ impl<const D: usize> RigidWall<D> {
     }
 }
 
-/// Contact point on a wall with this normal, at a lever arm (m) from a grain at `x` (m).
+/// Contact point of a grain at `x` on a wall (m), with the lever arm `arm` (m).
 #[inline]
 pub fn contact_position<const D: usize>(x: &[f64; D], arm: f64, normal: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| x[c] - arm * normal[c])

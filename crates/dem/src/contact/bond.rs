@@ -16,7 +16,7 @@ pub struct Beam {
     pub shear: f64,
     /// Bond radius over the radius of the smaller grain.
     pub radius: f64,
-    /// Share of the moments in the stresses that break the bond.
+    /// Factor on the moments in the stresses that break the bond (-).
     pub moments: f64,
     /// Tensile strength (Pa); infinite for a bond that does not break in tension.
     pub tensile_strength: f64,
@@ -33,7 +33,7 @@ pub struct Beam {
 /// State of a bond: its strength, forces and moments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bond<const R: usize> {
-    /// Factor on the strengths; 0 without a bond, negative for a broken one.
+    /// Factor on the strengths of the bond; 0 without a bond, negative for a broken one.
     pub strength: f64,
     /// Tension (N).
     pub tension: f64,
@@ -114,7 +114,7 @@ impl Beam {
         self.normal.max(self.shear) * self.section::<D>(small).area
     }
 
-    /// Adds the force and moment of the bond in a step of `dt` (s), and breaks the bond beyond its strength.
+    /// Adds force and moment of the bond in a step of `dt` (s). The bond breaks if its strength is exceeded.
     #[inline]
     pub fn bond_force<const D: usize, const R: usize>(
         &self,

@@ -10,7 +10,7 @@ pub struct Cohesion {
     pub tension: f64,
     /// Shear force over the smaller radius to the power `D - 1`.
     pub shear: f64,
-    /// Whether shear beyond the cap breaks the contact.
+    /// Whether a shear force above its limit breaks the contact.
     pub is_fragile: bool,
     /// Whether contacts that form later are cohesive too.
     pub new_contacts: bool,
@@ -19,7 +19,7 @@ pub struct Cohesion {
 }
 
 impl Cohesion {
-    /// Breaks the contact beyond its tensile strength, and returns the shear strength without pressure (N).
+    /// Breaks the contact if the tensile strength is exceeded. Returns the shear strength at zero normal force (N).
     #[inline]
     pub fn bound_tension<const D: usize, const R: usize>(
         &self,

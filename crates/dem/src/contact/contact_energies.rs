@@ -1,6 +1,6 @@
 //! Sums over contacts: energies, counts and stress.
 
-/// Stress times volume, row by row (J).
+/// Stress times volume (J), one array per row.
 pub type Virial<const D: usize> = [[f64; D]; D];
 
 /// Sums over contacts (sheet: dem §2.14). Elastic energies are those at the time of the forces; the other sums accumulate.
@@ -18,15 +18,15 @@ pub struct ContactEnergies {
     pub friction: f64,
     /// Energy dissipated by dashpots (J).
     pub dashpots: f64,
-    /// Energy dissipated by rolling and torsion resistance beyond its cap (J).
+    /// Energy dissipated by rolling and torsion resistance at its largest moment (J).
     pub rolling: f64,
-    /// Energy lost where tangential springs are rescaled or end with their contact (J).
+    /// Energy lost where tangential springs are rescaled or their contact ends (J).
     pub spring_loss: f64,
-    /// Work against attraction (J); negative where attraction does the work.
+    /// Work done against attraction (J); negative where attraction does work on the grains.
     pub attraction: f64,
     /// Energy of bonds that broke (J).
     pub broken: f64,
-    /// Work of the images of a moving cell, and of walls, on the grains (J).
+    /// Work of walls and of the periodic images of a moving cell on the grains (J).
     pub boundary: f64,
     /// Number of contacts with a force.
     pub contacts: u64,
@@ -43,7 +43,7 @@ pub struct ContactEnergies {
 }
 
 impl ContactEnergies {
-    /// Adds the sums of other contacts.
+    /// Adds the sums over other contacts.
     pub fn add(&mut self, other: &Self) {
         self.elastic += other.elastic;
         self.elastic_tangential += other.elastic_tangential;

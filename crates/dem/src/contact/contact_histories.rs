@@ -5,7 +5,7 @@ use colluvium_points::struct_of_arrays;
 use crate::contact::bond::Bond;
 use crate::contact::{ContactHistory, ContactState, PairLaw};
 
-/// Width of the record of a tangential spring with its damping force: the four numbers that are loaded at once.
+/// Number of values in the record of a tangential spring and its damping force, which a SIMD load reads.
 pub const SPRING_WIDTH: usize = 4;
 
 struct_of_arrays! {
@@ -13,7 +13,8 @@ struct_of_arrays! {
     pub struct ContactHistories<const R: usize> {
         /// State of each contact.
         pub state: ContactState,
-        /// Record of [`ContactHistory::shear_displacement`] (m), the first `R`, and [`ContactHistory::damping_force`] (N), the last.
+        /// Records of the tangential springs: [`ContactHistory::shear_displacement`] in the first `R` values (m),
+        /// [`ContactHistory::damping_force`] in the last one (N).
         pub spring: [f64; SPRING_WIDTH],
         /// Rolling angle (rad), see [`ContactHistory::rolling_angle`].
         pub roll: [f64; R],
@@ -27,14 +28,14 @@ struct_of_arrays! {
 /// Optional columns of the contact histories.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HistoryColumns {
-    /// Whether there are columns of rolling and torsion springs.
+    /// Whether the histories have columns for rolling and torsion springs.
     pub has_rolling: bool,
-    /// Whether there is a column of bonds.
+    /// Whether the histories have a column for bonds.
     pub bonds: bool,
 }
 
 impl HistoryColumns {
-    /// Returns the columns that these laws need.
+    /// Columns that a set of contact laws needs.
     pub fn for_laws(laws: &[PairLaw]) -> Self {
         Self {
             has_rolling: laws.iter().any(|law| law.rolling.is_some() || law.torsion.is_some()),
@@ -72,7 +73,7 @@ impl<const R: usize> ContactHistories<R> {
         self.state[k] != ContactState::Apart || self.bond.get(k).is_some_and(|bond| bond.strength != 0.0)
     }
 
-    /// Copies the history of another contact, seen from its second grain where `flip` is set.
+    /// Copies the history of another contact. With `flip` the two grains of the contact are exchanged.
     pub fn copy_from(&mut self, k: usize, from: &Self, of: usize, flip: bool) {
         // Seen from the other grain, in the plane slip is unchanged and a rotation changes sign; in space both change sign.
         let (slide, turn) = match (flip, R) {
@@ -132,21 +133,21 @@ fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
     column.resize(count, value);
 }
 
-/// Mutable view of a part of the contact histories.
+/// Mutable view of the histories of a range of contacts.
 pub struct ContactHistoriesMut<'a, const R: usize> {
     /// State of each contact.
     pub state: &'a mut [ContactState],
     /// Tangential springs, see [`ContactHistories::spring`].
     pub spring: &'a mut [[f64; SPRING_WIDTH]],
-    /// Rolling springs; empty where there are none.
+    /// Rolling springs; empty without rolling resistance.
     pub roll: &'a mut [[f64; R]],
-    /// Torsion springs; empty where there are none.
+    /// Torsion springs; empty without torsion resistance.
     pub twist: &'a mut [f64],
     /// Bonds.
     pub bond: &'a mut [Bond<R>],
 }
 
-/// Splits a column at an index; an empty column gives two empty ones.
+/// Splits a column at an index; an empty column is split into two empty ones.
 fn split_column<T>(column: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
     let at = at.min(column.len());
     column.split_at_mut(at)
@@ -164,7 +165,7 @@ impl<'a, const R: usize> ContactHistoriesMut<'a, R> {
         }
     }
 
-    /// Splits the view into the parts before contact `at` and from it on.
+    /// Splits the view before the contact with index `at`.
     pub fn split_at(self, at: usize) -> (Self, Self) {
         let (a, b) = split_column(self.state, at);
         let (c, d) = split_column(self.spring, at);
@@ -217,7 +218,7 @@ pub struct PairList<const R: usize> {
     pub histories: ContactHistories<R>,
 }
 
-/// View of a pair list without the contact histories; see [`PairList`].
+/// View of a pair list without its contact histories; see [`PairList`].
 #[derive(Clone, Copy)]
 pub struct PairListView<'a> {
     /// First pair of each grain, and the number of pairs.

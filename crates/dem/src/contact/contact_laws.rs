@@ -3,7 +3,7 @@
 use crate::contact::PairLaw;
 use crate::contact::contact_histories::HistoryColumns;
 
-/// Kinds of grains, the laws of their contacts in the present stage, and the history that they need.
+/// Kinds of grains with their contact laws in the current stage, and the history columns that these need.
 #[derive(Debug)]
 pub struct ContactLaws {
     /// Kinds of grains.
@@ -28,14 +28,14 @@ pub struct KindProperties {
 /// Contact laws of a stage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageLaws {
-    /// Laws of each pair of kinds, row by row.
+    /// Contact laws of all pairs of kinds, as a matrix stored row by row.
     pub pairs: Vec<PairLaw>,
     /// Laws of each kind with each boundary of the case.
     pub walls: Vec<Vec<PairLaw>>,
     /// Stable step of contacts (s), and the upper bound of stable steps (s).
     pub step: [f64; 2],
-    /// Overlap over the radius to the power 5/2 in a head-on impact of two of the smallest elastic spheres, over the square of the
-    /// speed of each (s²/m²); zero without elastic spheres.
+    /// Overlap over radius to the power 5/2 in a head-on impact of two of the smallest Hertz spheres, divided by the squared speed (s²/m²).
+    /// Zero without Hertz spheres.
     pub impact: f64,
     /// Largest rupture distance of the contacts (m).
     pub rupture_distance: f64,

@@ -31,7 +31,7 @@ pub enum ContactState {
 }
 
 impl ContactState {
-    /// State of a number in a file; `None` for other numbers.
+    /// Contact state of its number in a file; `None` for other numbers.
     pub fn from_number(number: u32) -> Option<Self> {
         [Self::Apart, Self::Touching, Self::Bonded].into_iter().find(|state| *state as u32 == number)
     }

@@ -21,8 +21,8 @@ pub struct Coulomb {
 }
 
 impl Coulomb {
-    /// Tangential force in tangent coordinates (N); `before` is the overlap of the last step (m), and whether the stiffness depends on it;
-    /// the largest force is the friction coefficient times `cap.0`, plus `cap.1` (N).
+    /// Tangential force of a contact in tangent coordinates (N). `before` is the overlap of the last step (m) and whether the stiffness
+    /// depends on it. The largest force is the friction coefficient times `cap.0`, plus `cap.1` (N).
     #[inline]
     #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
     pub fn tangential_force<const D: usize, const R: usize>(
@@ -89,10 +89,10 @@ impl Coulomb {
     }
 }
 
-/// Energy dissipated by a contact that slips under `force`, while its spring changes from one elongation to another (J): the work over
-/// the step, less the change of the spring energy. The work is that of the mean of this force and the last one, which moves the grains in
-/// leap-frog steps; the last one is that of the spring. With a dashpot it is not known, and the work is that of this force. The result
-/// includes the share of the dashpot, and the energy lost by resetting the spring.
+/// Energy dissipated by a slipping contact (J): the work of `force` in the step minus the change of the spring energy. The work is that of
+/// the mean of this force and the last one, which moves the grains in leap-frog steps; the last one is that of the spring. With a dashpot
+/// it is not known, and the work is that of this force. The result includes the share of the dashpot, and the energy lost by resetting the
+/// spring.
 #[inline(always)]
 pub fn slip_dissipation<T: SimdNumber, const R: usize>(
     force: &[T; R],
@@ -106,8 +106,8 @@ pub fn slip_dissipation<T: SimdNumber, const R: usize>(
     T::broadcast(0.5) * (stiffness * (dot(old, old) - dot(left, left)) - dt * dot(&both, sliding))
 }
 
-/// Rescaled elongation (m) of a spring whose stiffness follows the overlap: the force is kept in loading, the elongation in
-/// unloading, so that no energy is generated.
+/// Elongation of a tangential spring after a change of its stiffness with the overlap (m). In loading the force is conserved, in unloading
+/// the elongation, so that no energy is generated.
 #[inline]
 fn rescaled_displacement<const R: usize>(
     old: [f64; R],
@@ -131,7 +131,7 @@ fn rescaled_displacement<const R: usize>(
     }
 }
 
-/// `Coulomb::remaining_displacement` of four contacts; `spring` marks those whose spring is reset to the friction force.
+/// `Coulomb::remaining_displacement` of four contacts, with a mask `spring` of those whose spring is reset to the friction force.
 #[inline(always)]
 pub fn remaining_displacement_simd<const R: usize>(
     force: &[Lanes; R],

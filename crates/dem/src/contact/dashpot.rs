@@ -10,7 +10,7 @@ pub struct StepLengths<T = f64> {
     pub last: T,
     /// Following step (s).
     pub next_step: T,
-    /// Step by half of which lagged velocities are behind: the last one, also for a probe without a following step.
+    /// Step of which half is the delay of lagged velocities (s): the previous step.
     pub lag_step: T,
 }
 
@@ -21,7 +21,7 @@ impl<T: SimdNumber> StepLengths<T> {
         Self { last, next_step, lag_step: last }
     }
 
-    /// Creates the lengths for a probe of contacts after a step of this length (s), without a following step.
+    /// Step lengths for the evaluation of contacts at the end of a step of the length `behind` (s).
     pub fn for_probe(behind: T) -> Self {
         Self { last: T::broadcast(0.0), next_step: T::broadcast(0.0), lag_step: behind }
     }
@@ -32,8 +32,9 @@ impl<T: SimdNumber> StepLengths<T> {
         T::broadcast(0.5) * (self.last + self.next_step)
     }
 
-    /// Factor on the dashpot of a contact that lasts for `time` (s) before or after the time of the forces and for `half` (s), half a step,
-    /// on the other side: the dashpot is constant, or proportional to the fourth root of the overlap, which is linear in time.
+    /// Factor on the dashpot of a contact that starts or ends within the step. It lasts for `time` (s) on one side of the time of the
+    /// forces and for half a step `half` (s) on the other. The dashpot is constant, or proportional to the fourth root of the overlap,
+    /// which is linear in time.
     #[inline(always)]
     fn factor(&self, time: T, half: T, is_hertz: bool) -> T {
         let both = time + half;
@@ -42,7 +43,7 @@ impl<T: SimdNumber> StepLengths<T> {
     }
 }
 
-/// Dashpot (N s/m) of a contact in these steps; `is_new` marks the first step of the contact.
+/// Dashpot of a contact in the step (N s/m); `is_new` marks its first step.
 #[inline]
 pub fn dashpot_in_step<const D: usize, const R: usize>(
     law: &PairLaw,
@@ -61,16 +62,16 @@ pub fn dashpot_in_step<const D: usize, const R: usize>(
     damping
 }
 
-/// Dashpot (N s/m) whose force with a velocity `lag` / 2 (s) behind damps a pair of this effective mass (kg) like `dashpot` with the
-/// current velocity: the lag reduces the mass in the equation of motion by `dashpot × lag / 2`, and the damping ratio contains its root.
+/// Dashpot (N s/m) whose force with a velocity that is `lag/2` old (s) damps a pair as `dashpot` does with the current velocity. The delay
+/// reduces the mass in the equation of motion by `dashpot × lag / 2`.
 #[inline(always)]
 pub fn lagged_dashpot<T: SimdNumber>(dashpot: T, mass: T, lag: T) -> T {
     let share = T::broadcast(0.25) * dashpot * lag / mass;
     dashpot * ((T::broadcast(1.0) + share * share).root() - share)
 }
 
-/// Dashpot in the first step of a contact (N s/m): the impulse is that of the time since first contact, `overlap / |v_n|`, and of the
-/// half step that follows. Unchanged where first contact was earlier or the grains separate.
+/// Dashpot in the first step of a contact (N s/m). Its impulse is that of the time since first contact, `overlap / |v_n|`, and of the
+/// following half step. Unchanged where first contact was earlier or the grains separate.
 #[inline(always)]
 pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     dashpot: T,
@@ -86,8 +87,8 @@ pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     (approach + approach).select_above(geometry.overlap, dashpot * factor, dashpot)
 }
 
-/// Dashpot in the last step of a contact that may be in tension as it opens (N s/m): the impulse is that of the half step before and of
-/// the time until the overlap ends. Unchanged where the overlap does not end within the step.
+/// Dashpot in the last step of a contact that may be in tension while it opens (N s/m). Its impulse is that of the preceding half step and
+/// of the time until the overlap ends. Unchanged where the overlap does not end within the step.
 #[inline(always)]
 pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     base: &NormalResponse<T>,
@@ -113,6 +114,6 @@ pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     geometry.separation_velocity.select_above(T::broadcast(0.0), ending, base.damping)
 }
 
-/// Impulse, over half a step before the end, of a dashpot proportional to the fourth root of the time before the end, over the
-/// impulse of its value one step before: 4/5 (1/2)^(5/4).
+/// Impulse in the last half step of a dashpot that is proportional to the fourth root of the remaining time, over that of a constant
+/// dashpot with its value one step before the end: 4/5 (1/2)^(5/4).
 const HALF_STEP_OF_HERTZ: f64 = 0.336_358_566;

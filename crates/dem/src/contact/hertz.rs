@@ -9,7 +9,7 @@ use crate::points::vector::SimdNumber;
 pub struct Hertz<T = f64> {
     /// Effective modulus `E*`: `1/E* = (1-ν_i²)/E_i + (1-ν_j²)/E_j` (Pa).
     pub modulus: T,
-    /// Effective shear modulus `G*` of the tangential spring: of the grains, or `E*`/4 times the given stiffness ratio (Pa).
+    /// Effective shear modulus `G*` of the tangential spring (Pa): that of the grains, or `E*`/4 times a given stiffness ratio.
     pub shear_modulus: T,
     /// Effective shear modulus `G*` of the grains: `1/G* = (2-ν_i)/G_i + (2-ν_j)/G_j` (Pa).
     pub grain_shear_modulus: T,
@@ -64,7 +64,7 @@ impl Hertz {
         }
     }
 
-    /// Returns the law with this tangential over normal stiffness in place of Mindlin's.
+    /// Returns the law with a given ratio of tangential to normal stiffness, in place of Mindlin's.
     #[must_use]
     pub fn with_stiffness_ratio(self, ratio: f64) -> Self {
         Self { shear_modulus: 0.25 * ratio * self.modulus, tangential_stiffness_root: ratio.sqrt(), ..self }

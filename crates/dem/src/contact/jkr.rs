@@ -18,7 +18,7 @@ pub struct Jkr {
 }
 
 impl Jkr {
-    /// Pull-off force of spheres of effective radius `radius` (m) under a dead load, `3/2 π w R` (N).
+    /// Pull-off force of spheres of an effective radius (m) under constant load, `3/2 π w R` (N).
     pub fn pull_off(&self, radius: f64) -> f64 {
         1.5 * PI * self.work * radius
     }
@@ -35,7 +35,7 @@ impl Jkr {
         (PI * self.work * radius * radius / (8.0 * self.modulus)).cbrt()
     }
 
-    /// Repulsive force (N) at an overlap (m), and the pull-off force (N).
+    /// Normal force at an overlap (N; positive for repulsion), and the pull-off force (N).
     pub fn force(&self, hertz: &Hertz, radius: f64, overlap: f64) -> (f64, f64) {
         let modulus = hertz.modulus;
         let smallest = self.tear_radius(radius);

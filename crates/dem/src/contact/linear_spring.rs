@@ -6,9 +6,9 @@ use crate::points::vector::SimdNumber;
 /// Parameters of a linear contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSpring<T = f64> {
-    /// Stiffness (N/m); zero where it follows from `modulus`.
+    /// Stiffness (N/m); zero if it is given by `modulus`.
     pub stiffness: T,
-    /// Twice the modulus of the grains (Pa); the stiffness is this times the effective radius (m).
+    /// Twice the modulus of the grains (Pa); its product with the effective radius (m) is the stiffness.
     pub modulus: T,
     /// Damping ratio ζ: `γ = 2 ζ √(k m_eff)`.
     pub damping_ratio: T,

@@ -55,13 +55,13 @@ pub struct Contact<const D: usize> {
 
 /// Contact data for the fabric.
 pub struct FabricSample<const D: usize> {
-    /// Grains of each contact, those between grains first; a held grain counts as a wall, which is `None`.
+    /// Grains of each contact, contacts between grains first. A wall or a grain with prescribed motion is `None`.
     pub pairs: Vec<(u32, Option<u32>)>,
     /// Normal force of each contact between grains (N).
     pub forces: Vec<f64>,
     /// Sum of `n ⊗ n` over the contacts between grains.
     pub dyads: SymTensor,
-    /// Stress of these contacts times the volume, compression positive (N m).
+    /// Stress of the contacts times the volume, compression-positive (N m).
     pub stress_volume: [[f64; D]; D],
 }
 
@@ -75,7 +75,7 @@ pub enum NormalForceLaw {
 }
 
 impl NormalForceLaw {
-    /// Overlap (m) under a force (N) at rest, between grains of this effective radius (m).
+    /// Overlap of grains at rest under a force (N), for an effective radius (m).
     pub fn overlap(&self, force: f64, radius: f64) -> f64 {
         match self {
             Self::Linear(law) => force / law.stiffness(radius),
@@ -83,7 +83,7 @@ impl NormalForceLaw {
         }
     }
 
-    /// Factor on the stiffness or modulus that makes overlaps `times` times smaller.
+    /// Factor on the stiffness or modulus that reduces overlaps by the factor `times`.
     pub fn stiffness_factor(&self, times: f64) -> f64 {
         match self {
             Self::Linear(_) => times,
@@ -108,7 +108,7 @@ pub enum AttractionLaw {
 pub struct PairLaw {
     /// Normal law.
     pub normal: NormalForceLaw,
-    /// Whether elastic and damping force together are never tensile.
+    /// Whether the sum of elastic and damping force is limited to compression.
     pub no_tension: bool,
     /// Lag of the velocities in the dashpots, over half a step: 1 for lagged, 0 for predicted velocities.
     pub velocity_lag: f64,
@@ -133,9 +133,9 @@ pub struct ContactGeometry<const D: usize, const R: usize, T = f64> {
     pub normal: [T; D],
     /// Normal velocity of `i` relative to `j`, positive in separation (m/s).
     pub separation_velocity: T,
-    /// Sliding velocity: surface velocity of `i` relative to that of `j`, in tangent coordinates (m/s).
+    /// Sliding velocity in tangent coordinates (m/s): velocity of the surface of `i` relative to that of `j`.
     pub sliding_velocity: [T; R],
-    /// Angular velocity of `i` less that of `j` (rad/s).
+    /// Angular velocity of `i` minus that of `j` (rad/s).
     pub relative_spin: [T; R],
     /// Mean angular velocity about the normal (rad/s).
     pub spin: T,
@@ -156,13 +156,13 @@ pub struct ContactBody<const D: usize, const R: usize, T = f64> {
     pub spin: [T; R],
     /// Radius (m).
     pub radius: T,
-    /// Inverse of the mass (1/kg); zero for a held grain, which moves like a wall.
+    /// Inverse of the mass (1/kg); zero for a grain with prescribed motion.
     pub inverse_mass: T,
 }
 
 impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
-    /// Geometry of two grains, whose centres are at a `distance` along `apart` (m), with the image velocity `drift` (m/s); and their
-    /// lever arms over their radii, which are one where `radii` are the arms. One division gives the normal, the arms and the mass.
+    /// Contact geometry of two grains at a `distance` along `apart` (m), with the velocity `drift` of the periodic image (m/s). The lever
+    /// arms are over the radii; they are 1 if `radii` are the arms. One division gives the normal, the arms and the mass.
     #[inline(always)]
     pub fn of_grains(
         [one, two]: [&ContactBody<D, R, T>; 2],
@@ -202,8 +202,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
 }
 
 impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
-    /// Geometry of a grain of this mass (kg) and a wall without rotation, with this velocity at the contact (m/s), at a `distance` along
-    /// the normal (m); and the lever arm (m).
+    /// Contact geometry of a grain and a wall without rotation at a `distance` along the normal (m), and the lever arm (m).
     #[inline(always)]
     pub fn with_wall(
         (one, mass): (&ContactBody<D, R, T>, T),
@@ -269,13 +268,13 @@ impl PairLaw {
         }
     }
 
-    /// Whether the normal law is that of Hertz.
+    /// Whether the normal law is Hertz's.
     #[inline]
     pub fn is_hertz(&self) -> bool {
         matches!(self.normal, NormalForceLaw::Hertz(_))
     }
 
-    /// Rupture distance of a contact in this state (m), for grains of effective radius `radius` (m).
+    /// Gap at which a contact of a state ends (m), for an effective radius (m).
     #[inline]
     pub fn rupture_distance(&self, state: ContactState, radius: f64) -> f64 {
         match &self.attraction {
@@ -288,7 +287,7 @@ impl PairLaw {
         }
     }
 
-    /// Whether some contact may act across a gap.
+    /// Whether a contact can act across a gap.
     pub fn has_rupture_distance(&self) -> bool {
         self.attraction.is_some() || self.bond.is_some()
     }
@@ -352,8 +351,8 @@ pub fn contact_force<const D: usize, const R: usize>(
     ContactForce { normal, tangential, moment }
 }
 
-/// Adds the attraction of a contact to its normal force and elastic energy; returns the largest normal force of friction (N), and the
-/// tangential strength of cohesion (N).
+/// Adds attraction to normal force and elastic energy of a contact. Returns the normal force for the friction limit (N) and the tangential
+/// strength of cohesion (N).
 #[inline]
 fn add_attraction<const D: usize, const R: usize>(
     law: &PairLaw,
@@ -389,7 +388,7 @@ fn add_attraction<const D: usize, const R: usize>(
     }
 }
 
-/// Ends a contact: the remaining energy of its springs is lost.
+/// Ends a contact; the remaining energy of its springs is dissipated.
 #[inline]
 pub fn release_contact<const D: usize, const R: usize>(
     law: &PairLaw,

@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-/// Coefficient of restitution of a damping ratio, where spring and dashpot together may be in tension.
+/// Coefficient of restitution for a damping ratio, if spring and dashpot may be in tension.
 pub fn restitution_with_tension(ratio: f64) -> f64 {
     if ratio >= 1.0 { 0.0 } else { (-PI * ratio / (1.0 - ratio * ratio).sqrt()).exp() }
 }
 
-/// Coefficient of restitution without tension: the contact ends when its force vanishes.
+/// Coefficient of restitution for a damping ratio without tension: the contact ends when its force vanishes.
 pub fn restitution_without_tension(ratio: f64) -> f64 {
     let square = ratio * ratio;
     if (ratio - 1.0).abs() < 1e-9 {
@@ -23,7 +23,7 @@ pub fn restitution_without_tension(ratio: f64) -> f64 {
     }
 }
 
-/// Damping ratio of a coefficient of restitution, where spring and dashpot together may be in tension.
+/// Damping ratio for a coefficient of restitution, if spring and dashpot may be in tension.
 pub fn damping_ratio_with_tension(restitution: f64) -> f64 {
     let log = restitution.ln();
     -log / (PI * PI + log * log).sqrt()

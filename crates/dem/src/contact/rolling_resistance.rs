@@ -98,7 +98,7 @@ pub struct RollingResponse<const N: usize> {
     pub moment: [Lanes; N],
     /// Elongation of the spring (rad).
     pub angle: [Lanes; N],
-    /// Energy dissipated beyond the cap (J).
+    /// Energy dissipated at the largest moment (J).
     pub dissipated_energy: Lanes,
     /// Energy dissipated by dashpots (J).
     pub dashpots: Lanes,
@@ -107,7 +107,7 @@ pub struct RollingResponse<const N: usize> {
 }
 
 impl RollingResistance<Lanes> {
-    /// Moment and elongation of four contacts under these normal forces (N).
+    /// Moments and spring angles of four contacts under normal forces (N).
     #[inline(always)]
     pub fn moment_simd<const D: usize, const R: usize, const N: usize>(
         &self,

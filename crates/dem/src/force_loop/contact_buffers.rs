@@ -9,7 +9,7 @@ use crate::force_loop::{ForceTorque, GrainRecords};
 pub struct ContactBuffers<const D: usize, const R: usize> {
     /// Energies and virial of each slab, and of the periodic pairs.
     pub slab_energies: Vec<(ContactEnergies, Virial<D>)>,
-    /// Reactions of the walls, ordered by slab and then by wall.
+    /// Reactions of the walls, slab by slab.
     pub reactions: Vec<WallReaction<D>>,
     /// Shift (m) and velocity (m/s) of each image.
     pub shifts: Vec<([f64; D], [f64; D])>,

@@ -14,7 +14,7 @@ use crate::points::grain_extremes::GrainExtremes;
 use crate::points::grains::Grains;
 use crate::points::vector::{add, dot};
 
-/// Computes the forces of all contacts from positions and the velocities half a step behind, before a step of `next` (s).
+/// Computes the forces of all contacts from positions and the velocities half a step earlier, before a step of `next` (s).
 pub fn find_forces<const D: usize, const R: usize>(
     clock: &Clock,
     laws: &ContactLaws,
@@ -63,7 +63,7 @@ pub fn find_forces<const D: usize, const R: usize>(
     }
 }
 
-/// Adds up the sums of all slabs, in their order: energies of the contacts, virial of the cell, reactions of the walls.
+/// Adds up contact energies, virial of the cell and wall reactions of all slabs, in the order of the slabs.
 pub fn sum_contacts<const D: usize, const R: usize>(
     clock: &Clock,
     cell: &mut ControlledCell<D>,

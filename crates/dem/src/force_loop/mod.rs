@@ -42,7 +42,7 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     pub is_held: &'a [bool],
     /// Kind of each grain.
     pub kind: &'a [u32],
-    /// Contact law of each pair of kinds, row by row.
+    /// Contact laws of all pairs of kinds, as a matrix stored row by row.
     pub laws: &'a [PairLaw],
     /// Number of kinds.
     pub kinds: usize,
@@ -60,7 +60,7 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     pub kernel: ForceKernel,
     /// Kernel of the contacts with planes.
     pub plane_kernel: ForceKernel,
-    /// Records of places with radii, and of motions, for the SIMD kernels.
+    /// Positions with radii, and motions of the grains, as records for the SIMD kernels.
     pub records: (&'a [Lanes], &'a [GrainMotion]),
 }
 
@@ -89,7 +89,7 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
 }
 
 impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
-    /// Splits the accumulators into the parts before and from these grains, pairs and slabs on.
+    /// Splits the accumulators before a grain, a pair and a slab.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
         let (forces, more_received) = self.forces.split_at_mut(grain - self.first);
         let (history, more_memory) = self.history.split_at(pair - self.pair);
@@ -109,7 +109,7 @@ impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
 }
 
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
-    /// Creates the input of these grains in a cell that is not periodic, without a step.
+    /// Input for grains outside a periodic cell, without a time step.
     pub fn new(grains: GrainView<'a, D, R>, laws: &'a [PairLaw], kinds: usize) -> Self {
         let GrainView { kind, is_held, radius, mass, position, velocity, spin } = grains;
         Self {
@@ -170,7 +170,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         )
     }
 
-    /// Adds the forces of the pairs of some grains, with the active pairs `active`. Forces on the other grains go to `accumulators` too.
+    /// Adds the contact forces of the active pairs of a range of grains. Forces on the other grains go to `accumulators` too.
     fn pair_forces(
         &self,
         (pairs, active): (PairListView<'_>, &ActivePairs),
@@ -195,7 +195,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// Adds the forces of the pairs of some grains, one contact after another.
+    /// Adds the contact forces of a range of grains, one contact at a time.
     fn scalar_pair_forces(
         &self,
         pairs: PairListView<'_>,
@@ -291,7 +291,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         (in_contact || bonded).then_some(contact)
     }
 
-    /// Adds the forces of slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
+    /// Adds the forces of slabs of one parity, which share no grain. Group `g` consists of the slab `2 g + parity` and the next one.
     fn coloured_slabs(
         &self,
         lists: SlabPairs<'_>,
@@ -315,7 +315,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// Adds the forces of all pairs; the sums are added to `slab_energies`, one per slab and one for the periodic pairs.
+    /// Adds the contact forces of all pairs. Their sums are added to `slab_energies`, one per slab and one for the periodic pairs.
     pub fn contacts(
         &self,
         lists: &mut VerletLists<D, R>,
@@ -375,7 +375,7 @@ pub fn record_contact<const D: usize, const R: usize>(
     }
 }
 
-/// Force and energies of a contact after a step of `behind` (s), without advancing it.
+/// Force and energies of a contact at the end of a step of the length `behind` (s), without a change of its history.
 pub fn probe_contact<const D: usize, const R: usize>(
     law: &PairLaw,
     geometry: &ContactGeometry<D, R>,

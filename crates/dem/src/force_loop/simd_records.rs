@@ -13,14 +13,14 @@ use crate::points::vector::WIDTH;
 /// Grain data of the SIMD kernels.
 #[derive(Clone, Debug, Default)]
 pub struct GrainRecords {
-    /// Position and radius of each grain: all that the search for contacts reads, stored close together.
+    /// Position and radius of each grain in one record, for the search for contacts.
     pub position_and_radius: Vec<Lanes>,
     /// Motion of each grain.
     pub motion: Vec<GrainMotion>,
 }
 
-/// Velocity, inverse of the mass (zero for a held grain) and spin of a grain, in one cache line. In the plane the spin is the
-/// third component beside the velocity.
+/// Velocity, inverse mass and spin of a grain, in one cache line. The inverse mass is zero for a grain with prescribed motion. In the plane
+/// the spin is the third component beside the velocity.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub struct GrainMotion {
@@ -67,15 +67,15 @@ impl ForceTorque {
         std::array::from_fn(|c| all[c])
     }
 
-    /// Moment (N m) on a grain of this radius (m).
+    /// Moment on a grain (N m) from its radius (m).
     #[inline]
     pub fn moment<const R: usize>(&self, radius: f64) -> [f64; R] {
         let all = if R == 3 { self.torque_over_radius.as_array() } else { self.force.as_array() };
         std::array::from_fn(|c| radius * if R == 3 { all[c] } else { all[2] })
     }
 
-    /// Forces and moments over the radius on the first and the second grains of four contacts: the moments of the tangential force
-    /// are equal on both, those of rolling and torsion resistance, where there are any, are given for each.
+    /// Forces and moments over radius on the grains of four contacts. The moment of the tangential force is equal on both grains; those of
+    /// rolling and torsion resistance differ.
     #[inline(always)]
     pub fn gather_group<const D: usize, const R: usize>(
         force: &[Lanes; D],
@@ -103,7 +103,7 @@ impl ForceTorque {
     }
 }
 
-/// Writes forces and moments of all grains of these radii (m), column by column.
+/// Writes forces and moments of all grains to their columns.
 pub fn scatter_forces<const D: usize, const R: usize>(
     received: &[ForceTorque],
     radius: &[f64],
@@ -131,7 +131,7 @@ pub enum ForceKernel {
 }
 
 impl ForceKernel {
-    /// Selects the kernel for contacts with any of these laws.
+    /// Kernel for contacts with any of these laws.
     pub fn for_laws<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
         let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
         let turns = laws.clone().any(|law| law.rolling.is_some() || law.torsion.is_some());
@@ -181,7 +181,7 @@ pub fn grain_records<const D: usize, const R: usize>(
     );
 }
 
-/// Motion of four grains of these radii (m).
+/// Motion of four grains as contact bodies.
 #[inline(always)]
 pub fn contact_bodies<const D: usize, const R: usize>(
     four: [&GrainMotion; WIDTH],
@@ -214,7 +214,7 @@ pub struct SimdLaws {
     pub at_rest: Lanes,
     /// Mask of the laws whose spring is reset to the friction force.
     pub spring: Lanes,
-    /// Rolling and torsion resistance, and the mask of the laws that have it.
+    /// Rolling and torsion resistance, with masks of the laws that have them.
     pub resistance: [(RollingResistance<Lanes>, Lanes); 2],
 }
 

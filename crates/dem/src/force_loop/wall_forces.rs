@@ -99,7 +99,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         touching.map(of_contact).fold([0.0; 3], |sums, own| std::array::from_fn(|c| sums[c] + own[c]))
     }
 
-    /// Adds the forces of all walls; `reactions` are those on each wall, slab after slab.
+    /// Adds the contact forces of all walls. `reactions` are those on each wall, slab by slab.
     pub fn wall_forces(
         &self,
         walls: &[RigidWall<D>],
@@ -163,7 +163,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         }
     }
 
-    /// Adds the forces of the walls on the grains of a slab: plane contacts four at a time, other contacts between them in list order.
+    /// Adds the wall forces on the grains of a slab, for contacts with planes four at a time. The order of contacts is that of the list.
     fn simd_wall_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
         walls: &[RigidWall<D>],
@@ -197,7 +197,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         accumulators.slab_energies[slab - accumulators.slab].0.add(&sums.energies(self.dt));
     }
 
-    /// Adds the forces of planes on four grains in contact with them.
+    /// Adds the forces of planes on up to four grains in contact with them.
     fn planes<const HERTZ: bool, const TURNS: bool>(
         &self,
         walls: &[RigidWall<D>],

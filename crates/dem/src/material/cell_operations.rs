@@ -11,7 +11,7 @@ use crate::material::spec::{GranularCellSpec, parameter_error};
 use crate::points::grains::volume;
 use crate::setup;
 
-/// Stages of the case of a cell: compression with the preparation friction, rest with the contact friction, deformation.
+/// Stages of the case of a cell: compression with the preparation friction, relaxation with the contact friction, deformation.
 const STAGES: [&str; 3] = ["prepare", "settle", "deform"];
 /// Index of the stage in which the cell is deformed.
 const DEFORM: usize = 2;
@@ -20,16 +20,16 @@ const DEFORM: usize = 2;
 const MAX_STEPS: usize = 2_000_000;
 /// Steps between checks of the equilibrium.
 const STEPS_PER_CHECK: usize = 100;
-/// Unbalanced force ratio at which grains count as at rest (sheet: dem §3.1). Without friction a packing passes through states at several
-/// times this ratio before it yields once more; a packing stopped there is looser than one at rest. The kinetic energy is a worse
+/// Unbalanced force ratio at which grains are regarded as at rest (sheet: dem §3.1). Without friction a packing passes through states at
+/// several times this ratio before it yields once more; a packing stopped there is looser than one at rest. The kinetic energy is a worse
 /// measure: grains without contacts keep theirs.
 const REST_RATIO: f64 = 1e-3;
-/// Pressure over the preparation pressure below which a cell is unloaded by expansion; it also bounds rates from below.
+/// Pressure over the preparation pressure below which a cell is unloaded by expansion. It is also a lower bound in the choice of rates.
 const MIN_PRESSURE_RATIO: f64 = 0.05;
 /// Largest change of the deformation gradient in a step of the grains.
 const MAX_DEFORMATION_STEP: f64 = 1e-2;
 
-/// Case from which cells are made.
+/// Case of a cell of grains, from which all cells of the material are made.
 pub struct CellCase {
     case: Case,
     /// Approximate size of a cell in bytes.
@@ -151,8 +151,8 @@ pub fn coordination<const D: usize, const R: usize>(solver: &DemSolver<D, R>) ->
     2.0 * solver.records.energy_balance.contacts[0] as f64 / solver.grains.len() as f64
 }
 
-/// Upper bound of the P-wave modulus (Pa): affine stretch of all contacts along their branches, `Σ k l² / V`; one and a half times the
-/// secant stiffness covers that of Hertz.
+/// Upper bound of the P-wave modulus (Pa), for an affine stretch of all contacts along their branch vectors, `Σ k l² / V`. For Hertz
+/// contacts the stiffness is 1.5 times the secant one.
 pub fn modulus<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> f64 {
     let mut sum = 0.0;
     solver.view().for_each_contact(|contact, _, _| {
@@ -170,7 +170,7 @@ fn set_cell<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, contro
     solver.clock.options.stages.entry(name.to_owned()).or_default().cell = control;
 }
 
-/// Runs stress control to a stress (Pa), until the cell has it and its grains are at rest.
+/// Runs stress control until the cell has a stress (Pa) and its grains are at rest.
 fn servo<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     target: &SymTensor,
@@ -225,7 +225,7 @@ pub fn prepare<const D: usize, const R: usize>(
     solver.begin_stage(DEFORM, solver.clock.time).map_err(|_| equilibrium_error(OVERLAP_MESSAGE))
 }
 
-/// Brings the prepared cell to a stress (Pa).
+/// Loads the prepared cell to a stress (Pa).
 pub fn load<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     spec: &GranularCellSpec,
@@ -262,8 +262,8 @@ fn largest_rate<const D: usize, const R: usize>(
     spec.inertial_number * (pressure / spec.grain_density).sqrt() / mean
 }
 
-/// Grain updates per second on one thread, disks and spheres, and time to load and store the cell (s) per grain: measured on
-/// cells of 200 disks on a desktop computer (docs/theory/dem.md), for spheres twice as long as for disks.
+/// Grain updates per second on one thread, for disks and spheres. Measured on cells of 200 grains on a desktop computer
+/// (docs/theory/dem.md).
 const UPDATES: [f64; 2] = [1.2e6, 6e5];
 /// Time to load and store the cell, per grain (s).
 const LOAD_AND_STORE_TIME: f64 = 1.5e-6;

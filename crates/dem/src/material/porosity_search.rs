@@ -4,15 +4,15 @@ use colluvium_constitutive::MaterialError;
 
 use crate::material::spec::parameter_error;
 
-/// Largest friction that is tried: more hardly makes specimens looser (sheet: dem §5, B14).
+/// Largest friction coefficient of the search; higher ones hardly increase the porosity (sheet: dem §5, B14).
 const MAX_FRICTION: f64 = 1.0;
 /// Tolerance of the porosity.
 const POROSITY_TOLERANCE: f64 = 2e-3;
 /// Number of bisections of the friction interval.
 const HALVINGS: usize = 12;
 
-/// Returns the result of `prepare` with the friction whose porosity is nearest to the target, by bisection: specimens compressed with more
-/// friction are looser.
+/// Result of `prepare` with the friction coefficient whose porosity is closest to the target, by bisection. Porosity increases with the
+/// friction during compression.
 ///
 /// # Errors
 /// When no friction gives a porosity near the target, with the porosities found; when a specimen cannot be prepared.

@@ -41,7 +41,7 @@ fn add_body_forces<const D: usize, const R: usize>(
     }
 }
 
-/// Adds the pressure of a membrane, a row or a sheet of grains, towards a body.
+/// Adds the pressure of a membrane on its grains, directed to the enclosed body.
 fn add_membrane_pressure<const D: usize, const R: usize>(
     clock: &Clock,
     g: &Grains<D, R>,
@@ -63,7 +63,7 @@ fn add_membrane_pressure<const D: usize, const R: usize>(
     }
 }
 
-/// Adds the pressure on a row in the plane towards a point: each of two neighbours takes half of the force on the line between them.
+/// Adds the pressure on a row of grains in the plane. Each of two neighbours receives half of the force on the line between them.
 fn add_row_pressure<const D: usize, const R: usize>(
     g: &Grains<D, R>,
     row: &[usize],
@@ -85,8 +85,8 @@ fn add_row_pressure<const D: usize, const R: usize>(
     }
 }
 
-/// Adds the pressure on a sheet in space towards a point: each of four neighbours takes a quarter of the force on the surface between
-/// them, the pressure times half the cross product of the diagonals, whatever surface the four span.
+/// Adds the pressure on a sheet of grains in space. Each of four neighbours receives a quarter of the force between them, the pressure
+/// times half the vector product of the diagonals.
 fn add_sheet_pressure<const D: usize, const R: usize>(
     g: &Grains<D, R>,
     (grains, columns, closed): (&[usize], usize, bool),

@@ -37,7 +37,7 @@ pub fn impose_body_velocities<const D: usize, const R: usize>(
     }
 }
 
-/// Predicts velocities half a step ahead with the last forces, where contact forces are found with them.
+/// Predicts the velocities half a step ahead from the last forces, for contact forces at predicted velocities.
 pub fn predict_velocities<const D: usize, const R: usize>(
     clock: &Clock,
     grains: &Grains<D, R>,

@@ -8,7 +8,7 @@ use crate::momentum::time_integration::{ExternalActions, GrainSums, LeapfrogKick
 use crate::points::grains::inertia;
 use crate::points::vector::dot;
 
-/// Constant data of a block of grains.
+/// Data of a range of grains that are constant in a step.
 pub(crate) struct GrainBlock<'a, const D: usize, const R: usize> {
     /// Number of the first grain.
     pub(crate) first: usize,
@@ -24,7 +24,7 @@ pub(crate) struct GrainBlock<'a, const D: usize, const R: usize> {
     pub(crate) listed_position: &'a [[f64; D]],
 }
 
-/// Number of grains that are moved at once.
+/// Number of grains that are integrated together.
 const SIMD_GRAINS: usize = 4;
 
 /// Entries `4 c` to `4 c + 3` of the components of four grains, `N` each: the number of the grain of each entry.
@@ -60,7 +60,7 @@ fn sum_lanes(lanes: Lanes) -> f64 {
     (a + b) + (c + d)
 }
 
-/// First grain whose position or velocity is not finite, or the first of all.
+/// Index of the first grain with a position or velocity that is not finite, else of the first grain.
 fn first_not_finite<const D: usize>(position: &[[f64; D]], velocity: &[[f64; D]]) -> usize {
     let mut sizes = position.iter().zip(velocity).map(|(x, v)| dot(x, x) + dot(v, v));
     sizes.position(|size| !size.is_finite()).unwrap_or(0)
@@ -72,8 +72,8 @@ fn largest_lane(lanes: Lanes) -> f64 {
 }
 
 impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
-    /// Advances the spins of the grains `own` of the block, by the lanes of their moments of inertia and the inverses of these.
-    /// Adds twice the kinetic energy of their rotations to `rotation`.
+    /// Advances the spins of the grains `own`, from their moments and moments of inertia. Adds twice the kinetic energy of their rotations
+    /// to `rotation`.
     #[inline(always)]
     fn integrate_spins(
         &self,
@@ -93,8 +93,8 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
         }
     }
 
-    /// Moves grains under contact forces and gravity, four at once and component by component, equal to `Grain::advance` to the last
-    /// bit. Returns the number of moved grains: the rest of a block is left.
+    /// Integrates the motion of grains four at a time, with the same results as `Grain::advance`. Returns the number of moved grains: the
+    /// rest of a block is left.
     pub(crate) fn integrate(
         &self,
         (actions, kick): (&ExternalActions<'_, D>, &LeapfrogKick),

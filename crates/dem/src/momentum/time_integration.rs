@@ -18,7 +18,7 @@ pub struct ExternalActions<'a, const D: usize> {
     pub last_step: f64,
     /// Gravitational acceleration (m/s²).
     pub gravity: [f64; D],
-    /// Applied forces on the grains, without gravity and contacts (N); empty where there are none.
+    /// Applied forces on the grains without gravity and contact forces (N); empty if there are none.
     pub applied_force: &'a [[f64; D]],
     /// Local damping coefficient of each axis.
     pub damping: [f64; 3],
@@ -26,11 +26,11 @@ pub struct ExternalActions<'a, const D: usize> {
     pub form: DampingForm,
     /// Mass-proportional damping (1/s).
     pub viscous: f64,
-    /// Velocity gradient of the cell (1/s), where velocities are damped relative to it.
+    /// Velocity gradient of the cell (1/s), if damping acts on velocities relative to it.
     pub rate: Option<[[f64; D]; D]>,
-    /// Map from positions in the cell at the last list build to those in the present cell, relative to the common corner (m).
+    /// Map from positions at the last list build to those in the current cell, relative to the corner of the cell (m).
     pub cell_map: Option<([[f64; D]; D], [f64; D])>,
-    /// Change of the velocity gradient in this step (1/s), and the corner of the cell (m).
+    /// Change of the velocity gradient in the step (1/s), and the corner of the cell (m).
     pub gradient_change: Option<([[f64; D]; D], [f64; D])>,
 }
 
@@ -51,7 +51,7 @@ pub struct GrainSums<const D: usize> {
     pub damping: f64,
     /// Work of held grains (J).
     pub held_work: f64,
-    /// Work of the change of the velocity gradient of the cell, right after the time of the forces (J).
+    /// Work of the change of the velocity gradient of the cell in the step (J).
     pub cell: f64,
     /// Square of the largest velocity (m²/s²).
     pub max_speed_squared: f64,
@@ -103,7 +103,7 @@ impl<const D: usize> GrainSums<D> {
     }
 }
 
-/// Moves all grains by a step. `buffer` receives the sums of each block.
+/// Integrates the motion of all grains over a step; `buffer` receives the energy sums of each range of grains.
 pub fn integrate_grains<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
     actions: &ExternalActions<'_, D>,
@@ -163,7 +163,7 @@ pub fn integrate_grains<const D: usize, const R: usize>(
 pub(crate) struct LeapfrogKick {
     /// Time over which forces act (s).
     pub(crate) time: f64,
-    /// Share of that time before the time of the forces.
+    /// Fraction of the velocity step that is before the time of the forces.
     pub(crate) share_before: f64,
     /// Factor of mass-proportional damping on a velocity.
     pub(crate) damping_factor: f64,
@@ -184,7 +184,7 @@ impl LeapfrogKick {
         Self { time, share_before, damping_factor: keep, force_time: slow * time, viscous: actions.viscous }
     }
 
-    /// Velocities after the step and at the time of the forces, for this inertia: all components at once.
+    /// Velocity after the step and velocity at the time of the forces, for given force and inertia.
     #[inline(always)]
     fn apply<const N: usize>(&self, v: &[f64; N], force: &[f64; N], inertia: f64) -> ([f64; N], [f64; N]) {
         let lanes = |of: &[f64; N]| Lanes::new(std::array::from_fn(|c| if c < N { of[c] } else { 0.0 }));
@@ -230,7 +230,7 @@ struct Grain<'a, const D: usize, const R: usize> {
     applied_force: Option<&'a [f64; D]>,
 }
 
-/// Local damping force opposed to one velocity component (N).
+/// Local damping force on a velocity component (N), opposed to it.
 #[inline]
 fn local_damping(damping: f64, force: f64, velocity: f64) -> f64 {
     if velocity == 0.0 { 0.0 } else { -damping * force.abs() * velocity.signum() }
@@ -290,7 +290,7 @@ impl<const D: usize, const R: usize> Grain<'_, D, R> {
         }
     }
 
-    /// Adds the velocity change by the deforming cell, its work, and the kinetic energy tensor of the grain.
+    /// Adds the velocity change by the deforming cell with its work, and the kinetic stress of the grain.
     #[inline]
     fn add_cell_motion(
         &self,

@@ -11,13 +11,13 @@ use crate::neighbours::VerletLists;
 use crate::points::grains::Grains;
 use crate::points::vector::{WIDTH, difference, dot};
 
-/// Smallest gap of active pairs, as a share of the skin.
+/// Smallest gap up to which pairs are active, as a fraction of the list margin.
 const MIN_GAP_FRACTION: f64 = 1.0 / 16.0;
 
-/// Margin for round-off in sums of displacements.
+/// Factor below one as margin for round-off in sums of displacements.
 const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-9;
 
-/// Active pair, copied as one record from list to batch. Numbers count from the first grain and pair of its slab on.
+/// Pair of grains close to contact, as one record. Numbers count from the first grain and pair of its slab on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(align(16))]
 pub struct ActivePair {
@@ -31,7 +31,7 @@ pub struct ActivePair {
     pub image_index: u32,
 }
 
-/// Active pairs of a slab, or of the periodic pairs, in the order of their list.
+/// Pairs close to contact of a slab, or of the periodic pairs, in the order of their list.
 #[derive(Clone, Debug, Default)]
 pub struct ActivePairs {
     /// The pairs; the last one is repeated to fill up the last SIMD group.
@@ -51,20 +51,20 @@ pub struct ActivePairLists {
 }
 
 impl ActivePairLists {
-    /// Invalidates the selection, so that the next step makes a new one.
+    /// Invalidates the selection, so that the next step selects again.
     pub fn clear(&mut self) {
         self.valid_approach = None;
     }
 }
 
 impl ActivePairs {
-    /// Groups of four pairs, and the number of valid ones in each.
+    /// Groups of four pairs, with the number of valid pairs in each.
     pub fn groups_of_four(&self) -> impl Iterator<Item = (&[ActivePair; WIDTH], usize)> {
         let (groups, _) = self.pairs.as_chunks();
         groups.iter().enumerate().map(|(n, group)| (group, (self.count - WIDTH * n).min(WIDTH)))
     }
 
-    /// Selects those pairs of some grains that have a contact history, or were `near` at the list build.
+    /// Selects the pairs of a range of grains that have a contact history or were `near` at the list build.
     fn select<const R: usize>(
         &mut self,
         pairs: &PairList<R>,
@@ -97,8 +97,8 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         self.active_pairs.slabs.resize_with(self.slab_count(), ActivePairs::default);
     }
 
-    /// Selects the active pairs if the approach `closer` of grains since the list build (m) exceeds the last bound. `shifts` are
-    /// the image shifts at the list build; without them all pairs are selected.
+    /// Selects the active pairs again, if grains have approached by more than the last bound since the list build (m). `shifts` are the
+    /// image displacements at the list build; without them all pairs are selected.
     pub fn select_active(
         &mut self,
         grains: &Grains<D, R>,

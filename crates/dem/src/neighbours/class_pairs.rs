@@ -3,11 +3,11 @@
 use crate::boundary::periodic_cell::PeriodicCell;
 use crate::neighbours::{MAX_DIMENSION, PairCriterion, VerletLists, cell_of, count_sort};
 
-/// Ratio of largest to smallest radius beyond which pairs are searched for by size classes (sheet: dem §3.2).
+/// Ratio of largest to smallest radius above which pairs are searched by size classes (sheet: dem §3.2).
 const MIN_SIZE_RATIO: f64 = 3.0;
 
-/// Unordered pairs: the grain that lists each, the place of the other's cell among the cells ahead, the other grain, and its image;
-/// whether they are periodic pairs.
+/// Pairs found in the search: listing grain, position of the cell of the other grain, other grain and its image, and whether they are
+/// periodic pairs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FoundPairs {
     pairs: Vec<(u32, u8, u32, u8, bool)>,
@@ -17,14 +17,14 @@ pub(super) struct FoundPairs {
 }
 
 impl<const D: usize, const R: usize> VerletLists<D, R> {
-    /// Whether radii differ so much that uniform cells would contain too many small grains.
+    /// Whether the radii differ so much that uniform cells would contain too many small grains.
     pub(super) fn is_wide(&self, radii: &[f64]) -> bool {
         let ends = |(low, high): (f64, f64), r: &f64| (low.min(*r), high.max(*r));
         let (low, high) = radii.iter().fold((f64::INFINITY, 0.0), ends);
         !self.uniform_cells && high > MIN_SIZE_RATIO * low
     }
 
-    /// Lists the pairs found by size classes, in the order of uniform cells.
+    /// Lists the pairs that the size classes give, in the order of the search in uniform cells.
     pub(super) fn list_by_size_class(&mut self, criterion: &PairCriterion<'_, D, R>, all: bool) {
         let grains = criterion.grains;
         let Self { found_pairs, classes, slab_pairs, periodic_pairs, keys, order, counts, axes, .. } = self;
@@ -68,7 +68,8 @@ struct UniformCells<'a> {
 }
 
 impl UniformCells<'_> {
-    /// Place in the list of uniform cells of a pair whose second grain is `steps` cells away: `None` where they would not list it.
+    /// Position of a pair in the list of uniform cells, whose second grain is `steps` cells away; `None` if uniform cells would not list
+    /// it.
     fn list_position<const D: usize>(
         &self,
         (i, j): (usize, usize),

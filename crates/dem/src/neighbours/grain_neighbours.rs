@@ -11,7 +11,7 @@ use crate::neighbours::wall_list::WallList;
 use crate::points::grain_extremes::GrainExtremes;
 use crate::points::grains::Grains;
 
-/// Lists of pairs and of grains near walls, with the histories of their contacts.
+/// Lists of grain pairs and of grains near walls, with contact histories.
 #[derive(Default)]
 pub struct GrainNeighbours<const D: usize, const R: usize> {
     /// Pairs of grains.
@@ -43,13 +43,13 @@ impl<const D: usize, const R: usize> GrainNeighbours<D, R> {
         self.skin + laws.stage.rupture_distance
     }
 
-    /// Whether a pair that is not listed may have come near (sheet: dem §3.2).
+    /// Whether grains may have moved so far that an unlisted pair is in contact (sheet: dem §3.2).
     pub fn is_stale(&self, laws: &ContactLaws, cell: &ControlledCell<D>, extremes: &GrainExtremes) -> bool {
         let approach = |then| self.max_approach(laws, cell, extremes, &then);
         !self.since_build.cell.is_some_and(|then| approach(then) <= self.skin)
     }
 
-    /// Bound on the approach of two neighbouring grains since the list build (m), with the cell matrix `then` of that time.
+    /// Upper bound of the approach of two grains since the list build (m); `then` is the cell matrix at that time.
     fn max_approach(
         &self,
         laws: &ContactLaws,
@@ -107,7 +107,7 @@ impl<const D: usize, const R: usize> GrainNeighbours<D, R> {
         }
     }
 
-    /// Keeps the grains that `keep` selects by body and position; contacts of the others are removed. The lists must be rebuilt afterwards.
+    /// Removes the grains for whose body and position the condition is false, with their contacts. The lists must be rebuilt afterwards.
     pub fn retain_grains(
         &mut self,
         laws: &ContactLaws,

@@ -43,7 +43,7 @@ pub fn build_lists<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Wraps grains into a periodic cell; fails for grains that have left the domain along other axes.
+/// Moves grains into the periodic cell; an error if a grain has left the domain along another axis.
 fn wrap<const D: usize, const R: usize>(
     clock: &Clock,
     cell: &PeriodicCell<D>,

@@ -32,7 +32,7 @@ use crate::points::vector::{difference, dot};
 /// Smallest number of grains of a slab.
 const MIN_SLAB_GRAINS: usize = 384;
 
-/// Verlet lists, and the buffers to build them.
+/// Verlet lists of grain pairs, with buffers for their construction.
 #[derive(Default)]
 pub struct VerletLists<const D: usize, const R: usize> {
     /// Pairs of each grain with grains ahead, within and between slabs.
@@ -55,7 +55,7 @@ pub struct VerletLists<const D: usize, const R: usize> {
     scratch: ScratchBuffers,
     classes: SizeClasses<D>,
     found_pairs: FoundPairs,
-    /// Whether uniform cells are used for grains of all sizes.
+    /// Whether the search uses uniform cells for any distribution of sizes.
     pub uniform_cells: bool,
 }
 
@@ -73,7 +73,7 @@ struct CarriedHistories<const R: usize> {
     is_used: Vec<bool>,
 }
 
-/// Index of cell `number` along each axis, for these counts along each axis and this order of the axes.
+/// Index of a cell along each axis from its number, for given cell counts and order of the axes.
 fn cell_of<const D: usize>(
     number: usize,
     counts: &[usize; MAX_DIMENSION],
@@ -127,7 +127,7 @@ struct PairCriterion<'a, const D: usize, const R: usize> {
 }
 
 impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
-    /// Lists grains `i` and `j`, `steps` cells away, where they are near and not both held.
+    /// Lists the pair of grains `i` and `j`, `steps` cells apart, if they are close and not both of prescribed motion.
     #[inline]
     fn pair(&self, i: usize, j: usize, steps: [i32; D], pairs: &mut PairList<R>) {
         let Some(code) = self.near_image(i, j, steps) else { return };
@@ -137,7 +137,7 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
         }
     }
 
-    /// Image index of grain `j`, `steps` cells away, where it is near grain `i` and not both are held.
+    /// Image index of grain `j`, `steps` cells away, if it is close to grain `i` and not both have a prescribed motion.
     #[inline]
     fn near_image(&self, i: usize, j: usize, steps: [i32; D]) -> Option<u8> {
         let grains = self.grains;
@@ -153,7 +153,7 @@ impl<const D: usize, const R: usize> PairCriterion<'_, D, R> {
         (dot(&apart, &apart) < limit * limit).then_some(code)
     }
 
-    /// Lists all later grains that are near grain `i`, by their nearest image.
+    /// Lists the pairs of grain `i` with all later grains that are close, by their closest image.
     fn list_all(&self, i: usize, pairs: &mut PairList<R>) {
         let own = self.cell.reduced(&self.unit, &self.grains.position[i]);
         for j in i + 1..self.grains.len() {
@@ -210,7 +210,8 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         self.restore_histories(grains, columns)
     }
 
-    /// Removes pairs of removed grains, whose new number is `u32::MAX`; the lists must be rebuilt afterwards.
+    /// Removes the pairs of removed grains; `place` is the new index of each grain, `u32::MAX` for a removed one. The lists must then be
+    /// rebuilt.
     pub fn remove_grains(&mut self, place: &[u32], columns: HistoryColumns) {
         let count = place.iter().filter(|place| **place != u32::MAX).count();
         for pairs in [&mut self.slab_pairs, &mut self.periodic_pairs] {
@@ -349,7 +350,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
     }
 
-    /// Pairs of the grains of some cells, within the slabs and across the periodic boundary, with the end of those of each grain.
+    /// Pairs of the grains in a range of cells, within slabs and across periodic boundaries, with the end of the list of each grain.
     fn find_in(&self, criterion: &PairCriterion<'_, D, R>, cells: Range<u32>, all: bool) -> [PairList<R>; 2] {
         let [mut slab_pairs, mut periodic_pairs] = [PairList::default(), PairList::default()];
         let mut neighbours: Vec<NeighbourCell<D>> = Vec::new();
@@ -385,7 +386,7 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         [slab_pairs, periodic_pairs]
     }
 
-    /// Cells ahead of cell `number`: half of those around it.
+    /// Neighbouring cells of cell `number` in one half of the directions, so that each pair of cells occurs once.
     fn neighbours(&self, number: usize, cell: &PeriodicCell<D>, out: &mut Vec<NeighbourCell<D>>) {
         out.clear();
         let own = cell_of(number, &self.counts, &self.axes);

@@ -7,7 +7,7 @@ use crate::contact::ContactState;
 use crate::neighbours::wall_list::WallList;
 use crate::obstacles::facet::{FacetContact, MAX_FACETS, NO_FACET};
 
-/// Smallest cosine between two facet normals for which a contact continues from one facet to the other.
+/// Smallest cosine of the angle between two facet normals for which a contact continues on the other facet.
 const MIN_NORMAL_COSINE: f64 = 0.999;
 
 impl<const R: usize> WallList<R> {
@@ -36,7 +36,7 @@ impl<const R: usize> WallList<R> {
         }
     }
 
-    /// Assigns the facets near a grain to its slots from `first` on.
+    /// Assigns the facets close to a grain to its list entries, from index `first` on.
     fn match_slots<const D: usize>(&mut self, first: usize, points: &[NearestPoint<D>], reach: f64) {
         let slots = first..first + MAX_FACETS;
         let mut is_used = [false; MAX_FACETS];

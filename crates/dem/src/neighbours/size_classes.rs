@@ -8,13 +8,13 @@ use colluvium_points::SearchError;
 
 use crate::boundary::periodic_cell::{PeriodicCell, inverse};
 
-/// Largest number of classes; the last one contains all smaller grains.
+/// Largest number of size classes; the last one contains all smaller grains.
 const CLASSES: usize = 12;
 
-/// Largest number of grid cells per grain: beyond it cells are wider than necessary.
+/// Largest number of grid cells per grain, above which cells are made wider.
 const CELLS_A_GRAIN: f64 = 4.0;
 
-/// Share of a cell by which a search exceeds the required reach, for round-off.
+/// Margin of a search for round-off, in cells.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Grid of a size class.
@@ -31,7 +31,7 @@ struct ClassGrid<const D: usize> {
     members: Vec<u32>,
 }
 
-/// Grids of all size classes of a set of balls.
+/// Search grids of all size classes of a set of balls.
 #[derive(Clone, Debug, Default)]
 pub struct SizeClasses<const D: usize> {
     grids: Vec<ClassGrid<D>>,
@@ -56,7 +56,8 @@ fn class_of(radius: f64, max_radius: f64) -> u8 {
 }
 
 impl<const D: usize> SizeClasses<D> {
-    /// Bins balls at `positions` (m), which lie in the cell along its periodic axes, with their radii (m). Pairs are found up to a gap (m).
+    /// Sorts balls at `positions` (m) with their radii (m) into the grids; positions are in the cell along its periodic axes. Pairs are
+    /// found up to a gap (m).
     ///
     /// # Errors
     /// When a coordinate is not finite.
@@ -132,8 +133,8 @@ impl<const D: usize> SizeClasses<D> {
         grid.members.iter_mut().for_each(|member| *member = members[*member as usize] as u32);
     }
 
-    /// Calls `visit` once for each two balls that may be within the gap, `i` and `j`, with the lattice steps to the image of the
-    /// second one near the first. Where a cell is narrower than four reaches there may be two such images.
+    /// Calls `visit` once for each pair of balls that may be within the gap. The lattice steps are those to the image of the second ball.
+    /// Where a cell is narrower than four reaches there may be two such images.
     pub fn visit(&self, radii: &[f64], mut visit: impl FnMut(usize, usize, [i32; D])) {
         for (i, radius) in radii.iter().enumerate() {
             let own = usize::from(self.size_class[i]);
@@ -151,7 +152,7 @@ impl<const D: usize> SizeClasses<D> {
         }
     }
 
-    /// Visits the balls in the grid cells within `reach` (m) of ball `i`.
+    /// Visits the balls in the grid cells within `reach` of ball `i` (m).
     #[inline]
     fn visit_balls_within(
         &self,

@@ -16,7 +16,7 @@ pub struct WallList<const R: usize> {
     pub slabs: Vec<u32>,
     /// Contact histories.
     pub history: ContactHistories<R>,
-    /// Facet key of each entry at an obstacle, which has several entries in a row; empty without obstacles.
+    /// Facet key of each entry at an obstacle, where a grain can have several consecutive entries; empty without obstacles.
     pub facet_key: Vec<u64>,
     /// Distance and normal of the facet of each entry at an obstacle.
     pub facet: Vec<FacetContact>,
@@ -27,7 +27,7 @@ pub struct WallList<const R: usize> {
 }
 
 impl<const R: usize> WallList<R> {
-    /// Stores the contact histories by the ids of their grains, before grains are sorted.
+    /// Stores the contact histories by grain ids, before the grains are sorted.
     pub fn store_histories(&mut self, ids: &[u32], columns: HistoryColumns) {
         self.stored_contacts.clear();
         self.normals.clear();
@@ -42,7 +42,7 @@ impl<const R: usize> WallList<R> {
         }
     }
 
-    /// Removes the entries of removed grains and walls, whose new number is `u32::MAX`; the list must be rebuilt afterwards.
+    /// Removes the entries of removed grains and walls, whose new index is `u32::MAX`. The list must then be rebuilt.
     pub fn remove(&mut self, grains: &[u32], walls: &[u32], columns: HistoryColumns) {
         let mut left = Self::default();
         left.history.clear(0, columns);

@@ -37,11 +37,11 @@ pub struct CoarseGrainingNodes<const D: usize> {
 /// Coarse-grained fields at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoarseFields<const D: usize> {
-    /// Mass over volume (kg/m³; in the plane kg/m³ of a slice one metre thick).
+    /// Mass over volume (kg/m³); in the plane for a thickness of 1 m.
     pub density: f64,
-    /// Momentum over mass (m/s); zero where there is no grain.
+    /// Momentum over mass (m/s); zero without grains in range.
     pub velocity: [f64; D],
-    /// Kinetic stress of the velocities relative to the mean one, `-Σ m v' ⊗ v' W` (Pa, tension-positive).
+    /// Kinetic stress of the velocity fluctuations, `-Σ m v' ⊗ v' W` (Pa, tension-positive).
     pub kinetic: SymTensor,
     /// Symmetric part of the contact stress, `-Σ F ⊗ l ∫ W` (Pa, tension-positive).
     pub contact: SymTensor,
@@ -148,8 +148,8 @@ fn images<const D: usize>(cell: &PeriodicCell<D>) -> Vec<([f64; D], [f64; D])> {
 }
 
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
-    /// Continuum fields at `nodes` from the present grains, by a Lucy kernel of this `width` (m), across periodic boundaries
-    /// too. Velocities are those half a step before the positions, as stored.
+    /// Continuum fields of the grains at `nodes`, by a Lucy kernel of radius `width` (m), periodic images included. Velocities are those
+    /// half a step before the positions, as stored.
     pub fn coarse_grained(&self, nodes: &CoarseGrainingNodes<D>, width: f64) -> Vec<CoarseFields<D>> {
         let kernel = CoarseGrainingKernel::<D>::new(width);
         let images = images(&self.cell.geometry);

@@ -13,7 +13,7 @@ pub struct BrokenBond {
     pub time: f64,
     /// Ids of the two grains.
     pub ids: [u32; 2],
-    /// Midpoint of the two grains, or the centre of the first one for a pair across a periodic boundary (m).
+    /// Midpoint of the two grains (m); for a pair across a periodic boundary the centre of the first grain.
     pub midpoint: [f64; 3],
 }
 
@@ -36,11 +36,11 @@ pub struct EnergyBalance {
     pub gravity: f64,
     /// Work of forces on bodies and of membranes since the start.
     pub applied_work: f64,
-    /// Work of walls, held grains, a moving cell and growth since the start.
+    /// Work of walls, grains with prescribed motion, cell deformation and growth since the start (J).
     pub boundary: f64,
     /// Kinetic energy of grains that entered since the start.
     pub inflow: f64,
-    /// Energy changes between stages: other laws, velocities set.
+    /// Energy changes between stages, by changed laws and velocities (J).
     pub stage_changes: f64,
     /// Energy dissipated by friction.
     pub friction: f64,
@@ -48,9 +48,9 @@ pub struct EnergyBalance {
     pub dashpots: f64,
     /// Energy dissipated by rolling and torsion resistance.
     pub rolling: f64,
-    /// Energy lost where springs are rescaled or end with their contact.
+    /// Energy lost where springs are rescaled or their contact ends (J).
     pub spring_loss: f64,
-    /// Work against attraction; negative where attraction does the work.
+    /// Work done against attraction (J); negative where attraction does work on the grains.
     pub attraction: f64,
     /// Energy of bonds that broke.
     pub broken: f64,
@@ -62,7 +62,7 @@ pub struct EnergyBalance {
     next_half_step: [f64; 4],
     /// Balance at the start of a stage, from which it continues.
     carried_balance: Option<f64>,
-    /// Numbers of contacts with a force, and of those that slip.
+    /// Number of contacts with a force, and number of slipping contacts.
     pub contacts: [u64; 2],
     /// Number of bonds broken since the start.
     pub bonds_broken: u64,
@@ -94,7 +94,7 @@ impl EnergyBalance {
             + self.damping
     }
 
-    /// Error of the balance (J): stored plus dissipated energy, less the initial energy and the input; zero if exact.
+    /// Error of the energy balance (J): stored plus dissipated energy minus initial energy and input.
     pub fn balance(&self) -> f64 {
         let came = self.start.unwrap_or(0.0)
             + self.gravity
@@ -115,14 +115,14 @@ impl EnergyBalance {
             + self.stage_changes.abs()
     }
 
-    /// Begins a stage: the energy changes that it makes count as input, not as an error.
+    /// Begins a stage, whose energy changes count as input.
     pub fn begin_stage(&mut self) {
         if self.start.is_some() {
             self.carried_balance = Some(self.balance());
         }
     }
 
-    /// Continues from another run: the balance begins with the first step.
+    /// Continues the state of another run: the balance starts with the first step.
     pub fn continue_from_other_run(&mut self) {
         self.carried_balance = Some(0.0);
     }
@@ -146,7 +146,7 @@ impl EnergyBalance {
         self.overlap = energies.overlap;
     }
 
-    /// Adds the sums over grains of a step, of which `share` lies before the time of the forces.
+    /// Adds the sums over grains of a step, of which the fraction `share` is before the time of the forces.
     pub fn add_grains<const D: usize>(&mut self, sums: &GrainSums<D>, share: f64) {
         let now = [sums.gravity, sums.damping, sums.held_work, sums.applied_work];
         let sum = |k: usize| self.next_half_step[k] + share * now[k];

@@ -16,26 +16,26 @@ use crate::points::vector::{difference, dot, norm, scaled};
 pub struct Fabric<const D: usize> {
     /// Number of contacts between grains.
     pub contacts: usize,
-    /// Coordination number `Z = 2 N_c / N`, over all grains that are not held.
+    /// Coordination number `Z = 2 N_c / N`, over all grains without prescribed motion.
     pub coordination: f64,
     /// Mechanical coordination number, without rattlers and their contacts.
     pub mechanical_coordination: f64,
-    /// Share of rattlers: grains with at most one contact, and those left with at most one without these.
+    /// Fraction of rattlers: grains with at most one contact, counted repeatedly without contacts to other rattlers.
     pub rattlers: f64,
     /// Fabric tensor `G = Σ n ⊗ n / N_c`, of trace 1.
     pub tensor: [[f64; D]; D],
     /// Norm of `4 (G - 1/2)` in the plane, of `15/2 (G - 1/3)` in space: 0 for contacts that are equally distributed over directions.
     pub anisotropy: f64,
-    /// Alignment `A = n_F : n_s` of the unit deviators of the fabric tensor and of the compressive stress of these contacts: 1 for equal
-    /// directions (in the plane the cosine of twice the angle between them); not-a-number where one has no deviator.
+    /// Alignment `A = n_F : n_s` of the unit deviators of fabric and compressive stress, 1 for equal directions. In the plane it is the
+    /// cosine of twice the angle between them. Not-a-number if a deviator is zero.
     pub alignment: f64,
     /// Mean normal force (N).
     pub mean_force: f64,
-    /// Share of the contacts whose normal force is below the mean.
+    /// Fraction of the contacts whose normal force is below the mean.
     pub weak_fraction: f64,
 }
 
-/// Rattlers among `count` grains with these contacts; `None` is a wall.
+/// Rattlers among `count` grains with given contacts, in which `None` is a wall.
 fn rattlers(count: usize, pairs: &[(u32, Option<u32>)]) -> Vec<bool> {
     let mut out = vec![false; count];
     let mut left = vec![0usize; count];
@@ -159,7 +159,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         all.into_iter().map(|(name, unit, value)| (name, unit.to_owned(), value)).collect()
     }
 
-    /// Broken bonds in the order of their breakage: position, time, and ids of the grains.
+    /// Broken bonds in the order of breakage: position, time and ids of the grains.
     pub(crate) fn broken_bonds_dataset(&self) -> Dataset {
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
         let ids = |k: usize| {
@@ -178,7 +178,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         }
     }
 
-    /// Contacts as lines: from the centre of the second grain, or the contact point on a wall, to the centre of the first.
+    /// Contacts as lines to the centre of the first grain, from the centre of the second one or the contact point on a wall.
     pub(crate) fn contacts_dataset(&self) -> Dataset {
         let all = self.contacts();
         let across = |contact: &Contact<D>| {
@@ -207,8 +207,8 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         }
     }
 
-    /// Contact rose: share of the contacts between grains in each of `bins` equal parts of the half turn from the x axis towards y,
-    /// normals projected along z; all zero without contacts between grains.
+    /// Contact rose: fraction of the contacts between grains in each of `bins` equal sectors of the half turn from the x axis towards y.
+    /// Normals are projected along z. All zero without contacts.
     pub fn contact_rose(&self, bins: usize) -> Vec<f64> {
         let mut counts = vec![0.0; bins];
         let mut total = 0.0;

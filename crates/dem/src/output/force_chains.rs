@@ -10,15 +10,14 @@ use colluvium_points::UnionFind;
 use crate::output::packing_view::PackingView;
 use crate::points::vector::{dot, norm};
 
-/// Smallest cosine of the angle between the direction of stress and the line of centres.
+/// Smallest cosine of the angle between the major principal stress and the line of centres in a force chain.
 const MIN_ALIGNMENT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Number of grains of the shortest chain.
 const MIN_CHAIN_LENGTH: usize = 3;
 
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
-    /// Force chains, each by the numbers of its grains, ascending; the longest first, and of equal ones that with the lowest
-    /// number.
+    /// Force chains as ascending grain numbers, the longest chain first, and of equal ones that with the lowest number.
     pub fn force_chains(&self) -> Vec<Vec<usize>> {
         let (stresses, _) = self.grain_stresses();
         let count = stresses.len();

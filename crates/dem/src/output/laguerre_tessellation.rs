@@ -9,7 +9,7 @@ use crate::boundary::periodic_cell::{PeriodicCell, inverse};
 use crate::output::packing_view::PackingView;
 use crate::points::vector::{difference, dot};
 
-/// Distance of the farthest corner of a cell, over the mean diameter, beyond which it is a surface cell.
+/// Distance of the farthest corner of a cell, over the mean diameter, above which it is a surface cell.
 const SURFACE: f64 = 3.0;
 
 /// Width of the search bins over the mean diameter.
@@ -20,9 +20,9 @@ const BIN_WIDTH: f64 = 2.0;
 pub struct Tessellation {
     /// Area of the cell of each grain (m²).
     pub area: Vec<f64>,
-    /// Whether the cell is a surface cell: it reaches farther than three mean diameters, or is unbounded.
+    /// Whether the cell is at the surface: unbounded, or with a corner farther than three mean diameters.
     pub surface: Vec<bool>,
-    /// Grains whose cells share a corner, anticlockwise, the lowest number first; none across a periodic boundary.
+    /// Grains whose cells have a common corner, anticlockwise from the lowest number; none across a periodic boundary.
     pub triangles: Vec<[usize; 3]>,
 }
 
@@ -126,7 +126,8 @@ impl<'a> GrainBins<'a> {
         std::array::from_fn(|c| ((s[c] * self.count[c] as f64).floor() as i64).clamp(0, self.count[c] - 1))
     }
 
-    /// Calls `visit` with each grain in the bins `ring` bins away, its position relative to `x`, and whether it is an image.
+    /// Calls `visit` for each grain in the bins at the distance `ring` (in bins), with its position relative to `x` and whether it is an
+    /// image.
     fn ring(&self, x: &[f64; 2], ring: i64, mut visit: impl FnMut(usize, [f64; 2], bool)) {
         let own = self.bin_index(x);
         for b in -ring..=ring {
@@ -149,7 +150,7 @@ impl<'a> GrainBins<'a> {
     }
 }
 
-/// Cell of grain `i` among disks of these radii (m); `ends` are half-planes `normal · x ≤ limit` that contain all of them.
+/// Laguerre cell of grain `i` among disks with given radii (m); `ends` are half-planes `normal · x ≤ limit` that bound the domain.
 fn polygon(
     i: usize,
     bins: &GrainBins<'_>,
@@ -184,7 +185,7 @@ fn polygon(
     polygon
 }
 
-/// Laguerre tessellation of disks in a box that is periodic along some of its axes, within `ends`.
+/// Laguerre tessellation of disks in a box bounded by the half-planes `ends`, periodic along some of its axes.
 pub fn tessellate(
     position: &[[f64; 2]],
     radius: &[f64],
@@ -224,7 +225,7 @@ pub fn tessellate(
     out
 }
 
-/// Gradient of a field with these values at the corners of a triangle, row by row: `∂u_a/∂x_b`; `None` for zero area.
+/// Gradient `∂u_a/∂x_b` of a linear field on a triangle from its corner values; `None` for a triangle without area.
 pub fn gradient(corners: [[f64; 2]; 3], values: [[f64; 2]; 3]) -> Option<[[f64; 2]; 2]> {
     let (p, q) = (difference(&corners[1], &corners[0]), difference(&corners[2], &corners[0]));
     let (u, v) = (difference(&values[1], &values[0]), difference(&values[2], &values[0]));
@@ -267,7 +268,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         tessellate(&position, &self.grains.radius, &cell, &ends)
     }
 
-    /// Solid fraction of all cells but surface cells; not-a-number where there are none.
+    /// Solid fraction of all cells except surface cells; not-a-number if there are none.
     pub fn inner_solid_fraction(&self) -> f64 {
         let cells = self.tessellation();
         let inner = (0..cells.area.len()).filter(|&i| !cells.surface[i]);

@@ -11,7 +11,7 @@ use crate::output::packing_view::PackingView;
 use crate::points::grains::volume;
 use crate::points::vector::{add, difference, norm};
 
-/// Common area of two disks, or common volume of two balls (m², m³), of these radii (m) and distance of the centres (m).
+/// Common area of two disks (m²), or common volume of two balls (m³), from radii and distance of the centres (m).
 pub fn overlap_volume(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 {
     if distance >= a + b {
         return 0.0;
@@ -30,11 +30,11 @@ pub fn overlap_volume(dimension: usize, [a, b]: [f64; 2], distance: f64) -> f64 
     a * a * angle(a, b) + b * b * angle(b, a) - 0.5 * area
 }
 
-/// Share of a cell by which a grain may be outside.
+/// Distance up to which a grain may be outside the cell, in cells.
 const OUTSIDE_TOLERANCE: f64 = 0.5;
 
 impl<const D: usize> PeriodicCell<D> {
-    /// Shifts (m) of all images that may have grains within `reach` (m) of a point.
+    /// Displacements of all images that can have grains within `reach` of a point (m).
     fn shifts_around(&self, place: &[f64; D], reach: f64) -> Vec<[f64; D]> {
         let (middle, widths) = (self.reduced(&inverse(&self.h).0, place), self.widths());
         let ends = |c: usize| {

@@ -31,7 +31,7 @@ pub struct PackingView<'a, const D: usize, const R: usize> {
     pub cell: &'a ControlledCell<D>,
     /// Walls, obstacles and membranes.
     pub boundary: &'a BoundaryConditions<D>,
-    /// Pairs, grains near walls, and contact histories.
+    /// Pair lists, grains near walls and contact histories.
     pub neighbours: &'a GrainNeighbours<D, R>,
     /// Energy balance, broken bonds and controlled stresses.
     pub records: &'a Records,
@@ -138,7 +138,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         all
     }
 
-    /// Stress of each grain from its contacts, over its own volume (Pa), and its number of contacts.
+    /// Stress of each grain from its contacts, over the volume of the grain (Pa), and its number of contacts.
     pub(crate) fn grain_stresses(&self) -> (Vec<SymTensor>, Vec<f64>) {
         let g = &self.grains;
         let (mut sums, mut counts) = (vec![[[0.0; 3]; 3]; g.len()], vec![0.0; g.len()]);

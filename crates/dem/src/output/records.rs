@@ -10,7 +10,7 @@ use crate::output::energy_balance::{BrokenBond, EnergyBalance};
 use crate::output::stress_control_check::ControlledStress;
 use crate::points::grains::Grains;
 
-/// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
+/// Overlap over the smaller radius above which the run ends with an error (sheet: dem §3.5).
 const MAX_OVERLAP: f64 = 0.3;
 
 /// Energy balance, broken bonds and controlled stresses.
@@ -20,7 +20,7 @@ pub struct Records {
     pub energy_balance: EnergyBalance,
     /// Broken bonds: time (s) and ids of the grains.
     pub broken_bonds: Vec<BrokenBond>,
-    /// Controlled stresses of the entries of the cell, row by row, and then of walls.
+    /// Records of the stress-controlled cell entries in row order, and then of the walls.
     pub controlled_stresses: Vec<ControlledStress>,
 }
 
@@ -66,7 +66,7 @@ impl Records {
         }
     }
 
-    /// Fails where two grains, or a grain and a wall, overlap too far.
+    /// Returns an error if two grains, or a grain and a wall, overlap too much.
     pub fn check_overlap<const D: usize, const R: usize>(
         &self,
         clock: &Clock,

@@ -11,7 +11,7 @@ use crate::points::vector::{add, difference, dot};
 /// Names of the components of an orientation in space.
 const QUATERNION: [&str; 4] = ["orientation_w", "orientation_x", "orientation_y", "orientation_z"];
 
-/// Indices of the grains in the order of their ids.
+/// Grain indices in the order of ids.
 struct IdOrder {
     indices: Vec<usize>,
 }
@@ -41,7 +41,7 @@ fn field(name: &str, unit: &'static str, data: FieldData) -> Field {
 }
 
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
-    /// Velocity at the time of the positions (m/s): the one half a step behind, extrapolated.
+    /// Velocity at the time of the positions, extrapolated from half a step earlier (m/s).
     fn velocity(&self, i: usize, (gravity, applied): (&[f64; D], &[[f64; D]]), ahead: f64) -> [f64; D] {
         let g = &self.grains;
         if g.is_held[i] {
@@ -137,7 +137,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         ]
     }
 
-    /// Frame with the grains, and the further data sets that the case requests.
+    /// Output frame with the grains and the data sets that the case requests.
     pub(crate) fn collect_frame(&self, wanted: FrameRequest) -> Frame {
         let mut frame = Frame::from(self.collect_snapshot());
         if wanted == FrameRequest::Requested {
@@ -185,7 +185,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         budget
     }
 
-    /// Force of the grains of a held body (N); impulses of bodies are not recorded.
+    /// Force of the grains on a body with prescribed motion (N).
     pub(crate) fn reaction_of_body(&self, name: &str) -> Option<Reaction> {
         let body = self.clock.case.bodies.iter().position(|body| body.name == name)? as u32;
         let mut force = [0.0; D];

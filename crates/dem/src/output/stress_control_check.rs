@@ -10,10 +10,9 @@ use crate::points::grains::Grains;
 
 /// Strain over which a stress is averaged.
 const STRAIN: f64 = 0.01;
-/// Smallest averaging time, over `√(m / P d^(D-2))` of the mean grain: at inertial numbers above a thousandth the strain of a
-/// window is larger.
+/// Smallest averaging time, over `√(m / P d^(D-2))` of the mean grain.
 const TIME: f64 = 10.0;
-/// Relative difference of the mean from the target stress above which the run warns.
+/// Relative difference of mean and target stress above which there is a warning.
 const STRESS_TOLERANCE: f64 = 0.02;
 
 /// Record of a controlled stress.
@@ -30,7 +29,7 @@ pub struct ControlledStress {
 }
 
 impl ControlledStress {
-    /// Begins a stage, in which the target must be reached again.
+    /// Begins a stage, in which the target stress must be reached again.
     pub fn begin_stage(&mut self) {
         (self.is_met, self.window) = (false, [0.0; 3]);
     }
@@ -78,7 +77,7 @@ fn share_of_window<const D: usize, const R: usize>(grains: &Grains<D, R>, stress
     dt * (stress.abs() * diameter.powi(D as i32 - 2) / mass).sqrt() / TIME
 }
 
-/// Records the stress-controlled entries of the cell, over the strain of the rate-controlled ones.
+/// Records the stress-controlled cell entries against the strain of the rate-controlled ones.
 fn record_cell<const D: usize, const R: usize>(
     clock: &Clock,
     cell: &ControlledCell<D>,
@@ -113,7 +112,7 @@ fn record_cell<const D: usize, const R: usize>(
     }
 }
 
-/// Records the stress-controlled walls, over the strain by the other walls.
+/// Records the stress-controlled walls against the strain by the other walls.
 fn record_walls<const D: usize, const R: usize>(
     clock: &Clock,
     cell: &ControlledCell<D>,

@@ -7,21 +7,21 @@ use crate::points::grains::Grains;
 pub struct VoidRatioBands {
     /// Void ratio of each band, from below; infinite where a band is empty.
     pub bands: Vec<f64>,
-    /// Void ratio of all bands together.
+    /// Void ratio over all bands.
     pub void_ratio: f64,
     /// Variance `Σ (e - e_k)² / (N - 1)`; its root is the standard deviation. A packing counts as uniform below 0.05.
     pub variance: f64,
 }
 
-/// Area of a disk of radius `r` below a line at height `h` above its centre.
+/// Area of the part of a disk of radius `r` below a horizontal line at height `h` above its centre.
 fn segment_area(r: f64, h: f64) -> f64 {
     let h = h.clamp(-r, r);
     let half = (h / r).asin();
     r * r * (half + std::f64::consts::FRAC_PI_2) + h * (r * r - h * h).max(0.0).sqrt()
 }
 
-/// Void ratios of horizontal bands of equal height between `low` and `high` (m), in the box from `left` to `right` (m), which
-/// contains the disks or is periodic; `None` for fewer than two bands, for no width, and without disks.
+/// Void ratios of horizontal bands of equal height between `low` and `high` in the range from `left` to `right` (m), which contains the
+/// disks or is periodic. `None` for fewer than two bands, an empty range, and without disks.
 pub fn void_ratio_bands(
     grains: &Grains<2, 1>,
     [left, right]: [f64; 2],

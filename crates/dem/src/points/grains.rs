@@ -36,12 +36,12 @@ struct_of_arrays! {
         pub force: [f64; D],
         /// Contact moment of the last step (N m).
         pub torque: [f64; R],
-        /// Rotation since the start: an angle (rad), or a quaternion; empty where the case does not request it.
+        /// Rotation since the start as an angle (rad) or a quaternion; empty unless the case requests it.
         pub orientation: [f64; 4],
     }
 }
 
-/// Columns of the grains for the contact forces; see [`Grains`].
+/// View of the grain columns that contact forces need; see [`Grains`].
 #[derive(Clone, Copy)]
 pub struct GrainView<'a, const D: usize, const R: usize> {
     /// Kinds.

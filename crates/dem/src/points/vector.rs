@@ -9,7 +9,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use wide::f64x4;
 
-/// Number of contacts processed at once.
+/// Number of contacts in a SIMD vector.
 pub const WIDTH: usize = 4;
 
 /// Number type of a component: scalar or SIMD vector.
@@ -27,9 +27,9 @@ pub trait SimdNumber:
     fn broadcast(value: f64) -> Self;
     /// Square root.
     fn root(self) -> Self;
-    /// Number, or zero where it is negative.
+    /// The number, or zero if it is negative.
     fn or_zero(self) -> Self;
-    /// Value `above` where the number is above `limit`, `otherwise` elsewhere.
+    /// `above` if the number is greater than `limit`, else `otherwise`.
     fn select_above(self, limit: Self, above: Self, otherwise: Self) -> Self;
 }
 
@@ -120,7 +120,7 @@ pub fn cross<const A: usize, const B: usize, const C: usize, T: SimdNumber>(
     out
 }
 
-/// Tangential part of a vector relative to the normal `n`, in tangent coordinates.
+/// Tangential part of a vector at a surface with normal `n`, in tangent coordinates.
 #[inline(always)]
 pub fn tangential_part<const D: usize, const R: usize, T: SimdNumber>(v: &[T; D], n: &[T; D]) -> [T; R] {
     let mut out = [T::broadcast(0.0); R];
@@ -147,7 +147,7 @@ pub fn moment<const D: usize, const R: usize, T: SimdNumber>(n: &[T; D], f: &[T;
     if D == 2 { *f } else { cross(n, f) }
 }
 
-/// Vector with these tangent coordinates.
+/// Vector from its tangent coordinates.
 #[inline(always)]
 pub fn from_tangential<const D: usize, const R: usize, T: SimdNumber>(f: &[T; R], n: &[T; D]) -> [T; D] {
     let mut out = [T::broadcast(0.0); D];
@@ -173,9 +173,8 @@ pub fn normal_spin<const D: usize, const R: usize, T: SimdNumber>(spin: &[T; R],
     sum
 }
 
-/// Rotates a tangential vector of the last step into the plane across `n`, its length kept, and about `n` by `angle`
-/// (rad): in the plane it keeps its coordinate (sheet: dem §2.4). The angle is exact up to its fifth power, the length
-/// exactly.
+/// Rotates a tangential vector of the last step into the plane normal to `n`, at constant length, and about `n` by `angle` (rad). In the
+/// plane its coordinate is unchanged (sheet: dem §2.4). The angle is exact up to its fifth power, the length exactly.
 #[inline(always)]
 pub fn rotate_with_normal<const D: usize, const R: usize, T: SimdNumber>(
     v: &[T; R],

@@ -20,13 +20,13 @@ use crate::specimen::{drop_and_roll_2d, drop_and_roll_3d};
 /// Largest number of grains, limited by the integer type.
 const MAX_GRAINS: usize = u32::MAX as usize / 2;
 
-/// Overlap with an obstacle over the radius below which a grain counts as just in contact.
+/// Overlap with an obstacle over the radius, up to which a grain is regarded as in contact only.
 const OVERLAP_TOLERANCE: f64 = 1e-6;
 
 /// Position (m) and radius (m) of a placed grain.
 type PlacedGrain<const D: usize> = ([f64; D], f64);
 
-/// Whether a grain beside an obstacle overlaps it; grains with centres inside an obstacle are checked elsewhere.
+/// Whether a grain with its centre outside an obstacle overlaps it; centres inside are checked elsewhere.
 fn overlaps_obstacle<const D: usize>(
     obstacles: &[PlacedObstacle<'_, D>],
     (x, radius): &PlacedGrain<D>,
@@ -101,13 +101,13 @@ pub(super) fn next_id<const D: usize, const R: usize>(grains: &Grains<D, R>) -> 
     grains.id.iter().max().map_or(0, |last| last + 1)
 }
 
-/// Radius (m) of a grain of this area or volume (m², m³).
+/// Radius of a grain (m) from its area (m²) or volume (m³).
 fn radius_of<const D: usize>(amount: f64) -> f64 {
     let unit = amount / volume(D, 1.0);
     if D == 2 { unit.sqrt() } else { unit.cbrt() }
 }
 
-/// Grains listed in a file, with the radius of the volume of a point where it has none.
+/// Grains of a point list; a point without a radius has that of its volume.
 fn listed_grains<const D: usize>(list: &PointList) -> Vec<PlacedGrain<D>> {
     let radius =
         |i: usize, volume: f64| list.grains.radii.as_ref().map_or(radius_of::<D>(volume), |all| all[i]);
@@ -115,7 +115,7 @@ fn listed_grains<const D: usize>(list: &PointList) -> Vec<PlacedGrain<D>> {
     samples.map(|(i, sample)| (sample.position, radius(i, sample.volume))).collect()
 }
 
-/// Sets the kinds of grains listed in a file, from grain `start` on, and the masses, listed or computed.
+/// Sets kinds and masses of listed grains, from index `start` on. Masses that are not listed are computed.
 fn kinds_as_listed<const D: usize, const R: usize>(
     list: &PointList,
     options: &DemOptions,
@@ -139,13 +139,13 @@ fn kinds_as_listed<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Ids that a file gives its grains; `None` for grains without.
+/// Ids of the grains in a point list; `None` for grains without an id.
 fn ids_as_listed(list: Option<&PointList>, count: usize) -> Vec<Option<u32>> {
     let ids = list.and_then(|list| list.grains.ids.as_ref());
     ids.map_or_else(|| vec![None; count], |ids| ids.iter().copied().map(Some).collect())
 }
 
-/// Assigns ids to the grains from `first` on: those of `ids`, and consecutive ones after all others where it has none.
+/// Assigns ids to the grains from index `first` on: the listed ones, and consecutive numbers for the others.
 fn assign_ids<const D: usize, const R: usize>(
     ids: &[Option<u32>],
     first: usize,
@@ -165,7 +165,7 @@ fn assign_ids<const D: usize, const R: usize>(
     Ok(())
 }
 
-/// Sets the initial velocities and spins, and which grains are held.
+/// Sets initial velocities and spins, and the grains with prescribed motion.
 fn initialise_motion<const D: usize, const R: usize>(
     number: usize,
     body: &Body,
@@ -268,7 +268,7 @@ fn place_grains<const D: usize>(
     placed.map_err(|problem| CaseError::new(format!("{path}.shape"), problem))
 }
 
-/// Sites of a lattice that begins half a pitch within a corner.
+/// Sites of a lattice whose first site is half a pitch from the lower corner (m).
 fn sites<const D: usize>(
     low: &[f64],
     high: &[f64],
@@ -342,7 +342,7 @@ fn lattice<const D: usize>(
     Ok(placed.filter(|(x, radius)| contains_ball(shape, x, (radius - slack).max(0.0))).collect())
 }
 
-/// Container around a body, periodic where the domain is and the body spans it.
+/// Container around a body, with the periodic axes of the domain that the body spans.
 fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
     let (low, high) = body.shape.bounds(D);
     let periodic: [bool; D] = std::array::from_fn(|axis| {
@@ -355,7 +355,7 @@ fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
     Container { low, high, periodic, round_wall: None }
 }
 
-/// Round wall of a shape that is a ball or a cylinder.
+/// Round wall of a ball or cylinder; `None` for other shapes.
 fn round_wall<const D: usize>(shape: &Shape) -> Option<RoundWall<D>> {
     let (axis, centre, radius) = match shape {
         Shape::Ball { centre, radius } => (None, &centre[..], *radius),
@@ -392,7 +392,7 @@ fn pack_to_solid_fraction<const D: usize>(
     Ok(if round.is_some() { placed.collect() } else { cut_to_shape(body, placed) })
 }
 
-/// Grains that lie in the shape of a body.
+/// Grains whose centres are in the shape of a body.
 fn cut_to_shape<const D: usize>(
     body: &Body,
     placed: impl Iterator<Item = PlacedGrain<D>>,
@@ -419,7 +419,7 @@ fn dropped_grains<const D: usize>(
     Ok(cut_to_shape(body, placed.into_iter().map(to_dimension)))
 }
 
-/// Converts a position of `N` coordinates to one of `D` coordinates, which are equal.
+/// Position in `D` coordinates, which must equal `N`.
 fn to_dimension<const N: usize, const D: usize>((x, radius): ([f64; N], f64)) -> PlacedGrain<D> {
     (std::array::from_fn(|c| x[c]), radius)
 }

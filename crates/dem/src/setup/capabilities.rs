@@ -100,7 +100,7 @@ pub(super) fn check_supported(case: &Case, options: &DemOptions) -> Result<(), C
     crate::setup::stress_checks::check_stresses(case, options)
 }
 
-/// Checks that measuring regions lie in the domain.
+/// Checks that the measuring regions are in the domain.
 fn check_regions(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (name, region) in &options.regions {
         let ball =
@@ -172,7 +172,7 @@ impl PairNames<'_> {
         Ok(())
     }
 
-    /// Checks an entry of the options' pairs, which must not repeat an earlier one.
+    /// Checks an entry of the pair options, which must not repeat an earlier pair.
     fn options(&self, pairs: &[PairSpec], number: usize) -> Result<(), CaseError> {
         let (path, pair) = (format!("methods.dem.pairs[{number}]"), &pairs[number]);
         self.pair(&path, &pair.between)?;
@@ -235,7 +235,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     bodies(case, options)
 }
 
-/// Reason why a name other than a wall of `boundaries` cannot follow a stress, with the alternative; `None` for an unknown name.
+/// Reason for which a name other than that of a wall cannot be stress-controlled, with the alternative; `None` for an unknown name.
 fn no_servo_reason(case: &Case, kinds: &[&str], stage: &str, name: &str) -> Option<String> {
     if case.obstacles.iter().any(|obstacle| obstacle.name == name) {
         return Some(no_stress_control_message(stage));

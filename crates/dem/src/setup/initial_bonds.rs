@@ -31,7 +31,7 @@ struct BondCandidate<'a> {
     radii: f64,
 }
 
-/// Bonds grains in contact at the start, and sets the cohesion of their contacts.
+/// Creates bonds between grains in contact at the start, and sets the cohesion of their contacts.
 pub(super) fn initialise_bonds<const D: usize, const R: usize>(
     clock: &Clock,
     laws: &ContactLaws,

@@ -40,7 +40,7 @@ use crate::specimen::fill_report::fill_reports;
 use crate::specimen::pluviation;
 use crate::specimen::specimen_preparation::{SpecimenPreparation, SpecimenSource};
 
-/// Memory of a disk and of a sphere during a run, with buffers and pairs (bytes).
+/// Memory of a disk and of a sphere during a run (bytes), with buffers and pairs.
 const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
 
 /// Options of the case, validated.
@@ -174,7 +174,7 @@ fn restore_contacts<const D: usize, const R: usize>(
     stored.restore_contacts(case, grains, cell, &mut boundary.walls, neighbours, &mut specimen.source)
 }
 
-/// Kinds of grains and the laws of their contacts at the start.
+/// Kinds of grains with their contact laws at the start.
 fn contact_laws<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
@@ -197,7 +197,7 @@ fn domain<const D: usize>(case: &Case) -> PeriodicCell<D> {
     PeriodicCell::new(corner(&case.domain.min), corner(&case.domain.max), periodic)
 }
 
-/// Mean diameter (m) of the grains at the start, or of those that will enter.
+/// Mean diameter of the initial grains, or of those that will enter (m).
 fn mean_diameter<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,

@@ -22,10 +22,10 @@ use crate::contact::{AttractionLaw, NormalForceLaw, PairLaw};
 use crate::points::grains::Grains;
 use crate::specimen::pluviation::{GrainSource, sources};
 
-/// Largest step as a share of the stable step of a single undamped contact (sheet: dem §3.5).
+/// Largest time step as a fraction of the stable step of a single undamped contact (sheet: dem §3.5).
 const MAX_STEP_FRACTION: f64 = 0.2;
 
-/// Damping ratio from a coefficient of restitution, or as given; zero without either.
+/// Damping ratio that is given or follows from a coefficient of restitution; zero if neither is given.
 fn damping(restitution: Option<f64>, ratio: Option<f64>, clamp: bool) -> f64 {
     match (restitution, ratio) {
         (Some(e), _) if e >= 1.0 => 0.0,
@@ -80,7 +80,7 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool
     }
 }
 
-/// Attraction law of a pair with this normal law, for grains of radius up to `largest` (m).
+/// Attraction law of a pair, for grains with radii up to `largest` (m).
 fn attraction(adhesion: &Adhesion, normal: &NormalForceLaw, largest: f64, dimension: usize) -> AttractionLaw {
     match *adhesion {
         Adhesion::Cohesive { tension, shear, fragile: is_fragile, new_contacts } => {
@@ -163,7 +163,7 @@ fn with_overrides(pair: &PairSpec, overrides: &[PairOverride]) -> PairSpec {
     pair
 }
 
-/// Contact law of two unlike kinds, mixed from those of like kinds (sheet: dem §0).
+/// Contact law of two different kinds, as a mean of the laws of each kind (sheet: dem §0).
 fn mixed_law(a: &PairLaw, b: &PairLaw) -> Option<PairLaw> {
     let harmonic = |x: f64, y: f64| if x + y > 0.0 { 2.0 * x * y / (x + y) } else { 0.0 };
     let root = |x: f64, y: f64| (x * y).sqrt();
@@ -256,7 +256,7 @@ pub(super) fn laws<const D: usize, const R: usize>(
     Ok(StageLaws { pairs, walls, step, impact, rupture_distance: bridge })
 }
 
-/// Names and friction coefficients of boundaries, then of obstacles, then of obstacles once more for each of their regions.
+/// Names and friction coefficients of boundaries, obstacles and regions of obstacles, in this order.
 fn frictions(case: &Case) -> Vec<(&str, f64)> {
     let walls = case.boundaries.iter().map(|boundary| {
         let coefficient = match boundary.wall {
@@ -285,7 +285,7 @@ fn max_rupture_distance(law: &PairLaw, largest: f64) -> f64 {
     bridged.max(law.bond.map_or(0.0, |bond| 2.0 * bond.gap * largest))
 }
 
-/// Smallest grain of each kind, including those that will enter, as radius (m) and mass (kg).
+/// Radius (m) and mass (kg) of the smallest grain of each kind, grains that will enter included.
 fn smallest_grains<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
     coming: &[(usize, [(f64, f64); 2])],
@@ -306,8 +306,8 @@ fn smallest_grains<const D: usize, const R: usize>(
     smallest
 }
 
-/// Stable step of the stiffest contact (s), and the upper bound of stable steps (sheet: dem §3.5). `minimum` has radius (m) and mass
-/// (kg) of the smallest grain of each kind.
+/// Stable step of the stiffest contact (s), and upper bound of stable steps (sheet: dem §3.5). `minimum` are radius (m) and mass (kg) of
+/// the smallest grain of each kind.
 fn stable_steps<const D: usize>(
     pairs: &[PairLaw],
     walls: &[Vec<PairLaw>],
@@ -341,7 +341,7 @@ fn stable_steps<const D: usize>(
     limits
 }
 
-/// Impact factor, see [`StageLaws::impact`], of equal spheres with the radius (m) and the mass (kg) of any of `minimum`.
+/// Largest impact factor, see [`StageLaws::impact`], of equal spheres with the radii (m) and masses (kg) of `minimum`.
 fn impact(law: &PairLaw, minimum: &[(f64, f64)]) -> f64 {
     let NormalForceLaw::Hertz(hertz) = &law.normal else { return 0.0 };
     let sizes = minimum.iter().filter(|(radius, _)| radius.is_finite());

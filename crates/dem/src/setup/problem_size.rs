@@ -105,7 +105,7 @@ fn site(packing: LatticePacking, dimension: usize) -> f64 {
     }
 }
 
-/// Time to place one of `count` grains (s), measured on one thread of a desktop computer (docs/theory/dem.md).
+/// Time to place a grain out of `count` (s), measured on one thread of a desktop computer (docs/theory/dem.md).
 fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
     let flat = dimension == 2;
     match fill {
@@ -125,8 +125,7 @@ fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
     }
 }
 
-/// Relaxation time of one of `count` grains (s): the longer, the nearer the packing is to the densest random one, and
-/// the more grains there are, whose largest overlap must become small.
+/// Relaxation time of a grain out of `count` (s). It increases towards the densest random packing and with the number of grains.
 fn relaxation_time(solid_fraction: f64, flat: bool, count: f64) -> f64 {
     let (scale, densest) = if flat { (1.2e-5, 0.84) } else { (1.6e-5, 0.64) };
     scale / (densest - solid_fraction).max(0.01) * (count / 3e4).powf(0.28)

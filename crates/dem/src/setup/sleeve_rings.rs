@@ -9,7 +9,7 @@ use crate::config::Diameters;
 /// Relative tolerance of lengths that should be equal.
 const EQUAL_TOLERANCE: f64 = 1e-9;
 
-/// Tube: a cylinder less a narrower one about the same axis.
+/// Tube between two cylinders with the same axis.
 struct Tube {
     axis: usize,
     base_centre: [f64; 3],
@@ -41,7 +41,7 @@ fn rows(height: f64, chord: f64) -> usize {
     ((height / chord).round() as usize).max(2)
 }
 
-/// Centres of rings of `columns` grains each, one ring above another, from the base of the tube on: all grains rest on its inner side.
+/// Centres of rings of `columns` grains each, one ring above another from the base of the tube, in contact with its inner surface.
 pub(super) fn rings<const D: usize>(
     shape: &Shape,
     sizes: &Diameters,

@@ -49,7 +49,7 @@ pub(crate) fn enter_stage<const D: usize, const R: usize>(
     solver.build_lists()
 }
 
-/// Removes the walls that the stage does not have, and gives the others their laws; walls keep their present positions.
+/// Removes the walls that the stage does not have, and sets the contact laws of the others at their current positions.
 fn update_walls<const D: usize, const R: usize>(
     clock: &Clock,
     laws: &ContactLaws,

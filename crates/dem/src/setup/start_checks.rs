@@ -28,7 +28,7 @@ pub(super) fn check_stages<const D: usize, const R: usize>(
     check_areas(solver)
 }
 
-/// Checks that membranes in space are at least two whole rows of grains, and closed where they are filled with rings.
+/// Checks that membranes in space consist of at least two complete rows of grains, and that those filled with rings are closed.
 fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     for (stage, own) in &solver.clock.options.stages {
         for (name, membrane) in &own.membranes {
@@ -55,7 +55,7 @@ fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Res
     Ok(())
 }
 
-/// Checks that the area of each servo wall is known: bounded by walls or periods, or given by the case.
+/// Checks that the area of each servo-controlled wall is bounded by walls or periodic boundaries, or given by the case.
 fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
     let case = &solver.clock.case;
     for (stage, own) in &solver.clock.options.stages {

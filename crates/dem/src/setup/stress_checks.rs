@@ -4,7 +4,7 @@ use colluvium_case::{Case, CaseError};
 
 use crate::config::{CellEntry, DemOptions, GrainStage, NormalLaw};
 
-/// Mean overlap over the radius beyond which the stiffness of contacts has no physical meaning.
+/// Mean overlap over the radius above which contact stiffness is not physical.
 const MAX_MEAN_OVERLAP: f64 = 0.3;
 
 /// Rejects tensile stresses on grains without attraction, and pressures that cause overlaps of more than
@@ -54,8 +54,8 @@ fn requested_stresses(stage: &GrainStage) -> Vec<(String, f64, f64)> {
     of_cell.chain(of_walls).collect()
 }
 
-/// Pressure that causes the overlap [`MAX_MEAN_OVERLAP`] of the stiffest pair of the smallest grains (Pa; N/m in the plane): a contact
-/// force is about the pressure times the diameter, in space its square. `None` where the stiffness is not given as a number.
+/// Pressure that causes the overlap [`MAX_MEAN_OVERLAP`] in the stiffest pair of the smallest grains (Pa; N/m in the plane). A contact
+/// force is about the pressure times the diameter, in space its square. `None` if the stiffness is not given as a number.
 fn largest_pressure(dimension: usize, options: &DemOptions, stage: &GrainStage) -> Option<f64> {
     let laws = options.pairs.iter().map(|pair| &pair.normal);
     let stiffness =

@@ -10,7 +10,7 @@ use crate::boundary::walls::RigidWall;
 use crate::contact::PairLaw;
 use crate::contact::contact_laws::StageLaws;
 
-/// Laws of the regions of obstacle number `number`, which are stored after those of all walls and obstacles.
+/// Contact laws of the regions of obstacle `number`, which follow those of all walls and obstacles.
 fn laws_of_regions(case: &Case, laws: &StageLaws, number: usize) -> Vec<Vec<PairLaw>> {
     let before: usize = case.obstacles[..number].iter().map(|obstacle| obstacle.regions.len()).sum();
     let first = case.boundaries.len() + case.obstacles.len() + before;

@@ -10,8 +10,8 @@ use crate::specimen::Specimen;
 
 /// Difference between the actual and the requested porosity that causes a warning.
 const POROSITY_TOLERANCE: f64 = 0.01;
-/// Overlap under the weight of the body, over the diameter, that causes a warning: porosity and coordination then depend on
-/// the stiffness (sheet: dem §7).
+/// Overlap over the diameter under the weight of the body, above which there is a warning (sheet: dem §7). Porosity and coordination then
+/// depend on the stiffness.
 const MAX_WEIGHT_OVERLAP: f64 = 0.01;
 
 /// Warnings of a solver at time zero.
@@ -25,7 +25,7 @@ pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
     warnings
 }
 
-/// Adds the warnings about grains that roll without resistance, and grains of one size.
+/// Adds warnings for grains without rolling resistance, and for grains of a single size.
 fn option_warnings(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
     let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
     let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
@@ -82,8 +82,8 @@ fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
     warnings
 }
 
-/// Warnings about kinds of grains that overlap much under the weight of their body. At its base a contact force is about the
-/// pressure times the diameter, in space its square.
+/// Warnings for kinds of grains with large overlaps under the weight of their body. At its base a contact force is about the pressure times
+/// the diameter, in space its square.
 fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
     let (g, gravity) = (&solver.grains, solver.clock.gravity_at::<D>(0.0));
     let size = norm(&gravity);
@@ -124,7 +124,7 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
     (0..case.bodies.len()).filter_map(of_body).collect()
 }
 
-/// Warnings about bodies whose porosity differs from the requested one.
+/// Warnings for bodies whose porosity differs from the requested one.
 fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
     let is_far = |own: &&Specimen| {
         own.requested_porosity.is_some_and(|requested| (own.porosity - requested).abs() > POROSITY_TOLERANCE)

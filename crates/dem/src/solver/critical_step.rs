@@ -11,8 +11,8 @@ use crate::points::grain_extremes::GrainExtremes;
 /// Largest displacement of the fastest grain in a step, over the smallest radius (sheet: dem §3.5).
 const MAX_TRAVEL: f64 = 0.1;
 
-/// Overlap over the smaller radius beyond which Hertz contacts take shorter steps: that of an impact which lasts for 20 steps of the
-/// fraction of the Rayleigh wave (sheet: dem §3.5).
+/// Overlap over the smaller radius above which Hertz contacts need a shorter step (sheet: dem §3.5). It is that of an impact which lasts
+/// for 20 steps of the fraction of the Rayleigh time.
 const DEEP_OVERLAP: f64 = 0.008;
 
 /// Step limit by the duration of contacts.
@@ -21,8 +21,8 @@ const CONTACT: StepLimit = StepLimit::new("contact");
 /// Step limit by the displacement of the fastest grain.
 const GRAIN_DISPLACEMENT: StepLimit = StepLimit::new("travel");
 
-/// Largest growth factor of the step of Hertz contacts from one step to the next: by 1 % over a collision, whose restitution has errors
-/// where its steps change, although the overlap and the speed decrease.
+/// Largest growth factor of the time step of Hertz contacts from one step to the next. It limits the growth to 1 % during a collision,
+/// because changing steps cause errors of restitution.
 const GROWTH: f64 = 1.0005;
 
 /// Factor on the step of Hertz contacts that stiffen with their overlap: the frequency is proportional to its fourth root. The

@@ -41,14 +41,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.view().fabric()
     }
 
-    /// Contact rose: share of the contacts between grains in each of `bins` equal parts of the half turn from the x axis towards y,
-    /// normals projected along z; all zero without contacts between grains.
+    /// Contact rose: fraction of the contacts between grains in each of `bins` equal sectors of the half turn from the x axis towards y.
+    /// Normals are projected along z. All zero without contacts.
     pub fn contact_rose(&self, bins: usize) -> Vec<f64> {
         self.view().contact_rose(bins)
     }
 
-    /// Force chains, each by the numbers of its grains, ascending; the longest first, and of equal ones that with the lowest
-    /// number.
+    /// Force chains as ascending grain numbers, the longest chain first, and of equal ones that with the lowest number.
     pub fn force_chains(&self) -> Vec<Vec<usize>> {
         self.view().force_chains()
     }
@@ -58,21 +57,21 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.view().tessellation()
     }
 
-    /// Solid fraction of all cells but surface cells; not-a-number where there are none.
+    /// Solid fraction of all cells except surface cells; not-a-number if there are none.
     pub fn inner_solid_fraction(&self) -> f64 {
         self.view().inner_solid_fraction()
     }
 
-    /// Continuum fields at `nodes` from the present grains, by a Lucy kernel of this `width` (m), across periodic boundaries
-    /// too. Velocities are those half a step before the positions, as stored.
+    /// Continuum fields of the grains at `nodes`, by a Lucy kernel of radius `width` (m), periodic images included. Velocities are those
+    /// half a step before the positions, as stored.
     pub fn coarse_grained(&self, nodes: &CoarseGrainingNodes<D>, width: f64) -> Vec<CoarseFields<D>> {
         self.view().coarse_grained(nodes, width)
     }
 }
 
 impl DemSolver<2, 1> {
-    /// Void ratios of horizontal bands of equal height between two heights (m), in the box between two sides (m), which
-    /// contains the disks or is periodic; `None` for fewer than two bands, for no width, and without disks.
+    /// Void ratios of horizontal bands of equal height between two heights (m), in a range that contains the disks or is periodic (m).
+    /// `None` for fewer than two bands, an empty range, and without disks.
     pub fn void_ratio_bands(
         &self,
         sides: [f64; 2],

@@ -27,7 +27,7 @@ use crate::solver::critical_step::{critical_step, deep_contact_factor};
 use crate::specimen::pluviation_entry::add_entering_grains;
 use crate::specimen::specimen_preparation::SpecimenPreparation;
 
-/// DEM solver of grains in `D` dimensions with rotations of `R` components: its owners, which a step hands round.
+/// DEM solver of grains in `D` dimensions, with rotations of `R` components.
 pub struct DemSolver<const D: usize, const R: usize> {
     /// Time, step, stage and options of the run.
     pub(crate) clock: Clock,
@@ -56,7 +56,7 @@ pub struct DemSolver<const D: usize, const R: usize> {
 pub struct Workspace<const D: usize, const R: usize> {
     /// Buffers of the contact forces.
     pub contacts: ContactBuffers<D, R>,
-    /// Sums over each block of grains.
+    /// Energy sums over each range of grains.
     pub grain_sums: Vec<GrainSums<D>>,
 }
 
@@ -69,7 +69,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         Ok(Advance { dt, limit: limit.limit })
     }
 
-    /// Advances by a step of `dt` (s); the numbers are those of the main loop (sheet: dem §3.1).
+    /// Advances the solver by a step of `dt` (s); step numbers in the code are those of the main loop (sheet: dem §3.1).
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { clock, laws, grains, extremes, cell, boundary, neighbours, records, specimen, workspace } =
             self;
@@ -116,7 +116,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 }
 
-/// Forces of all contacts before a step of `dt` (s), on grains, walls and cell; returns the energies of the contacts.
+/// Computes the contact forces on grains, walls and cell before a step of `dt` (s). Returns the energies of the contacts.
 fn contact_forces<const D: usize, const R: usize>(
     clock: &Clock,
     laws: &ContactLaws,

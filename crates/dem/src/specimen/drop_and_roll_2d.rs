@@ -7,9 +7,9 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::specimen::{Container, GrainHeap};
 
-/// Largest number of supports that a disk rolls over before it is given up.
+/// Largest number of supports over which a disk rolls before it is discarded.
 const MAX_ROLLS: usize = 1000;
-/// Share of a length below which a distance is negligible.
+/// Relative tolerance of lengths, below which a distance is regarded as zero.
 const NEGLIGIBLE: f64 = 1e-9;
 
 /// Support at which the motion of a disk stops.
@@ -82,7 +82,7 @@ impl<'a> RestingDisks<'a> {
         found
     }
 
-    /// Rolls a disk at `x` on a disk below towards one side (1 or -1): its end position (m), and the support that stops it.
+    /// Rolls a disk at `x` over a lower disk towards one side (1 or -1). Returns its end position (m) and the support that stops it.
     fn roll(&self, x: [f64; 2], radius: f64, on: usize, side: f64) -> ([f64; 2], RestingOn) {
         let reach = radius + self.disks[on].1;
         let centre = [x[0] + self.horizontal_distance(x[0], on), self.disks[on].0[1]];
@@ -153,7 +153,7 @@ impl GrainHeap<2> for RestingDisks<'_> {
     }
 }
 
-/// Drops disks, whose radii (m) `draw` gives one by one, at random places over a container until it is full: positions and radii
+/// Drops disks at random positions over a container until it is full. `draw` gives the radius of each disk (m). Returns positions and radii
 /// (m), the lowest first. Each rests on two disks with its centre between them, on a disk and a side, or on the floor.
 ///
 /// # Errors

@@ -11,13 +11,13 @@ use rand_chacha::ChaCha8Rng;
 use crate::points::vector::{add, cross, difference, dot, norm};
 use crate::specimen::{Container, GrainHeap};
 
-/// Largest number of paths of a sphere before it is given up.
+/// Largest number of paths of a sphere before it is discarded.
 const MAX_PATHS: usize = 1000;
-/// Share of a length, and angle (rad), below which they are negligible.
+/// Relative tolerance of lengths, and tolerance of angles (rad).
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Largest distance between the centre of a rolling sphere and that of its next support, over the largest radius: the diameter of its
-/// circle, four, and the two radii.
+/// Largest distance of the centres of a rolling sphere and its next support, over the largest radius: four for the diameter of its path and
+/// two for the radii.
 const SUPPORT_DISTANCE: f64 = 6.0;
 
 /// Vector in three dimensions.
@@ -32,7 +32,7 @@ enum RollSupport {
 }
 
 impl RollSupport {
-    /// Gap between a sphere with this centre and the support (m).
+    /// Gap between a sphere with centre `x` and the support (m).
     fn gap(&self, x: &Vector3) -> f64 {
         match self {
             Self::Sphere(centre, reach) => norm(&difference(x, centre)) - reach,
@@ -65,7 +65,7 @@ enum RollPath {
     Roll(Vec<usize>, Vector3),
 }
 
-/// Path down that the supports allow: the weight, projected so that the motion penetrates none of them.
+/// Downward path that the supports permit: projection of the weight without a component into them.
 fn roll_path(normals: &[Vector3]) -> RollPath {
     let weight = [0.0, 0.0, -1.0];
     let allowed = |d: &Vector3| normals.iter().all(|n| dot(n, d) > -NEGLIGIBLE);
@@ -109,7 +109,7 @@ struct RollCircle {
 }
 
 impl RollCircle {
-    /// Circle through a position in contact with one or two supports, in a direction; `None` where they allow no circle.
+    /// Circular path through a position in contact with one or two supports, in a given direction; `None` if there is none.
     fn through_contact(supports: &[RollSupport], x: &Vector3, direction: &Vector3) -> Option<Self> {
         let centre = match supports {
             [RollSupport::Sphere(centre, _)] => *centre,
@@ -174,7 +174,7 @@ impl RollCircle {
         })
     }
 
-    /// Angle at which it leaves the first of its supports: the contact force becomes negative.
+    /// Angle at which the sphere separates from its first support, where the contact force vanishes.
     fn detachment_angle(&self, supports: &[RollSupport]) -> Option<f64> {
         // Normals as constants and factors of cos φ and sin φ.
         let parts = |support: &RollSupport| match support {
@@ -232,7 +232,7 @@ impl<'a> RestingSpheres<'a> {
         })
     }
 
-    /// Columns along an axis that a sphere rolling from column `own` may reach.
+    /// Columns along an axis that a sphere rolling in column `own` can reach.
     fn reachable_columns(&self, axis: usize, own: usize) -> Vec<usize> {
         let count = self.counts[axis] as i64;
         let all = if count < 3 { 0..=count - 1 } else { own as i64 - 1..=own as i64 + 1 };
@@ -240,7 +240,7 @@ impl<'a> RestingSpheres<'a> {
         all.filter(|k| round || (0..count).contains(k)).map(|k| k.rem_euclid(count) as usize).collect()
     }
 
-    /// Spheres, sides and the floor that a sphere of a radius at `x` may meet from there, without those far below it.
+    /// Spheres, side walls and floor that a sphere at `x` can meet on its path, without those far below it.
     fn supports(&self, x: &Vector3, radius: f64, from: f64) -> Vec<RollSupport> {
         let own = self.column(x);
         let mut all = Vec::new();
@@ -334,8 +334,8 @@ impl GrainHeap<3> for RestingSpheres<'_> {
     }
 }
 
-/// Drops spheres, whose radii (m) `draw` gives one by one, at random places over a container until it is full: positions and radii (m), the
-/// lowest first. Each rests on three spheres or sides, its weight within them, or on the floor.
+/// Drops spheres at random positions over a container until it is full. `draw` gives the radius of each sphere (m). Returns positions and
+/// radii (m), the lowest first. Each rests on three spheres or sides, its weight within them, or on the floor.
 ///
 /// # Errors
 /// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `limit` of them.

@@ -7,7 +7,7 @@ use crate::points::vector::{difference, dot};
 use crate::specimen::Specimen;
 use crate::specimen::specimen_preparation::SpecimenPreparation;
 
-/// Gap over the smaller radius up to which grains count as in contact: dropped ones are in contact to round-off.
+/// Gap over the smaller radius up to which grains are regarded as in contact; dropped grains touch to round-off.
 const CONTACT_TOLERANCE: f64 = 1e-9;
 
 /// Reports on the bodies as they are filled at present.

@@ -24,28 +24,28 @@ use crate::neighbours::size_classes::SizeClasses;
 use crate::points::grains::volume;
 use crate::points::vector::{difference, dot};
 
-/// Initial share of the final radii.
+/// Initial radius over final radius.
 const INITIAL_RADIUS_RATIO: f64 = 0.6;
 /// Number of growth steps.
 const GROWTH: usize = 40;
-/// Number of relaxation iterations in each of them, and in the last.
+/// Number of relaxation iterations at each radius before the final one.
 const RELAXATION_ITERATIONS: usize = 60;
 /// Number of relaxation iterations at the final radius.
 const LAST_RELAXATION_ITERATIONS: usize = 20_000;
-/// Number of iterations after which overlaps far above the tolerance must have decreased by a share for the relaxation to go on.
+/// Number of iterations after which the relaxation ends unless large overlaps have decreased.
 const STALL_ITERATIONS: usize = 1000;
-/// Relative decrease of the overlap that a stalled relaxation does not reach.
+/// Relative decrease of the overlap below which the relaxation has stalled.
 const MIN_DECREASE: f64 = 0.02;
-/// Factor of the overlap tolerance above which stalling ends the relaxation.
+/// Overlap over its tolerance above which a stalled relaxation ends.
 const FAR_FACTOR: f64 = 1.5;
 /// Tolerance of the overlap over the smaller radius.
 const OVERLAP_TOLERANCE: f64 = 0.01;
-/// Number of attempts at a packing: one may jam, with a grain behind two others or all a little too early, where another does not.
+/// Number of attempts at a packing, because a random packing can jam.
 const DRAWINGS: usize = 3;
-/// Largest possible solid fractions (sheet: dem §0; disks of several sizes may be denser).
+/// Largest possible solid fractions of equal disks and spheres (sheet: dem §0); disks of several sizes can be denser.
 const DENSEST: [f64; 2] = [0.9069, 0.7405];
 
-/// Container of a packing: a box, or the inside of a round wall in it.
+/// Container of a packing: a box, with an optional round wall inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Container<const D: usize> {
     /// Lower corner (m).
@@ -54,11 +54,11 @@ pub struct Container<const D: usize> {
     pub high: [f64; D],
     /// Axes along which the box is periodic.
     pub periodic: [bool; D],
-    /// Round wall, where there is one.
+    /// Round wall inside the box, if there is one.
     pub round_wall: Option<RoundWall<D>>,
 }
 
-/// Round wall: of a disk or a ball, or of a cylinder along one of the axes.
+/// Round wall of a disk or ball, or of a cylinder along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundWall<const D: usize> {
     /// Axis of the cylinder; `None` for a disk or a ball.
@@ -93,21 +93,21 @@ impl<const D: usize> RoundWall<D> {
     }
 }
 
-/// Heap of grains that are dropped one by one and rest at their final positions.
+/// Heap of grains that are dropped one after another.
 trait GrainHeap<const D: usize> {
-    /// Resting position (m) of a grain of a radius (m) that is dropped from above over a place, whose last coordinate is infinite;
-    /// `None` where it rolls without end.
+    /// Resting position (m) of a grain that is dropped over a position; `None` if it rolls without end. The last coordinate of `over` is
+    /// infinite.
     fn resting_position(&self, over: [f64; D], radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; D]>;
 
     /// Adds a grain at rest.
     fn add(&mut self, place: [f64; D], radius: f64);
 }
 
-/// Number of grains in a row that come to rest above the container, after which it counts as full.
+/// Number of consecutive grains that come to rest above the container, after which it is full.
 const MAX_FAILURES: usize = 200;
 
 impl<const D: usize> Container<D> {
-    /// Drops grains, whose radii (m) `draw` gives one by one, at random places on a heap until the container is full.
+    /// Drops grains at random positions on a heap until the container is full. `draw` gives the radius of each grain (m).
     ///
     /// # Errors
     /// When the container would hold more than `limit` of them.
@@ -163,7 +163,7 @@ impl<const D: usize> Container<D> {
         self.high[axis] - self.low[axis]
     }
 
-    /// Shortest vector from one point to another, over the periods (m).
+    /// Shortest vector between two points across periodic boundaries (m).
     fn separation(&self, a: &[f64; D], b: &[f64; D]) -> [f64; D] {
         let mut apart = difference(a, b);
         for c in 0..D {
@@ -174,13 +174,13 @@ impl<const D: usize> Container<D> {
         apart
     }
 
-    /// Coordinate wrapped into the period where the axis has one (m).
+    /// Coordinate inside the container along a periodic axis (m); unchanged along other axes.
     fn wrapped_coordinate(&self, axis: usize, x: f64) -> f64 {
         let (low, width) = (self.low[axis], self.width(axis));
         if self.periodic[axis] { x - width * ((x - low) / width).floor() } else { x }
     }
 
-    /// Refuses a box that is narrower than two of the largest balls (radius, m) along one of some axes.
+    /// Rejects a box narrower than two of the largest balls along one of the axes; `largest` is their radius (m).
     fn check_width(&self, mut axes: Range<usize>, largest: f64) -> Result<(), String> {
         match axes.find(|&axis| self.width(axis) < 4.0 * largest) {
             Some(axis) => Err(format!(
@@ -216,7 +216,7 @@ impl<const D: usize> Container<D> {
     }
 }
 
-/// Positions of balls of these radii (m), with overlaps of at most 1 % of the smaller radius.
+/// Random packing of balls with given radii (m): positions, with overlaps of at most 1 % of the smaller radius.
 ///
 /// # Errors
 /// When the balls do not fit, with the remaining overlap.
@@ -276,7 +276,8 @@ fn check_overlap(deepest: f64, fraction: f64) -> Result<(), String> {
     ))
 }
 
-/// Pushes overlapping balls apart, half by each, at most `pushes` times; returns the largest remaining overlap over the smaller radius.
+/// Moves overlapping balls apart, each by half the overlap, in at most `pushes` iterations. Returns the largest remaining overlap over the
+/// smaller radius.
 fn separate_overlaps<const D: usize>(
     container: &Container<D>,
     positions: &mut [[f64; D]],
@@ -336,14 +337,14 @@ fn separate_overlaps<const D: usize>(
     Ok(deepest)
 }
 
-/// Progress of the relaxation: smallest of the largest overlaps of the last iterations, and of those before.
+/// Progress of the relaxation: smallest value of the largest overlap in the last and in the previous iterations.
 struct OverlapProgress {
     min_overlap: f64,
     previous_overlap: f64,
 }
 
 impl OverlapProgress {
-    /// Whether iterations no longer decrease overlaps that are far above the tolerance.
+    /// Whether overlaps far above the tolerance no longer decrease.
     fn has_stalled(&mut self, push: usize, deepest: f64) -> bool {
         self.min_overlap = self.min_overlap.min(deepest);
         if push % STALL_ITERATIONS != STALL_ITERATIONS - 1 {
@@ -356,7 +357,7 @@ impl OverlapProgress {
     }
 }
 
-/// List of pairs of balls near each other, with the search grid.
+/// Pairs of balls close to each other, with the search grid.
 #[derive(Default)]
 struct NearPairs<const D: usize> {
     classes: SizeClasses<D>,
@@ -364,7 +365,7 @@ struct NearPairs<const D: usize> {
 }
 
 impl<const D: usize> NearPairs<D> {
-    /// Lists pairs of balls with gaps below `gap` (m), over the periods, in the order of their numbers.
+    /// Lists the pairs of balls with gaps below `gap` (m), across periodic boundaries, in the order of their numbers.
     fn list(
         &mut self,
         container: &Container<D>,

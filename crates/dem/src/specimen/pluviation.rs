@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::{DemOptions, Diameters, Pluviation};
 use crate::points::grains::volume;
 
-/// Source of grains: a body whose grains enter during the run.
+/// Body whose grains enter during the run.
 #[derive(Clone, Debug)]
 pub struct GrainSource {
     /// Index into the bodies of the case.
@@ -17,7 +17,7 @@ pub struct GrainSource {
     /// Index into the kinds.
     pub kind: u32,
     pluviation: Pluviation,
-    /// Shape in which the grains enter.
+    /// Shape in which the grains appear.
     pub shape: Shape,
     sizes: Diameters,
     /// Density of the grains (kg/m³).
@@ -71,7 +71,7 @@ impl GrainSource {
         self.sizes.mean_power(dimension, 1)
     }
 
-    /// Approximate number of grains that will have entered by `end` (s).
+    /// Approximate number of grains that enter until `end` (s).
     pub fn expected_count(&self, dimension: usize, end: f64) -> f64 {
         let mean = self.density * volume(dimension, 0.5) * self.sizes.mean_power(dimension, dimension as i32);
         self.mass_by(end) / mean
@@ -88,7 +88,7 @@ impl GrainSource {
         0.5 * self.sizes.draw(dimension, &mut self.random_draws(seed, 0))
     }
 
-    /// Random numbers of the next grain: step 0 is for its size, later ones for positions in each step.
+    /// Random number generator for the next grain: `step` 0 for its size, others for its position in a step.
     pub fn random_draws(&self, seed: u64, step: u64) -> ChaCha8Rng {
         let body = seed.wrapping_add(u64::from(self.body)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let count = self.entered_grains.count.wrapping_add(1).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -96,7 +96,7 @@ impl GrainSource {
     }
 }
 
-/// Whether a ball lies in a shape: its centre and its ends along the axes do.
+/// Whether a ball is in a shape, by its centre and its extreme points along the axes.
 pub fn contains_ball<const D: usize>(shape: &Shape, x: &[f64; D], radius: f64) -> bool {
     let inner = radius * (1.0 - 1e-9);
     shape.contains(x)

@@ -16,10 +16,10 @@ use crate::points::vector::{difference, dot};
 use crate::specimen::pluviation::{EnteredGrains, GrainSource, contains_ball};
 use crate::specimen::specimen_preparation::SpecimenPreparation;
 
-/// Number of positions drawn for a grain in a step before it waits for the next step.
+/// Number of random positions for a grain in a step, after which it waits for the next step.
 const DRAWS: usize = 100;
 
-/// Waiting mass over entered mass above which the run warns.
+/// Waiting mass over entered mass above which there is a warning.
 const REPORTED_BACKLOG: f64 = 0.02;
 
 /// Adds the grains that are due.
@@ -55,7 +55,7 @@ pub fn add_entering_grains<const D: usize, const R: usize>(
     }
 }
 
-/// Position (m) and radius (m) of the next grain of a source if it is due and there is space; counts it as entered.
+/// Position (m) and radius (m) of the next grain of a source, if it is due and there is space. It then counts as entered.
 fn next_grain<const D: usize, const R: usize>(
     clock: &Clock,
     cell: &PeriodicCell<D>,
@@ -81,7 +81,7 @@ fn next_grain<const D: usize, const R: usize>(
     Some((x, radius))
 }
 
-/// Adds a grain of a source at a position (m) with a radius (m); returns its index.
+/// Adds a grain of a source and returns its index.
 fn push_grain<const D: usize, const R: usize>(
     clock: &Clock,
     g: &mut Grains<D, R>,
@@ -99,7 +99,7 @@ fn push_grain<const D: usize, const R: usize>(
     last
 }
 
-/// Random position in the shape of a source where a grain is not in contact; `None` if none is found.
+/// Random position in the shape of a source without a contact; `None` if none is found.
 fn free_position<const D: usize, const R: usize>(
     clock: &Clock,
     cell: &PeriodicCell<D>,
@@ -120,8 +120,7 @@ fn free_position<const D: usize, const R: usize>(
     })
 }
 
-/// Grains that may be in contact with one of this radius (m) in the box between two corners (m): all of them in a periodic cell,
-/// because of images.
+/// Grains that can be in contact with a grain of a radius (m) in a box (m). In a periodic cell these are all grains, because of images.
 fn nearby_grains<const D: usize, const R: usize>(
     cell: &PeriodicCell<D>,
     g: &Grains<D, R>,
@@ -143,7 +142,7 @@ fn is_clear_of_walls<const D: usize>(walls: &[RigidWall<D>], x: &[f64; D], radiu
     })
 }
 
-/// Whether a grain at `x` (m) would not be in contact with grain `i` in a cell, given with the inverse of its matrix.
+/// Whether a grain at `x` (m) would have no contact with grain `i`; the inverse of the cell matrix is given.
 fn is_clear_of_grain<const D: usize, const R: usize>(
     (cell, unit): (&PeriodicCell<D>, &[[f64; D]; D]),
     g: &Grains<D, R>,
@@ -162,7 +161,7 @@ fn is_clear_of_grain<const D: usize, const R: usize>(
     dot(&apart, &apart) > (radius + g.radius[i]).powi(2)
 }
 
-/// Warning about a source that cannot keep up.
+/// Warning for a source whose grains find no space in time.
 pub fn full_source_warning(clock: &Clock, specimen: &SpecimenPreparation) -> Option<String> {
     let is_behind = |source: &&GrainSource| {
         source.entered_grains.waiting_mass > REPORTED_BACKLOG * source.entered_grains.mass

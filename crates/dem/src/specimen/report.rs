@@ -9,11 +9,11 @@ pub struct Specimen {
     pub body: String,
     /// Number of grains.
     pub grains: usize,
-    /// Porosity of the shape; parts of grains outside the shape count as inside.
+    /// Porosity of the shape; parts of grains outside the shape are counted as inside.
     pub porosity: f64,
     /// Requested porosity; `None` for lattices and for grains that are dropped.
     pub requested_porosity: Option<f64>,
-    /// Coordination number, each contact counted for both grains: with contacts to other bodies, without those to walls.
+    /// Coordination number, with contacts to other bodies and without those to walls.
     pub coordination: f64,
 }
 

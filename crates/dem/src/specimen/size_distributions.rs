@@ -8,8 +8,7 @@ use crate::config::Diameters;
 /// Largest number of draws for a grain of a cumulative beta distribution.
 const DRAWS: usize = 1_000_000;
 
-/// Ratio of largest to smallest diameter, to the power of the dimension, up to which sizes are drawn by rejection: beyond it nearly
-/// all draws are rejected.
+/// Ratio of largest to smallest diameter, to the power of the dimension, above which sizes are not drawn by rejection.
 const MAX_REJECTION_RATIO: f64 = 1000.0;
 
 /// Number of cells of the table for wider distributions, each with an equal ratio of diameters.
@@ -156,7 +155,7 @@ impl Diameters {
         top / bottom
     }
 
-    /// Share of the mass in grains smaller than `diameter` (m); not defined for distributions by number.
+    /// Mass fraction of grains smaller than a diameter (m); not defined for distributions by number.
     pub fn mass_fraction_below(&self, diameter: f64) -> f64 {
         let (min, max) = self.range();
         let place = ((diameter - min) / (max - min)).clamp(0.0, 1.0);
@@ -225,7 +224,7 @@ impl Diameters {
         (0..count).map(one).collect()
     }
 
-    /// Diameter (m) below which this share of the mass lies.
+    /// Diameter below which a fraction of the mass lies (m).
     fn diameter_at_mass(&self, share: f64) -> f64 {
         let (mut low, mut high) = self.range();
         for _ in 0..60 {
@@ -235,7 +234,7 @@ impl Diameters {
         0.5 * (low + high)
     }
 
-    /// `count` diameters (m): by classes where the distribution has them, drawn otherwise.
+    /// Random diameters (m), `count` in number, by classes if the distribution has them.
     ///
     /// # Errors
     /// When a class has too few grains.

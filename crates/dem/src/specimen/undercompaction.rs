@@ -18,15 +18,15 @@ const STEPS: usize = 40;
 pub struct UndercompactedLayers {
     /// Number of layers of equal mass.
     pub count: usize,
-    /// Solid fraction of the first layer while it is alone.
+    /// Solid fraction of the first layer before the second is added.
     pub first: f64,
     /// Solid fraction of all layers at the end.
     pub last: f64,
 }
 
 impl UndercompactedLayers {
-    /// Solid fraction of the first `number` layers once layer `number`, from one on, has been pressed on those below: void ratios
-    /// decrease linearly from that of the first layer to that of all.
+    /// Solid fraction of the first `number` layers after compaction of the last of them. The void ratio decreases linearly from that of the
+    /// first layer to that of all.
     pub fn fraction(&self, number: usize) -> f64 {
         let void_ratio = |fraction: f64| (1.0 - fraction) / fraction;
         let [first, last] = [self.first, self.last].map(void_ratio);
@@ -35,9 +35,8 @@ impl UndercompactedLayers {
     }
 }
 
-/// Positions of balls of these radii (m), which fill the container to the last of the layers' solid fractions: layers along the last
-/// axis, each drawn at random above those below and pressed with them by a lid until the whole has its solid fraction.
-/// The first grains are in the lowest layer.
+/// Positions of balls with given radii (m) that fill a container in layers. Each layer is placed at random above the previous ones, and a
+/// lid compresses all of them to their solid fraction. The first grains are in the lowest layer.
 ///
 /// # Errors
 /// When the balls do not fit, or layers are thinner than two of the largest grains.
@@ -76,7 +75,7 @@ pub fn pack_layers<const D: usize>(
     Ok(positions)
 }
 
-/// Lowers the lid from one height to another (m); returns the largest remaining overlap over the smaller radius.
+/// Lowers the lid from one height to another (m). Returns the largest remaining overlap over the smaller radius.
 fn lower_lid<const D: usize>(
     container: &Container<D>,
     positions: &mut [[f64; D]],

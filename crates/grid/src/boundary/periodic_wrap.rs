@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-/// Moves points beyond the corners `low` and `high` (m) of a box to the opposite side along the periodic axes, and the
-/// origins of their displacements (`origins`) with them; returns whether there were any.
+/// Moves points outside a box with corners `low` and `high` (m) to the opposite end along periodic axes, with the reference positions
+/// `origins` of their displacements. Returns whether there were any.
 pub fn wrap_into_period<const D: usize>(
     [low, high]: [&[f64; D]; 2],
     periodic: &[bool; D],

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::Grid;
 
-/// Returns the order that sorts points by cell (last axis fastest); points of one cell keep their order.
+/// Order that sorts points by cell (last axis fastest). Points of one cell keep their relative order.
 pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> Vec<u32> {
     let key = |position: &[f64; D]| {
         let cell = grid.cell_of(position);

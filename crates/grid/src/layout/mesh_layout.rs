@@ -10,7 +10,7 @@ impl<const D: usize> Layout<D> {
         Self::from_lowest_coordinates(grid, &mesh.nodes().iter().map(|x| x[0]).collect::<Vec<f64>>())
     }
 
-    /// Returns the layout of the elements of a mesh, with the slabs of [`Layout::of_mesh`]: an entry is the number of an element.
+    /// Layout of the elements of a mesh, with the slabs of [`Layout::of_mesh`]; its entries are element numbers.
     pub fn of_elements(mesh: &Mesh<D>, grid: &Grid<D>) -> Self {
         let lowest =
             |nodes: &[u32]| nodes.iter().map(|&n| mesh.nodes()[n as usize][0]).fold(f64::INFINITY, f64::min);
@@ -21,8 +21,7 @@ impl<const D: usize> Layout<D> {
         )
     }
 
-    /// Returns the layout of items with the lowest coordinates `lowest` along the first axis (m), in rising order, which extend over at
-    /// most a cell of the box.
+    /// Layout of items that extend over at most one cell along the first axis, from their ascending lowest coordinates (m).
     fn from_lowest_coordinates(grid: &Grid<D>, lowest: &[f64]) -> Self {
         let line = if D == 2 { [64, 1] } else { [8, 8] };
         let count = lowest.len();

@@ -11,7 +11,7 @@ pub use crate::layout::cell_sort::sort_by_cell;
 
 use crate::{Basis, Basis1d, Grid};
 
-/// Order of nodes in memory and of points in a scatter.
+/// Order of nodes in memory, and division of the points into slabs for transfers to the nodes.
 ///
 /// Points are kept sorted by cell. The grid is cut into slabs of a few cells along its first axis;
 /// all points of a slab scatter one after another, and slabs of the same colour (every other one)
@@ -36,9 +36,9 @@ pub struct Layout<const D: usize> {
     period: [usize; D],
 }
 
-/// Function called for a row: with its number, its active nodes and the row.
+/// Function that is called for a row of nodes: with its number, its active nodes and the row.
 type RowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, &mut [T]) -> R + Sync + 'a;
-/// Function called for the same row of two sets of nodes, with the result of the row.
+/// Function that is called for the same row of two node arrays, with the result of the row.
 type RowPairVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, [&mut [T]; 2], &mut R) + Sync + 'a;
 
 /// Cells a point may move along an axis before the points must be sorted again.
@@ -50,7 +50,7 @@ impl<const D: usize> Layout<D> {
         Self::with_basis(grid, &Basis1d::from_basis::<S, B>())
     }
 
-    /// Returns the layout for a basis that is chosen at run time.
+    /// Layout for a basis that is selected at run time.
     pub fn with_basis(grid: &Grid<D>, basis: &Basis1d) -> Self {
         let nodes = std::array::from_fn(|axis| basis.nodes(grid.cells[axis]));
         let mut strides = [1; D];
@@ -72,15 +72,14 @@ impl<const D: usize> Layout<D> {
         }
     }
 
-    /// Returns the layout with the slabs of another layout on the same grid, whose shape functions have at least the same support.
+    /// Layout with the slabs of another one on the same grid, whose shape functions have at least the same support.
     #[must_use]
     pub fn with_slabs_of(mut self, other: &Self) -> Self {
         self.slab_cells = other.slab_cells;
         self
     }
 
-    /// Returns the layout periodic along the given axes; `None` where the grid has too few cells for that, or nodes that
-    /// differ at both ends (splines with open knots).
+    /// Layout with periodic axes. `None` if the grid has too few cells, or if nodes at both ends differ (splines with open knots).
     #[must_use]
     pub fn periodic(self, periodic: [bool; D]) -> Option<Self> {
         let cells = self.grid.cells;
@@ -91,9 +90,9 @@ impl<const D: usize> Layout<D> {
         self.with_period(std::array::from_fn(|axis| if periodic[axis] { cells[axis] } else { 0 }))
     }
 
-    /// Returns the layout with the given period in nodes (zero along axes that are not periodic), for a grid that extends beyond its period
-    /// on both sides. Points lie within the period, so far from the ends of the grid that shape functions are the same everywhere. `None`
-    /// where a node would have more than one image.
+    /// Layout with a period in nodes (zero for axes that are not periodic), for a grid that extends beyond its period at both ends. Points
+    /// lie within the period, so far from the ends of the grid that shape functions are the same everywhere. `None` where a node would have
+    /// more than one image.
     #[must_use]
     pub fn with_period(mut self, period: [usize; D]) -> Option<Self> {
         self.period = period;
@@ -101,7 +100,7 @@ impl<const D: usize> Layout<D> {
         (0..D).all(fits).then_some(self)
     }
 
-    /// Number of nodes along an axis that are the image of one of lower index.
+    /// Number of nodes along an axis that are the periodic image of a node of lower index.
     fn periodic_image_count(&self, axis: usize) -> usize {
         if self.period[axis] == 0 { 0 } else { self.nodes[axis].saturating_sub(self.period[axis]) }
     }
@@ -147,7 +146,7 @@ impl<const D: usize> Layout<D> {
         images
     }
 
-    /// Whether the node at `index` is the image of one of lower index in a periodic grid: sums over nodes omit such images.
+    /// Whether a node is the periodic image of a node of lower index, which sums over nodes omit.
     #[inline]
     pub fn is_periodic_image(&self, index: &[usize; 3]) -> bool {
         (0..D).any(|axis| self.is_periodic(axis) && index[axis] >= self.period[axis])
@@ -220,9 +219,8 @@ impl<const D: usize> Layout<D> {
         self.active_nodes.fill(0..0);
     }
 
-    /// Adds a set of points sorted by cell ([`sort_by_cell`]): activates the nodes within their support until
-    /// the next sort, and returns the bounds of the slabs within the set (one more than
-    /// [`Layout::slabs`]).
+    /// Adds a set of points sorted by cell ([`sort_by_cell`]). The nodes within their support are active until the next sort. Returns the
+    /// bounds of the slabs within the set, one more than [`Layout::slabs`].
     pub fn add_points(&mut self, positions: &[[f64; D]]) -> Vec<usize> {
         let mut bounds = vec![0; self.slabs() + 1];
         let (below, above) = (self.nodes_below + SORT_MARGIN, self.nodes_above + SORT_MARGIN);
@@ -255,7 +253,7 @@ impl<const D: usize> Layout<D> {
         bounds
     }
 
-    /// Active nodes of a row, relative to its start.
+    /// Active nodes of a row, relative to its first node.
     pub fn active_nodes(&self, row: usize) -> Range<usize> {
         self.active_nodes[row].clone()
     }
@@ -270,8 +268,8 @@ impl<const D: usize> Layout<D> {
         }
     }
 
-    /// Calls `visit(row, node range within the row, the row)` for every row of nodes along the first
-    /// axis with active nodes, in parallel, and collects what it returns, row by row.
+    /// Calls `visit` in parallel for each row of nodes along the first axis with active nodes, and collects the results row by row. Its
+    /// arguments are the row number, the range of active nodes and the row.
     pub fn for_each_row<T: Send, R: Send + Default>(
         &self,
         nodes: &mut [T],
@@ -281,7 +279,7 @@ impl<const D: usize> Layout<D> {
         visit_rows(nodes, self.strides[0], &self.active_nodes, results, &visit);
     }
 
-    /// Calls `visit` as [`Layout::for_each_row`], without results.
+    /// Calls `visit` like [`Layout::for_each_row`], without results.
     pub fn for_each_active_node_range<T: Send>(
         &self,
         nodes: &mut [T],
@@ -290,8 +288,8 @@ impl<const D: usize> Layout<D> {
         visit_rows(nodes, self.strides[0], &self.active_nodes, &mut vec![(); self.nodes[0]], &visit);
     }
 
-    /// Calls `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
-    /// parallel. The results are modified in place.
+    /// Calls `visit` in parallel for the same rows of two node arrays, with row number, active nodes, both rows and the result of the row.
+    /// The results are modified in place.
     pub fn for_each_row_pair<T: Send, R: Send>(
         &self,
         [first, second]: [&mut [T]; 2],
@@ -310,8 +308,8 @@ impl<const D: usize> Layout<D> {
         reset(nodes, self.strides[0], &self.active_nodes);
     }
 
-    /// Calls `scatter(slab, window, number of the window's first node)` for every slab: first the even
-    /// ones in parallel, then the odd ones. The window contains all nodes in the support of the slab's points.
+    /// Calls `scatter` for each slab, the even ones in parallel and then the odd ones. Its arguments are the slab, its range of nodes and
+    /// the number of the first of these. The window contains all nodes in the support of the slab's points.
     pub fn for_each_slab<T: Send>(&self, nodes: &mut [T], scatter: impl Fn(usize, &mut [T], usize) + Sync) {
         let slabs = self.slabs();
         for colour in 0..2.min(slabs) {
@@ -324,7 +322,7 @@ impl<const D: usize> Layout<D> {
         }
     }
 
-    /// First node of the window of a slab, limited to the grid.
+    /// First node of the range of a slab, limited to the grid.
     fn window_start(&self, slab: usize) -> usize {
         if self.is_mesh() {
             return self.window_starts[slab];

@@ -104,8 +104,8 @@ impl<const D: usize> Mesh<D> {
         Ok(mesh)
     }
 
-    /// Returns the mesh of the cells of `grid`, cut into triangles (two a cell) or tetrahedra (six a cell): one for each order of
-    /// the axes on a path from the lowest to the highest corner (Kuhn's triangulation).
+    /// Mesh of the cells of a grid, each divided into two triangles or six tetrahedra: one for each order of the axes on a path from the
+    /// lowest to the highest corner (Kuhn's triangulation).
     ///
     /// # Errors
     /// As [`Mesh::new`]; the elements of a grid fulfil its conditions.
@@ -198,7 +198,7 @@ fn axis_permutations<const D: usize>() -> Vec<([usize; D], bool)> {
     all
 }
 
-/// Nodes of elements in the order of their coordinates, and the new number of each.
+/// Nodes of the elements in the order of their coordinates, with the new number of each.
 fn renumber_nodes<const D: usize>(
     nodes: &[[f64; D]],
     elements: &[Vec<usize>],
@@ -215,7 +215,7 @@ fn renumber_nodes<const D: usize>(
     (order, number_of)
 }
 
-/// Elements in the order of their lowest node, so that slabs of the mesh are ranges of elements too.
+/// Elements in the order of their lowest node, so that slabs of the mesh are ranges of elements.
 fn along_first_axis(elements: &[Vec<usize>], number_of: &HashMap<usize, u32>) -> Vec<usize> {
     let mut order: Vec<usize> = (0..elements.len()).collect();
     order.sort_by_key(|&element| elements[element].iter().map(|old| number_of[old]).min());
@@ -295,7 +295,7 @@ fn centre<const D: usize>(at: impl Fn(usize) -> [f64; D]) -> Vec<f64> {
     (0..D).map(|c| (0..=D).map(|k| at(k)[c]).sum::<f64>() / (D + 1) as f64).collect()
 }
 
-/// Determinant and adjugate rows of the matrix whose row `k` is edge `k`: `adjugate[k] · edge_j = det δ_kj`.
+/// Determinant of the matrix whose row `k` is edge `k`, and rows of its adjugate: `adjugate[k] · edge_j = det δ_kj`.
 fn invert<const D: usize>(edge: impl Fn(usize, usize) -> f64) -> (f64, [[f64; D]; D]) {
     let mut rows = [[0.0; D]; D];
     for k in 0..D {

@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, NO_ELEMENT, lowest_entry};
 /// apart, and round-off of coordinates in a text file is smaller.
 const INSIDE_TOLERANCE: f64 = 1e-5;
 
-/// Node or centre that lies in an element or on one of its facets, in conflict with conformity.
+/// Node or element centre at which the mesh is not conforming, because it is inside an element or on one of its facets.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Nonconformity<const D: usize> {
     /// Kind of the nonconformity.
@@ -17,7 +17,7 @@ pub(crate) struct Nonconformity<const D: usize> {
     pub position: [f64; D],
     /// Element that contains it.
     pub element: u32,
-    /// Whether it lies inside rather than on a facet.
+    /// Whether the node is inside the element, and not on a facet.
     pub is_inside: bool,
 }
 

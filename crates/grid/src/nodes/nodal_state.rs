@@ -2,7 +2,7 @@
 
 use wide::{f64x4, f64x8};
 
-/// Vector of four lanes: three components and one scalar.
+/// Vector of four numbers: three components and one scalar, such as momentum and mass.
 pub type Vector4 = f64x4;
 
 /// State of a node. During the scatter of points: momentum and, in the fourth lane, mass; internal and

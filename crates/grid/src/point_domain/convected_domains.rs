@@ -80,8 +80,8 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
     }
 }
 
-/// Quadrilateral with corners that move with the grid velocity at the corners (CPDI2; Sadeghirad et al. 2013): neighbours
-/// keep common corners, and no gap opens between them.
+/// Quadrilateral domain whose corners move with the grid velocity (CPDI2; Sadeghirad et al. 2013). Neighbours keep common corners, so that
+/// no gap opens between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ConvectedQuadrilateral {
     /// Displacements of the corners `(--), (+-), (++), (-+)` relative to the point (m).

@@ -50,7 +50,7 @@ macro_rules! domain_kinds {
         }
 
         impl<const D: usize> Domains<D> {
-            /// All domains, borrowed.
+            /// View of all domains.
             #[inline(always)]
             pub fn as_slice(&self) -> DomainSlice<'_, D> {
                 match self { $(Self::$kind(domains) => DomainSlice::$kind(domains),)+ }
@@ -62,14 +62,14 @@ macro_rules! domain_kinds {
                 match self { $(Self::$kind(domains) => DomainsMut::$kind(domains),)+ }
             }
 
-            /// Reorders the domains: domain `i` becomes the old domain `order[i]`; those that `order` does not contain are removed.
+            /// Sorts the domains, so that domain `i` was domain `order[i]`; those that are not in `order` are removed.
             pub fn reorder(&mut self, order: &[u32]) {
                 match self {
                     $(Self::$kind(domains) => *domains = order.iter().map(|&i| domains[i as usize]).collect(),)+
                 }
             }
 
-            /// Restores the domains of `count` points from the numbers of [`Domains::checkpoint_numbers`]; `None` where they do not fit.
+            /// Restores the domains of `count` points from the numbers of [`Domains::checkpoint_numbers`]; `None` for a wrong number.
             pub fn restore(&mut self, numbers: &[f64], count: usize, right_stretch: RightStretchDiagonal<D>) -> Option<()> {
                 match self {
                     $(Self::$kind(domains) => *domains = restore_domains(numbers, count, right_stretch)?,)+
@@ -77,7 +77,7 @@ macro_rules! domain_kinds {
                 Some(())
             }
 
-            /// Whether the domains change in the course of a run.
+            /// Whether the domains change during a run.
             pub fn stretch(&self) -> bool {
                 match self { $(Self::$kind(_) => <$type as PointDomain<D>>::DEFORMS,)+ }
             }
@@ -103,13 +103,13 @@ macro_rules! domain_kinds {
         }
 
         impl<'a, const D: usize> DomainsMut<'a, D> {
-            /// Domains, immutably borrowed.
+            /// Read-only view of the domains.
             #[inline(always)]
             pub fn as_slice(&self) -> DomainSlice<'_, D> {
                 match self { $(Self::$kind(domains) => DomainSlice::$kind(domains),)+ }
             }
 
-            /// Splits off the first `count` domains; all where there are no more.
+            /// Splits off the first `count` domains, or all if there are fewer.
             #[inline(always)]
             #[must_use]
             pub fn split_off_front(&mut self, count: usize) -> Self {
@@ -208,8 +208,7 @@ impl<const D: usize> Domains<D> {
 }
 
 impl<const D: usize> DomainSlice<'_, D> {
-    /// Indices, in arrays with one entry a cell, of the cells of points at `position` (m): the numbers of the cells'
-    /// lowest nodes, or of the elements.
+    /// Indices of the cells at positions (m): the number of the lowest node of each cell, or of the mesh element.
     #[inline]
     pub fn cells(&self, ground: &GridView<'_, D>, position: &[[f64; D]], cells: &mut [usize]) {
         each!(DomainSlice, self, domains => {
@@ -234,7 +233,7 @@ impl<const D: usize> DomainSlice<'_, D> {
         }
     }
 
-    /// Full widths of a point domain (m) from the initial ones, on cells of edge `cell`.
+    /// Full widths of a point domain (m), from its initial widths and the cell size (m).
     #[inline(always)]
     pub fn extent(&self, point: usize, initial: &[f64; D], cell: f64) -> [f64; D] {
         each!(DomainSlice, self, domains => domains[point].extent(initial, cell))
@@ -251,13 +250,13 @@ impl<const D: usize> DomainSlice<'_, D> {
 }
 
 impl<const D: usize> DomainsMut<'_, D> {
-    /// Whether the domains change with the deformation of their points.
+    /// Whether the domains change with the deformation of the points.
     #[inline(always)]
     pub fn are_deformable(&self) -> bool {
         !matches!(self, Self::Fixed(_))
     }
 
-    /// Updates the domains by the incremental deformation `f = 1 + gradient` of each point (row `i`, column `j`: `∂u_i/∂x_j`).
+    /// Updates the domains with the deformation gradient `f = 1 + gradient` of each point in the step (row `i`, column `j`: `∂u_i/∂x_j`).
     #[inline]
     pub fn update_deformation(
         &mut self,
@@ -286,8 +285,8 @@ impl<const D: usize> DomainsMut<'_, D> {
         }
     }
 
-    /// Moves the corners of convected domains in a step of `dt` (s): `velocity` is that of each point at
-    /// `position` (m) with the initial widths `initial` (m), `of` that of a node by its number (m/s).
+    /// Moves the corners of convected domains in a step of `dt` (s). `velocity`, `position` and `initial` are those of the points (m/s, m,
+    /// m), and `of` gives the velocity of a node (m/s).
     #[inline]
     pub fn advect_corners(
         &mut self,

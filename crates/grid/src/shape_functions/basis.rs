@@ -1,35 +1,35 @@
 //! Shape functions of one axis (sheet: mpm §2.5).
 
-/// Shape functions of one axis with `S` non-zero nodes at a point. Coordinates are in cells from
-/// the domain's lower end; gradients are per cell.
+/// Shape functions along one axis, of which `S` are non-zero at a point. Coordinates are in cells from the domain's lower end; gradients
+/// are per cell.
 ///
 /// Every basis is a partition of unity and, away from the ends of spline grids, reproduces linear
 /// fields.
 pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
     /// Name of the family.
     const NAME: &'static str;
-    /// Layers of nodes outside the domain, at each end.
+    /// Number of node layers outside the domain at each end.
     const GHOSTS: usize;
     /// Number of nodes in the support of a point below the lower node of its cell.
     const NODES_BELOW: usize;
     /// Number of nodes in the support of a point above the lower node of its cell.
     const NODES_ABOVE: usize;
-    /// Whether fixed nodes on a grid line within the domain fix the material there.
+    /// Whether fixed nodes on a grid line inside the domain also fix the material there.
     const ALLOWS_INTERIOR_WALLS: bool = true;
 
     /// Number of nodes of an axis with `cells` cells, ghosts included.
     fn nodes(cells: usize) -> usize;
 
-    /// Coordinate of node `index` (cells from the lower end); for splines the Greville abscissa.
+    /// Coordinate of a node in cells from the lower end; for splines the Greville abscissa.
     fn coordinate(index: usize, cells: usize) -> f64;
 
-    /// [`Basis::coordinate`] of the nodes from `first` on.
+    /// Coordinates of consecutive nodes from `first` on, see [`Basis::coordinate`].
     #[inline(always)]
     fn coordinates(first: usize, cells: usize) -> [f64; S] {
         std::array::from_fn(|k| Self::coordinate(first + k, cells))
     }
 
-    /// Second moment of the functions from node `first` on about any position (cells²), where it is constant.
+    /// Second moment of the shape functions from node `first` on (cells²), if it does not depend on the position; else `None`.
     #[inline(always)]
     fn second_moment(_first: usize, _cells: usize) -> Option<f64> {
         None
@@ -71,8 +71,8 @@ impl Basis<2> for LinearBasis {
     }
 }
 
-/// Generalised interpolation (GIMP) for point widths up to one cell: hat functions averaged
-/// over the point's domain (GT eq. 3.27, in the general form of the sheet).
+/// Generalised interpolation (GIMP) for point widths up to one cell: linear functions averaged over the point domain (GT eq. 3.27, in the
+/// general form of the sheet).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GimpBasis;
 
@@ -109,8 +109,7 @@ impl Basis<3> for GimpBasis {
     }
 }
 
-/// Generalised interpolation for point widths up to two cells, as in contiguous-particle GIMP,
-/// with domains that change with the deformation.
+/// Generalised interpolation for point widths up to two cells, for contiguous-particle GIMP with domains that deform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ContiguousGimpBasis;
 
@@ -153,7 +152,7 @@ impl Basis<4> for ContiguousGimpBasis {
     }
 }
 
-/// Non-zero B-splines of degree `S - 1` in cell `cell`, with open knots at both ends (Cox–de Boor).
+/// Non-zero B-splines of degree `S - 1` in a cell, with open knots at both ends (Cox–de Boor).
 #[inline(never)]
 fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], [f64; S]) {
     let knot = |k: isize| (cell as isize + k).clamp(0, cells as isize) as f64;
@@ -186,7 +185,7 @@ fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], 
     (w, g)
 }
 
-/// `N` numbers that increase by one from `start` on.
+/// `N` numbers that increase by one from `start`.
 #[inline(always)]
 fn consecutive<const N: usize>(start: f64) -> [f64; N] {
     let mut numbers = [start; N];
@@ -196,7 +195,7 @@ fn consecutive<const N: usize>(start: f64) -> [f64; N] {
     numbers
 }
 
-/// Coordinates of consecutive nodes, some of them near an end.
+/// Coordinates of consecutive nodes, some of which are close to an end.
 #[inline(never)]
 fn coordinates_near_ends<const S: usize, B: Basis<S>>(first: usize, cells: usize) -> [f64; S] {
     std::array::from_fn(|k| B::coordinate(first + k, cells))

@@ -5,18 +5,18 @@ use crate::Basis;
 /// Largest number of nodes of a point along an axis.
 const MAX_NODES: usize = 4;
 
-/// Properties of a [`Basis`], at run time.
+/// Properties of a [`Basis`] that are known at run time.
 #[derive(Clone, Copy, Debug)]
 pub struct Basis1d {
     /// Name of the family.
     pub name: &'static str,
-    /// Layers of nodes outside the domain, at each end.
+    /// Number of node layers outside the domain at each end.
     pub ghosts: usize,
     /// Number of nodes in the support of a point below the lower node of its cell.
     pub nodes_below: usize,
     /// Number of nodes in the support of a point above the lower node of its cell.
     pub nodes_above: usize,
-    /// Whether fixed nodes on a grid line within the domain fix the material there.
+    /// Whether fixed nodes on a grid line inside the domain also fix the material there.
     pub allows_interior_walls: bool,
     nodes: fn(usize) -> usize,
     coordinate: fn(usize, usize) -> f64,
@@ -76,7 +76,7 @@ impl Basis1d {
         (self.nodes)(cells)
     }
 
-    /// Coordinate of node `index` (cells from the lower end); for splines the Greville abscissa.
+    /// Coordinate of a node in cells from the lower end; for splines the Greville abscissa.
     pub fn coordinate(&self, index: usize, cells: usize) -> f64 {
         (self.coordinate)(index, cells)
     }

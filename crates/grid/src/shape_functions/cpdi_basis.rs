@@ -2,8 +2,7 @@
 
 use crate::{Basis, Grid, NodeList, Vector4};
 
-/// Linear grid functions evaluated at the corners of the points' domains (CPDI). `S` is the total number of nodes of a
-/// point, those of its `2^D` corners: `4^D`.
+/// Linear shape functions evaluated at the corners of the point domains (CPDI). `S` is the number of nodes of all `2^D` corners, `4^D`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CpdiBasis;
 
@@ -46,7 +45,7 @@ impl CpdiBasis {
         (first, local - first as f64)
     }
 
-    /// Returns the nodes of a parallelogram (parallelepiped) around `centre` (m) with the half-edges `edges[a]` (m).
+    /// Nodes, weights and gradients of a parallelogram or parallelepiped around `centre` (m) with the half edges `edges[a]` (m).
     ///
     /// With `s = ±1` for the two ends of each edge and the vectors `d_a` dual to the edges, a corner has the weight
     /// `1/2^D` and the gradient `Σ_a s_a d_a / 2^D`.
@@ -73,8 +72,8 @@ impl CpdiBasis {
         list
     }
 
-    /// Returns the nodes of a quadrilateral with `corners` (m) at `(--), (+-), (++), (-+)` (CPDI2; Sadeghirad et al. 2013): the
-    /// weights of the corners are the means of its own shape functions.
+    /// Nodes, weights and gradients of a quadrilateral with `corners` (m) at `(--), (+-), (++), (-+)` (CPDI2; Sadeghirad et al. 2013). The
+    /// weights of the corners are means of its shape functions.
     #[inline(always)]
     pub fn quadrilateral_nodes<const D: usize, const S: usize>(
         grid: &Grid<D>,
@@ -143,8 +142,8 @@ impl CpdiBasis {
     }
 }
 
-/// Weights of the corners `(--), (+-), (++), (-+)` of a quadrilateral: means over it of its bilinear shape functions
-/// and of their gradients (1/m) (sheet: mpm §2.5e).
+/// Weights of the corners `(--), (+-), (++), (-+)` of a quadrilateral: means of its bilinear shape functions and of their gradients (1/m;
+/// sheet: mpm §2.5e).
 #[inline(always)]
 fn corner_weights(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
     let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] = *corners;

@@ -3,16 +3,15 @@
 use crate::nodes::nodal_state::vector4;
 use crate::{Basis, Grid, InterpolatedMotion, NodalState, Vector4};
 
-/// Weights and gradients of the nodes at a point, and the transfers with them.
+/// Nodes of a point with weights and gradients, and the transfers with them.
 ///
 /// [`crate::Stencil`] is the product of one basis per axis with its own, faster transfers; a [`NodeList`] lists every node.
 pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
     /// Calls `visit(node number, weight, gradient)` for every node.
     fn for_each(&self, strides: &[usize; D], visit: impl FnMut(usize, f64, &[f64; D]));
 
-    /// Returns the nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each axis: the weights of
-    /// the affine transfers (sheet: mpm §2.6). The mixed second moments are zero, because every
-    /// family reproduces linear fields.
+    /// Nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` along each axis (m²), for affine transfers (sheet:
+    /// mpm §2.6). The mixed second moments are zero, because every family reproduces linear fields.
     fn affine_moments<const S: usize, B: Basis<S>>(
         &self,
         grid: &Grid<D>,
@@ -48,8 +47,8 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// Point to grid: [`NodeSupport::p2g`] of `(motion, columns, body)`, and momenta of an affine velocity field given as
-    /// `(nodes with their moments, columns)`.
+    /// Point to grid: [`NodeSupport::p2g`] of `(motion, columns, body)` with the momentum of an affine velocity field, given as nodes with
+    /// moments and columns.
     #[inline(always)]
     fn p2g_affine(
         &self,
@@ -71,7 +70,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         self.for_each(strides, |number, w, _| nodes[number - offset] += value * w);
     }
 
-    /// Point to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]` to the part `at` of a node.
+    /// Point to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]` to the vector that `at` selects from a node.
     #[inline(always)]
     fn p2g_with_gradients<T>(
         &self,
@@ -125,7 +124,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// Grid to point: velocity and acceleration of [`NodeSupport::g2p`], without the gradient.
+    /// Grid to point: velocity and acceleration as in [`NodeSupport::g2p`], without the gradient.
     #[inline(always)]
     fn g2p_motion(&self, nodes: &[NodalState], strides: &[usize; D]) -> [Vector4; 2] {
         let mut out = [Vector4::ZERO; 2];
@@ -136,7 +135,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// Grid to point: [`NodeSupport::g2p`], and the velocities times the gradients of `other`, which has the same nodes.
+    /// Grid to point: [`NodeSupport::g2p`], with the sum of velocities times the gradients of `other` on the same nodes.
     #[inline(always)]
     fn g2p_with_apic(
         &self,
@@ -155,8 +154,8 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// Point to grid: [`NodeSupport::p2g`] for `N` phases at once. The fourth lane of `body` is free for a scalar, which is summed
-    /// in the nodal force.
+    /// Point to grid: [`NodeSupport::p2g`] for `N` phases together. The fourth lane of `body` is free for a scalar, which is summed in the
+    /// nodal force.
     #[inline(always)]
     fn p2g_phases<const N: usize>(
         &self,
@@ -180,7 +179,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// Point to grid: [`NodeSupport::p2g_value`] for `N` phases at once.
+    /// Point to grid: [`NodeSupport::p2g_value`] for `N` phases together.
     #[inline(always)]
     fn p2g_phase_values<const N: usize>(
         &self,
@@ -196,7 +195,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// Grid to point: [`NodeSupport::g2p`] for `N` phases at once.
+    /// Grid to point: [`NodeSupport::g2p`] for `N` phases together.
     #[inline(always)]
     fn g2p_phases<const N: usize>(
         &self,
@@ -213,7 +212,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// Grid to point: [`NodeSupport::g2p_motion`] for `N` phases at once.
+    /// Grid to point: [`NodeSupport::g2p_motion`] for `N` phases together.
     #[inline(always)]
     fn g2p_phase_motions<const N: usize>(
         &self,
@@ -230,7 +229,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// Grid to point: [`NodeSupport::g2p_velocity`] for `N` phases at once.
+    /// Grid to point: [`NodeSupport::g2p_velocity`] for `N` phases together.
     #[inline(always)]
     fn g2p_phase_velocities<const N: usize>(
         &self,
@@ -262,7 +261,7 @@ impl<const D: usize> InterpolatedMotion<D> {
     }
 }
 
-/// List of up to `N` nodes by number, in a fixed order; a node may occur more than once.
+/// List of up to `N` node numbers with weights and gradients; a node may occur more than once.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeList<const D: usize, const N: usize> {
     /// Node numbers.

@@ -2,7 +2,8 @@
 
 use crate::{Basis, Grid, InterpolatedMotion, NodalState, NodeSupport, Stencil, Vector4};
 
-/// Nodes of a point at its initial position, with gradients in the current configuration: `∇N = F⁻ᵀ ∇₀N`.
+/// Nodes of a point at its initial position, with gradients in the current configuration, `∇N = F⁻ᵀ ∇₀N`. Thus `Σ V σ ∇N` equals `Σ V₀ P
+/// ∇₀N` with the first Piola–Kirchhoff stress, and `Σ v ⊗ ∇N` equals `Ḟ F⁻¹`.
 ///
 /// So `Σ V σ ∇N` is `Σ V₀ P ∇₀N` with the first Piola–Kirchhoff stress, and `Σ v ⊗ ∇N` is `Ḟ F⁻¹`.
 #[derive(Clone, Copy, Debug)]

@@ -29,8 +29,8 @@ fn for_each_point<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>
     }
 }
 
-/// Momentum of point `p` beyond `N m v` for its nodes: the nodes with their moments and the columns `m C e_j`,
-/// with the affine velocity `C` (1/s) (sheet: mpm §2.6).
+/// Affine part of the nodal momentum of point `p`: nodes with their moments, and columns `m C e_j` with the affine velocity gradient `C`
+/// (1/s; sheet: mpm §2.6).
 #[inline(always)]
 fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     ground: &GridView<'_, D>,

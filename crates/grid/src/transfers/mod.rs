@@ -72,20 +72,20 @@ pub struct AffineFields<'a, const D: usize> {
     pub mass: &'a [f64],
 }
 
-/// Contributions of points to the nodes in one phase.
+/// Quantities of the points that are transferred to the nodes of one phase.
 #[derive(Clone, Copy, Debug)]
 pub struct P2gInput<'a, const D: usize> {
     /// Momentum, and mass in the fourth lane.
     pub momentum_and_mass: &'a [Vector4],
     /// Columns `-V σ e_j`, multiplied by the gradients.
     pub stress_columns: &'a [[Vector4; D]],
-    /// Forces that are multiplied by the weights; empty where there are none.
+    /// Body forces of the points (N), which are multiplied by the weights; empty if there are none.
     pub body_force: &'a [Vector4],
     /// Affine velocity fields that contribute to the momentum; `None` without.
     pub affine_fields: Option<AffineFields<'a, D>>,
 }
 
-/// Contributions of points to the nodes in two phases, of which each node has one entry.
+/// Quantities of the points that are transferred to nodes with two phases.
 #[derive(Clone, Copy, Debug)]
 pub struct P2gPhaseInput<'a, const D: usize> {
     /// Momenta, and masses in the fourth lanes.
@@ -96,7 +96,7 @@ pub struct P2gPhaseInput<'a, const D: usize> {
     pub body_force: &'a [[Vector4; 2]],
 }
 
-/// Transfers between the points of one body and their nodes.
+/// Transfers between the points of a body and the nodes.
 pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
     /// The shape functions along an axis.
     fn basis_1d(&self) -> Basis1d;
@@ -151,7 +151,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [InterpolatedMotion<D>],
     );
 
-    /// Grid to points: velocities and accelerations of [`Transfers::g2p`]; the gradients in `out` are unchanged.
+    /// Grid to points: velocities and accelerations as in [`Transfers::g2p`]; the gradients in `out` are unchanged.
     fn g2p_motion(
         &self,
         ground: &GridView<'_, D>,
@@ -179,7 +179,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [SquareMatrix<D>],
     );
 
-    /// Grid to points: [`Transfers::g2p`] and [`Transfers::g2p_affine`] in one loop, with the same results.
+    /// Grid to points: [`Transfers::g2p`] and [`Transfers::g2p_affine`] together, with the same results.
     fn g2p_with_apic(
         &self,
         ground: &GridView<'_, D>,
@@ -219,7 +219,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         visit: &mut dyn FnMut(usize, usize, f64),
     );
 
-    /// Points to grid: [`Transfers::p2g`] for two phases at once.
+    /// Points to grid: [`Transfers::p2g`] for two phases together.
     fn p2g_phases(
         &self,
         ground: &GridView<'_, D>,
@@ -228,7 +228,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         given: &P2gPhaseInput<'_, D>,
     );
 
-    /// Points to grid: adds `N value`, for two phases at once.
+    /// Points to grid: adds `N value` for two phases together.
     fn p2g_phase_values(
         &self,
         ground: &GridView<'_, D>,
@@ -237,7 +237,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         values: &[[Vector4; 2]],
     );
 
-    /// Grid to points: [`Transfers::g2p`] for two phases at once.
+    /// Grid to points: [`Transfers::g2p`] for two phases together.
     fn g2p_phases(
         &self,
         ground: &GridView<'_, D>,
@@ -246,7 +246,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [[InterpolatedMotion<D>; 2]],
     );
 
-    /// Grid to points: [`Transfers::g2p_motion`] for two phases at once.
+    /// Grid to points: [`Transfers::g2p_motion`] for two phases together.
     fn g2p_phase_motions(
         &self,
         ground: &GridView<'_, D>,
@@ -255,7 +255,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         out: &mut [[InterpolatedMotion<D>; 2]],
     );
 
-    /// Grid to points: [`Transfers::g2p_velocity`] for two phases at once.
+    /// Grid to points: [`Transfers::g2p_velocity`] for two phases together.
     fn g2p_phase_velocities(
         &self,
         ground: &GridView<'_, D>,

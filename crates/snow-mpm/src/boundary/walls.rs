@@ -91,13 +91,13 @@ impl BoundaryConditions {
         &self.walls
     }
 
-    /// Whether a wall bounds the upper or lower side of the domain along an axis, so that it returns a point beyond the side.
+    /// Whether a wall bounds the upper or lower end of the domain along an axis, which returns points that are outside it.
     pub fn has_wall(&self, axis: usize, upper: bool) -> bool {
         self.faces.iter().any(|face| face.wall.axis == axis && face.wall.is_upper == upper)
     }
 }
 
-/// Whether a node along `axis` is at a coordinate (m), up to round-off.
+/// Whether a node along `axis` is at a coordinate (m), with a tolerance for round-off.
 fn is_node_at<const D: usize>(background: &BackgroundGrid<D>, axis: usize, node: usize, place: f64) -> bool {
     let local = (place - background.grid.origin[axis]) / background.grid.cell;
     (background.basis_1d.coordinate(node, background.grid.cells[axis]) - local).abs() < 1e-6

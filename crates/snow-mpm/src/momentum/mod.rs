@@ -30,7 +30,7 @@ pub struct MomentumTerms {
     pub friction: f64,
     /// Impulses on the recorded obstacles (N s).
     pub impulses: [[f64; 3]; MAX_RECORDED],
-    /// Moments of these impulses about the origin of the coordinates (N m s).
+    /// Moments of the impulses about the origin of coordinates (N m s).
     pub moments: [[f64; 3]; MAX_RECORDED],
 }
 
@@ -91,7 +91,7 @@ impl GridNodes {
         layout.reset(&mut self.nodes);
     }
 
-    /// Replaces momentum and force of the active nodes by velocity at the end of the step and acceleration.
+    /// Solves the momentum equation of the active nodes: velocity at the end of the step and acceleration replace momentum and force.
     pub fn solve<const D: usize>(&mut self, momentum: &MomentumSolve<'_, D>) -> MomentumTerms {
         momentum.background.layout.for_each_row(&mut self.nodes, &mut self.rows, |row, active, line| {
             momentum.solve_row(row, active, line)
@@ -177,7 +177,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         node.force = Vector4::new([rate[0], rate[1], rate[2], 0.0]);
     }
 
-    /// Constrains the velocity at the end of a step by walls and obstacles, and adds their impulses, moments and friction.
+    /// Constrains the velocity of a node by walls and obstacles, and records their impulses, moments and friction.
     #[inline(always)]
     fn constrain(
         &self,

@@ -22,7 +22,7 @@ pub struct NodeObstacles<const D: usize> {
 }
 
 impl<const D: usize> NodeObstacles<D> {
-    /// Returns the obstacles of `case` on the nodes of a grid.
+    /// Obstacles of a case that constrain grid nodes.
     ///
     /// # Errors
     /// When the reactions of too many obstacles are measured.
@@ -50,7 +50,7 @@ impl<const D: usize> NodeObstacles<D> {
         Ok(Self { static_faces, moving_obstacles, recorded_obstacles: bearers })
     }
 
-    /// Faces of the obstacles at rest.
+    /// Faces of the obstacles that do not move.
     pub fn static_faces(&self) -> &NodeFaces {
         &self.static_faces
     }
@@ -65,12 +65,12 @@ impl<const D: usize> NodeObstacles<D> {
         !self.moving_obstacles.is_empty()
     }
 
-    /// Step from `time` (s) in which no obstacle moves farther than half a `cell` (m), where it is shorter than the `critical` one.
+    /// Critical step, reduced so that no obstacle moves by more than half a cell in the step from `time` on (s).
     pub fn limit_by_obstacle_motion(&self, critical: TimeStep, time: f64, cell: f64) -> TimeStep {
         limit_step_by_obstacles(critical, self.moving_obstacles.iter(), (time, 0.5 * cell, 1))
     }
 
-    /// Finds the faces of the active nodes for a step, given by its start and length (s).
+    /// Finds the faces of the active nodes for a step with given start and length (s).
     pub fn update_faces(&mut self, step: (f64, f64), background: &BackgroundGrid<D>, faces: &mut NodeFaces) {
         self.moving_obstacles.update_positions(step);
         let BackgroundGrid { grid, layout, basis_1d: axis, .. } = background;

@@ -42,12 +42,12 @@ pub struct CutRemoval {
     pub cut_displacement: f64,
     /// Removed mass (kg).
     pub mass: f64,
-    /// Removed kinetic and recoverable energy (J), a part of the removed energy.
+    /// Removed kinetic and recoverable energy (J), a part of the total removed energy.
     pub energy: f64,
 }
 
 impl CutRemoval {
-    /// Distance that the cut has moved (m), if it has started. A cut at rest starts when it removes mass.
+    /// Distance by which the cut has advanced (m); `None` before its start. A cut at rest starts when it removes mass.
     pub fn travel_if_started(&self) -> Option<f64> {
         (self.cut_displacement > 0.0 || self.mass > 0.0).then_some(self.cut_displacement)
     }
@@ -93,7 +93,7 @@ impl StoredEnergies {
 }
 
 impl EnergyBalance {
-    /// Returns the balance at the start of a run with this number of cuts.
+    /// Energy balance at the start of a run with a number of cuts.
     pub fn new(stored: &StoredEnergies, cuts: usize) -> Self {
         Self {
             start: stored.total(),
@@ -140,7 +140,7 @@ impl EnergyBalance {
         self.kinetic_at_start -= before.kinetic_total() - after.kinetic_total();
     }
 
-    /// Adds removed points: the dissipation of the law in them is kept in the balance. Returns the removed energy (J).
+    /// Records the removal of points; the dissipation in them remains in the balance. Returns the removed energy (J).
     pub fn add_removed(&mut self, before: &StoredEnergies, after: &StoredEnergies) -> f64 {
         let gone = before.dissipated_energy - after.dissipated_energy;
         let removed = before.total() - after.total() - gone;
@@ -172,7 +172,7 @@ impl EnergyBalance {
         self.friction
     }
 
-    /// Entries of the balance, for a row of the measures.
+    /// Entries of the energy balance as scalar outputs.
     pub fn scalar_outputs(&self, stored: &StoredEnergies) -> Vec<ScalarOutput> {
         let entries = [
             ("energy_translation", stored.kinetic),

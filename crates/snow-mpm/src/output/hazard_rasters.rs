@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::points::bodies::Bodies;
 
-/// Width of a raster cell over that of a grid cell, where the case gives no width and has no raster of terrain.
+/// Default width of a raster cell over that of a grid cell, for a case without terrain raster.
 const DEFAULT_CELL_RATIO: f64 = 2.0;
 
 /// Extreme values of one cell.
@@ -46,7 +46,8 @@ pub struct HazardRasters {
 }
 
 impl HazardRasters {
-    /// Returns the rasters that the case requests, on cells of the terrain or of their own; `cell` (m) is that of the method's grid.
+    /// Hazard rasters that the case requests, on the cells of the terrain or on cells of a given width. `cell` is the cell size of the grid
+    /// (m).
     ///
     /// # Errors
     /// In the plane, and for more cells than fit into memory.
@@ -76,7 +77,7 @@ impl HazardRasters {
         }))
     }
 
-    /// Extreme values of the cells, row by row from the least y.
+    /// Extreme values of all cells, one row after another from the smallest y.
     pub fn cells(&self) -> &[HazardCell] {
         &self.cells
     }
@@ -158,7 +159,7 @@ impl HazardRasters {
         }
     }
 
-    /// Rasters for output, with the names of those of depth-integrated flows.
+    /// Hazard rasters for output, with the names that depth-integrated flow uses.
     pub fn rasters<const D: usize>(&self, bodies: &Bodies<D>) -> Vec<PlanRaster> {
         let mut now = self.clone();
         now.distribute_points(bodies);

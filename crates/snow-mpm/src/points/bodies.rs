@@ -14,7 +14,7 @@ use crate::background_grid::BackgroundGrid;
 use crate::points::step_bound::StepBound;
 
 struct_of_arrays! {
-    /// State of the points, one column per variable.
+    /// State of the points of a body, one column per variable.
     pub struct PointColumns<const D: usize> {
         /// Ids, constant over the run.
         pub id: u32,
@@ -32,7 +32,7 @@ struct_of_arrays! {
         pub volume: f64,
         /// Cauchy stresses (Pa).
         pub stress: SymTensor as [f64; 6],
-        /// Energy stored at the start plus work of the stress since (J).
+        /// Stored energy at the start plus work of the stress since then (J).
         pub work: f64,
     }
 }
@@ -53,7 +53,7 @@ pub struct BodyPoints<const D: usize> {
     pub points: PointColumns<D>,
     /// Bounds of the grid slabs within the columns.
     pub slabs: Vec<usize>,
-    /// Step bound or failure of each block of points in the last update.
+    /// Step bound or failure of each group of points in the last update.
     pub(crate) reports: Vec<Result<StepBound, PointFailure>>,
 }
 
@@ -69,14 +69,14 @@ pub struct PointFailure {
 /// Domains of points with spline functions, which have no width.
 static FIXED_DOMAINS: [FixedDomain; BLOCK_SIZE] = [FixedDomain; BLOCK_SIZE];
 
-/// Block of points at `position`, for a transfer.
+/// View of points for a transfer.
 #[inline(always)]
 pub fn point_slice<'a, const D: usize>(position: &'a [[f64; D]], extent: &'a [f64; D]) -> Places<'a, D> {
     Places { position, domain: DomainSlice::Fixed(&FIXED_DOMAINS[..position.len()]), extent }
 }
 
 impl<const D: usize> BodyPoints<D> {
-    /// Blocks of the points of a slab, of [`BLOCK_SIZE`] points or fewer, as ranges of their numbers.
+    /// Index ranges of the points of a slab, of at most [`BLOCK_SIZE`] points each.
     #[inline(always)]
     pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
         let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
@@ -109,7 +109,7 @@ impl<const D: usize> BodyPoints<D> {
         sums
     }
 
-    /// Memory of the points (bytes), with that of sorting.
+    /// Memory of the points (bytes), that for sorting included.
     pub fn bytes(&self) -> usize {
         let state = self.material.state_size();
         self.points.bytes() + self.points.len() * (2 * state + 16 + size_of::<SquareMatrix<D>>())
@@ -170,7 +170,7 @@ impl<const D: usize> Bodies<D> {
         self.mean_mass = if count > 0 { mass / count as f64 } else { 0.0 };
     }
 
-    /// Moves points that left through a periodic side to the opposite side.
+    /// Moves points that have left through a periodic boundary to the opposite one.
     pub fn wrap_into_period(&mut self, background: &BackgroundGrid<D>) {
         let BackgroundGrid { low, upper_corner, periodic, .. } = background;
         if *periodic == [false; D] {
@@ -185,7 +185,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Keeps the points for which `keep` returns true, by body and index, and the bodies that have any. Returns whether any was removed.
+    /// Removes the points for whose body and index the condition is false, and bodies without points. Returns whether any was removed.
     pub fn retain(&mut self, keep: impl Fn(&BodyPoints<D>, usize) -> bool) -> bool {
         let before = self.len();
         for body in &mut self.bodies {

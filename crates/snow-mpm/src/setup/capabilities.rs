@@ -127,7 +127,7 @@ fn weak_layer_base_warning(case: &Case, number: usize, options: &SnowOptions) ->
     })
 }
 
-/// Warns of a measure whose lengths do not fit the cell size (sheet: snow-mpm §3.11).
+/// Warning for a measure whose lengths are not resolved by the cell size (sheet: snow-mpm §3.11).
 fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
     let cell = options.cell_size;
     match measure {
@@ -169,7 +169,7 @@ fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
     boundaries.chain(obstacles)
 }
 
-/// Warns of Poisson's ratios of laws that give no such warning themselves (sheet: snow-mpm §7).
+/// Warnings for unusual Poisson's ratios of laws that have no such warning (sheet: snow-mpm §7).
 fn poissons_ratio_warnings(case: &Case) -> Vec<String> {
     let mut warnings = Vec::new();
     for (name, spec) in &case.materials {

@@ -26,7 +26,7 @@ impl SnowMpm {
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Sets positions and deformations of the points to the start of a solution, and applies its force from then on.
+    /// Sets positions and deformations of the points to the start of a manufactured solution, whose force acts from then on.
     pub(crate) fn begin_manufactured(&mut self, solution: Manufactured) -> Result<(), CaseError> {
         let cell = self.background.grid.cell;
         for body in &mut self.bodies.bodies {
@@ -56,8 +56,8 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Sets the moments of the velocity field of a solution: its gradient times the second moment of the shape functions (sheet: snow-mpm
-    /// §3.3).
+    /// Sets the velocity moments of the points to the gradient of the solution times the second moment of the shape functions (sheet:
+    /// snow-mpm §3.3).
     fn set_moments(&mut self, solution: &Manufactured) {
         let (sweeps, ground) = (self.background.transfers, self.background.grid_view());
         for body in &mut self.bodies.bodies {

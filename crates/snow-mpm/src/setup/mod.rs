@@ -44,7 +44,7 @@ pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
     Ok(options)
 }
 
-/// Builds the solver of `case`, under a manufactured solution if there is one.
+/// Solver of a case, with a manufactured solution if one is given.
 pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     let shape = shape_function_kind(options.shape);
@@ -55,7 +55,7 @@ pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<d
     }
 }
 
-/// Solver of a case with the selected transfers; at the state of a manufactured solution where one is given.
+/// Solver of a case with the selected transfers, in the initial state of a manufactured solution if one is given.
 fn build_in<const D: usize>(
     case: &Case,
     options: &SnowOptions,

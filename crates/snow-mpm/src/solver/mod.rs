@@ -22,7 +22,7 @@ use crate::transfer::{PointUpdater, p2g};
 
 pub(crate) use crate::solver::rest_checks::RestChecks;
 
-/// Time and stage of a run, with the sums of the last step.
+/// Time and stage of a run, with the momentum sums of the last step.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     /// Index of the stage.
@@ -61,7 +61,7 @@ pub struct SnowSolver<const D: usize> {
     pub(crate) obstacles: NodeObstacles<D>,
     /// Energy balance of the run.
     pub(crate) energy_balance: EnergyBalance,
-    /// Hazard rasters, where the case has them.
+    /// Hazard rasters, if the case has them.
     pub(crate) hazard_rasters: Option<HazardRasters>,
     /// Bounds of the shapes of the cuts (m).
     pub(crate) cut_bounds: Vec<colluvium_case::description::AxisBounds>,
@@ -72,7 +72,7 @@ pub struct SnowSolver<const D: usize> {
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Advances by one step of `dt` (s); the numbers are those of `sheet: snow-mpm §3.5`.
+    /// Advances the solver by a step of `dt` (s); step numbers in the code are those of `sheet: snow-mpm §3.5`.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
         let (gravity, damping) = self.body_forces(dt);
@@ -162,7 +162,7 @@ impl<const D: usize> SnowSolver<D> {
         self.retain(|body, i| !body.remove_outside || inside(&body.points.position[i]));
     }
 
-    /// Keeps the points for which `keep` returns true, by body and index. Records the energy of the others as removed and returns it (J).
+    /// Removes the points for whose body and index the condition is false. Records the energy of the others as removed and returns it (J).
     pub(crate) fn retain(
         &mut self,
         keep: impl Fn(&crate::points::bodies::BodyPoints<D>, usize) -> bool,
@@ -194,7 +194,7 @@ impl<const D: usize> SnowSolver<D> {
         degrees / 12.0 * self.options.cell_size.powi(2)
     }
 
-    /// Computes the step bounds of all points, and the next step.
+    /// Computes the step bounds of all points and the next time step.
     pub(crate) fn update_step_bounds(&mut self) {
         use colluvium_constitutive::BLOCK_SIZE;
 
@@ -216,21 +216,21 @@ impl<const D: usize> SnowSolver<D> {
         self.set_limit();
     }
 
-    /// Sets the next step from the bounds of points and obstacles, or from the case where it fixes the step.
+    /// Sets the next time step from the bounds of points and obstacles, or to the fixed step of the case.
     fn set_limit(&mut self) {
         let Self { bodies, obstacles, clock, options, .. } = self;
         let critical = obstacles.limit_by_obstacle_motion(time_step(bodies), clock.time, options.cell_size);
         clock.limit = critical.or_fixed(options.time_step);
     }
 
-    /// Gravity at the end of a step of `dt` (m/s²), and the damping factors of the stage.
+    /// Gravity at the end of a step of `dt` (m/s²), and damping factors of the stage.
     fn body_forces(&self, dt: f64) -> ([f64; 3], [f64; 3]) {
         let stage = &self.case.stages[self.clock.stage];
         let factor = stage.gravity_factor(self.clock.time + dt - self.clock.stage_start);
         (self.case.gravity3().map(|g| g * factor), stage.damping_of_axes())
     }
 
-    /// Returns an error where the fixed step of the case is above the critical one.
+    /// Returns an error if the fixed step of the case exceeds the critical one.
     fn check_fixed_step(&self) -> Result<(), SolverError> {
         match self.clock.limit.fixed_step_problem(self.options.time_step) {
             Some(problem) => {

@@ -9,7 +9,7 @@ use crate::points::bodies::BodyPoints;
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
-    /// Removes the points covered by the cuts in the last step, of length `dt` (s), and records their mass and energy.
+    /// Removes the points that the cuts have covered in the last step of length `dt` (s), and records their mass and energy.
     ///
     /// # Errors
     /// When the first cut finds a weak layer that has yielded at rest.
@@ -42,7 +42,7 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Time from which the times of a cut count (s); `None` where its stage is not the current one.
+    /// Time to which the times of a cut refer (s); `None` if its stage is not the current one.
     fn start_time_of(&self, cut: &RemovalShape) -> Option<f64> {
         match &cut.stage {
             None => Some(0.0),

@@ -8,7 +8,7 @@ use crate::points::bodies::{BodyPoints, PointColumns};
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
-    /// Snapshot of all fields on the points, in the order of ids.
+    /// Snapshot of all point fields, in the order of ids.
     pub(crate) fn collect_snapshot(&self) -> Snapshot {
         let bodies = &self.bodies.bodies;
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
@@ -112,7 +112,7 @@ impl<const D: usize> SnowSolver<D> {
         readings
     }
 
-    /// Distance from equilibrium: unbalanced force over weight, kinetic energy over external work.
+    /// Equilibrium ratios: unbalanced force over weight, and kinetic energy over external work.
     pub(crate) fn measure_equilibrium(&self) -> Equilibrium {
         let sums = &self.clock.sums;
         let ratio = |value: f64, scale: f64| match (value == 0.0, scale > 0.0) {

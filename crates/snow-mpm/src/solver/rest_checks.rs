@@ -8,9 +8,9 @@ use crate::points::vectors::square;
 use crate::solver::SnowSolver;
 use crate::solver::saw_test::{sawn_layer, strength_of_weak_layer};
 
-/// Share of its strength that a point may lose by round-off.
+/// Relative loss of strength that is regarded as round-off.
 const YIELD_TOLERANCE: f64 = 1e-9;
-/// Upper bound of the speed of points in a column at rest (m/s; sheet: snow-mpm §3.12).
+/// Largest speed of points in a column that is regarded as at rest (m/s; sheet: snow-mpm §3.12).
 const REST_SPEED: f64 = 1e-3;
 
 /// Results of the checks of rest.
@@ -48,7 +48,8 @@ struct YieldedPoints {
 }
 
 impl<const D: usize> SnowSolver<D> {
-    /// Checks whether a saw test is at rest at the start of its first cut.
+    /// Checks that a saw test is at rest at the start of its first cut. A collapsed point of the weak layer is an error, as the crack then
+    /// exists before the cut.
     ///
     /// # Errors
     /// When a point of the weak layer has collapsed: the crack exists before the cut.
@@ -76,7 +77,7 @@ impl<const D: usize> SnowSolver<D> {
         Ok(())
     }
 
-    /// Checks whether the weak layers carry the weight at the end of a stage with a gravity ramp, where another stage follows.
+    /// Checks that the weak layers carry the weight at the end of a stage with a gravity ramp, if another stage follows.
     pub(crate) fn check_weak_layers(&mut self, stage: &Stage) {
         let number = self.clock.stage;
         if stage.gravity_ramp > 0.0
@@ -88,7 +89,7 @@ impl<const D: usize> SnowSolver<D> {
         }
     }
 
-    /// Yielded points of a body, where it is a weak layer.
+    /// Yielded points of a body that is a weak layer.
     fn yielded_points(&self, body: &BodyPoints<D>) -> Option<YieldedPoints> {
         let of_case = &self.case.bodies[body.number as usize];
         let spec = &self.case.materials[&of_case.material];

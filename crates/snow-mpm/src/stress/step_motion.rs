@@ -6,7 +6,7 @@ use colluvium_grid::{InterpolatedMotion, SquareMatrix};
 
 use crate::config::DeformationUpdate;
 
-/// One component of all points of a block.
+/// Values of one component at a group of points.
 type BlockArray = [f64; BLOCK_SIZE];
 
 /// Computes gradients and deformations of the points from the interpolated motions `reads`, in a step of `motions.dt`. Returns the
@@ -25,7 +25,7 @@ pub fn find_motions<const D: usize>(
     motions.volume_ratios()
 }
 
-/// Sets the deformations of the step to the exponentials of its gradients.
+/// Sets the deformation gradients of the step to the exponentials of the velocity gradients times the step.
 fn deform_exponentially<const D: usize>(motions: &mut MotionBlock) {
     for p in 0..BLOCK_SIZE {
         let f = exponential(&matrix::<D>(&motions.velocity_gradient_dt, p));
@@ -37,18 +37,19 @@ fn deform_exponentially<const D: usize>(motions: &mut MotionBlock) {
     }
 }
 
-/// Work of the stresses of a step over the logarithmic strain (J): the mean of `V σ` before and after, of second order in the step.
+/// Work of the stresses in a step over the logarithmic strain (J), with the mean of `V σ` before and after the step. It is of second order
+/// in the step.
 pub struct StressWork {
     previous_stress: [BlockArray; 6],
 }
 
 impl StressWork {
-    /// Returns the work with the stresses before the step.
+    /// Work record with the stresses before the step.
     pub fn before_step<const D: usize>(stress: &[SymTensor]) -> Self {
         Self { previous_stress: components::<D>(stress) }
     }
 
-    /// Adds the work to `work`, from volumes and stresses after the step, and changes of volume.
+    /// Adds the work of the step to `work`, from volumes and stresses after the step and volume ratios.
     pub fn add<const D: usize>(
         &self,
         motions: &MotionBlock,

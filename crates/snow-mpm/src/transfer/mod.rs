@@ -17,10 +17,10 @@ use crate::points::step_bound::StepBound;
 use crate::points::vectors::vector4;
 use crate::stress::step_motion::{StressWork, find_motions};
 
-/// Least number of blocks per task of a thread.
+/// Least number of groups of points in a parallel task.
 const BLOCKS_PER_TASK: usize = 4;
 
-/// Transfers mass, momentum with its affine part, and forces of the points to the grid (steps 1 and 2), with the force of a manufactured
+/// Transfers mass, momentum and forces of the points to the grid (steps 1 and 2), with affine momentum and the force of a manufactured
 /// solution at a time (s).
 pub fn p2g<const D: usize>(
     background: &BackgroundGrid<D>,
@@ -77,7 +77,7 @@ pub struct PointUpdater<'a, const D: usize> {
     pub flip_fraction: f64,
     /// Deformation of the step as a function of the velocity gradient.
     pub deformation: DeformationUpdate,
-    /// Coefficients of the next step's bounds.
+    /// Coefficients for the step bounds of the next step.
     pub bounds: StepCoefficients,
     /// Background grid.
     pub background: &'a BackgroundGrid<D>,
@@ -87,7 +87,7 @@ pub struct PointUpdater<'a, const D: usize> {
     pub boundaries: &'a BoundaryConditions,
 }
 
-/// Borrowed columns of a block of points.
+/// Consecutive points of a body as slices of its columns.
 struct PointBlock<'a, const D: usize> {
     first: usize,
     position: &'a mut [[f64; D]],
@@ -107,7 +107,7 @@ struct Workspace<const D: usize> {
 }
 
 impl<const D: usize> PointUpdater<'_, D> {
-    /// Workspace of the update of a block of points.
+    /// Workspace for the update of a group of points.
     fn workspace(&self) -> Workspace<D> {
         let motions = MotionBlock::at_rest(self.dt, self.background.grid.cell, D < 3);
         Workspace { interpolated_motion: [InterpolatedMotion::ZERO; BLOCK_SIZE], motions }
@@ -150,7 +150,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         );
     }
 
-    /// Updates a block of points from the grid: velocity, position and stress. Returns the bound of the next time step.
+    /// Updates a group of points from the grid: velocity, position and stress. Returns the bound of the next time step.
     fn block(
         &self,
         block: &mut PointBlock<'_, D>,
@@ -227,7 +227,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         0.5 * self.background.grid.cell * (1.0 + 1e-9)
     }
 
-    /// Returns whether one of the points has left the domain; an error where this is not permitted, or a point has moved too far.
+    /// Whether one of the points has left the domain. It is an error if this is not permitted, or if a point has moved too far.
     #[cold]
     fn check_outside(
         &self,
@@ -258,7 +258,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         Ok(left)
     }
 
-    /// Whether a point at most a cell beyond the domain is returned by walls there.
+    /// Whether walls return a point that is at most one cell outside the domain.
     fn is_held_by_wall(&self, position: &[f64; D], outside: f64) -> bool {
         let BackgroundGrid { low, upper_corner, .. } = self.background;
         outside < 1.0

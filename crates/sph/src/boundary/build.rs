@@ -9,7 +9,7 @@ use crate::boundary::image_particle::PeriodicAxis;
 use crate::config::{RoughWall, SmoothWall, SphOptions};
 use crate::context::leading_components;
 
-/// Largest number of wall particles; more would not fit in memory and are refused, as for bodies.
+/// Largest number of wall particles; a case with more is rejected, because they would not fit in memory.
 const MAX_WALL_PARTICLES: f64 = (1u64 << 28) as f64;
 
 /// Whether a wall consists of mirror images instead of particles.
@@ -21,13 +21,13 @@ pub fn is_mirror(wall: &Wall, options: &SphOptions) -> bool {
     }
 }
 
-/// Box that walls of particles cover (m), and their depth, for a kernel of the radius `reach` (m).
+/// Lower and upper corner of the box around which walls have particles (m), and the depth of the walls (m) for a kernel radius (m).
 fn extent<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> (([f64; D], [f64; D]), f64) {
     let growth = if options.is_variable() { options.smoothing_growth } else { 1.0 };
     ((leading_components(&case.domain.min), leading_components(&case.domain.max)), reach * growth)
 }
 
-/// Number of wall particles of all stages, for a kernel of the radius `reach` (m).
+/// Number of wall particles over all stages, for a kernel radius (m).
 pub fn wall_particle_count<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> f64 {
     let (span, depth) = extent::<D>(case, options, reach);
     let of_particles = case.boundaries.iter().filter(|boundary| !is_mirror(&boundary.wall, options));
@@ -35,7 +35,7 @@ pub fn wall_particle_count<const D: usize>(case: &Case, options: &SphOptions, re
     of_particles.map(|boundary| sites(boundary.side.axis())).sum()
 }
 
-/// Refuses walls of particles that would not fit in memory.
+/// Rejects walls whose particles would not fit in memory.
 pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> Result<(), CaseError> {
     let count = wall_particle_count::<D>(case, options, reach);
     if count <= MAX_WALL_PARTICLES {
@@ -47,7 +47,7 @@ pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64
     Err(CaseError::new("domain", problem))
 }
 
-/// Returns the walls of a stage, those of particles for a kernel of the radius `reach` (m).
+/// Flat walls of a stage; those with particles have layers for a kernel radius `reach` (m).
 pub fn flat_walls<const D: usize>(
     case: &Case,
     stage: usize,
@@ -85,7 +85,7 @@ pub fn flat_walls<const D: usize>(
     FlatWalls::new(mirrored, faces, periods, span, options.spacing, depth)
 }
 
-/// Whether a wall of some stage or a part of an obstacle is frictional.
+/// Whether a wall of some stage or a region of an obstacle has friction.
 pub fn has_friction(case: &Case) -> bool {
     let of_part = |wall: &ObstacleWall| matches!(wall, ObstacleWall::Frictional { .. });
     case.boundaries.iter().any(|boundary| matches!(boundary.wall, Wall::Frictional { .. }))

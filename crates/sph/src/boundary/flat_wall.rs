@@ -22,11 +22,11 @@ pub struct FlatWall<const D: usize> {
     pub axis: usize,
     /// Coordinate of the face at time zero (m).
     pub position: f64,
-    /// Whether the wall lies above the face.
+    /// Whether the wall is above its face, with material below.
     pub is_upper: bool,
-    /// Velocity of the wall (m/s) at a factor of one; its normal component moves the face.
+    /// Velocity of the wall (m/s), to be multiplied by the time history; its normal component moves the face.
     pub velocity: [f64; D],
-    /// Factor on this velocity over time; one without.
+    /// Time history of the factor on the velocity; constant if absent.
     pub history: Option<TimeHistory>,
     /// Mean factor over the step.
     pub factor: f64,

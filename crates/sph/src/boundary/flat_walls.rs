@@ -18,8 +18,8 @@ pub struct FlatWalls<const D: usize> {
     pub face_of: Vec<u32>,
 }
 
-/// Number of particles along each axis of a wall normal to `axis`: layers as deep as `reach` (m), over the box from
-/// `low` to `high` and as far beyond it. As real numbers, since a large box may exceed the range of integers.
+/// Number of particles along each axis of a wall normal to `axis`. Its layers are `reach` deep (m) and extend beyond the box from `low` to
+/// `high` by as much. As real numbers, since a large box may exceed the range of integers.
 pub fn particle_counts<const D: usize>(
     axis: usize,
     (low, high): &([f64; D], [f64; D]),
@@ -32,8 +32,8 @@ pub fn particle_counts<const D: usize>(
 }
 
 impl<const D: usize> FlatWalls<D> {
-    /// Returns the walls; those of particles have layers as deep as `reach` (m) over the box from `low` to `high` and as far beyond it,
-    /// which also fits periods of whole spacings. Their [`particle_counts`] must not be too large.
+    /// Flat walls of a domain. Those with particles have layers `reach` deep (m) that extend beyond the box from `low` to `high` by as
+    /// much, and match periodic boundaries. Their [`particle_counts`] must not be too large.
     pub fn new(
         mirrors: Vec<FlatWall<D>>,
         faces: Vec<FlatWall<D>>,
@@ -94,7 +94,7 @@ impl<const D: usize> FlatWalls<D> {
         )
     }
 
-    /// First wall with `x` behind its face at `time` (s) by more than `margin` (m).
+    /// First wall whose face a position has crossed at `time` by more than `margin` (m).
     pub fn first_passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&FlatWall<D>> {
         self.planes().find(|plane| {
             let (x, face) = (x[plane.axis], plane.face_at(time));
@@ -112,7 +112,7 @@ impl<const D: usize> FlatWalls<D> {
         self.planes_mut().for_each(|plane| plane.displacement = plane.displacement_between(0.0, time));
     }
 
-    /// Sets the time-dependent wall velocities of the step from `start` to `end` (s); returns whether there are any.
+    /// Sets the mean velocities of walls with a time history in the step from `start` to `end` (s). Returns whether there are any.
     pub fn update_time_histories(&mut self, start: f64, end: f64) -> bool {
         let mut varies = false;
         for plane in self.planes_mut() {
@@ -147,7 +147,7 @@ impl<const D: usize> FlatWalls<D> {
         }
     }
 
-    /// Wraps positions outside of a periodic domain into it, and the origins of their displacements with them.
+    /// Moves positions outside a periodic domain to the opposite end, with the reference positions of their displacements.
     pub fn wrap_into_period(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
         for PeriodicAxis { axis, low, high } in &self.periods {
             let length = high - low;
@@ -161,8 +161,8 @@ impl<const D: usize> FlatWalls<D> {
         }
     }
 
-    /// Finds the images of the particles within `reach` (m) of mirrors and periodic boundaries, in the order of the
-    /// particles; in corners also those along several axes.
+    /// Finds the images of the particles within `reach` of mirror walls and periodic boundaries (m), in the order of the particles. In
+    /// corners there are also images along several axes.
     pub fn images(&self, positions: &[[f64; D]], reach: f64, images: &mut Vec<ImageParticle<D>>) {
         images.clear();
         if self.mirrors.is_empty() && self.periods.is_empty() {

@@ -13,11 +13,11 @@ pub struct ImageParticle<const D: usize> {
     pub axis_sign: [f64; D],
     /// Twice the coordinate of the mirror, or a period.
     pub shift: [f64; D],
-    /// Sign of the velocity: of smooth mirrors `axis_sign`, of rough ones -1 along every axis.
+    /// Factor on each velocity component of the image: `axis_sign` for smooth mirrors, -1 for rough ones.
     pub velocity_sign: [f64; D],
     /// Twice the velocity of the mirror (m/s).
     pub velocity_shift: [f64; D],
-    /// Sign of the axes for stress: of smooth mirrors `axis_sign`, of rough ones 1, which keep it.
+    /// Factor on each axis of the stress of the image: `axis_sign` for smooth mirrors, 1 for rough ones.
     pub stress_sign: [f64; D],
     /// Number of the mirror across each axis that is mirrored.
     pub(crate) mirrors: [Option<u32>; D],
@@ -44,7 +44,7 @@ impl<const D: usize> ImageParticle<D> {
         }
     }
 
-    /// Image in the mirror `plane` with this number.
+    /// Image in the mirror `plane`, which has the given number.
     pub(crate) fn flipped(mut self, number: u32, plane: &FlatWall<D>) -> Self {
         let axis = plane.axis;
         self.mirrors[axis] = Some(number);
@@ -59,7 +59,7 @@ impl<const D: usize> ImageParticle<D> {
         self
     }
 
-    /// Sets shift and velocity of the image by the position and velocity of its last mirror.
+    /// Sets displacement and velocity of the image to those of its last mirror.
     pub(crate) fn apply_mirror(&mut self, plane: &FlatWall<D>) {
         let (axis, pace) = (plane.axis, plane.mean_velocity());
         self.shift[axis] = 2.0 * plane.face();

@@ -30,7 +30,7 @@ fn is_not_negative(value: f64) -> bool {
 struct OptionWarnings(Vec<String>);
 
 impl OptionWarnings {
-    /// Adds the warning about an option where it `holds`.
+    /// Adds a warning about an option if its condition is true.
     fn add(&mut self, name: &str, holds: bool, text: &str) {
         if holds {
             self.0.push(format!("methods.sph.{name}: {text}"));
@@ -39,7 +39,7 @@ impl OptionWarnings {
 }
 
 impl SphOptions {
-    /// Checks the ranges (sheet: sph §7); the error names the option and the rule.
+    /// Checks the ranges of the options (sheet: sph §7). The error names the option and the rule.
     ///
     /// # Errors
     /// The first option out of range, as (name, problem).
@@ -237,7 +237,7 @@ impl SphOptions {
         warnings.add("momentum", unlike, text);
     }
 
-    /// Warns of options that are set and have no effect.
+    /// Adds warnings about options that are set without an effect.
     fn warn_of_idle_options(&self, warnings: &mut OptionWarnings) {
         let smooths = self.regularisation != Regularisation::None;
         let renews = self.density_reset != DensityReset::None;

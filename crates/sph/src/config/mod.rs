@@ -193,7 +193,7 @@ impl SphOptions {
         self.smoothing * self.spacing
     }
 
-    /// Whether particles have smoothing lengths of their own.
+    /// Whether particles have individual smoothing lengths.
     pub fn is_variable(&self) -> bool {
         self.smoothing_length != SmoothingLength::Constant
     }
@@ -215,7 +215,7 @@ impl SphOptions {
         }
     }
 
-    /// Whether strain is that in a frame that rotates with the particle. The corrected gradient is exact for rotations without it.
+    /// Whether strain is measured in a frame that rotates with the particle. The corrected gradient is exact for rotations without it.
     #[inline]
     pub(crate) fn is_corotated(&self) -> bool {
         self.velocity_gradient == VelocityGradientOperator::Corotated

@@ -44,21 +44,19 @@ impl TimeHistory {
         lines::value_at(&self.times, |t| *t, |number| self.factors[number], time).unwrap_or(1.0)
     }
 
-    /// Mean factor from `start` to the later time `end` (s), with which displacements of a step are exact for any
-    /// step length.
+    /// Mean factor from `start` to `end` (s), with which the displacement of a step is exact for any step length.
     pub fn mean(&self, start: f64, end: f64) -> f64 {
         let (area, last, rest) = self.integral_pieces(start, end);
         if last == start { rest } else { (area + (end - last) * rest) / (end - start) }
     }
 
-    /// Integral of the factor from `start` to the later time `end` (s).
+    /// Integral of the factor from `start` to `end` (s).
     pub fn integral(&self, start: f64, end: f64) -> f64 {
         let (area, last, rest) = self.integral_pieces(start, end);
         area + (end - last) * rest
     }
 
-    /// Integral of the factor from `start` to its last corner before `end`, the time of this corner (`start` without any), and
-    /// the mean from there to `end`.
+    /// Integral of the factor from `start` to its last time value before `end`, this time, and the mean from there to `end`.
     fn integral_pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
         let (mut area, mut last) = (0.0, (start, self.factor_at(start)));
         let first = self.times.partition_point(|t| *t <= start);

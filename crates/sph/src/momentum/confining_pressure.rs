@@ -14,11 +14,11 @@ use crate::points::vector_algebra::{separation, square};
 use crate::rates::Rates;
 use crate::walls::Walls;
 
-/// Largest `Σ_{j≠i} V_j W` of a surface particle, in 1, 2 and 3 dimensions (BN 129; in 1D by
-/// the sheet's rule: between the first layer and the rest).
+/// Largest surface index `Σ_{j≠i} V_j W` of a surface particle, in 1, 2 and 3 dimensions (BN 129; in 1D between the indices of the first
+/// layer and of the others).
 const SURFACE_INDEX: [f64; 3] = [0.35, 0.55, 0.70];
 
-/// Sum `Σ_{j≠i} V_j W` of a particle with `above` lattice layers above it.
+/// Surface index `Σ_{j≠i} V_j W` of a particle with `above` lattice layers above it.
 fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: i32) -> f64 {
     let reach = (smoothing.radius() / spacing).ceil() as i32;
     let width = 2 * reach + 1;
@@ -47,7 +47,7 @@ pub(crate) fn surface_detection_problem<const D: usize>(
 }
 
 impl<const D: usize> PairContext<'_, D> {
-    /// Surface index `Σ_{j≠i} V_j W` and inward direction `Σ V_j ∇W` (1/m) at particle `i`; walls count as the particle beside them.
+    /// Surface index `Σ_{j≠i} V_j W` and inward direction `Σ V_j ∇W` at particle `i` (1/m). Walls count as material of the particle.
     fn surface_index_and_normal(&self, i: usize, row: &[u32]) -> (f64, [f64; D]) {
         let p = self.particles;
         let (mut index, mut direction) = (0.0, [0.0; D]);
@@ -70,7 +70,7 @@ pub(crate) fn is_confined<const D: usize>(setting: &SolverContext<D>, clock: &Cl
     setting.options.confining.as_ref().is_none_or(|confining| clock.time >= confining.ramp)
 }
 
-/// Adds the confining pressure at the end of a step of `dt` to the accelerations.
+/// Adds the acceleration by the confining pressure at the end of a step of `dt` (s).
 pub(crate) fn apply_confining_pressure<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,

@@ -13,7 +13,7 @@ use crate::points::vector_algebra::{dot, separation};
 use crate::rates::{Rates, ReactionSample, ReactionSum};
 use crate::walls::{ObstacleEnergies, Walls};
 
-/// Adds the loads at the end of a step of `dt` (s) to the accelerations.
+/// Adds the acceleration by loads at the end of a step of `dt` (s).
 pub fn apply_loads<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -50,8 +50,8 @@ pub fn apply_loads<const D: usize>(
     }
 }
 
-/// Records the reactions of particles on obstacles with measured reactions at the sums of a step, opposite to the forces on the particles,
-/// and the power of moving obstacles. The sum is serial, so that it does not depend on the number of threads.
+/// Records the forces of particles on obstacles with measured reactions, and the power of moving obstacles. The sum is serial, so that it
+/// does not depend on the number of threads.
 pub fn record_reactions<const D: usize>(
     sums: &PairSums<'_, D>,
     setting: &SolverContext<D>,
@@ -99,7 +99,7 @@ pub fn record_reactions<const D: usize>(
     samples.iter().for_each(|one| felt[one.reaction_index as usize].accumulate(one));
 }
 
-/// Stops particles at obstacles at the end of a step of `dt` (s), and computes the energies taken by obstacles. Returns whether any was
+/// Stops particles at obstacles at the end of a step of `dt` (s), and computes the energies that obstacles remove. Returns whether any was
 /// stopped.
 pub fn stop_at_obstacles<const D: usize>(
     setting: &SolverContext<D>,
@@ -143,8 +143,8 @@ pub fn stop_at_obstacles<const D: usize>(
     walls.obstacles.limit_penetration(bodies, obstacle_energies, (end, dt, setting.options.spacing), hits)
 }
 
-/// Updates the energies taken by obstacles in a step of `dt` (s): friction by the acceleration along the nearest face at the last sums of
-/// the step and the slip at its end, and the work of moving obstacles.
+/// Updates the energies that obstacles remove in a step of `dt` (s): friction, and work of moving obstacles. Friction is the product of the
+/// acceleration along the nearest face and the slip at the end of the step.
 fn update_obstacle_energies<const D: usize>(
     p: &Particles<D>,
     walls: &Walls<D>,
@@ -201,8 +201,8 @@ pub fn update_follower_loads<const D: usize>(
     }
 }
 
-/// Velocity gradient at particle `i` (1/s), exact for linear velocities, from its neighbours in the same body; `None` where they
-/// do not span the space.
+/// Velocity gradient at particle `i` (1/s) from its neighbours in the same body, exact for linear velocities. `None` if these do not span
+/// the space.
 fn linear_velocity_gradient<const D: usize>(
     smoothing: &Smoothing<D>,
     p: &Particles<D>,

@@ -15,7 +15,7 @@ use crate::points::particles::{Bodies, Derivatives};
 use crate::rates::Rates;
 use crate::walls::Walls;
 
-/// Computes the accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
+/// Computes the accelerations of all particles with gravity and local damping, and stores the weights of the pairs.
 pub fn accelerate<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -61,7 +61,7 @@ pub fn accelerate<const D: usize>(
     bodies.rigidify_accelerations(setting, clock, rates, &gravity, dt);
 }
 
-/// Sets the acceleration of each particle to `of` its neighbours and weights, with the part by obstacles where there are any.
+/// Sets the acceleration of each particle to the sum `of` over its neighbours with their weights, plus that of obstacles.
 #[inline(always)]
 fn sum_accelerations<const D: usize>(
     walls: &Walls<D>,
@@ -167,7 +167,7 @@ fn find_gradients<const D: usize>(
     lists.weights_current = true;
 }
 
-/// Computes the XSPH velocities; zero for held and rigid bodies.
+/// Computes the XSPH velocities; zero for rigid bodies and bodies of prescribed motion.
 fn update_xsph_velocity<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &Bodies<D>,
@@ -215,8 +215,8 @@ fn update_smoothing_lengths<const D: usize>(
     }
 }
 
-/// Sets the rates of ghost particles to zero, since they lack neighbours here and are renewed before the next step,
-/// and those of smooth bodies, on which no forces act.
+/// Sets the rates of ghost particles and smooth bodies to zero. Ghosts lack neighbours on this rank and are replaced before the next step;
+/// no forces act on smooth bodies.
 fn zero_ghost_rates<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates: &mut Derivatives<D>) {
     let guests = bodies.ghost_particles.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i));
     for i in guests.chain(walls.smooth_bodies.ranges().flatten()) {
@@ -225,7 +225,7 @@ fn zero_ghost_rates<const D: usize>(bodies: &Bodies<D>, walls: &Walls<D>, rates:
     }
 }
 
-/// Diffuses the stress over the step (sheet: sph §2.10); the law returns it to yield.
+/// Applies stress diffusion over the step (sheet: sph §2.10); the material law then returns the stress to yield.
 pub fn diffuse_stress<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,

@@ -25,7 +25,7 @@ use crate::walls::Walls;
 /// an impact.
 const IMPACT_ENERGY_RATIO: f64 = 9.0;
 
-/// Sets the accelerations of particles (m/s²) to those of a rigid body with these rates of velocity and spin (m/s², rad/s²).
+/// Sets the accelerations of particles to those of a rigid body, from its rates of velocity (m/s²) and spin (rad/s²).
 fn accelerate<const D: usize>(
     positions: &[[f64; D]],
     mass: &RigidMass,
@@ -56,16 +56,16 @@ impl<const D: usize> Bodies<D> {
         setting.case.stages[clock.stage].motion_of(name).is_some_and(PrescribedMotion::is_free)
     }
 
-    /// Velocity gradient of the rotation of the rigid body of particle `i` (1/s), and whether walls and obstacles strain it; `None` where
-    /// it is zero and they do.
+    /// Velocity gradient of the rotation of the rigid body of particle `i` (1/s), and whether walls and obstacles strain the body. `None`
+    /// if it is zero and they do.
     pub fn rotation_of(&self, i: usize) -> Option<(SquareMatrix<D>, bool)> {
         let RigidBody { rotation_gradient: about, moves_freely: loose, .. } = self.group_of(i)?.rigid?;
         let turn = std::array::from_fn(|a| std::array::from_fn(|b| about[a][b]));
         (loose || turn != [[0.0; D]; D]).then_some((turn, !loose))
     }
 
-    /// Computes the forces on rigid bodies in a step of `dt` (s), with those of the stage, replaces the accelerations of their particles by
-    /// the rigid ones, and stores the force other than the weight under `gravity` (m/s²) and loads: that of the other bodies.
+    /// Computes the forces on rigid bodies in a step of `dt` (s) and the resulting accelerations of their particles. It stores the force of
+    /// the other bodies, that is the total without weight under `gravity` (m/s²) and loads.
     pub fn rigidify_accelerations(
         &self,
         setting: &SolverContext<D>,
@@ -111,8 +111,8 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Integrates the motion of rigid bodies by forces over the time `step` (s) and by supports, and gives their particles the velocity
-    /// that takes them in `dt` (s) to their new positions: so a rotation causes no strain.
+    /// Integrates the motion of rigid bodies under forces over the time `step` (s), and under supports. Their particles receive the
+    /// velocity that moves them to their new positions in `dt` (s), so that rotation causes no strain.
     pub fn integrate_rigid(
         &mut self,
         setting: &SolverContext<D>,

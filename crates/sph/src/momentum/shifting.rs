@@ -12,8 +12,8 @@ use crate::points::vector_algebra::square;
 use crate::rates::Rates;
 use crate::walls::Walls;
 
-/// Share of the trace of a full moment below which a particle lies at a free surface (sheet: sph §2.13 h: 1.5 of 2 and
-/// 2.4 of 3).
+/// Trace of the moment matrix below which a particle is at a free surface, in 1, 2 and 3 dimensions (sheet: sph §2.13 h: 1.5 of 2 and 2.4
+/// of 3).
 const SURFACE_TRACE: [f64; 3] = [0.7, 1.5, 2.4];
 
 /// Largest number of steps between two shifts.
@@ -28,7 +28,7 @@ fn steps_per_shift(strength: f64) -> u64 {
     (MAX_STRENGTH / strength).clamp(1.0, MAX_STEPS) as u64
 }
 
-/// Particles at a surface, and shifts of the others; empty without shifting.
+/// Particles at a free surface, and shifts of the others; empty without shifting.
 #[derive(Default)]
 pub struct Shifting<const D: usize> {
     surface: Vec<bool>,

@@ -14,8 +14,7 @@ use crate::walls::Walls;
 
 /// Least number of steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 100;
-/// Margin of the neighbour lists over the radius of the support: lists are valid until a particle has moved by
-/// half of it.
+/// Relative margin of the neighbour lists beyond the kernel support. Lists are valid until a particle has moved by half of it.
 const SKIN: f64 = 0.1;
 
 /// Positions of the last neighbour list.
@@ -33,9 +32,9 @@ pub struct ListedPositions<const D: usize> {
 pub struct VerletLists<const D: usize> {
     /// Neighbours of each particle.
     pub neighbours: NeighbourList<D>,
-    /// Weights of the pairs, block by block as the neighbours.
+    /// Kernel weights of the pairs, stored like the neighbours.
     pub weights: Vec<Vec<f64>>,
-    /// Whether the weights are those of the present positions.
+    /// Whether the stored weights are those of the current positions.
     pub weights_current: bool,
     /// Positions of the list.
     pub listed_positions: ListedPositions<D>,
@@ -65,8 +64,8 @@ impl<const D: usize> VerletLists<D> {
         Self { weights_current: self.weights_current, ..Self::new(listed, self.last_sort) }
     }
 
-    /// Rebuilds the lists where particles have moved too far, and updates images and walls; step 1.
-    /// Particles may change their order, and their period, when a step begins, and not within it.
+    /// Updates neighbour lists, image particles and wall particles (step 1); lists are rebuilt if particles have moved too far. Particles
+    /// may change their order, and their period, when a step begins, and not within it.
     pub fn refresh(
         &mut self,
         setting: &SolverContext<D>,
@@ -94,7 +93,7 @@ impl<const D: usize> VerletLists<D> {
         self.place_images_and_walls(setting, clock, bodies, walls, support)
     }
 
-    /// Updates the positions of images and walls, and the obstacle faces near particles.
+    /// Updates the positions of images and walls, and the obstacle faces close to particles.
     ///
     /// # Errors
     /// When a particle lies deep in an obstacle.
@@ -141,7 +140,7 @@ impl<const D: usize> VerletLists<D> {
         self.last_sort.is_none_or(|step| clock.step >= step + STEPS_PER_SORT)
     }
 
-    /// Sets the positions of the next lists to the present ones, with a margin over the radius `support` (m).
+    /// Sets the reference positions of the next lists to the current ones, with a margin on the radius `support` (m).
     pub fn set_list_positions(
         &mut self,
         setting: &SolverContext<D>,

@@ -17,12 +17,12 @@ use crate::boundary::flat_wall::WallContact;
 use crate::context::leading_components;
 use crate::points::vector_algebra::dot;
 
-/// Face of an obstacle near a particle: the tangent plane of the obstacle there.
+/// Tangent plane of an obstacle close to a particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleFace<const D: usize> {
     /// Unit normal out of the solid.
     pub normal: [f64; D],
-    /// Distance of the particle from the face (m), zero where the particle lies deeper.
+    /// Distance of the particle from the face (m); zero for a particle inside the obstacle.
     pub distance: f64,
     /// Contact condition along the face.
     pub contact: WallContact,
@@ -36,7 +36,7 @@ pub struct ObstacleFace<const D: usize> {
     pub velocity: [f64; D],
 }
 
-/// Dummy site of a wall particle behind a face.
+/// Position of a dummy wall particle behind a face.
 #[derive(Clone, Copy, Debug)]
 pub struct DummySite<'a, const D: usize> {
     /// Face of the site.
@@ -72,7 +72,7 @@ impl<const D: usize> ObstacleFace<D> {
         }
     }
 
-    /// Tangents of the face, one for each axis but one.
+    /// Tangents of the face: one in the plane, two in space.
     fn tangents(&self) -> [[f64; D]; 2] {
         let n = &self.normal;
         let mut along = [[0.0; D]; 2];
@@ -93,8 +93,8 @@ impl<const D: usize> ObstacleFace<D> {
     }
 }
 
-/// Dummy sites behind `faces` within `reach` (m) of the particle, a `spacing` (m) apart, each with its position relative to the
-/// particle and the square of their distance.
+/// Dummy positions behind `faces` within `reach` of the particle (m), on a lattice with a `spacing` (m). Each has its position relative to
+/// the particle and the squared distance.
 pub fn dummy_sites<const D: usize>(
     faces: &[ObstacleFace<D>],
     spacing: f64,
@@ -157,7 +157,7 @@ impl<const D: usize> RigidObstacle<D> {
     }
 }
 
-/// Particle and obstacle that may come into contact before the next lists.
+/// Particle and obstacle that can come into contact before the next list build.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObstacleCandidate<const D: usize> {
     /// Index of the particle in its block.
@@ -168,7 +168,7 @@ pub(crate) struct ObstacleCandidate<const D: usize> {
     pub(crate) normal: [f64; D],
 }
 
-/// Faces near the particles of a block of [`ROWS`].
+/// Faces close to the particles of a group of [`ROWS`].
 #[derive(Clone, Debug, Default)]
 struct FaceBlock<const D: usize> {
     /// Particles that may come into contact with obstacles before the next lists.
@@ -182,7 +182,7 @@ struct FaceBlock<const D: usize> {
     deepest: Option<(u32, u32, f64)>,
 }
 
-/// Obstacles, and their faces near each particle.
+/// Obstacles with their faces close to each particle.
 #[derive(Clone, Debug, Default)]
 pub struct ObstacleFaces<const D: usize> {
     /// Rigid obstacles.
@@ -193,8 +193,8 @@ pub struct ObstacleFaces<const D: usize> {
 }
 
 impl<const D: usize> ObstacleFaces<D> {
-    /// Returns the obstacles of a case. `bodies` has the particle positions of each body (m), none of which may lie in an obstacle by more
-    /// than `slack` (m); `support` is the search radius (m).
+    /// Obstacles of a case. `bodies` has the particle positions of each body (m), none of which may be deeper than `slack` inside an
+    /// obstacle (m). `support` is the search radius (m).
     ///
     /// # Errors
     /// An obstacle that cannot be built, or one that covers a particle.
@@ -262,7 +262,7 @@ impl<const D: usize> ObstacleFaces<D> {
         self.solids.iter_mut().filter_map(|own| own.motion.as_mut()).for_each(|moving| moving.move_to(time));
     }
 
-    /// Sets the mean velocities of a step of `dt` (s) that ends at `end` (s).
+    /// Sets the mean obstacle velocities of a step of `dt` (s) that ends at `end` (s).
     pub fn set_mean_velocity(&mut self, end: f64, dt: f64) {
         let moving = self.solids.iter_mut().filter_map(|own| own.motion.as_mut());
         moving.for_each(|moving| moving.set_mean_velocity(end, dt));
@@ -278,7 +278,7 @@ impl<const D: usize> ObstacleFaces<D> {
         self.solids[number].velocity_at(x)
     }
 
-    /// Velocity difference of obstacle `number` between two positions `apart` (m) (m/s); `None` at rest.
+    /// Velocity difference of obstacle `number` between two positions with the distance vector `apart` (m/s); `None` without rotation.
     #[inline]
     pub fn rotational_velocity(&self, number: u32, apart: &[f64; D]) -> Option<[f64; D]> {
         self.solids[number as usize].motion.as_ref().map(|moving| moving.rotational_velocity(apart))
@@ -295,8 +295,7 @@ impl<const D: usize> ObstacleFaces<D> {
         self.solids.is_empty()
     }
 
-    /// Lists the particles at `positions` that may come within a support of an obstacle while none moves farther than `reach` (m)
-    /// allows.
+    /// Lists the particles that can come within a kernel radius of an obstacle while no particle moves farther than `reach` permits (m).
     pub fn list_candidates(&mut self, positions: &[[f64; D]], reach: f64) {
         let Self { solids, blocks, .. } = self;
         if solids.is_empty() {
@@ -354,7 +353,7 @@ impl<const D: usize> ObstacleFaces<D> {
         });
     }
 
-    /// Obstacles that may come into contact with particle `i`.
+    /// Obstacles that can come into contact with particle `i`.
     pub(crate) fn candidates(&self, i: usize) -> &[ObstacleCandidate<D>] {
         let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };
         let k = (i % BLOCK_POINTS) as u32;
@@ -371,7 +370,7 @@ impl<const D: usize> ObstacleFaces<D> {
         })
     }
 
-    /// Faces near particle `i`, of each obstacle the nearest first.
+    /// Faces close to particle `i`, for each obstacle the closest first.
     #[inline]
     pub fn faces(&self, i: usize) -> &[ObstacleFace<D>] {
         let Some(block) = self.blocks.get(i / BLOCK_POINTS) else { return &[] };

@@ -14,20 +14,20 @@ use crate::points::vector_algebra::{dot, square};
 /// Least distance of a particle from an obstacle (spacings).
 const MIN_DISTANCE: f64 = 0.05;
 
-/// Tolerance of that distance, as a share of it.
+/// Relative tolerance of the distance at which particles are stopped.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
 
 /// Largest number of successive stops of a particle in a step.
 const MAX_STOPS: usize = 4;
 
-/// Energies of particles taken by obstacles (J).
+/// Energies that obstacles remove from particles (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleEnergies {
     /// Frictional work.
     pub friction: f64,
     /// Kinetic energy of the normal velocity, lost in impact.
     pub normal_loss: f64,
-    /// Work of the motion of obstacles on the particles.
+    /// Work of moving obstacles on the particles (J).
     pub work: f64,
 }
 
@@ -41,9 +41,9 @@ impl ObstacleEnergies {
 }
 
 impl<const D: usize> ObstacleFaces<D> {
-    /// Stops particles before the surfaces at the `end` (s) of a step of `dt` (s), and adds the energy taken from each; returns whether any
-    /// was stopped. `spacing` is that of the particles (m); `hits` is called for each impact on an obstacle with a recorded reaction:
-    /// particle, obstacle, position (m), and impulse on the obstacle (N s).
+    /// Stops particles at obstacle surfaces at the `end` (s) of a step of `dt` (s), and adds the energies removed. Returns whether a
+    /// particle was stopped. `hits` receives each impact on a measured obstacle: particle, obstacle, position (m) and impulse on the
+    /// obstacle (N s).
     pub fn limit_penetration(
         &mut self,
         bodies: &mut Bodies<D>,
@@ -98,8 +98,8 @@ impl<const D: usize> ObstacleFaces<D> {
         any
     }
 
-    /// Stops a particle that is nearer to an obstacle on its path `way` than the first of `looks` (m), the second being the largest depth;
-    /// returns whether it was. `heard` is called with the change of velocity.
+    /// Stops a particle whose path `way` comes closer to an obstacle than the first value of `looks` (m); the second one is the largest
+    /// depth. Returns whether it did. `heard` receives the velocity change.
     fn deflect(
         &self,
         i: usize,
@@ -144,8 +144,8 @@ struct StoppedParticle<const D: usize> {
 }
 
 impl<const D: usize> StoppedParticle<D> {
-    /// Moves the particle by `lacks` (m) along the normal of an obstacle that has the velocity `course` (m/s) there, and corrects its
-    /// velocity accordingly, with friction.
+    /// Moves the particle by `lacks` along the normal of an obstacle (m) with the velocity `course` (m/s), and corrects its velocity with
+    /// friction.
     fn move_out_of_obstacle(
         &mut self,
         normal: &[f64; D],

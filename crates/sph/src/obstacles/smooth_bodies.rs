@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::boundary::image_particle::ImageParticle;
 use crate::points::particles::ParticleGroup;
 
-/// Index ranges of the particles of a smooth body, and of their images.
+/// Index ranges of the particles of a smooth body and of their images.
 #[derive(Clone, Debug)]
 pub struct SmoothBodyRanges {
     /// Range of the particles of the body.
@@ -22,7 +22,7 @@ pub struct SmoothBodies {
 }
 
 impl SmoothBodies {
-    /// Finds the ranges among `len` particles, which are followed by their images in the same order.
+    /// Finds the index ranges among `len` particles, which their images follow in the same order.
     pub fn find_ranges<const D: usize>(
         &mut self,
         groups: &[ParticleGroup],

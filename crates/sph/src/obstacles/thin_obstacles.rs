@@ -6,7 +6,7 @@ use colluvium_points::surface::{ContactQuery, NearestPoint, path_enters_solid, s
 use crate::obstacles::obstacle_faces::ObstacleFaces;
 use crate::points::vector_algebra::{dot, square};
 
-/// Largest cosine between the normals of opposite sides of a thin obstacle; it excludes the corners of boxes.
+/// Largest cosine of the angle between the normals of opposite sides of a thin obstacle, which excludes the corners of boxes.
 const MAX_OPPOSITE_COSINE: f64 = -0.5;
 
 /// Depth of the probe for solid below a face (spacings).
@@ -26,8 +26,7 @@ pub(crate) struct ParticlePath<const D: usize> {
 }
 
 impl<const D: usize> ObstacleFaces<D> {
-    /// Whether an obstacle lies between particle `i` and another one, which is listed too if it has a number, at these positions (m),
-    /// for a `spacing` (m).
+    /// Whether an obstacle is between particle `i` and another position (m). `spacing` is the particle spacing (m).
     pub fn separates(
         &self,
         (i, one): (usize, &[f64; D]),
@@ -50,8 +49,8 @@ impl<const D: usize> ObstacleFaces<D> {
         })
     }
 
-    /// Contacts of a ball of this `radius` (m) around the final position of particle `i` with each candidate obstacle; if the particle lies
-    /// inside, the nearest position of that obstacle within `reach` (m). If it has crossed an obstacle, the crossing point.
+    /// Contacts of a ball of a radius (m) around the final position of particle `i` with each candidate obstacle. For a particle inside an
+    /// obstacle it is the closest surface position within `reach` (m). If it has crossed an obstacle, the crossing point.
     pub(crate) fn contacts_on_path(
         &self,
         i: usize,
@@ -80,7 +79,8 @@ impl<const D: usize> ObstacleFaces<D> {
         }
     }
 
-    /// Crossing point of a particle path with the surface of obstacle `number`, in its frame; `None` without a crossing.
+    /// Position at which the path of a particle crosses the surface of obstacle `number`, in the frame of the obstacle; `None` without a
+    /// crossing.
     fn crossing(&self, number: u32, path: &ParticlePath<D>, reach: f64) -> Option<NearestPoint<D>> {
         let solid = &self.solids[number as usize];
         let (surface, course) = (solid.current_surface(), solid.velocity_at(&path.end));

@@ -31,7 +31,7 @@ struct ParticleDiagnostics {
 }
 
 impl<const D: usize> SphSolver<D> {
-    /// Returns a solver with the same particles at their present positions, with neighbours, images and walls of its own.
+    /// Solver with the same particles at their current positions, with new neighbour lists, images and walls.
     ///
     /// # Errors
     /// When particles are too far from one another for a search.
@@ -84,8 +84,7 @@ impl<const D: usize> SphSolver<D> {
         )
     }
 
-    /// Fields of the plain gradient of a constant and of the position, for the particles in the given order; none unless
-    /// requested.
+    /// Fields of the uncorrected gradient of a constant and of the position, for particles in the given order; empty unless requested.
     pub(crate) fn diagnostic_fields(&self, order: &[usize]) -> Vec<Field> {
         let Some(findings) = self.particle_diagnostics() else { return Vec::new() };
         let field = |name: &str, data| Field { name: name.to_owned(), unit: "", data };

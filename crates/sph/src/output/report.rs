@@ -48,7 +48,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Time lag of the velocity of a particle behind its position: half a step, or zero (s).
+    /// Delay of the velocity of a particle relative to its position (s): half a step, or zero.
     fn velocity_lag(&self, i: usize) -> f64 {
         let held = self
             .bodies
@@ -122,7 +122,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Smoothing lengths of the present densities, where they depend on them (m).
+    /// Smoothing lengths at the current densities (m), if they vary.
     fn lengths(&self, order: &[usize]) -> Vec<f64> {
         let p = &self.bodies.particles;
         let mut lengths = p.length[..p.len()].to_vec();

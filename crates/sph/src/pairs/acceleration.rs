@@ -10,7 +10,7 @@ use crate::points::packed_particles::{Lanes, PackedKinematics, PackedState};
 /// Factors of the pair stresses in the momentum equation.
 #[derive(Clone, Copy)]
 pub struct MomentumForm {
-    /// Factor of the particle's own stress: -1 in the form of the difference.
+    /// Factor on the stress of the particle itself in the momentum sum; -1 in the difference form.
     pub own_factor: f64,
     /// Whether the sum is divided by both densities.
     pub divides_by_both: bool,
@@ -25,8 +25,8 @@ impl MomentumForm {
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// Acceleration of particle `i` by its neighbours (m/s²): steps 3 and 4 of `sheet: sph §3.3`. Keeps the weights
-    /// of the pairs, and writes the part by obstacles.
+    /// Acceleration of particle `i` by its neighbours (m/s²), steps 3 and 4 of `sheet: sph §3.3`. Keeps the weights of the pairs, and
+    /// writes the part by obstacles.
     #[inline]
     pub fn acceleration(
         &self,
@@ -89,8 +89,8 @@ impl<const D: usize> PairSums<'_, D> {
         sum
     }
 
-    /// Weights `F` of four neighbours: those filled before where the smoothing length varies, else by the square of the distance (m²) and
-    /// kept in `weights`.
+    /// Kernel weights `F` of four neighbours. For variable smoothing lengths they are already stored, else they follow from squared
+    /// distances (m²) and are stored in `weights`.
     #[inline(always)]
     fn kernel_weights(
         &self,
@@ -122,7 +122,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// Acceleration of particle `i` by the particles of its own body, which are in a range (m/s²).
+    /// Acceleration of particle `i` by the particles of its own body (m/s²), which have a range of indices.
     pub fn acceleration_within(
         &self,
         i: usize,
@@ -136,7 +136,7 @@ impl<const D: usize> PairSums<'_, D> {
         std::array::from_fn(|c| whole[c] - by_obstacles[c])
     }
 
-    /// Acceleration of particle `i` by other bodies and their images (m/s²); its own body has the particles in a range.
+    /// Acceleration of particle `i` by other bodies and their images (m/s²); the indices of its own body are a range.
     pub fn acceleration_by_others(
         &self,
         i: usize,
@@ -161,7 +161,7 @@ impl<const D: usize> PairSums<'_, D> {
         sum
     }
 
-    /// Adds other accelerations of `i`: by its image, corrections, mirrored walls, obstacles and short-range repulsion.
+    /// Adds the acceleration of particle `i` by its own image, corrections, mirrored walls, obstacles and short-range repulsion.
     fn other_accelerations(
         &self,
         i: usize,

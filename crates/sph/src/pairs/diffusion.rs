@@ -30,7 +30,7 @@ pub struct Shift<const D: usize> {
 }
 
 impl<const D: usize> PairContext<'_, D> {
-    /// Kernel average of the neighbours' velocities relative to the particle's own (XSPH, without its factor, m/s).
+    /// Kernel average of the velocities of the neighbours relative to the particle (m/s), for XSPH without its factor.
     pub fn xsph_velocity(&self, i: usize, row: &[u32]) -> [f64; D] {
         let p = self.particles;
         let mut sum = [0.0; D];
@@ -48,9 +48,9 @@ impl<const D: usize> PairContext<'_, D> {
         sum
     }
 
-    /// Hourglass acceleration (m/s²), over its factor: the artificial viscosity of BN 111 with the relative velocity of a pair reduced by
-    /// the mean of both velocity gradients, for approaching and separating pairs. After the hourglass viscosity of Flanagan & Belytschko
-    /// (1981), in the pairwise form of Ganzenmüller (2015). Conserves both momenta.
+    /// Hourglass acceleration without its factor (m/s²). It is the artificial viscosity of BN 111 with the relative velocity of a pair
+    /// reduced by its linear part, for approaching and separating pairs. After the hourglass viscosity of Flanagan & Belytschko (1981), in
+    /// the pairwise form of Ganzenmüller (2015). Conserves both momenta.
     pub fn hourglass_acceleration(
         &self,
         i: usize,
@@ -142,7 +142,7 @@ impl<const D: usize> PairContext<'_, D> {
         sum * (p.length[i] * p.sound[i])
     }
 
-    /// Difference of geostatic stress between a particle and its neighbour at the distance vector `apart` (m).
+    /// Difference of geostatic stress between a particle and a neighbour at the distance vector `apart` (m).
     fn geostatic_difference(
         &self,
         apart: &[f64; D],
@@ -156,8 +156,8 @@ impl<const D: usize> PairContext<'_, D> {
         geostatic_stress(density * size * rise, k0, &up)
     }
 
-    /// Shift towards even spacing of particle `i` of `body`, which moved by `length` (m) in the step (sheet: sph §2.12); `None` near free
-    /// surfaces. Density and stress are discontinuous between bodies: their gradients are those within the body.
+    /// Displacement of particle `i` of `body` towards even spacing, after a motion by `length` in the step (m; sheet: sph §2.12). `None`
+    /// close to free surfaces. Density and stress are discontinuous between bodies: their gradients are those within the body.
     pub fn shift(
         &self,
         i: usize,
@@ -219,7 +219,7 @@ impl<const D: usize> PairContext<'_, D> {
         })
     }
 
-    /// Square of the distance (m²) beyond which pairs have no weight.
+    /// Squared distance beyond which the kernel weight of a pair is zero (m²).
     #[inline]
     fn support_square(&self) -> f64 {
         if self.options.is_variable() { f64::INFINITY } else { self.smoothing.radius().powi(2) }
@@ -257,7 +257,7 @@ impl<const D: usize> PairContext<'_, D> {
         moment
     }
 
-    /// Plain gradient of a constant one, `Σ V ∇W` (1/m) (BN 19).
+    /// Uncorrected gradient of a constant field of value one, `Σ V ∇W` (1/m) (BN 19).
     pub fn gradient_of_constant(&self, i: usize, row: &[u32]) -> [f64; D] {
         let mut sum = [0.0; D];
         self.for_each_weighted(i, row, |weight, apart| (0..D).for_each(|c| sum[c] += weight * apart[c]));

@@ -74,7 +74,7 @@ pub struct PairSums<'a, const D: usize> {
     pairs: PairContext<'a, D>,
     /// Pressure, stress and volume terms of the particles.
     pub(crate) pair_data: &'a PairData<D>,
-    /// Groups of particles with one material.
+    /// Groups of particles, one per body and material.
     pub(crate) groups: &'a [ParticleGroup],
     /// Short-range repulsion, where there are fluids.
     short_range_repulsion: Option<ShortRangeRepulsion>,
@@ -126,7 +126,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
         if momentum == MomentumEquation::Rho2 { spread / (density * density) } else { 1.0 }
     }
 
-    /// Number of neighbours without a mirrored state, which come first in the row.
+    /// Number of neighbours without a mirrored state, which are the first ones of the list.
     #[inline(always)]
     pub(crate) fn first_mirrored(&self, row: &[u32]) -> usize {
         self.neighbours_before(row, self.first_dummy_particle)
@@ -141,7 +141,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
         }
     }
 
-    /// Particle of the neighbour `j`, itself or the source of an image; `j` is no wall particle.
+    /// Particle of the neighbour `j`, for an image its source; `j` must not be a wall particle.
     #[inline]
     pub(crate) fn source(&self, j: usize) -> usize {
         let len = self.particles.len();
@@ -165,7 +165,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
         self.smoothing.with_length(length)
     }
 
-    /// Smoothing length of a pair of particles (m); `None` where each has its own kernel.
+    /// Smoothing length of a pair of particles (m); `None` if each particle has its own kernel.
     pub(crate) fn common_length(&self, own: f64, other: f64) -> Option<f64> {
         match self.options.symmetrisation {
             Symmetrisation::Arithmetic => Some(0.5 * (own + other)),
@@ -208,7 +208,7 @@ impl<'a, const D: usize> PairContext<'a, D> {
         self.common_length(own, other).map_or_else(|| 0.5 * (one(own) + one(other)), one)
     }
 
-    /// Argument of the kernel ratio for one smoothing length (m).
+    /// Argument of the kernel ratio for one smoothing length.
     #[inline]
     pub(crate) fn kernel_ratio_argument_of(&self, length: f64, r: f64) -> f64 {
         self.smoothing.value(r * (self.smoothing.length() / length))

@@ -12,7 +12,7 @@ use crate::pairs::{MomentumForm, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::dot;
 
-/// Stress whose mean with `stress` has the shear traction `wanted` instead of `own` on faces with the normal `n`.
+/// Stress whose mean with `stress` has the shear traction `wanted` in place of `own` on faces with the normal `n`.
 fn with_shear_traction<const D: usize>(
     stress: &SymTensor,
     n: &[f64; D],
@@ -105,7 +105,7 @@ impl<const D: usize> PairSums<'_, D> {
         }
     }
 
-    /// Dummy sites behind the faces near particle `i`.
+    /// Dummy positions behind the faces close to particle `i`.
     fn dummy_sites(&self, i: usize) -> impl Iterator<Item = (DummySite<'_, D>, ([f64; D], f64))> {
         let reach = self.kernel_of(self.particles.length[i]).radius();
         dummy_sites(self.walls.obstacles.faces(i), self.options.spacing, reach)

@@ -24,8 +24,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::kernel::Smoothing;
 
-/// Least determinant over that of an isotropic moment of the same trace; below it a particle has too few
-/// neighbours for a correction (sheet: sph §2.3).
+/// Smallest determinant of a moment matrix over that of an isotropic one with equal trace, below which a particle has too few neighbours
+/// for a correction (sheet: sph §2.3).
 pub const MIN_DETERMINANT_RATIO: f64 = 1e-3;
 
 /// Discrete gradient operator.
@@ -70,7 +70,7 @@ pub enum DiffusivityMean {
     Arithmetic,
 }
 
-/// Particles, their neighbours and the kernel between them.
+/// Particles with their neighbours and kernel, for discrete operators.
 #[derive(Clone, Copy, Debug)]
 pub struct ParticleCloud<'a, const D: usize> {
     positions: &'a [[f64; D]],
@@ -81,7 +81,7 @@ pub struct ParticleCloud<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> ParticleCloud<'a, D> {
-    /// Returns the cloud of particles of the given volumes (m^d); the neighbours are those within the kernel's radius.
+    /// Cloud of particles with volumes (m^d), whose neighbours are within the kernel radius.
     pub fn new(
         positions: &'a [[f64; D]],
         volumes: &'a [f64],
@@ -91,7 +91,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         Self { positions, volumes, densities: None, neighbours, smoothing }
     }
 
-    /// Adds densities (kg/m³), one everywhere otherwise, for the operators weighted by them.
+    /// Adds densities (kg/m³) for density-weighted operators; without them they are one.
     #[must_use]
     pub fn with_densities(self, densities: &'a [f64]) -> Self {
         Self { densities: Some(densities), ..self }
@@ -201,8 +201,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         }
     }
 
-    /// Laplacian of `field` at particle `i`; `Csph2` falls back to `BuiNguyen` where there are too few neighbours, and that to
-    /// zero where there is none.
+    /// Laplacian of `field` at particle `i`. With too few neighbours `Csph2` is replaced by `BuiNguyen`, which is zero without neighbours.
     pub fn laplacian(&self, operator: Laplacian, field: &[f64], i: usize) -> f64 {
         let sum = |weight: &dyn Fn(f64) -> f64| -> f64 {
             self.for_each_neighbour(i).map(|(j, v, _, r)| v * (field[j] - field[i]) * weight(r)).sum()
@@ -242,8 +241,8 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
         2.0 * self.for_each_neighbour(i).map(term).sum::<f64>()
     }
 
-    /// Gradient and all second derivatives from one linear system; `None` where it is singular. Lengths
-    /// are relative to the smoothing length, so that its rows have the same magnitude.
+    /// Gradient and second derivatives from a common linear system; `None` if it is singular. Lengths are relative to the smoothing length,
+    /// so that its rows have the same magnitude.
     fn csph2(&self, field: &[f64], i: usize) -> Option<f64> {
         let size = D + D * (D + 1) / 2;
         if self.neighbours.neighbours(i).len() < size {
@@ -284,7 +283,7 @@ impl<'a, const D: usize> ParticleCloud<'a, D> {
     }
 }
 
-/// Gaussian elimination with row pivots; the right-hand side is column 9.
+/// Solves a linear system by Gaussian elimination with row pivoting; column 9 is the right-hand side.
 fn solve(system: &mut [[f64; 10]; 9], size: usize) -> Option<[f64; 9]> {
     let largest = (0..size).map(|k| system[k][k].abs()).fold(0.0, f64::max);
     for column in 0..size {
@@ -347,7 +346,7 @@ impl<const D: usize> GradientMoment<D> {
         (0..D).map(|c| self.matrix[c][c]).sum()
     }
 
-    /// Rate of rotation `Ω` (1/s) that fits the relative velocities of the neighbours best. It minimises `Σ V F |v - Ω x|²`, from the sums
+    /// Rate of rotation `Ω` that best fits the relative velocities of the neighbours (1/s). It minimises `Σ V F |v - Ω x|²`, from the sums
     /// `gradient = Σ V F v ⊗ x`, by the angular velocity `ω = (tr M - M)⁻¹ Σ V F x × v`. `None` in one dimension, and in space where
     /// neighbours are collinear: the rotation about that line is not determined.
     #[inline]
@@ -378,8 +377,8 @@ impl<const D: usize> GradientMoment<D> {
         Some(spin)
     }
 
-    /// Correction matrix `L = M⁻¹` in closed form; `None` with fewer than `D + 1` neighbours, or where the determinant is below
-    /// [`MIN_DETERMINANT_RATIO`] of that of an isotropic moment of the same trace (sheet: sph §2.3).
+    /// Correction matrix `L = M⁻¹` in closed form (sheet: sph §2.3). `None` with fewer than `D + 1` neighbours, or if the determinant is
+    /// below [`MIN_DETERMINANT_RATIO`] of that of an isotropic moment.
     #[inline]
     pub fn correction(&self) -> Option<[[f64; D]; D]> {
         let m = |a: usize, b: usize| self.matrix[a][b];
@@ -410,7 +409,7 @@ impl<const D: usize> GradientMoment<D> {
     }
 }
 
-/// Particle sets of the studies in `sheet: sph §5.1`.
+/// Particle positions and volumes for the studies in `sheet: sph §5.1`.
 #[derive(Clone, Debug)]
 pub struct TestLattice<const D: usize> {
     /// All particles, x fastest (m).
@@ -421,8 +420,8 @@ pub struct TestLattice<const D: usize> {
     pub spacing: f64,
 }
 
-/// Returns `n^D` particles at the cell centres of the unit square (cube) with `layers` more on each side, each
-/// moved by up to `disorder` spacings along each axis.
+/// Particles at the `n^D` cell centres of the unit square or cube, with `layers` more on each side. Each is displaced by up to `disorder`
+/// spacings along each axis.
 pub fn test_lattice<const D: usize>(n: usize, layers: usize, disorder: f64) -> TestLattice<D> {
     // Additive recurrences of the sheet; the third is the next of the same family.
     /// Fractional parts of a quasi-random sequence that disturbs the lattice.

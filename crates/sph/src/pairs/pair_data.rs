@@ -132,7 +132,7 @@ fn update_grad_h_factors<const D: usize>(
         });
 }
 
-/// Writes the velocities of all particles into their pair records.
+/// Copies the velocities of all particles to their pair records.
 pub fn update_pair_velocities<const D: usize>(bodies: &mut Bodies<D>) {
     let p: &Particles<D> = &bodies.particles;
     let all = bodies.pair_data.records[..p.len()].par_iter_mut().zip(&p.velocity);

@@ -42,8 +42,8 @@ impl ShortRangeRepulsion {
             .then_some(Self { square: reach * reach, strength })
     }
 
-    /// Acceleration over the distance vector (1/s²) of a particle of mass `own` towards one of mass `other` (kg), negative;
-    /// from the squares of their distance (m²) and of the speed of sound (m²/s²).
+    /// Repulsive acceleration over the distance vector (1/s²), negative, of a particle of mass `own` by one of mass `other` (kg). `square`
+    /// is the squared distance (m²), `sound` the squared speed of sound (m²/s²).
     #[inline]
     fn acceleration_factor(self, square: f64, sound: f64, (own, other): (f64, f64)) -> f64 {
         let share = 2.0 * other / (own + other);
@@ -56,8 +56,8 @@ impl ShortRangeRepulsion {
         self.strength * 2.0 * own * other / (own + other) * sound * left * left
     }
 
-    /// Largest stable step (s) of two particles that oscillate against each other, at the speed of sound `sound` (m/s), with a safety
-    /// margin of a third. The stiffness of a pair is at most `8 s c²/r_0²` over the mass, and the reduced mass is half of it.
+    /// Largest stable step of two particles that oscillate under the repulsion (s), with a safety margin of a third; `sound` is the speed
+    /// of sound (m/s). The stiffness of a pair is at most `8 s c²/r_0²` over the mass, and the reduced mass is half of it.
     pub(crate) fn stable_step(self, sound: f64) -> f64 {
         4.0 / 3.0 * (self.square / (16.0 * self.strength)).sqrt() / sound
     }
@@ -69,7 +69,7 @@ impl<const D: usize> PairSums<'_, D> {
         self.groups.iter().any(|group| group.is_free_fluid() && group.range().contains(&i))
     }
 
-    /// Adds the repulsion on `i` by the neighbours `four` that are too close, each at the distance vector `apart` (m).
+    /// Adds the repulsion on particle `i` by up to four neighbours that are too close, with their distance vectors (m).
     #[cold]
     pub(crate) fn add_repulsion(
         &self,
@@ -108,7 +108,7 @@ impl<const D: usize> PairSums<'_, D> {
     }
 }
 
-/// Energy of the repulsion (J): for each particle that of half of its pairs with others and with images.
+/// Energy of the repulsion (J): half the energy of each pair with particles and images.
 pub(crate) fn repulsion_energy<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &Bodies<D>,

@@ -15,7 +15,7 @@ use crate::pairs::{MomentumForm, PairContext, PairSums};
 use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::separation;
 
-/// Smooth body beside a particle: the direction into it, and its particles among the neighbours.
+/// Smooth body next to a particle: direction into the body, and its particles among the neighbours.
 struct SmoothBodyFace<'a, const D: usize> {
     normal: [f64; D],
     nearby_particles: [&'a [u32]; 2],
@@ -46,7 +46,7 @@ pub(crate) fn reflected_stress<const D: usize>(stress: &SymTensor, n: &[f64; D])
 }
 
 impl<const D: usize> PairContext<'_, D> {
-    /// Smooth bodies near particle `i`, except its own.
+    /// Smooth bodies close to particle `i`, without the one to which it belongs.
     fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = SmoothBodyFace<'r, D>> {
         let outside = self
             .walls

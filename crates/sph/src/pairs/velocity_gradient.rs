@@ -18,9 +18,9 @@ fn from_upper_half<const D: usize>(upper: &SquareMatrix<D>) -> SquareMatrix<D> {
     std::array::from_fn(|a| std::array::from_fn(|b| upper[a.min(b)][a.max(b)]))
 }
 
-/// Makes a velocity gradient (1/s) of sums with the moment `M` exact for rotations: `L - RM + R`, with the rotation `R` that fits the
-/// velocities of the neighbours best (docs/theory/sph.md, equations of a step). Where velocities are the chords of a step of `chord` (s),
-/// `R` is that of the chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns the change of the trace.
+/// Corrects a velocity gradient `L` (1/s) with the moment matrix `M` to be exact for rotations, `L - RM + R`. `R` is the rotation that best
+/// fits the velocities of the neighbours (docs/theory/sph.md). Where velocities are the chords of a step of `chord` (s), `R` is that of the
+/// chords, `Ω + (cos θ - 1)/Δt` across the axis with `sin θ = Ω Δt`. Returns the change of the trace.
 #[inline]
 fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMoment<D>, chord: f64) -> f64 {
     let Some(spin) = moment.rotation(gradient) else { return 0.0 };
@@ -74,7 +74,7 @@ impl<const D: usize> GradientSums<D> {
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration. Velocities are
+    /// Velocity gradient of particle `i` (1/s), step 6 of `sheet: sph §3.3`. The weights are those of its acceleration. Velocities are
     /// chords of a step of `chord` (s), or, for 0, those at the positions.
     #[inline]
     pub fn velocity_gradient(
@@ -86,8 +86,8 @@ impl<const D: usize> PairSums<'_, D> {
         self.velocity_gradient_generic::<false>(i, (row, weights), &[[0.0; D]; D], true, chord)
     }
 
-    /// Velocity gradient of a particle of a rigid body with the rotation gradient `turn` (1/s), from velocities relative to the body. Walls
-    /// and obstacles contribute where `ground` is true; they support a freely moving body as a whole.
+    /// Velocity gradient of a particle of a rigid body (1/s), from velocities without the rotation `turn` of the body (1/s). Walls and
+    /// obstacles contribute where `ground` is true; they support a freely moving body as a whole.
     #[inline(never)]
     pub fn velocity_gradient_rotating(
         &self,
@@ -163,8 +163,8 @@ impl<const D: usize> PairSums<'_, D> {
         GradientForm { by_mass, is_corrected, is_corotated, continuity, sums_divergence }
     }
 
-    /// Sums of particle `i` over its neighbours without mirrored particles, the first `regular` of its row, from velocities less the
-    /// rotation `turn` (1/s) where `TURNS`.
+    /// Sums of particle `i` over the first `regular` neighbours of its list, which are not mirrored. With `TURNS` the rotation `turn` (1/s)
+    /// is subtracted from the velocities.
     #[inline(always)]
     fn gradient_sums<const TURNS: bool>(
         &self,

@@ -9,19 +9,19 @@ use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::{separation, with_scaled_shear};
 use crate::walls::{FlatWall, WallContact};
 
-/// Largest factor of the particle's own velocity in a mirrored velocity, `β_max - 1` (Morris et al. 1997).
+/// Upper bound of the factor on the particle velocity in a mirrored velocity, `β_max - 1` (Morris et al. 1997).
 pub(crate) const MAX_MIRROR_FACTOR: f64 = 0.5;
-/// Range of the wall repulsion, in spacings: wall particles begin half a spacing behind the face.
+/// Range of the wall repulsion, in spacings; wall particles begin half a spacing behind the face.
 const REPULSION_RANGE: f64 = 0.5;
 /// Distance over the range below which the wall repulsion does not grow further.
 const REPULSION_CORE: f64 = 0.6;
 
-/// Slip over `μ σ_n / (ρ c)` below which the contact sticks: friction stops such slip within about a step.
+/// Slip over `μ σ_n / (ρ c)` below which a contact sticks, as friction would stop it within about one step.
 pub(crate) const STICK_RATIO: f64 = 0.25;
 
 /// Mirrored state of a wall particle for a particle.
 pub(crate) struct MirrorState<const D: usize> {
-    /// Velocity of the wall particle less that of the particle (m/s).
+    /// Velocity of the wall particle minus that of the particle (m/s).
     pub relative: [f64; D],
     /// Stress of the wall particle (Pa).
     pub stress: SymTensor,
@@ -39,7 +39,7 @@ impl<const D: usize> MirrorState<D> {
     }
 }
 
-/// Slip friction of viscous forces: their normal part on a wall causes friction as the stress does.
+/// Friction of viscous forces on a wall: their normal component causes friction, like the normal stress.
 pub(crate) struct SlipFriction<const D: usize> {
     /// Unit normal of the wall.
     pub normal: [f64; D],
@@ -111,7 +111,7 @@ impl<const D: usize> PairSums<'_, D> {
         self.mirror_acceleration(i, self.separations(i, near), form, |wall| self.mirror_state(i, wall), sum);
     }
 
-    /// Particles `near`, each with its position relative to that of `i` (m) and the square of their distance.
+    /// Particles `near`, with their positions relative to particle `i` (m) and squared distances (m²).
     #[inline]
     pub(crate) fn separations(
         &self,
@@ -122,7 +122,7 @@ impl<const D: usize> PairSums<'_, D> {
         near.map(move |wall| (wall, separation(&positions[i], &positions[wall])))
     }
 
-    /// Adds the acceleration by the mirrored states of the sites `near`.
+    /// Adds the acceleration by the mirrored states at the positions `near`.
     #[inline]
     pub(crate) fn mirror_acceleration<T>(
         &self,
@@ -180,7 +180,7 @@ impl<const D: usize> PairSums<'_, D> {
         self.add_mirror_gradient(i, self.separations(i, near), |wall| self.mirror_state(i, wall), sums);
     }
 
-    /// Adds the mirrored states of the sites `near` to the velocity gradient, the divergence and the moment.
+    /// Adds the mirrored states at the positions `near` to velocity gradient, divergence and moment matrix.
     #[inline]
     pub(crate) fn add_mirror_gradient<T>(
         &self,
@@ -214,7 +214,7 @@ impl<const D: usize> PairSums<'_, D> {
         self.repulsion_of(i, self.separations(i, near).map(|(_, apart)| apart), sum);
     }
 
-    /// Adds the repulsion by the sites `near`.
+    /// Adds the wall repulsion by the positions `near`.
     pub(crate) fn repulsion_of(
         &self,
         i: usize,

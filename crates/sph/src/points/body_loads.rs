@@ -12,7 +12,7 @@ pub struct BodyLoad<const D: usize> {
     pub number: usize,
     /// Index into `Case::bodies`.
     pub body: u32,
-    /// Id of the first particle of the body, whose ids follow each other.
+    /// Id of the first particle of the body; the ids of a body are consecutive.
     pub first: u32,
     /// Load vector of the particle of each id.
     pub vectors: Vec<[f64; D]>,
@@ -47,7 +47,7 @@ pub struct BodyLoads<const D: usize> {
 }
 
 impl<const D: usize> BodyLoads<D> {
-    /// Returns the loads of `case` on `bodies` with the particle spacing `spacing` (m), in the initial state.
+    /// Loads of a case on its bodies, for a particle spacing (m).
     ///
     /// # Errors
     /// When a load acts on a held body, or on nothing.
@@ -68,17 +68,17 @@ impl<const D: usize> BodyLoads<D> {
         Ok(Self { loads, start_times: case.load_starts() })
     }
 
-    /// Begins the loads of a stage that begins at `start` (s).
+    /// Begins the loads of a stage that starts at `start` (s).
     pub fn begin_stage(&mut self, case: &Case, stage: usize, start: f64) {
         case.begin_loads(&mut self.start_times, stage, start);
     }
 
-    /// Checkpoint state: start times of loads, and load vectors of those that follow their surfaces.
+    /// State of the loads for a checkpoint: start times, and vectors of follower loads.
     pub fn checkpoint_state(&self) -> (Vec<f64>, Vec<Vec<f64>>) {
         (self.start_times.clone(), self.loads.iter().map(|on| on.vectors.as_flattened().to_vec()).collect())
     }
 
-    /// Restores a checkpoint state; `None` where it does not fit.
+    /// Restores the state of a checkpoint; `None` if it does not match the loads.
     pub fn restore_state(&mut self, (starts, carried): &(Vec<f64>, Vec<Vec<f64>>)) -> Option<()> {
         let fits = |(on, saved): (&BodyLoad<D>, &Vec<f64>)| on.vectors.len() * D == saved.len();
         if starts.len() != self.start_times.len()

@@ -5,9 +5,8 @@ use crate::kernel::{Kernel, Smoothing};
 /// SIMD vector of one number of each of four neighbours.
 pub use wide::f64x4 as Lanes;
 
-/// Pair record of a particle, in rows of four so that the rows of four particles can be transposed into lanes: position and velocity;
-/// volume, density, speed of sound and smoothing length; stress. Volumes instead of masses
-/// save a division in most sums over pairs.
+/// Data of a particle for pair sums, in rows of four numbers: position and velocity; volume, density, speed of sound and smoothing length;
+/// stress. The rows of four particles can be transposed into SIMD lanes. Volumes instead of masses save a division in most sums over pairs.
 pub type PairRecord = [[f64; 4]; 4];
 
 /// Returns the record of a particle.
@@ -36,7 +35,7 @@ pub fn set_velocity<const D: usize>(record: &mut PairRecord, v: &[f64; D]) {
     }
 }
 
-/// Sets the volume of a record to zero, so that it does not contribute to sums over neighbours.
+/// Sets the volume of a record to zero, so that it does not contribute to neighbour sums.
 #[inline(always)]
 pub fn clear_volume<const D: usize>(record: &mut PairRecord) {
     if D == 3 {
@@ -134,15 +133,15 @@ pub fn dot<const D: usize>(a: &[Lanes; D], b: &[Lanes; D]) -> Lanes {
     sum
 }
 
-/// Sum of the lanes, in this order on every machine.
+/// Sum of the lanes, in the same order on every machine.
 #[inline(always)]
 pub fn sum(lanes: Lanes) -> f64 {
     let [a, b, c, d] = lanes.to_array();
     (a + b) + (c + d)
 }
 
-/// Calls `visit(first entry, four neighbours, number of valid ones)` for the neighbours in `row`; the last four are
-/// padded with `own`, whose distance is zero. In one place, so that `visit` is inlined in the loop.
+/// Calls `visit` for groups of four neighbours, with the index of the first entry, the neighbours and the number of valid ones. The last
+/// group is filled up with `own`, whose distance is zero. In one place, so that `visit` is inlined in the loop.
 #[inline(always)]
 pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
     let mut left = row;
@@ -161,7 +160,7 @@ pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usiz
     }
 }
 
-/// Loads four numbers of a row, zero beyond its end.
+/// Loads four numbers; zero beyond the end of `values`.
 #[inline(always)]
 pub fn load_four(values: &[f64], start: usize, count: usize) -> Lanes {
     match values[start..].first_chunk::<4>() {
@@ -174,7 +173,7 @@ pub fn load_four(values: &[f64], start: usize, count: usize) -> Lanes {
     }
 }
 
-/// Stores the first `count` lanes in a row from `start` on.
+/// Stores the first `count` lanes from index `start` on.
 #[inline(always)]
 pub fn store_four(values: &mut [f64], start: usize, count: usize, lanes: Lanes) {
     let lanes = lanes.to_array();
@@ -198,7 +197,7 @@ fn power(x: Lanes, n: u32) -> Lanes {
 }
 
 impl<const D: usize> Smoothing<D> {
-    /// Weights `F = -W'/r` as [`Smoothing::gradient_factor`], of four squared distances.
+    /// Kernel weights `F = -W'/r` of four squared distances, like [`Smoothing::gradient_factor`].
     #[inline(always)]
     pub(crate) fn weights(&self, square: Lanes) -> Lanes {
         let (zero, one, two) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(2.0));

@@ -19,10 +19,10 @@ use crate::points::rigid_body::RigidBody;
 /// Least number of particles per task.
 pub(crate) const MIN_PARTICLES_PER_TASK: usize = 512;
 
-/// Square matrix of the space dimension, row by row.
+/// Square matrix of the space dimension, as an array of rows.
 pub type SquareMatrix<const D: usize> = [[f64; D]; D];
 
-/// Particles of one body: a range of the arrays and the states of its law.
+/// Particles of one body: their index range, material and states.
 pub struct ParticleGroup {
     /// Index into `Case::bodies`.
     pub body: u32,
@@ -34,21 +34,21 @@ pub struct ParticleGroup {
     pub material: Arc<dyn Material>,
     /// States of the law.
     pub states: States,
-    /// Young's modulus (Pa), where the speed of sound is taken from it.
+    /// Young's modulus from which the speed of sound is computed (Pa), if it is not that of the wave modulus.
     pub youngs_modulus: Option<f64>,
     /// Initial density (kg/m³).
     pub density: f64,
-    /// Prescribed velocities, where the body is held.
+    /// Prescribed velocities of a body with prescribed motion.
     pub prescribed_velocity: Option<Velocity>,
-    /// Factor on these velocities over time; one without.
+    /// Time history of the factor on the prescribed velocities; constant if absent.
     pub history: Option<TimeHistory>,
     /// Mean factor over the step.
     pub factor: f64,
     /// Rigid motion, where the body is rigid.
     pub rigid: Option<RigidBody>,
-    /// Whether others slip freely along it; only held bodies may be smooth.
+    /// Whether other bodies slip along the body without friction; only bodies with prescribed motion may be smooth.
     pub is_smooth: bool,
-    /// Whether a confining pressure acts on it.
+    /// Whether the confining pressure acts on the body.
     pub is_confined: bool,
     /// Whether its law is a fluid law.
     pub fluid: bool,
@@ -91,7 +91,7 @@ struct_of_arrays! {
         pub position: [f64; D],
         /// Velocities (m/s).
         pub velocity: [f64; D],
-        /// Velocities of the previous step, for the scheme that needs them (m/s); empty without.
+        /// Velocities of the previous step (m/s), for the Verlet scheme; empty for others.
         pub previous: [f64; D],
         /// Delayed pressures for friction on faces (Pa), zero without contact; empty without friction.
         pub delayed_pressure: f64,
@@ -171,7 +171,7 @@ impl<const D: usize> Derivatives<D> {
 pub struct PairData<const D: usize> {
     /// Records for the pair sums.
     pub records: Vec<PairRecord>,
-    /// Factor `1/ϑ` of the gradient of the smoothing length; one without.
+    /// Factor `1/ϑ` for the gradient of the smoothing length; 1 for constant lengths.
     pub grad_h_factor: Vec<f64>,
     /// Artificial stress over density squared; empty without.
     pub repulsion: Vec<SymTensor>,
@@ -192,8 +192,7 @@ pub struct Bodies<const D: usize> {
     pub groups: Vec<ParticleGroup>,
     /// Pair data of the particles.
     pub pair_data: PairData<D>,
-    /// Whether each particle is a ghost, a copy of one of another rank: a neighbour for others, without rates of its own.
-    /// Empty where there are none.
+    /// Whether each particle is a ghost: a copy of a particle of another rank that is only a neighbour. Empty where there are none.
     pub ghost_particles: Vec<bool>,
     /// Surface loads.
     pub loads: BodyLoads<D>,
@@ -221,7 +220,7 @@ impl<const D: usize> Bodies<D> {
         self.groups.iter().find(|group| group.range().contains(&i))
     }
 
-    /// Whether particle `i` is a copy of one of another rank.
+    /// Whether particle `i` is a copy of a particle of another rank.
     #[inline]
     pub fn is_ghost(&self, i: usize) -> bool {
         self.ghost_particles.get(i).is_some_and(|guest| *guest)
@@ -247,7 +246,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Sets the velocities of held bodies.
+    /// Sets the velocities of bodies with prescribed motion.
     pub fn impose_held_velocities(&mut self) {
         let p = &mut self.particles;
         for group in &self.groups {
@@ -260,7 +259,7 @@ impl<const D: usize> Bodies<D> {
         }
     }
 
-    /// Sets the time-dependent velocities of held bodies in the step from `start` to `end` (s).
+    /// Sets the mean velocities of bodies with a time history in the step from `start` to `end` (s).
     pub fn update_time_histories(&mut self, start: f64, end: f64) {
         let mut varies = false;
         for group in &mut self.groups {

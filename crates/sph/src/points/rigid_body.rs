@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Motion of a rigid body.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct RigidBody {
-    /// Position and, half a step behind, velocity and spin.
+    /// Position, with velocity and spin half a step earlier.
     pub state: RigidState,
     /// Rates of velocity and spin by the last forces (m/s², rad/s²).
     pub rate: Twist,

@@ -29,11 +29,11 @@ use crate::solver::{EquilibriumTerms, SphSolver, equilibrium_terms};
 use crate::stress::regularisation::is_regularisation_due;
 use crate::walls::ObstacleEnergies;
 
-/// Largest weight of a rank over the mean, beyond which cuts are recomputed (sheet: sph §3.9).
+/// Largest load of a rank over the mean load, above which the partition is recomputed (sheet: sph §3.9).
 const IMBALANCE: f64 = 1.1;
 
-/// Width of the halo over the reach of the sums: one for the accelerations, and one for the velocity
-/// gradients, for which neighbours need theirs; one or two more for each pass that an option adds before these.
+/// Width of the halo in kernel supports: one for the accelerations, one for the velocity gradients of neighbours, and one or two for each
+/// further sum of an option.
 fn halo_passes(options: &SphOptions) -> usize {
     let summed = options.continuity == ContinuityEquation::Summation
         || options.symmetrisation == Symmetrisation::GradH;
@@ -82,7 +82,7 @@ impl<const D: usize> Rank<D> {
         (0..self.domain.bodies.particles.len() as u32).filter(|&i| !self.domain.bodies.is_ghost(i as usize))
     }
 
-    /// Weights of its own particles: one more than the number of neighbours in the last list.
+    /// Loads of the own particles of the rank: number of neighbours in the last list plus one.
     fn weights(&self) -> impl Iterator<Item = u32> {
         let listed = &self.domain.lists.neighbours;
         self.own_particles().map(|i| {
@@ -90,7 +90,7 @@ impl<const D: usize> Rank<D> {
         })
     }
 
-    /// Own particles in the halo of a box, themselves or by one of their images.
+    /// Own particles of the rank in the halo of a box, directly or by an image.
     fn halo_of(
         &self,
         bounds: &BoundingBox<D>,
@@ -122,7 +122,7 @@ pub struct RankedSolver<const D: usize> {
     is_distributed: bool,
 }
 
-/// Runs `work` on all ranks in parallel.
+/// Applies a function to all ranks in parallel.
 fn on_all<const D: usize, T: Send>(
     ranks: &mut [Rank<D>],
     work: impl Fn(&mut Rank<D>) -> Result<T, SolverError> + Send + Sync,
@@ -132,7 +132,7 @@ fn on_all<const D: usize, T: Send>(
 }
 
 impl<const D: usize> RankedSolver<D> {
-    /// Returns the solver with `ranks` ranks for the particles of `whole`.
+    /// Solver with the particles of `whole` distributed over `ranks` ranks.
     pub fn new(whole: SphSolver<D>, ranks: usize) -> Self {
         let mail = vec![vec![ParticleMessage::default(); ranks]; ranks];
         let mut solver = Self { ranks: Vec::new(), messages: mail, cuts: None, is_distributed: false };
@@ -154,7 +154,7 @@ impl<const D: usize> RankedSolver<D> {
         &self.ranks[0].domain
     }
 
-    /// Returns a solver without ranks in the same state.
+    /// Solver without ranks in the same state.
     fn gather(&self) -> SphSolver<D> {
         let of_rank = |rank: &Rank<D>| {
             let mut parcel = ParticleMessage::default();
@@ -171,7 +171,7 @@ impl<const D: usize> RankedSolver<D> {
         whole
     }
 
-    /// Critical time step: the least of all ranks.
+    /// Critical time step, the smallest one of all ranks.
     fn critical_step(&mut self) -> TimeStep {
         let clock = &self.first().clock;
         if let Some(limit) = clock.limit.filter(|_| !clock.is_limit_due()) {
@@ -220,7 +220,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(())
     }
 
-    /// Rebuilds the lists of all ranks where particles have moved too far; returns the largest support (m).
+    /// Rebuilds the neighbour lists of all ranks if particles have moved too far. Returns the largest kernel support (m).
     fn refresh(&mut self) -> Result<f64, SolverError> {
         let of_rank = |rank: &mut Rank<D>| {
             let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
@@ -269,7 +269,7 @@ impl<const D: usize> RankedSolver<D> {
         first.equilibrium_terms = first.equilibrium_terms.next_terms(found.into_iter().map(|(_, own)| own));
     }
 
-    /// Sums the energies taken by obstacles over all particles in their sequence, for the first rank.
+    /// Sums the energies that obstacles remove over all particles in their original order.
     fn sum_obstacle_energies(&mut self) {
         if self.first().walls.obstacles.is_empty() {
             return;
@@ -285,8 +285,8 @@ impl<const D: usize> RankedSolver<D> {
         found.iter().for_each(|(_, own)| first.obstacle_energies.add(own));
     }
 
-    /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their sequence, starting from the earlier `reactions`, for
-    /// the first rank: the sums of each rank itself are of its own particles and of ghosts.
+    /// Sums the reactions of obstacles in a step of `dt` (s) over all particles in their original order, added to `reactions`. The sums of
+    /// a single rank include ghosts.
     fn sum_reactions(&mut self, mut reactions: Vec<ReactionSum>, dt: f64) {
         let SphSolver { setting, walls, .. } = self.first();
         if walls.obstacles.recorded_obstacles().next().is_none() {
@@ -366,7 +366,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(())
     }
 
-    /// Moves particles to the ranks of their boxes, then their copies to the halos; rebuilds the neighbour lists.
+    /// Moves particles to the ranks of their boxes and copies to the halos, and rebuilds the neighbour lists.
     fn distribute(&mut self) -> Result<(), SolverError> {
         let loads: Vec<u64> = self.ranks.iter().map(|rank| rank.weights().map(u64::from).sum()).collect();
         let largest = loads.iter().copied().max().unwrap_or(0) as f64;
@@ -386,7 +386,7 @@ impl<const D: usize> RankedSolver<D> {
         Ok(())
     }
 
-    /// Computes new cuts. The first rank receives positions and weights, and returns the cuts.
+    /// Computes a new partition. The first rank receives positions and weights, and returns the cuts.
     fn new_bisection(&self) -> Bisection<D> {
         let (mut positions, mut weights) = (Vec::new(), Vec::new());
         for rank in &self.ranks {
@@ -398,7 +398,7 @@ impl<const D: usize> RankedSolver<D> {
         Bisection::new(&positions, &weights, self.ranks.len()).0
     }
 
-    /// Every rank keeps the particles in its own box and sends the others to their ranks.
+    /// Sends the particles outside the box of each rank to the ranks to which they belong.
     fn migrate(&mut self, cuts: &Bisection<D>) {
         self.ranks.par_iter().zip(&mut self.messages).for_each(|(rank, parcels)| {
             let mut shares = vec![Vec::new(); parcels.len()];
@@ -418,7 +418,7 @@ impl<const D: usize> RankedSolver<D> {
         });
     }
 
-    /// Every rank sends copies of the particles in the halos of the others.
+    /// Sends copies of the particles of each rank to the halos of the other ranks.
     fn fill_halos(&mut self) {
         let boxes: Vec<Option<BoundingBox<D>>> = self
             .ranks

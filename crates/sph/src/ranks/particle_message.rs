@@ -27,7 +27,7 @@ pub struct ParticleMessage<const D: usize> {
 }
 
 impl<const D: usize> ParticleMessage<D> {
-    /// Copies the particles `indices`, ascending, of `domain`; with the states of their laws if `whole`.
+    /// Copies the particles with the ascending `indices` of `domain`, and with `whole` the states of their laws.
     pub fn fill(&mut self, domain: &SphSolver<D>, sequence: &[u32], indices: &[u32], whole: bool) {
         let SphSolver { setting, bodies, lists, rates, .. } = domain;
         copy_entries(&mut self.sequence, sequence, indices);
@@ -73,7 +73,7 @@ impl<const D: usize> ParticleMessage<D> {
         }
     }
 
-    /// Range of the particles of a body; empty where it is removed.
+    /// Index range of the particles of a body; empty if it is removed.
     fn particles_of(&self, body: u32, groups: &[ParticleGroup]) -> Range<usize> {
         let Some(number) = groups.iter().position(|group| group.body == body) else { return 0..0 };
         let first = self.counts[..number].iter().sum();
@@ -85,7 +85,7 @@ impl<const D: usize> ParticleMessage<D> {
         self.sequence.len()
     }
 
-    /// Writes the state of the particles to the indices `indices` of `domain`, in place of older copies.
+    /// Writes the state of the particles to the ghosts `indices` of `domain`.
     pub fn update_ghosts(&self, domain: &mut SphSolver<D>, indices: &[u32]) {
         let SphSolver { setting, bodies, rates, .. } = domain;
         self.apply_loads(&setting.case, bodies);
@@ -104,8 +104,8 @@ impl<const D: usize> ParticleMessage<D> {
     }
 }
 
-/// Replaces the particles of `domain` by those of `parcels`, which include the states of their laws, in their sequence.
-/// Returns the sequence and, for each message, the indices of its particles.
+/// Replaces the particles of `domain` by those of `parcels`, in their original order. Returns the sequence and, for each message, the
+/// indices of its particles.
 pub fn assemble<const D: usize>(
     domain: &mut SphSolver<D>,
     parcels: &[&ParticleMessage<D>],

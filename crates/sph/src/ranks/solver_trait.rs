@@ -14,7 +14,7 @@ use crate::ranks::{Rank, RankedSolver};
 use crate::solver::SphSolver;
 
 impl<const D: usize> RankedSolver<D> {
-    /// Calls `work` with a solver without ranks.
+    /// Applies a function to a solver without ranks.
     fn with_single_solver(
         &mut self,
         work: impl FnOnce(&mut SphSolver<D>) -> Result<(), SolverError>,
@@ -102,7 +102,7 @@ impl<const D: usize> Solver for RankedSolver<D> {
         self.gather().collect_scalar_outputs()
     }
 
-    /// Frame of the solver without ranks, with the rank of each particle.
+    /// Output frame of the solver without ranks, with the rank of each particle.
     fn frame(&self, _: FrameRequest) -> Frame {
         let mut snapshot = self.gather().collect_snapshot();
         snapshot.fields.push(Field { name: "rank".to_owned(), unit: "", data: self.owners() });

@@ -7,11 +7,11 @@ use crate::config::SphOptions;
 use crate::kernel::Kernel;
 use crate::stress::stress_update::band_length;
 
-/// Largest smoothing length over spacing with which a crack opens two rows of particles. With 1.5 a bar in tension dissipates
-/// 1.6 to 2.9 times its fracture energy, with 2 up to 3.8 times.
+/// Largest ratio of smoothing length to spacing for which a crack opens two rows of particles. With 1.5 a bar in tension dissipates 1.6 to
+/// 2.9 times its fracture energy, with 2 up to 3.8 times.
 const MAX_SMOOTHING_RATIO: f64 = 1.2;
 
-/// Refuses kernels that spread a crack over more than two rows of particles, and particles whose bands show snap-back.
+/// Rejects kernels that spread a crack over more than two rows of particles, and particles whose bands show snap-back.
 pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for body in case.bodies.iter().filter(|body| !body.rigid) {
         let Some(law) = case.materials.get(&body.material).and_then(MaterialSpec::double_scale) else {
@@ -51,7 +51,7 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
     Ok(())
 }
 
-/// Warning that rigid bodies are neighbours of the soil, which forms no gap to them.
+/// Warning that soil does not separate from rigid bodies, because these are its neighbours.
 pub(super) fn rigid_sticking_warning(case: &Case) -> Option<String> {
     let soil = |material: &str| case.materials.get(material).is_some_and(|spec| !spec.is_fluid());
     let number = case.bodies.iter().position(|body| body.rigid)?;

@@ -73,7 +73,7 @@ pub(super) fn add_body<const D: usize>(
     })
 }
 
-/// Velocities of the particles of a body (m/s): those of its file, or those of the body times the factor of its history.
+/// Initial velocities of the particles of a body (m/s): those of its file, or that of the body with its time history.
 fn initial_velocities<const D: usize>(
     options: &SphOptions,
     body: &Body,
@@ -93,7 +93,7 @@ fn initial_velocities<const D: usize>(
     Ok(positions.iter().enumerate().map(velocity).collect())
 }
 
-/// Checks the number of particles of a body, `count`, after `start` of other bodies.
+/// Checks the number of particles of a body, after `start` particles of other bodies.
 fn check_count(options: &SphOptions, path: &str, start: usize, count: usize) -> Result<(), CaseError> {
     if count == 0 {
         let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
@@ -106,7 +106,7 @@ fn check_count(options: &SphOptions, path: &str, start: usize, count: usize) -> 
     Ok(())
 }
 
-/// Young's modulus (Pa) that the speed of sound is computed with; `None` where it is that of the wave modulus.
+/// Young's modulus for the speed of sound of a body (Pa); `None` if it follows from the wave modulus.
 fn youngs_modulus_of_speed(case: &Case, options: &SphOptions, body: &Body) -> Result<Option<f64>, CaseError> {
     if options.sound_speed == SoundSpeed::PWave {
         return Ok(None);
@@ -118,7 +118,7 @@ fn youngs_modulus_of_speed(case: &Case, options: &SphOptions, body: &Body) -> Re
     Ok(Some(modulus))
 }
 
-/// Whether the confining pressure acts on a body: on those that it names, by default on all that are neither held nor rigid.
+/// Whether the confining pressure acts on a body: one that the case names, or by default any without prescribed motion and not rigid.
 fn is_confined(options: &SphOptions, body: &Body) -> bool {
     let by_default = || !options.held.contains(&body.name) && !body.rigid;
     options.confining.as_ref().is_some_and(|confining| {
@@ -134,7 +134,7 @@ fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing:
     RigidBody::new(RigidState::of_points(&whole, masses, positions, &velocity[range]))
 }
 
-/// Checks that every particle lies in the domain and in no wall.
+/// Checks that all particles are in the domain and outside walls.
 fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]]) -> Result<(), CaseError> {
     let outside = |x: &&[f64; D]| (0..D).any(|c| x[c] < case.domain.min[c] || x[c] > case.domain.max[c]);
     if let Some(x) = positions.iter().find(outside) {

@@ -15,7 +15,7 @@ use crate::setup::defaults::{densities, has_jump};
 use crate::stress::total_lagrangian;
 use crate::walls::is_mirror;
 
-/// Share by which the width of listed particles may differ from `spacing` without a warning.
+/// Relative difference of the width of listed particles from `spacing` above which there is a warning.
 const LISTED_SLACK: f64 = 0.1;
 
 /// Capabilities of SPH for the features of a case.
@@ -225,7 +225,7 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Checks that periodic axes are longer than the reach of a particle, and a whole number of spacings.
+/// Checks that periodic axes are longer than the kernel range, and a whole number of spacings.
 fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     // Extrapolated walls extend beyond the ends by one reach, and use the soil one reach further out.
     let layers = if options.wall_stress == WallStress::Pairwise { 1.0 } else { 2.0 };
@@ -279,7 +279,7 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Checks for laws in rate form: other laws recompute their stress in every step, so that its smoothing has no effect.
+/// Checks options that smooth stresses for laws that are not in rate form, where they would have no effect.
 pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions) -> Result<(), CaseError> {
     if groups.iter().any(|group| group.material.is_hypoelastic()) {
         return Ok(());
@@ -352,7 +352,7 @@ fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
     ))
 }
 
-/// Warning about round sides on a lattice: they are stepped, and the kernel sums of a solid are worst at their corners.
+/// Warning for round boundaries on a lattice, whose steps cause errors of the kernel sums.
 fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<String> {
     if options.formulation != LagrangianFormulation::TotalLagrangian || case.dimension() != 2 {
         return None;

@@ -24,11 +24,11 @@ pub(super) fn has_jump(case: &Case) -> bool {
     high >= NOTABLE_JUMP * low
 }
 
-/// Largest cell Reynolds number `U Δx/ν` at which the viscosity of a liquid smooths the velocities between particles, with `U` a tenth of
-/// the speed of sound, the limit of a weakly compressible liquid.
+/// Largest cell Reynolds number `U Δx/ν` at which liquid viscosity smooths the velocities between particles. `U` is a tenth of the speed of
+/// sound, the limit of weak compressibility.
 const MAX_CELL_REYNOLDS: f64 = 10.0;
 
-/// Whether all moving bodies are liquids whose own viscosity replaces the artificial one.
+/// Whether all moving bodies are liquids with enough viscosity to replace the artificial one.
 fn is_viscous(case: &Case, spacing: f64) -> bool {
     let holds = |material: &MaterialSpec| {
         let MaterialSpec::NewtonianFluid(liquid) = material else { return false };
@@ -41,10 +41,11 @@ fn is_viscous(case: &Case, spacing: f64) -> bool {
 
 /// Smoothing length of liquids over spacing, with a Wendland kernel.
 const SMOOTHING_OF_LIQUIDS: f64 = 1.5;
-/// Shifting of liquids, in smoothing lengths per length moved: vortices of a Reynolds number of 100 on 50 particles keep their energy within 2 %.
+/// Shifting factor of liquids, in smoothing lengths per length moved. With it vortices at a Reynolds number of 100 on 50 particles conserve
+/// their energy within 2 %.
 const SHIFTING_OF_LIQUIDS: f64 = 10.0;
 
-/// Least share of the domain filled by bodies without a free surface.
+/// Fraction of the domain filled by bodies above which there is no free surface.
 const FULL_DOMAIN_FRACTION: f64 = 0.99;
 
 /// Whether the bodies fill the domain.
@@ -61,7 +62,7 @@ fn is_liquid(case: &Case, held: &[String]) -> bool {
     moving.peek().is_some() && moving.all(|body| newtonian(&body.material))
 }
 
-/// Sets the kernel and the shifting of liquids, where the case leaves them out.
+/// Sets kernel and shifting of liquids, if the case does not give them.
 fn set_liquid_defaults(case: &Case, options: &mut SphOptions, given: &dyn Fn(&str) -> bool) {
     if !given("kernel") {
         options.kernel = Kernel::WendlandC2;
@@ -75,7 +76,7 @@ fn set_liquid_defaults(case: &Case, options: &mut SphOptions, given: &dyn Fn(&st
     }
 }
 
-/// Sets the options that the case leaves out by its bodies.
+/// Sets the defaults of options that depend on the bodies of the case.
 pub(super) fn set_case_defaults(case: &Case, options: &mut SphOptions) {
     let given = |key: &str| case.methods.get("sph").is_some_and(|sph| sph.get(key).is_some());
     if options.formulation == LagrangianFormulation::Updated && is_liquid(case, &options.held) {

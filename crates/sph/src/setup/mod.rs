@@ -32,7 +32,7 @@ const DENSITY_TOLERANCE: f64 = 0.1;
 /// Largest depth of particles in an obstacle at the start, in spacings.
 const OVERLAP_TOLERANCE: f64 = 1e-6;
 
-/// Time to place a particle of a wall (s).
+/// Time to place a wall particle (s).
 const PLACING_TIME: f64 = 3e-7;
 
 /// Options of the case, checked.
@@ -104,7 +104,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     }
 }
 
-/// Problem size of `points` particles with `states` (bytes) of their laws, and of the wall particles, which follow from the domain.
+/// Size of a problem with `points` particles, `states` bytes of material states, and wall particles according to the domain.
 fn problem_size_in<const D: usize>(
     case: &Case,
     options: &SphOptions,
@@ -139,7 +139,7 @@ const fn source_bytes(dimension: usize) -> usize {
     (2 * dimension + 12 + 16) * size_of::<f64>()
 }
 
-/// Memory (bytes) of the other data of a particle, its neighbours aside, with the buffers of a sort.
+/// Memory of a particle without neighbours and material state (bytes), with sort buffers.
 const fn particle_bytes(dimension: usize) -> usize {
     (5 * dimension + 2 * dimension * dimension + 8) * size_of::<f64>() + 16
 }
@@ -273,7 +273,7 @@ fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), C
     Err(CaseError::new("methods.sph.continuity", problem))
 }
 
-/// Checks that the fixed step of the case is below the critical one.
+/// Checks that the fixed step of the case does not exceed the critical step.
 fn check_fixed_step<const D: usize>(solver: &mut SphSolver<D>) -> Result<(), CaseError> {
     solver.critical_step();
     let problem = solver.clock.fixed_step_problem(solver.setting.options.time_step);

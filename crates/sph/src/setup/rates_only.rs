@@ -87,11 +87,11 @@ impl<const D: usize> ParticleRates<D> {
     }
 }
 
-/// Prescription of particle states, independent of the dimension, so that the solver is compiled here only.
+/// Function that prescribes the state of a particle from its id and position (m).
 type ParticlePrescription<'a> = dyn Fn(u32, &[f64; 3]) -> PrescribedParticle<3> + 'a;
 
-/// Solver of `case` at its start, in as many ranks as its options say, with the particle states `given(id, position)`.
-/// The laws start from the given stress.
+/// Solver of `case` at its start with prescribed particle states, distributed over ranks by its options. The laws start from the given
+/// stress.
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`], and where a law refuses a stress.
@@ -102,8 +102,8 @@ pub fn prepared_solver<const D: usize>(
     prepared_in_space(case, &|id, position| given(id, &resized_vector(position)).with_dimension())
 }
 
-/// Kinetic energy (J, per metre or square metre in plane or line) of `case` at its start and after each of `count` steps of exactly
-/// `dt` (s), without a stability limit, in one rank: for stability studies. Shorter where the state of a particle becomes invalid.
+/// Kinetic energy of `case` at its start and after each of `count` steps of `dt` (J; per metre in the plane), without a stability limit and
+/// ranks, for stability studies. Shorter where the state of a particle becomes invalid.
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`].

@@ -44,12 +44,12 @@ pub struct EquilibriumTerms {
     pub external: f64,
     /// Kinetic energy (J).
     pub kinetic: f64,
-    /// Work of gravity, loads and a confining pressure since the stage began (J).
+    /// Work of gravity, loads and confining pressure since the start of the stage (J).
     pub work: f64,
 }
 
 impl EquilibriumTerms {
-    /// Terms of the next step, from the contributions of the particles, in this order; work is accumulated.
+    /// Equilibrium terms of the next step, summed over particles in order; the work is accumulated.
     pub(crate) fn next_terms(self, particles: impl Iterator<Item = Self>) -> Self {
         particles.fold(Self { work: self.work, ..Self::default() }, |sum, own| Self {
             unbalanced: sum.unbalanced + own.unbalanced,
@@ -82,7 +82,7 @@ pub struct SphSolver<const D: usize> {
     pub(crate) saved_state: SavedState<D>,
     /// Force and energy sums for the equilibrium criterion.
     pub(crate) equilibrium_terms: EquilibriumTerms,
-    /// Energies taken by obstacles since the start.
+    /// Energies that obstacles have removed since the start.
     pub(crate) obstacle_energies: ObstacleEnergies,
     /// Initial configuration, of the total-Lagrangian formulation.
     pub(crate) reference: Option<Box<TotalLagrangianReference<D>>>,
@@ -109,7 +109,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Returns a solver in the same stage of the same case at the same time, without particles.
+    /// Solver without particles at the same time and stage of the same case.
     pub(crate) fn empty_like(&self) -> Self {
         Self {
             clock: self.clock,
@@ -121,7 +121,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Advances by one step of exactly `dt` (s), without a stability limit.
+    /// Advances by a step of `dt` (s), without a check of its stability.
     ///
     /// # Errors
     /// When the state of a particle becomes invalid.

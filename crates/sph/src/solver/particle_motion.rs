@@ -13,7 +13,7 @@ use crate::rates::Rates;
 use crate::solver::EquilibriumTerms;
 use crate::walls::Walls;
 
-/// Equilibrium terms of the step for each free particle: unbalanced and external forces, kinetic energy and work.
+/// Equilibrium terms of each free particle: unbalanced and external forces, kinetic energy and work.
 pub fn equilibrium_terms<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -63,13 +63,13 @@ pub fn add_accelerations<const D: usize>(
     bodies.impose_held_velocities();
 }
 
-/// Largest distance of a particle beyond a face or a side of the domain (m).
+/// Largest distance of a particle outside a face or the domain (m).
 fn margin<const D: usize>(setting: &SolverContext<D>) -> f64 {
     0.5 * setting.options.spacing
 }
 
-/// Allowed range of particle positions along each axis at `time` (s): to the sides of the domain and the faces of walls in
-/// it, at their present positions. A soft material may penetrate a wall as far as the wall's first particles.
+/// Permitted range of particle positions along each axis at a time (s), between walls and ends of the domain (m). A soft material may
+/// penetrate a wall as far as the wall's first particles.
 fn allowed_range<const D: usize>(setting: &SolverContext<D>, walls: &Walls<D>, time: f64) -> [(f64, f64); D] {
     let (domain, margin) = (&setting.case.domain, margin(setting));
     std::array::from_fn(|c| {
@@ -100,7 +100,7 @@ fn out_of_range_reason<const D: usize>(
     )
 }
 
-/// Moves the particles to the end of the step; step 9.
+/// Moves the particles to the end of the step (step 9).
 pub fn drift<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,

@@ -17,7 +17,7 @@ use crate::solver::particle_motion::{add_accelerations, drift};
 use crate::stress::stress_update::{StageTime, update_stress};
 use crate::walls::Walls;
 
-/// Steps of the Verlet scheme between two plain ones, which couple odd and even steps.
+/// Number of steps of the Verlet scheme between two steps from current velocities, which couple odd and even steps.
 const STEPS_PER_PLAIN: u64 = 40;
 
 /// Saved state of a step, with memory reused from step to step.
@@ -92,7 +92,7 @@ impl<const D: usize> SavedState<D> {
         }
     }
 
-    /// Sets the means of `len` particles to zero.
+    /// Sets the mean rates of `len` particles to zero.
     fn clear_means(&mut self, len: usize) {
         fill(&mut self.transport_velocity, [0.0; D], len);
         fill(&mut self.mean_acceleration, [0.0; D], len);
@@ -100,7 +100,7 @@ impl<const D: usize> SavedState<D> {
         fill(&mut self.divergence, 0.0, len);
     }
 
-    /// Adds a share of the rates to their means.
+    /// Adds the rates with a weight to their means.
     fn add_rates(&mut self, share: f64, velocities: &[[f64; D]], rates: &Rates<D>) {
         add(&mut self.transport_velocity, share, velocities);
         add(&mut self.transport_velocity, share, &rates.xsph_velocity);
@@ -140,7 +140,7 @@ fn update_strain<const D: usize>(
 }
 
 impl<const D: usize> SolverContext<D> {
-    /// Whether the velocities are half a step behind the positions.
+    /// Whether velocities are half a step earlier than positions.
     pub(crate) fn has_half_step_velocities(&self) -> bool {
         matches!(self.options.integration, TimeIntegration::Leapfrog | TimeIntegration::LeapfrogRates)
     }
@@ -199,7 +199,7 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, dt)
     }
 
-    /// Leapfrog of the source: velocity, density and stress at half steps.
+    /// Leapfrog step of `dt` (s) with velocity, density and stress at half steps, as in the literature.
     fn leapfrog_rates(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, saved_state: kept, .. } = self;
         kept.save(bodies);

@@ -49,8 +49,7 @@ impl SmoothedFields {
         Ok(renews || smooths)
     }
 
-    /// Replaces the stresses of laws in rate form by the average over the particles of the same body; other laws
-    /// recompute theirs.
+    /// Replaces the stresses of bodies with laws in rate form by averages over neighbours in the same body.
     pub fn smooth_stress<const D: usize>(
         &mut self,
         form: Regularisation,
@@ -107,7 +106,7 @@ impl SmoothedFields {
     }
 }
 
-/// Whether stress is smoothed in this step.
+/// Whether stresses are smoothed in this step.
 pub fn is_regularisation_due<const D: usize>(setting: &SolverContext<D>, clock: &Clock) -> bool {
     let options = &setting.options;
     options.regularisation != Regularisation::None && clock.is_due(options.regularisation_steps)
@@ -144,7 +143,7 @@ impl<'a, const D: usize> BodyNeighbours<'a, D> {
         sum * (1.0 / total)
     }
 
-    /// First row of the inverse moments of `(1, (x_i - x_j) / h)`; `None` where they are ill-conditioned.
+    /// First row of the inverse moments of `(1, (x_i - x_j) / h)`; `None` if they are ill-conditioned.
     pub fn linear_weights(&self, i: usize, body: &Range<usize>) -> Option<[f64; 4]> {
         let mut system = [[0.0; 5]; 4];
         let mut count = 0;
@@ -183,8 +182,8 @@ impl<'a, const D: usize> BodyNeighbours<'a, D> {
         Some(solution)
     }
 
-    /// Calls `visit(j, V_j W, (x_i - x_j) / h)` for the particle itself and its neighbours of the same body, across
-    /// periodic boundaries too. Images in mirrors are no particles of the body (sheet: sph §2.10).
+    /// Calls `visit` with `j`, `V_j W` and `(x_i - x_j) / h` for the particle itself and its neighbours in the same body, periodic images
+    /// included. Images in mirrors are no particles of the body (sheet: sph §2.10).
     fn for_each_neighbour(
         &self,
         i: usize,

@@ -9,7 +9,7 @@ use crate::config::ContinuityEquation;
 use crate::context::SolverContext;
 use crate::points::particles::{Bodies, Derivatives, SquareMatrix};
 
-/// Range of the density over the initial one; outside of it a run stops (sheet: sph §7).
+/// Range of the density over its initial value, outside of which the run ends with an error (sheet: sph §7).
 const DENSITY_RANGE: std::ops::Range<f64> = 0.2..5.0;
 
 /// Time of the positions for which a velocity gradient was computed.
@@ -21,8 +21,7 @@ pub enum StageTime {
     Middle,
 }
 
-/// Motion of a particle with the velocity gradient `l` (1/s) over the positions at the start of the step; `None`
-/// where it is singular.
+/// Motion of a particle with the velocity gradient `l` (1/s) with respect to positions at the start of the step; `None` if it is singular.
 #[inline(always)]
 fn motion_from_start<const D: usize>(
     l: &SquareMatrix<D>,
@@ -62,8 +61,8 @@ fn motion_from_middle<const D: usize>(
     Motion::from_velocity_gradient(&l, dt, density, band_length::<D>(volume))
 }
 
-/// Band length in a particle of that volume (m): a crack opens the two rows of particles beside it, since its jump enters the sums of
-/// both, and each of them dissipates half of the fracture energy (sheet: sph §0, fracture).
+/// Band length of a particle from its volume (m). A crack opens two rows of particles, each of which dissipates half of the fracture energy
+/// (sheet: sph §0, fracture).
 #[inline(always)]
 pub fn band_length<const D: usize>(volume: f64) -> f64 {
     2.0 * match D {
@@ -82,7 +81,7 @@ fn density_factor<const D: usize>(l: &SquareMatrix<D>, divergence: f64, dt: f64)
     (-dt * (divergence - 0.5 * dt * square)).exp()
 }
 
-/// Updates densities and stresses at the end of the step; steps 7 and 8.
+/// Updates densities and stresses at the end of the step (steps 7 and 8).
 pub fn update_stress<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -143,8 +142,8 @@ pub fn update_stress<const D: usize>(
     failure.map_or(Ok(()), |(index, reason)| Err(p.particle_error(clock, index, reason)))
 }
 
-/// Returns smoothed stresses beyond yield to the yield surface, by a step without motion. For time-dependent laws
-/// that would add relaxation; their stresses return in the next step with motion.
+/// Returns smoothed stresses that violate the yield criterion to the yield surface, by a step without motion. For time-dependent laws that
+/// would add relaxation; their stresses return in the next step with motion.
 pub fn return_to_yield<const D: usize>(
     clock: &Clock,
     bodies: &mut Bodies<D>,

@@ -14,7 +14,7 @@ use crate::kernel::Smoothing;
 use crate::pairs::operators::GradientMoment;
 use crate::points::particles::{Derivatives, MIN_PARTICLES_PER_TASK, Particles, SquareMatrix};
 
-/// Softening of the viscosity for coincident particles, as in the pair sums (sheet: sph §2.8).
+/// Softening of the viscosity for coincident particles, that of the pair sums (sheet: sph §2.8).
 const SOFTENING: f64 = 0.01;
 
 /// Initial configuration with its constant pairs and corrected gradients.
@@ -114,8 +114,7 @@ impl<const D: usize> TotalLagrangianReference<D> {
         });
     }
 
-    /// Acceleration of particle `i` by its neighbours (m/s²), with artificial viscosity `(α, β)` along the lines
-    /// between the present positions of the particles.
+    /// Acceleration of particle `i` by its neighbours (m/s²), with artificial viscosity `(α, β)` along current distance vectors.
     fn acceleration(&self, p: &Particles<D>, i: usize, (linear, quadratic): (f64, f64)) -> [f64; D] {
         let h = self.initial.smoothing.length();
         let density = p.mass[i] / self.initial.volume[i];
@@ -181,7 +180,7 @@ impl<const D: usize> TotalLagrangianReference<D> {
     }
 }
 
-/// Refuses options without a meaning over a reference configuration.
+/// Rejects options that have no meaning in a reference configuration.
 ///
 /// # Errors
 /// The first such option, by its path.

@@ -13,13 +13,13 @@ use crate::walls::Walls;
 /// Delay, in times that a wave takes over a spacing.
 const DELAY: f64 = 3.0;
 
-/// Pressure of friction (Pa), of the pressure `present` on the face and the delayed one `delayed` (Pa): at most twice the present one.
+/// Normal pressure for wall friction (Pa): the delayed pressure, limited to twice the current one.
 fn friction_pressure(delayed: f64, present: f64) -> f64 {
     if delayed > 0.0 && present > 0.0 { delayed.min(2.0 * present) } else { present }
 }
 
-/// Delayed pressure (Pa) after a `share` of the delay. It grows by the part of the present pressure that friction has not used, so that
-/// friction uses all of it in the end, if need be in another contact.
+/// Delayed pressure (Pa) after the fraction `share` of the delay. It grows by the part of the present pressure that friction has not used,
+/// so that friction uses all of it in the end, if need be in another contact.
 fn delayed_pressure(delayed: f64, present: f64, share: f64) -> f64 {
     if delayed == 0.0 {
         present
@@ -37,7 +37,7 @@ impl<const D: usize> Particles<D> {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Normal of the frictional face nearest to particle `i` at `x` (m) within `reach` (m).
+    /// Normal of the closest face with friction at particle `i` within `reach` (m).
     fn frictional_normal(&self, i: usize, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
         let is_frictional = |contact: &WallContact| matches!(contact, WallContact::Friction(_));
         let planes = self.planes.faces.iter().filter(|plane| is_frictional(&plane.contact));
@@ -49,7 +49,7 @@ impl<const D: usize> Walls<D> {
         near.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, normal)| normal)
     }
 
-    /// Updates the delayed pressures by those at the end of a step of `dt` (s).
+    /// Updates the delayed pressures with the pressures at the end of a step of `dt` (s).
     pub fn update_delayed_pressures(&self, setting: &SolverContext<D>, bodies: &mut Bodies<D>, dt: f64) {
         let Particles { delayed_pressure: pressed, position, stress, sound, .. } = &mut bodies.particles;
         let (delay, reach) = (DELAY * setting.options.spacing, setting.smoothing.radius());

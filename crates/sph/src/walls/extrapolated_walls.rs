@@ -93,7 +93,7 @@ impl<const D: usize> SoilExtrapolation<'_, D> {
         }
     }
 
-    /// Velocity of the soil (m/s), reversed in the frame of the wall.
+    /// Velocity of the soil at a wall particle, reversed in the frame of the wall (m/s).
     fn velocity(&self, wall: usize) -> [f64; D] {
         let mut velocity = [0.0; D];
         let total = self.for_each_neighbour(wall, |j, weight, _| {
@@ -123,7 +123,7 @@ impl<const D: usize> Walls<D> {
         SoilExtrapolation { setting, particles, walls: self, neighbours }
     }
 
-    /// Sets stresses, masses and velocities of extrapolated walls.
+    /// Extrapolates stress, mass and velocity of the soil to wall particles.
     pub fn extrapolate_from_soil(
         &self,
         setting: &SolverContext<D>,
@@ -147,7 +147,7 @@ impl<const D: usize> Walls<D> {
         self.extrapolate_velocities(setting, bodies, neighbours);
     }
 
-    /// Sets densities, masses and speeds of sound of extrapolated walls.
+    /// Extrapolates density, mass and speed of sound of the soil to wall particles.
     pub fn extrapolate_densities(
         &self,
         setting: &SolverContext<D>,
@@ -165,7 +165,7 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// Sets velocities of extrapolated walls.
+    /// Extrapolates the velocity of the soil to wall particles.
     pub fn extrapolate_velocities(
         &self,
         setting: &SolverContext<D>,

@@ -24,8 +24,8 @@ impl<const D: usize> FlatWall<D> {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Solves the support by walls and obstacles of a rigid body in a step of `dt` (s), with points that are squares or cubes of a half
-    /// width (m) at positions (m); returns whether it converged to the last digit, and leaves the support points in `planks`.
+    /// Solves the support of a rigid body by walls and obstacles in a step of `dt` (s). Its points are squares or cubes of a half width at
+    /// positions (m). Returns whether the iteration converged, with the contact points in `planks`.
     pub fn support_rigid_body(
         &self,
         case: &Case,

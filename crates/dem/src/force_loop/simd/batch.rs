@@ -9,7 +9,7 @@ use crate::points::vector::WIDTH;
 /// Number of contacts of a batch.
 pub(super) const BATCH_SIZE: usize = 64;
 
-/// Capacity of a batch, with those contacts that are added together with its last ones.
+/// Capacity of a batch, with space for the contacts that are added after it is full.
 pub(super) const BATCH_CAPACITY: usize = BATCH_SIZE + WIDTH;
 
 /// Data of four contacts in the stages of a batch. Each stage is a loop of its own, so that the chains of square roots and
@@ -20,9 +20,9 @@ pub(super) struct FourContacts<const D: usize, const R: usize> {
     pub(super) geometry: ContactGeometry<D, R, Lanes>,
     /// Lever arms over radii.
     pub(super) lever_arm: Lanes,
-    /// Vectors between the centres (m), where later stages need them.
+    /// Vectors between the centres (m), if later operations need them.
     pub(super) apart: [Lanes; D],
-    /// Radii of the first and the second grains (m), where later stages need them.
+    /// Radii of the first and the second grains (m), if later operations need them.
     pub(super) radii: [Lanes; 2],
     /// Tangential springs, rotated into the tangent plane (m).
     pub(super) shear_displacement: [Lanes; R],
@@ -73,8 +73,8 @@ impl<const D: usize, const R: usize> ContactBatch<D, R> {
         pairs: [ActivePair { first: 0, second: 0, slot: 0, image_index: 0 }; BATCH_CAPACITY],
     };
 
-    /// Adds those of four pairs whose bits are set, without an unpredictable branch. Pairs are copied from their list: numbers that
-    /// were just written one by one are slow to load as vectors.
+    /// Adds those of four pairs whose bits are set, without a branch. Pairs are copied from their list: numbers that were just written one
+    /// by one are slow to load as vectors.
     #[inline(always)]
     pub(super) fn push(&mut self, pairs: &[ActivePair; WIDTH], bits: u32) {
         // Upper bound: the caller processes full batches.

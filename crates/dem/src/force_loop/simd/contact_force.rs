@@ -75,7 +75,7 @@ impl<const D: usize> ContactSums<D> {
 pub(super) struct SimdForce<const D: usize, const R: usize> {
     /// Force (N); zero for lanes that do not count.
     pub(super) force: [Lanes; D],
-    /// Tangential part in tangent coordinates, and normal part (N).
+    /// Tangential force in tangent coordinates (N); the next field is the normal force.
     pub(super) tangential: [Lanes; R],
     normal: Lanes,
     /// Normal force with its energy, damping and tangential stiffness.
@@ -89,9 +89,9 @@ pub(super) struct SimdForce<const D: usize, const R: usize> {
 
 /// Output of the contact kernel. It is passed through a batch by value, so that its pointers and sums stay in registers across writes.
 pub(super) struct ContactOutput<'r, const D: usize, const R: usize> {
-    /// Forces and moments of the grains, from the first of the rows on.
+    /// Forces and moments of the grains, from the first grain of the range on.
     pub(super) forces: &'r mut [ForceTorque],
-    /// Contact histories, from the first pair of the rows on.
+    /// Contact histories, from the first pair of the range on.
     pub(super) history: ContactHistoriesMut<'r, R>,
     /// Energies and virial of the contacts.
     pub(super) account: ContactSums<D>,
@@ -155,7 +155,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         }
     }
 
-    /// Normal dashpots of four contacts in this step (N s/m).
+    /// Normal dashpots of four contacts in the step (N s/m).
     #[inline(always)]
     fn dashpots<const HERTZ: bool>(
         &self,
@@ -182,7 +182,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         all
     }
 
-    /// Adds forces and moments of four contacts, of which `valid` count, and returns the bits of those that overlap.
+    /// Adds forces and moments of up to four contacts, of which the first `valid` are used. Returns the bits of the contacts with overlap.
     #[inline(always)]
     pub(super) fn contact_forces<const HERTZ: bool, const TURNS: bool>(
         &mut self,
@@ -252,7 +252,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         }
     }
 
-    /// Adds four contacts to the stress, one after another.
+    /// Adds the stress of up to four contacts to the virial, one contact at a time.
     #[inline(always)]
     fn add_stress(&mut self, valid: usize, on: &[Lanes; D], apart: &[Lanes; D]) {
         let (on, apart) = (on.map(Lanes::to_array), apart.map(Lanes::to_array));
@@ -265,7 +265,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         }
     }
 
-    /// Counts contacts and their forces.
+    /// Counts contacts, and adds up their squared forces.
     #[inline(always)]
     fn count(
         &mut self,

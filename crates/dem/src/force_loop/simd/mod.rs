@@ -22,7 +22,7 @@ use crate::force_loop::{ContactInput, ForceAccumulators};
 use crate::neighbours::active_pairs::{ActivePair, ActivePairs as Close};
 use crate::points::vector::{WIDTH, difference, dot, rotate_with_normal};
 
-/// Pass over the contacts of a run of rows. Numbers of grains and pairs count from the first of the rows on.
+/// Computation of contact forces for a range of grains with SIMD kernels. Numbers of grains and pairs count from the first of the rows on.
 struct SimdPass<'r, 'a, const D: usize, const R: usize> {
     input: &'r ContactInput<'a, D, R>,
     positions: &'r [Lanes],
@@ -33,7 +33,7 @@ struct SimdPass<'r, 'a, const D: usize, const R: usize> {
 }
 
 impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
-    /// Adds the forces of the pairs of `rows`.
+    /// Adds the contact forces of the pairs of a range of grains.
     pub(super) fn simd_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
         (pairs, active): (PairListView<'_>, &Close),
@@ -99,7 +99,8 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
 }
 
 impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
-    /// Adds those of four pairs, the first `count` of which count, to the batch if they are in contact; ends contacts that have separated.
+    /// Adds those of up to four pairs that are in contact to the batch, and ends contacts that have separated. The first `count` pairs are
+    /// used.
     #[inline(always)]
     fn collect_contacts<const HERTZ: bool, const TURNS: bool>(
         &mut self,
@@ -130,7 +131,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         ends.for_each(|(_, pair)| self.release_contact(*pair));
     }
 
-    /// Ends a contact whose grains have separated: its stored energy is lost.
+    /// Ends a contact whose grains have separated; its stored energy is dissipated.
     #[cold]
     fn release_contact(&mut self, pair: ActivePair) {
         let (i, j) = (self.work.first + pair.first as usize, self.work.first + pair.second as usize);
@@ -152,7 +153,7 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         self.work.history.set(slot, &history);
     }
 
-    /// Processes the contacts of the batch, which is full or the last one.
+    /// Computes the forces of the contacts in the batch, which is full or the last one.
     #[inline(never)]
     fn process_batch<const HERTZ: bool, const TURNS: bool>(&mut self, common: Option<&SimdLaws>) {
         let count = self.batch.count.min(BATCH_SIZE);
@@ -258,7 +259,7 @@ fn rotate_springs<const D: usize, const R: usize>(batch: &mut ContactBatch<D, R>
     );
 }
 
-/// Tangential springs of four contacts (m), and the dissipative part of their normal forces (N).
+/// Tangential springs (m) and damping forces (N) of four contacts.
 #[inline(always)]
 fn load_springs<const R: usize>(
     springs: &[[f64; SPRING_WIDTH]],

@@ -25,7 +25,7 @@ pub struct PlaneContact<'a, const D: usize> {
     pub law: &'a PairLaw,
 }
 
-/// Force (N) and moments (N m) on a grain: that of the tangential force, and that of rolling and torsion resistance.
+/// Force (N) and moments on a grain (N m): that of the tangential force, and that of rolling and torsion resistance.
 pub type PlaneForce<const D: usize, const R: usize> = ([f64; D], [[f64; R]; 2]);
 
 /// Sums over contacts with planes.
@@ -45,7 +45,7 @@ impl<const D: usize> PlaneSums<D> {
 }
 
 impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
-    /// Adds the forces of four contacts with planes, whose laws are `common` where that is given.
+    /// Adds the forces of four contacts with planes; `common` is their contact law, if all have the same.
     pub fn plane_forces<const HERTZ: bool, const TURNS: bool>(
         &self,
         four: &[PlaneContact<'_, D>; WIDTH],

@@ -80,7 +80,7 @@ impl<const R: usize> HistoryColumnIndices<R> {
         })
     }
 
-    /// Adds a contact with the history of a row, as far as the laws of the case need it.
+    /// Adds a contact with the history in a row of the table, in the columns that the laws of the case need.
     fn push(
         &self,
         rows: &NamedTable<'_>,
@@ -262,7 +262,7 @@ fn empty<const R: usize>(history: &mut ContactHistories<R>, count: usize, column
     history.spring.clear();
 }
 
-/// List of the pairs of `count` grains, given as the numbers of their grains and of their row.
+/// Pair list of `count` grains, from the grains and the table row of each pair.
 fn pair_list<const R: usize>(
     (count, columns): (usize, HistoryColumns),
     rows: &NamedTable<'_>,
@@ -283,7 +283,7 @@ fn pair_list<const R: usize>(
     Ok(list)
 }
 
-/// Lists contacts with walls, given as the numbers of their grain, wall and row.
+/// Adds wall contacts to the list, from the grain, wall and table row of each contact.
 fn list_walls<const R: usize>(
     (near, columns): (&mut WallList<R>, HistoryColumns),
     rows: &NamedTable<'_>,
@@ -326,7 +326,7 @@ impl FacetColumnIndices {
         }))
     }
 
-    /// Key of the facet of a row, with its distance and normal.
+    /// Facet key of a table row, with distance and normal of the facet.
     fn read_facet(&self, rows: &NamedTable<'_>, number: usize) -> Result<(u64, FacetContact), String> {
         let [high, low] = [
             rows.integer(number, self.key[0], HALF_KEY_VALUES)?,

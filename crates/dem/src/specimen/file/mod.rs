@@ -16,7 +16,7 @@ const FORMAT: &str = "colluvium-specimen-1";
 /// Path of the key in a case that names a file.
 const KEY: &str = "methods.dem.specimen";
 
-/// Index in place of a missing grain or wall.
+/// Number that stands for a missing grain or wall index.
 const NO_INDEX: f64 = -1.0;
 
 /// Specimen as stored in a file.

@@ -21,7 +21,7 @@ fn name_list<'a>(all: impl IntoIterator<Item = &'a str>) -> String {
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }
 
-/// Table with columns found by name.
+/// Table whose columns are found by name.
 pub(super) struct NamedTable<'a> {
     table_name: &'static str,
     /// Table with rows and headings.
@@ -29,7 +29,7 @@ pub(super) struct NamedTable<'a> {
 }
 
 impl<'a> NamedTable<'a> {
-    /// Checks that every row has a number for each column.
+    /// Table of a file; an error unless every row has a number for each column.
     pub fn new(table_name: &'static str, table: &'a Table) -> Result<Self, String> {
         let count = table.columns.len();
         match table.rows.iter().position(|row| row.len() != count) {
@@ -62,7 +62,7 @@ impl<'a> NamedTable<'a> {
         self.columns::<1>(name).map(|[column]| column)
     }
 
-    /// Non-negative integer in row `row`, below `limit`.
+    /// Non-negative integer below `limit` in a row and column.
     pub fn integer(&self, row: usize, column: usize, limit: u64) -> Result<u32, String> {
         let value = self.table.rows[row][column];
         if value >= 0.0 && value < limit as f64 && value.fract() == 0.0 {
@@ -78,13 +78,13 @@ impl<'a> NamedTable<'a> {
     }
 }
 
-/// Numbers of a row in some columns.
+/// Numbers of a row in given columns.
 pub(super) fn columns_of_row<const N: usize>(row: &[f64], columns: &[usize; N]) -> [f64; N] {
     columns.map(|column| row[column])
 }
 
 impl StoredSpecimen {
-    /// Specimen with which a case begins, if it names one.
+    /// Specimen with which the case starts, if it names one.
     ///
     /// # Errors
     /// When its file cannot be read, is no specimen, or does not fit the case.
@@ -120,7 +120,7 @@ impl StoredSpecimen {
         counts
     }
 
-    /// Checks that the case can begin with the specimen.
+    /// Checks that the specimen matches the bodies and the cell of the case.
     fn check_case(&self, case: &Case) -> Result<(), String> {
         let (head, dimension) = (&self.head, case.dimension());
         if head.format != FORMAT {
@@ -142,7 +142,7 @@ impl StoredSpecimen {
         self.cell_fits(case)
     }
 
-    /// Checks that the case has a body of this name, of the same kind of grains.
+    /// Checks that the case has a body with this name and the same kind of grains.
     fn body_fits(&self, case: &Case, name: &str) -> Result<(), String> {
         let Some(body) = case.bodies.iter().find(|body| body.name == name) else {
             return Err(format!(
@@ -186,13 +186,13 @@ impl StoredSpecimen {
         Ok(())
     }
 
-    /// Shift of its coordinates to those of the case (m).
+    /// Displacement from specimen coordinates to those of the case (m).
     pub(super) fn shift<const D: usize>(&self, case: &Case) -> [f64; D] {
         let origin = case.origin();
         std::array::from_fn(|c| self.head.origin[c] - origin[c])
     }
 
-    /// Cell of the case, along periodic axes that of the specimen.
+    /// Cell of the case, with the cell vectors of the specimen along periodic axes.
     pub fn cell<const D: usize>(
         &self,
         case: &Case,
@@ -301,7 +301,7 @@ impl StoredSpecimen {
     }
 }
 
-/// Sets the prescribed motion of a grain of a held body, whatever the file states.
+/// Sets the prescribed motion of a grain, if its body has one; it has priority over the velocity in the file.
 fn set_prescribed_motion<const D: usize, const R: usize>(
     options: &DemOptions,
     body: &Body,
@@ -315,7 +315,7 @@ fn set_prescribed_motion<const D: usize, const R: usize>(
     grains.spin[i] = std::array::from_fn(|c| own.spin.get(c).copied().unwrap_or(0.0));
 }
 
-/// Refuses options of the case for a body whose grains are those of the specimen.
+/// Rejects options of the case for a body whose grains are those of the specimen.
 fn refuse_twice(options: &DemOptions, number: usize, body: &Body) -> Result<(), CaseError> {
     let own = options.bodies.get(&body.name);
     let held = own.is_some_and(|own| own.held);

@@ -34,7 +34,7 @@ fn lines(table: &Table) -> String {
 }
 
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
-    /// Text of a specimen file: grains, contacts with their histories, cell and walls, for another case to begin with.
+    /// Text of a specimen file: grains, contact histories, cell and walls, with which another case can start.
     pub(crate) fn specimen_text(&self) -> String {
         let stored = StoredSpecimen {
             head: self.specimen_header(),
@@ -170,7 +170,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
     }
 }
 
-/// Table row of contact `k`, with its ends.
+/// Table row of contact `k`; `ends` are the indices of its grain, other grain and wall.
 fn row<const R: usize>(
     ends: [f64; 3],
     history: &ContactHistories<R>,

@@ -10,10 +10,10 @@ pub(super) const MAX_FACES: usize = 12;
 /// Largest number of linearly independent normals.
 const AXES: usize = 3;
 
-/// Relative round-off error of velocities.
+/// Relative tolerance of velocities for round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Iterations in which faces that leave no admissible velocity share their overlap.
+/// Number of iterations that distribute the overlap among faces between which no velocity is possible.
 const MAX_ITERATIONS: usize = 64;
 
 /// Normal velocity changes (m/s) of the faces of a node, in the order of the faces.
@@ -38,7 +38,7 @@ struct VelocityBounds {
 }
 
 impl VelocityBounds {
-    /// Returns the bounds of faces; those that `is_bilateral` selects prescribe the normal velocity.
+    /// Velocity bounds of the faces. Those for which `is_bilateral` is true prescribe the normal velocity; the others limit it.
     fn new(
         faces: &[NodeFace],
         velocity: &[f64; 3],
@@ -73,8 +73,8 @@ impl VelocityBounds {
         })
     }
 
-    /// Projects a velocity (m/s) onto the admissible set by the smallest impulses along the normals. Where several sets of faces give such
-    /// impulses, their mean is taken.
+    /// Projects a velocity onto the velocities that all bounds permit, by the smallest impulses along the normals (m/s). Where several sets
+    /// of faces give such impulses, their mean is taken.
     fn project(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
         let free: [f64; 3] = std::array::from_fn(|c| {
             if self.bounds().iter().any(|bound| bound.normal[c] != 0.0) { velocity[c] } else { 0.0 }
@@ -101,8 +101,8 @@ impl VelocityBounds {
         self.balance_opposing_faces(velocity)
     }
 
-    /// Impulses (m/s) by which a set of faces prescribes its normal velocities, and the velocity after them; `None` where an impulse would
-    /// be tensile or another bound is violated.
+    /// Impulses by which some of the faces prescribe their normal velocities (m/s), and the resulting velocity. `None` if an impulse is
+    /// tensile or another bound is violated.
     fn solve_active_set(
         &self,
         set: &[usize],
@@ -132,7 +132,7 @@ impl VelocityBounds {
         self.are_satisfied_by(&reached, slack).then_some((parts, reached))
     }
 
-    /// Shares the overlap of faces that leave no admissible velocity, such as faces that close on a node.
+    /// Distributes the overlap among faces between which no velocity is possible, such as faces that close on a node.
     fn balance_opposing_faces(&self, velocity: &mut [f64; 3]) -> NormalImpulses {
         let (mut pushes, share) = ([0.0; MAX_FACES], 1.0 / self.count as f64);
         for _ in 0..MAX_ITERATIONS {
@@ -152,7 +152,7 @@ impl VelocityBounds {
     }
 }
 
-/// Calls `act` for each set of `size` out of `count` faces.
+/// Calls `act` for each combination of `size` out of `count` faces.
 fn for_each_set(count: usize, size: usize, mut act: impl FnMut(&[usize])) {
     for i in 0..count {
         match size {
@@ -212,7 +212,7 @@ fn weighted_mean_velocity(
     Some((mean, parts))
 }
 
-/// Velocity changes by each face (m/s), at the end and at the start of the step.
+/// Velocity changes by each face at the end and the start of the step (m/s).
 #[derive(Clone, Copy, Debug)]
 struct VelocityChanges {
     end: [[f64; 3]; MAX_FACES],
@@ -229,7 +229,7 @@ impl VelocityChanges {
     }
 }
 
-/// Applies the contact conditions of several faces to the velocities of a node at the start and the end of a step (m/s), as described at
+/// Applies the contact conditions of several faces to the velocities of a node at the start and the end of a step (m/s), see
 /// [`NodeWalls::constrain_and_record`](crate::boundary::walls::NodeWalls::constrain_and_record).
 pub(super) fn constrain(
     faces: &[NodeFace],
@@ -269,7 +269,7 @@ pub(super) fn constrain(
     }
 }
 
-/// Sets the velocity at the start of the step (m/s) along the normals of bilateral faces.
+/// Prescribes the velocity at the start of the step along the normals of bilateral faces (m/s).
 fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
     let mut pushes = [0.0; MAX_FACES];
     let mut chosen = VelocityBounds::new(faces, start, [false; 3], |_| true);

@@ -12,20 +12,20 @@ const MAX_ITERATIONS: usize = 64;
 
 /// Node at an edge of unilateral or frictional walls with different velocities.
 pub(super) struct FrictionEdge<'a> {
-    /// Walls by the axis of their normal.
+    /// Wall normal to each axis, if the node has one.
     pub walls: [Option<&'a NodeWall>; 3],
-    /// Velocity components that other walls prescribe.
+    /// Whether each velocity component is prescribed by other walls.
     pub constrained_components: [bool; 3],
     /// Velocity at the start of the step (m/s).
     pub start: [f64; 3],
-    /// Velocity at the end of the step without these walls (m/s).
+    /// Velocity of the node at the end of the step without these walls (m/s).
     pub free_velocity: [f64; 3],
     /// Velocity change by the pore pressure that the wall takes (m/s).
     pub pore_pressure_part: [f64; 3],
 }
 
 impl FrictionEdge<'_> {
-    /// Velocity of the node after the walls, from the normal impulses `pushes` (m/s) of the walls in contact.
+    /// Velocity of the node after the walls (m/s), from the normal impulses `pushes` of the walls in contact (m/s).
     pub fn solve(&self, mut pushes: [Option<f64>; 3]) -> [f64; 3] {
         let mut end = self.free_velocity;
         // Friction of the other walls may open or close the contact with a wall.
@@ -60,12 +60,12 @@ impl FrictionEdge<'_> {
         end
     }
 
-    /// Normal impulse of a wall without the other walls (m/s).
+    /// Normal impulse of a wall if it acted alone (m/s).
     fn normal_impulse(&self, wall: &NodeWall) -> f64 {
         wall.approach_velocity(&std::array::from_fn(|c| self.free_velocity[c] + self.pore_pressure_part[c]))
     }
 
-    /// Velocity after the walls with a normal impulse, and the normal impulse on each by the friction of the others (m/s).
+    /// Velocity after given normal impulses, and normal impulse on each wall by the friction of the others (m/s).
     fn friction_velocity(&self, pushes: &[Option<f64>; 3]) -> ([f64; 3], [f64; 3]) {
         let acting = || self.walls.into_iter().flatten().filter(|wall| pushes[wall.axis].is_some());
         let mut end = self.free_velocity;
@@ -126,7 +126,7 @@ impl FrictionEdge<'_> {
         (end, rubbed)
     }
 
-    /// Normal impulse of each wall (m/s) by the `friction` of the others along its axis.
+    /// Normal impulse on each wall by the `friction` of the others along its normal (m/s).
     fn friction_normal_impulses<'a, W: Iterator<Item = &'a NodeWall>>(
         &self,
         acting: impl Fn() -> W,
@@ -142,7 +142,7 @@ impl FrictionEdge<'_> {
     }
 }
 
-/// Friction of a wall on the one free velocity component of a node.
+/// Friction of a wall on the single free velocity component of a node.
 struct EdgeFriction {
     /// Velocity of the wall (m/s).
     speed: f64,
@@ -152,7 +152,7 @@ struct EdgeFriction {
     bound: f64,
 }
 
-/// Velocity (m/s) from `free` by the friction of all walls: the minimum of `½(v-v₀)² + Σ b √(a² + (v-V)²)`.
+/// Velocity component after the friction of all walls (m/s), the minimum of `½(v-v₀)² + Σ b √(a² + (v-V)²)` with `v₀ = free`.
 fn friction_equilibrium<I: Iterator<Item = EdgeFriction>>(free: f64, frictions: impl Fn() -> I) -> f64 {
     let slope = |velocity: f64| {
         let rub = |friction: EdgeFriction| match velocity - friction.speed {

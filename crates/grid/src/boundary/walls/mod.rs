@@ -31,12 +31,12 @@ pub enum WallKind {
     },
 }
 
-/// Wall: a half-space of nodes beyond a plane normal to an axis.
+/// Wall: a half-space that begins at a plane of nodes normal to an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeWall {
     /// Axis normal to the wall.
     pub axis: usize,
-    /// True for a wall above its plane (material below), false for one below.
+    /// Whether the wall is above its plane, with material below.
     pub is_upper: bool,
     /// Node index, along the axis, of the wall's face.
     pub node: usize,
@@ -105,7 +105,7 @@ impl NodeWalls {
         &self.faces
     }
 
-    /// Rigid geometry of any shape, mutable; copied if it is shared.
+    /// Mutable faces of rigid geometry; they are copied if they are shared.
     pub fn faces_mut(&mut self) -> &mut NodeFaces {
         Arc::make_mut(&mut self.faces)
     }
@@ -129,21 +129,21 @@ impl NodeWalls {
         axes.filter_map(|axis| self.wall_at(axis, index))
     }
 
-    /// Sets whether moving walls start in this step. Then constrained nodes get an acceleration, as with a prescribed motion that begins:
-    /// without it, points beside the wall would never have its speed.
+    /// Sets whether moving walls start their motion in this step. Then constrained nodes get an acceleration, as with a prescribed motion
+    /// that begins: without it, points beside the wall would never have its speed.
     pub fn set_starts_moving(&mut self, sets_off: bool) {
         self.starts_moving = sets_off;
     }
 
-    /// Applies the walls to a node with the velocity `start` before the step and `end` after the momentum solve. With `keep_start` the
-    /// start velocity is unchanged (momentum variant of fixed nodes); without, a prescribed component has no acceleration (force variant,
-    /// sheet: mpm §3.3).
+    /// Applies the walls to a node with the velocity `start` before the step and `end` after the momentum solve (m/s). With `keep_start`
+    /// the start velocity is unchanged (momentum variant of fixed nodes); without, a prescribed component has no acceleration (force
+    /// variant, sheet: mpm §3.3).
     pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
         self.constrain_skeleton(index, start, end, keep_start, &[0.0; 3]);
     }
 
-    /// Applies the walls to the skeleton of a saturated soil, with friction by the effective stress. `lift` (m/s) is the change of the
-    /// skeleton velocity that the pore pressure on the wall would give.
+    /// Applies the walls to the skeleton of a saturated soil, with friction by the effective stress. `lift` is the change of the skeleton
+    /// velocity that the pore pressure on the wall would cause (m/s).
     ///
     /// In an edge, all walls act at once: friction depends on the sliding velocity after all of them. The same holds for faces at one node.
     /// Rigid geometry of any shape acts before walls.
@@ -158,8 +158,8 @@ impl NodeWalls {
         self.constrain_and_record(index, start, end, keep_start, lift, |_, _, _| {});
     }
 
-    /// Applies the walls as [`Self::constrain_skeleton`]; calls `tell` with each velocity change (m/s) at the end and the start of the step
-    /// by rigid geometry of any shape.
+    /// Applies the walls like [`Self::constrain_skeleton`], and calls `tell` with the velocity changes at the end and the start of the step
+    /// by each face of rigid geometry (m/s).
     #[inline]
     pub fn constrain_and_record(
         &self,
@@ -240,7 +240,7 @@ impl NodeWalls {
         walls(true).for_each(|wall| wall.impose_velocity(start, end, keep(wall)));
     }
 
-    /// Whether each velocity component of a node with the end velocity `end` is constrained by its walls.
+    /// Whether each velocity component of a node is constrained by its walls; `end` is its velocity at the end of the step (m/s).
     pub fn constrained_components(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
         if self.faces.faces_at(index).iter().any(|face| face.is_in_contact(end)) {
             return [true; 3];
@@ -251,8 +251,8 @@ impl NodeWalls {
         })
     }
 
-    /// Constrains the re-mapped velocity of a node (MUSL): no penetration, no separation where the momentum solve (`solved`) left contact,
-    /// and no slip where it left sticking.
+    /// Constrains the re-mapped velocity of a node (MUSL) to no penetration. If the momentum solve (`solved`) had contact there is no
+    /// separation, and if it had sticking there is no slip.
     pub fn constrain_remapped(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
         match self.faces.faces_at(index) {
             [] => {}
@@ -277,14 +277,14 @@ impl NodeWalls {
         })
     }
 
-    /// Whether no wall is normal to `axis` at `index` and, for the first axis, no rigid geometry has nodes in that row: a quick test of a
-    /// row of nodes. False on a mesh with walls.
+    /// Whether there is no wall normal to `axis` at a node index and, for the first axis, no face in that row of nodes. It is a quick test
+    /// for rows without constraints. False on a mesh with walls.
     #[inline]
     pub fn is_row_free(&self, axis: usize, index: usize) -> bool {
         !(self.has_wall(axis, index) || axis == 0 && self.faces.has_faces_in_row(index))
     }
 
-    /// Whether there is a wall normal to `axis` at `index`; on a mesh, whether there is any such wall.
+    /// Whether there is a wall normal to `axis` at a node index; on a mesh, whether there is any wall normal to it.
     #[inline]
     pub fn has_wall(&self, axis: usize, index: usize) -> bool {
         match self.strides {
@@ -322,7 +322,7 @@ impl NodeWall {
         std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
     }
 
-    /// Whether each velocity component of a node with the end velocity `end` is constrained by the wall.
+    /// Whether each velocity component of a node is constrained by the wall; `end` is its velocity at the end of the step (m/s).
     fn constrained_components(&self, end: &[f64; 3]) -> [bool; 3] {
         if self.is_unconditional() {
             let held = self.unconditional_components();
@@ -344,9 +344,9 @@ impl NodeWall {
         }
     }
 
-    /// Stops a node that approaches the wall or is at a bilateral one: with `keep_start` or without acceleration, as a prescribed
-    /// component. At a unilateral wall the node always has the acceleration that stops it. Returns the velocity change into the wall (m/s)
-    /// for friction, less `lift` of the pore fluid; `None` where the node separates.
+    /// Applies the normal condition of the wall to a node that approaches it or is at a bilateral wall. Returns the normal impulse (m/s);
+    /// `None` without contact. At a unilateral wall the node always has the acceleration that stops it. Returns the velocity change into
+    /// the wall (m/s) for friction, less `lift` of the pore fluid; `None` where the node separates.
     #[inline]
     fn stop(
         &self,
@@ -371,7 +371,7 @@ impl NodeWall {
         Some(push)
     }
 
-    /// Friction on a stopped node by the normal impulse `push` (m/s); none if it is tensile.
+    /// Applies wall friction to a node in contact, for the normal impulse `push` (m/s); none if it is tensile.
     #[inline]
     fn apply_friction(&self, start: &[f64; 3], end: &mut [f64; 3], push: f64) {
         match self.kind {
@@ -415,8 +415,8 @@ impl NodeWall {
         }
     }
 
-    /// Constrains the re-mapped velocity of MUSL: no penetration; no separation where the momentum solve (`solved`) left contact,
-    /// since the wall force would do work; and no slip where it left sticking.
+    /// Constrains the re-mapped velocity of a node (MUSL) to no penetration. If the momentum solve (`solved`) had contact there is no
+    /// separation, since the wall force would do work, and if it had sticking there is no slip.
     #[inline]
     fn constrain_remapped(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
         let held = self.constrained_components(solved);

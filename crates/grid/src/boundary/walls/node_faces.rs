@@ -14,11 +14,11 @@ pub struct NodeFace {
     pub separation: bool,
     /// Velocity of the surface (m/s).
     pub velocity: [f64; 3],
-    /// Index of the reaction sum of the surface; `None` without one.
+    /// Index of the reaction to which the face contributes; `None` if it is not measured.
     pub reaction_index: Option<u8>,
 }
 
-/// Faces of all nodes in contact with rigid geometry.
+/// Faces of the nodes in contact with rigid geometry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeFaces {
     /// Node strides.
@@ -44,7 +44,7 @@ pub(super) fn length(a: &[f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Round-off of the normal component of a velocity, relative to the velocity.
+/// Relative tolerance of the normal velocity for round-off.
 const ROUND_OFF: f64 = 1e-12;
 
 impl NodeFaces {
@@ -67,7 +67,7 @@ impl NodeFaces {
         faces
     }
 
-    /// Assigns the faces from index `first` on to a node, which is the last node so far or a later one.
+    /// Assigns the faces from index `first` on to a node, whose number is at least that of the last one assigned.
     fn assign(&mut self, node: u32, first: usize) {
         if self.lookup[node as usize] == 0 && first < self.faces.len() {
             self.first_faces.push(first as u32);
@@ -77,8 +77,8 @@ impl NodeFaces {
         }
     }
 
-    /// Rebuilds the faces of the active nodes of a structured grid: those in `rest`, and those that `find` adds to its list at a position
-    /// (m). Memory is reused.
+    /// Rebuilds the faces of the active nodes of a structured grid: the permanent ones in `rest`, and those that `find` adds for a node
+    /// position (m). Memory is reused.
     pub fn rebuild<const D: usize>(
         &mut self,
         grid: &Grid<D>,
@@ -139,7 +139,7 @@ impl NodeFaces {
         self.faces.is_empty()
     }
 
-    /// Whether a node with this index along the first axis has faces.
+    /// Whether a node with a given index along the first axis has faces.
     #[inline]
     pub(super) fn has_faces_in_row(&self, row: usize) -> bool {
         !self.faces.is_empty() && self.rows[row]
@@ -162,8 +162,7 @@ impl NodeFaces {
 }
 
 impl NodeFace {
-    /// Returns a face at rest with the outward unit normal `normal`: smooth for zero `friction`, rough for infinite friction, else
-    /// frictional.
+    /// Face without velocity, with an outward unit normal: smooth for zero `friction`, rough for infinite friction, else frictional.
     pub fn at_rest(normal: [f64; 3], friction: f64, separation: bool) -> Self {
         let kind = match friction {
             0.0 => WallKind::Smooth,
@@ -199,7 +198,8 @@ impl NodeFace {
         }
     }
 
-    /// Applies the face to a node as a wall: see [`NodeWalls::constrain_skeleton`](crate::boundary::walls::NodeWalls::constrain_skeleton).
+    /// Applies the face to a node like a wall, see
+    /// [`NodeWalls::constrain_skeleton`](crate::boundary::walls::NodeWalls::constrain_skeleton).
     pub(super) fn constrain(
         &self,
         start: &mut [f64; 3],
@@ -262,7 +262,7 @@ impl NodeFace {
         }
     }
 
-    /// Whether a node with the end velocity `end` is in contact with the face.
+    /// Whether a node is in contact with the face; `end` is its velocity at the end of the step (m/s).
     pub(super) fn is_in_contact(&self, end: &[f64; 3]) -> bool {
         self.is_fully_bonded() || self.separation_velocity(end).abs() <= ROUND_OFF * length(end)
     }

@@ -28,7 +28,7 @@ impl MshContent {
         source.error_at(at, format!("node {tag} lies at {place:?} m, off the plane z = 0{cure}"))
     }
 
-    /// Error with the tags of the file in place of numbers.
+    /// Error with the tags of the file in place of node and element numbers.
     pub(super) fn with_tags(&self, error: MeshError) -> MshError {
         let node = |number: usize| self.tags.get(number).map_or(number, |(tag, _)| *tag as usize);
         MshError::Mesh(match error {

@@ -11,7 +11,8 @@ struct BinaryFormat {
     size: usize,
 }
 
-/// Mesh file, read from start to end. In text a number is a word and a row a line; in binary all numbers are consecutive.
+/// Reader of a mesh file, with its position in the file. In text a number is a word and a row a line; in binary all numbers are
+/// consecutive.
 pub(super) struct MshReader<'a> {
     bytes: &'a [u8],
     offset: usize,
@@ -39,7 +40,7 @@ impl<'a> MshReader<'a> {
         Err(self.error_at(self.location(), problem.into()))
     }
 
-    /// Number of the current line, or of the bytes read so far.
+    /// Number of the current line, or of the bytes that have been read in a binary section.
     pub(super) fn location(&self) -> usize {
         if self.is_binary() { self.offset } else { self.line }
     }
@@ -52,7 +53,7 @@ impl<'a> MshReader<'a> {
         }
     }
 
-    /// Rest of the current line, without its end; advances to the next line.
+    /// Remaining part of the current line without its line end; the reader advances to the next line.
     fn take_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.bytes.get(self.offset..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|byte| *byte == b'\n');
@@ -73,7 +74,7 @@ impl<'a> MshReader<'a> {
         }
     }
 
-    /// Next header of a section, blank lines skipped; `None` at the end.
+    /// Header of the next section; `None` at the end of the file.
     pub(super) fn next_section(&mut self) -> Result<Option<String>, MshError> {
         while let Some(line) = self.take_line() {
             if line.is_empty() {
@@ -95,7 +96,7 @@ impl<'a> MshReader<'a> {
         Ok(())
     }
 
-    /// Reads the end of a section, which in binary files may follow a line end.
+    /// Reads the end of a section, before which binary files may have a line end.
     pub(super) fn read_section_end(&mut self, end: &str) -> Result<(), MshError> {
         let mut line = self.line()?;
         if self.is_binary() && line.is_empty() {
@@ -104,7 +105,7 @@ impl<'a> MshReader<'a> {
         if line == end { Ok(()) } else { self.error(format!("{line:?} is in the place of {end}")) }
     }
 
-    /// Begins the binary part of a file: determines the byte order from the number one that follows the header. `size` is the number of
+    /// Begins the binary part of a file: determines the byte order from the test number that follows the header. `size` is the number of
     /// bytes of a size.
     pub(super) fn begin_binary_part(&mut self, size: usize) -> Result<(), MshError> {
         if size != 4 && size != 8 {
@@ -147,21 +148,21 @@ impl<'a> MshReader<'a> {
         word.parse().or_else(|error: T::Err| self.error(format!("{word:?}: {error}")))
     }
 
-    /// Skips the rest of a row of text.
+    /// Skips the remaining part of a row of text.
     pub(super) fn end_row(&mut self) {
         if let Some(end) = self.row_end.take() {
             self.offset = (end + 1).min(self.bytes.len());
         }
     }
 
-    /// Signed integer.
+    /// Next signed integer.
     pub(super) fn int(&mut self) -> Result<i64, MshError> {
         let Some(binary) = self.binary else { return self.next_word() };
         let bytes: [u8; 4] = self.take_bytes("a number")?;
         Ok(if binary.is_big_endian { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) }.into())
     }
 
-    /// Count given as a signed integer.
+    /// Next count that is stored as a signed integer.
     pub(super) fn size_of_int(&mut self) -> Result<u64, MshError> {
         let value = self.int()?;
         u64::try_from(value).or_else(|_| self.error(format!("{value} is not a count")))

@@ -41,11 +41,12 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         stencil
     }
 
-    /// Numbers of node lines along the last axis: along the first axis, and along the second of three.
+    /// Number of lines of nodes along the last axis that the stencil has in the direction of the first axis, and of the second in three
+    /// dimensions.
     const LINE_COUNTS: [usize; 2] = [if D > 1 { S } else { 1 }, if D > 2 { S } else { 1 }];
 
-    /// Properties of a node line along the last axis: index of the first of `S` consecutive nodes, weight, and gradients of this stencil
-    /// and of `other` on the same nodes; weight and gradients are those of the other axes.
+    /// Line of `S` consecutive nodes along the last axis: index of its first node, weight, and gradients of this stencil and of `other`.
+    /// Weight and gradients are those of the other axes.
     #[inline(always)]
     fn node_line(
         &self,
@@ -68,8 +69,8 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         (start, wx * wy, [gx * wy, wx * gy], [hx * wy, wx * hy])
     }
 
-    /// Calls `visit(index of the first of S consecutive nodes, weight, gradient)` for every line of
-    /// nodes along the last axis; weight and gradient are those of the other axes.
+    /// Calls `visit` for each line of `S` consecutive nodes along the last axis, with the index of its first node, weight and gradient. The
+    /// latter are those of the other axes.
     #[inline(always)]
     pub(crate) fn for_each_line(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, [f64; 2])) {
         for i in 0..Self::LINE_COUNTS[0] {
@@ -80,7 +81,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         }
     }
 
-    /// Sum over a node line along the last axis of the values `of`, with the weight `w` of the other axes.
+    /// Sum of the values `of` over a line of nodes along the last axis, multiplied by the weight `w` of the other axes.
     #[inline(always)]
     fn sum_along_line(&self, w: f64, of: impl Fn(usize) -> f64x8) -> f64x8 {
         let mut value = f64x8::ZERO;
@@ -90,7 +91,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         value * w
     }
 
-    /// Gradients along the last axis of this stencil in four lanes, and of `other` in the other four.
+    /// Gradients along the last axis: of this stencil in the first four numbers of a vector, of `other` in the last four.
     #[inline(always)]
     fn paired_gradients(&self, other: &Self) -> [f64x8; S] {
         let mut ends = [f64x8::ZERO; S];
@@ -101,7 +102,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
     }
 }
 
-/// Vector with four lanes of one number and four lanes of another.
+/// Vector of eight numbers: four times `first`, then four times `second`.
 #[inline(always)]
 fn splat_pair(first: f64, second: f64) -> f64x8 {
     join_halves(Vector4::splat(first), Vector4::splat(second))

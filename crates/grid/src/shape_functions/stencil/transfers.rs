@@ -389,14 +389,15 @@ impl<const D: usize, const S: usize> NodeSupport<D> for Stencil<D, S> {
 }
 
 impl<const D: usize> InterpolatedMotion<D> {
-    /// Adds the contribution of a node line along the last axis to velocity and gradient.
+    /// Adds the contribution of a line of nodes along the last axis to velocity and gradient.
     #[inline(always)]
     fn add_line(&mut self, v: Vector4, slope: Vector4, w: f64, g: [f64; 2]) {
         self.velocity += v * w;
         self.add_gradient_of_line(v, slope, w, g);
     }
 
-    /// Adds the contribution of a grid line with velocity `v` and slope along it to the velocity gradient.
+    /// Adds the contribution of a line of nodes to the velocity gradient; `v` is its velocity sum, `slope` its gradient sum along the last
+    /// axis.
     #[inline(always)]
     fn add_gradient_of_line(&mut self, v: Vector4, slope: Vector4, w: f64, g: [f64; 2]) {
         self.gradient[D - 1] += slope * w;
