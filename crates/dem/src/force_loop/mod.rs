@@ -170,7 +170,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         )
     }
 
-    /// Adds the contact forces of the active pairs of a range of grains. Forces on the other grains go to `accumulators` too.
+    /// Adds the contact forces of the active pairs of a range of grains. The forces on the other grains are also added to `accumulators`.
     fn pair_forces(
         &self,
         (pairs, active): (PairListView<'_>, &ActivePairs),

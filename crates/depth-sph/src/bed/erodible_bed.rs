@@ -89,7 +89,7 @@ impl ErodibleBed {
     }
 
     /// Erodes the volume `wanted` (m³; m² in a profile) at a position, as far as the erodible depth of the nodes around it permits. Returns
-    /// the eroded volume. Returns the eroded volume.
+    /// the eroded volume.
     pub fn erode<const D: usize>(&mut self, x: &PlanVector<D>, wanted: f64) -> f64 {
         let y = x.get(1).copied().unwrap_or(self.ground.y);
         let Some(mut weights) = self.ground.weights(x[0], y) else { return 0.0 };

@@ -16,8 +16,8 @@ pub type PointAboveSquare = [f64; 3];
 
 impl TransferredPressure {
     /// Pore-pressure profile on `cells` intervals. It is the least-squares fit `(1 - ζ)(a + b ζ)` to the means of layers, with the
-    /// residuals interpolated linearly. Its mean is that of the points, by a part that is linear over the depth. Linear profiles are exact.
-    /// Points whose middle lies in the bed have no column.
+    /// residuals interpolated linearly. A linear part over the depth makes its mean that of the points. Linear profiles are exact. Points
+    /// whose middle lies in the bed have no column.
     pub fn from_points(points: &[PointAboveSquare], cells: usize) -> Self {
         let volume: f64 = points.iter().map(|point| point[0]).sum();
         let over = |value: usize| points.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;

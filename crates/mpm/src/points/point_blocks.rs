@@ -21,7 +21,7 @@ pub struct PointFailure {
     pub reason: String,
 }
 
-/// Consecutive points of a set as mutable slices of its columns, see [`PointSet`]. An update gets blocks of [`BLOCK`] or fewer.
+/// Consecutive points of a set as mutable slices of its columns, see [`PointSet`]. An update receives at most [`BLOCK`] points.
 pub struct PointBlock<'a, const D: usize> {
     /// Index of the first point within its set.
     pub first: usize,
@@ -121,7 +121,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
     }
 
     /// Updates all groups of points in parallel. Returns the largest displacement (m) or the first failure. The cost of a call is small
-    /// beside the block, and the loop is compiled once for all updates with the same interpolated values.
+    /// compared with the update, and the loop is compiled once for all updates with the same interpolated values.
     pub fn update<R>(self, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let (blocks, threads) = (self.states.len(), rayon::current_num_threads());
         // A single thread needs no small tasks.

@@ -90,7 +90,7 @@ pub fn critical_step(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64,
 }
 
 /// Stable steps (s) of the undrained wave and of the drag, by the simple criterion (sheet: mpm §2.10): `L/c_1` with `c_1² = (E_c +
-/// K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`. The rest as in [`critical_step`].
+/// K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`. The parameters are those of [`critical_step`].
 pub fn simple_steps(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, h: f64) -> [f64; 2] {
     let PoreFluidConstants { density, bulk_modulus, resistance, .. } = *fluid;
     let mixture = dry + n * density;

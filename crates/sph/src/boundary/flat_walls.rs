@@ -19,7 +19,7 @@ pub struct FlatWalls<const D: usize> {
 }
 
 /// Number of particles along each axis of a wall normal to `axis`. Its layers are `reach` deep (m) and extend beyond the box from `low` to
-/// `high` by as much. As real numbers, since a large box may exceed the range of integers.
+/// `high` by as much. They are real numbers, since a large box may exceed the range of integers.
 pub fn particle_counts<const D: usize>(
     axis: usize,
     (low, high): &([f64; D], [f64; D]),

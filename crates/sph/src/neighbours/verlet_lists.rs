@@ -65,7 +65,7 @@ impl<const D: usize> VerletLists<D> {
     }
 
     /// Updates neighbour lists, image particles and wall particles (step 1); lists are rebuilt if particles have moved too far. Particles
-    /// may change their order, and their period, when a step begins, and not within it.
+    /// may be sorted and moved across periodic boundaries only if `at_step_start` is true.
     pub fn refresh(
         &mut self,
         setting: &SolverContext<D>,

@@ -221,7 +221,8 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Returns trial invariants to the yield surface and updates the states of the points that yield. Points that fall back are unchanged.
+    /// Returns trial invariants to the yield surface and updates the states of the points that yield. Points that need the bracketed solve
+    /// are unchanged.
     #[inline(always)]
     pub(super) fn return_invariant_batch<const N: usize>(
         &self,

@@ -224,7 +224,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Ok((jump, band, outside))
     }
 
-    /// Effective size of the point in this step (m). A size that snaps back is rejected when the band begins; the size grows as the crack
+    /// Effective size of the point in this step (m). A size with snap-back is rejected when the band forms. The size grows as the crack
     /// opens.
     fn size(&self, motion: &Motion, begins: bool) -> Result<f64, MaterialError> {
         let size = self.size.unwrap_or(motion.size);

@@ -307,8 +307,8 @@ impl<const D: usize> OpenBoundary<D> {
         entered
     }
 
-    /// Sets depth and velocity of the nodes outside the boundary, for a node set. Returns the distance of the last one of each strip (m),
-    /// and the numbers of nodes that are no longer needed.
+    /// Sets depth and velocity of the nodes outside the boundary, for a node set. Returns the distance of the outermost node of each
+    /// segment (m), and the numbers of nodes that are no longer needed.
     pub(super) fn set_far_field_nodes(
         &mut self,
         nodes: &mut PhaseNodes<D>,

@@ -151,8 +151,8 @@ impl LayerPair {
         (self.far_states, self.interior) = (far, interior);
     }
 
-    /// Records the state at `distance` before the end of a profile (m) at the beginning of a step of `dt` (s). It is evaluated as far as
-    /// `reach` (m) beyond the end.
+    /// Records the state at `distance` before the end of a profile (m) at the beginning of a step of `dt` (s). It is evaluated up to
+    /// `reach` outside the end (m).
     pub(super) fn record(
         &mut self,
         (time, dt): (f64, f64),

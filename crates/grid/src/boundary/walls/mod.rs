@@ -344,9 +344,9 @@ impl NodeWall {
         }
     }
 
-    /// Applies the normal condition of the wall to a node that approaches it or is at a bilateral wall. Returns the normal impulse (m/s);
-    /// `None` without contact. At a unilateral wall the node always has the acceleration that stops it. Returns the velocity change into
-    /// the wall (m/s) for friction, less `lift` of the pore fluid; `None` where the node separates.
+    /// Applies the normal condition of the wall to a node that approaches it or is at a bilateral wall. At a unilateral wall the node
+    /// always has the acceleration that stops it. Returns the velocity change into the wall (m/s) for friction, less `lift` of the pore
+    /// fluid; `None` if the node separates.
     #[inline]
     fn stop(
         &self,
