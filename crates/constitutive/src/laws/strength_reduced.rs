@@ -32,7 +32,7 @@ pub struct StrengthReduction {
     pub factor: f64,
     /// Strengths that are divided.
     pub scope: ReductionScope,
-    /// Whether the dilatancy angle is kept even where it exceeds the reduced friction angle.
+    /// Whether the dilatancy angle is unchanged even if it exceeds the reduced friction angle.
     pub keep_dilatancy: bool,
 }
 
@@ -76,7 +76,7 @@ pub struct StrengthReducedSpec {
     /// Strengths that are divided.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Whether the dilatancy angle is kept even where it exceeds the reduced friction angle.
+    /// Whether the dilatancy angle is unchanged even if it exceeds the reduced friction angle.
     #[serde(default)]
     pub keep_dilatancy: bool,
     /// Material whose strength is reduced.

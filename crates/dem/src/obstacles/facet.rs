@@ -2,7 +2,7 @@
 
 use colluvium_points::surface::NearestPoint;
 
-/// Largest number of facets in contact with a grain; of more the nearest count.
+/// Largest number of facets in contact with a grain; among more the nearest ones are used.
 pub const MAX_FACETS: usize = 6;
 
 /// Key of a contact without a facet.

@@ -24,7 +24,7 @@ struct_of_arrays! {
         pub mass: f64,
         /// Position of the centre (m).
         pub position: [f64; D],
-        /// Position less displacement (m).
+        /// Position minus displacement (m): the initial position, displaced at periodic boundaries.
         pub origin: [f64; D],
         /// Position at the last list build (m).
         pub listed_position: [f64; D],

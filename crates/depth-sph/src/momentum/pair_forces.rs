@@ -104,7 +104,7 @@ impl<'a, const D: usize> PairForces<'a, D> {
         sums.sums()
     }
 
-    /// Sums over the neighbours of node `i`; gradients only where they are needed.
+    /// Force sums over the neighbours of node `i`; gradients of the fields only with `GRADIENTS`.
     #[inline]
     pub(super) fn sums<const GRADIENTS: bool>(&self, i: usize, spare: &mut Vec<u32>) -> ForceSums<D> {
         let listed = self.packed_neighbours.are_complete();

@@ -101,7 +101,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
     /// The shape functions along an axis.
     fn basis_1d(&self) -> Basis1d;
 
-    /// Returns domains of `count` points, which have not moved yet.
+    /// Domains of `count` points at the start of a run.
     fn domains(&self, count: usize) -> Domains<D>;
 
     /// Points to grid: adds `N motion` and `Σ_j ∂N/∂x_j columns[j] + N body`.

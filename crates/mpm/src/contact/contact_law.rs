@@ -108,7 +108,7 @@ impl FieldContacts {
             + size_of_val(&self.radii[..])
     }
 
-    /// Whether a velocity field is that of a rigid body.
+    /// Whether a velocity field belongs to a rigid body.
     pub fn is_rigid(&self, field: usize) -> bool {
         self.rigid.get(field).is_some_and(Option::is_some)
     }

@@ -19,8 +19,8 @@ const SEARCH_RATIO: f64 = 2.0;
 /// Distance from a surface over the half width of a point below which the point is in contact.
 const CONTACT_TOLERANCE: f64 = 1e-6;
 
-/// Gap over the half width of a point up to which adhesion acts: a sliding body oscillates by less, and would lose its adhesion half of the
-/// time.
+/// Gap over the half width of a point up to which adhesion acts. A sliding body oscillates by less, and would otherwise lose its adhesion
+/// half of the time.
 const ADHESION_RANGE: f64 = 1e-2;
 
 /// Obstacle with penalty contact on points.

@@ -112,7 +112,7 @@ impl<const D: usize> PointSet<D> {
         self.pore.as_ref().map_or(0.0, |pore| pore.points.pressure[point])
     }
 
-    /// Effective stress of a point less its pore pressure (Pa).
+    /// Total stress of a point (Pa): effective stress minus pore pressure.
     pub fn total_stress(&self, point: usize) -> SymTensor {
         self.points.stress[point] - SymTensor::isotropic(self.pore_pressure(point))
     }

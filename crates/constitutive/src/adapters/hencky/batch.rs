@@ -18,7 +18,7 @@ pub struct SimdBatch<const N: usize> {
     pub fallback: [f64; N],
 }
 
-/// Value of [`SimdBatch::fallback`] for a point that does not move.
+/// Value of [`SimdBatch::fallback`] for a point without motion, whose state is unchanged.
 const AT_REST: f64 = 2.0;
 
 impl<const N: usize> SimdBatch<N> {

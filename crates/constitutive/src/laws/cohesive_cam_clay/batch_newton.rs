@@ -123,7 +123,7 @@ impl<const N: usize> NewtonPoints<N> {
     }
 }
 
-/// Centre and radius of the surface at the start of the step, and position of a trial relative to it.
+/// Centre and radius of the yield surface at the start of the step, and position of a trial stress relative to them.
 struct TrialDistance {
     centre: f64,
     radius: f64,

@@ -126,8 +126,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         [self.elasticity().p_wave_modulus() / size, self.elasticity().shear_modulus / size]
     }
 
-    /// Couplings of `stress = D : (Δε - n ⊗ e_k Δu_k / H)` to each component of the jump, and of each component of
-    /// the traction to strain: `D : n ⊗ e_k`, `n ⊗ e_k : D`.
+    /// Couplings of stress and band jump for `stress = D : (Δε - n ⊗ e_k Δu_k / H)`: of the stress to each jump component, `D : n ⊗ e_k`,
+    /// and of each traction component to strain, `n ⊗ e_k : D`.
     fn jump_couplings(frame: &Mat3, stiffness: &Tangent) -> ([SymTensor; 3], [SymTensor; 3]) {
         let dyads = frame.0.map(|a| SymTensor::symmetric_dyad(frame.0[0], a));
         (dyads.map(|dyad| stiffness.apply(&dyad)), dyads.map(|dyad| stiffness.apply_left(&dyad)))

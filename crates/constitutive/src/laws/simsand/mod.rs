@@ -27,7 +27,7 @@ pub use parameters::SimsandSpec;
 /// Value of the key `model` in case files.
 const NAME: &str = "simsand";
 
-/// Initial plastic shear of every point, so that the surface has a slope at zero stress ratio.
+/// Initial plastic shear of each point, above zero so that the yield surface has a finite slope at zero stress ratio.
 const INITIAL_PLASTIC_SHEAR: f64 = 1e-9;
 
 /// Plastic shear strain at which the strength is regarded as fully mobilised, for initial stresses above the strength. The strength itself

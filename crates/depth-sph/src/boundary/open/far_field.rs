@@ -20,7 +20,7 @@ pub struct FarField {
 /// State of the flow in a strip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StripState {
-    /// Depth and speed, where they are constant at all distances.
+    /// Depth and velocity outside the boundary if they are the same at all distances.
     pub prescribed: Option<BoundaryState>,
     /// Flow that arrives from within.
     pub interior_fit: Option<InteriorFit>,
