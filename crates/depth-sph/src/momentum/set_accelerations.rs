@@ -19,7 +19,7 @@ fn is_plain<const D: usize>(settings: &FlowSettings<D>) -> bool {
 }
 
 impl<const D: usize> PhaseSet<D> {
-    /// Step 4: accelerations of the nodes of a set without drag and bed resistance. `weak(i)` tells whether drag is weak at a node; `other`
+    /// Step 4: accelerations of the nodes of a set without drag and bed resistance. `weak(i)` is whether drag is weak at a node; `other`
     /// is the other set of a two-layer flow.
     pub fn accelerate(
         &mut self,

@@ -48,7 +48,7 @@ pub struct CellSorted<const D: usize> {
     pub depth: Vec<f64>,
     /// Pressure, see [`NeighbourData`].
     pub pressure: Vec<f64>,
-    /// Fields whose gradients are computed, if the problem has them. The first one is empty, as it is the height.
+    /// Fields whose gradients are computed, if the problem has them. The first one is empty, because the height is stored elsewhere.
     pub fields: [Vec<f64>; FIELDS],
 }
 
