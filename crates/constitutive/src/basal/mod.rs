@@ -55,9 +55,9 @@ pub struct BasalFlow {
 pub struct BasalRheology {
     /// Name of the model in a case file.
     pub name: &'static str,
-    /// Static strength.
+    /// Static strength of the base.
     pub strength: BasalStrength,
-    /// Speed-dependent part.
+    /// Part of the basal stress that depends on the speed.
     pub drag: BasalDrag,
 }
 

@@ -13,7 +13,7 @@ pub enum MaybeInfinite {
     Word(NoneWord),
 }
 
-/// The word `"none"`.
+/// The word `"none"`, which stands for an infinite value in case files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoneWord {
@@ -22,7 +22,7 @@ pub enum NoneWord {
 }
 
 impl MaybeInfinite {
-    /// Infinite.
+    /// Infinite value.
     pub const INFINITE: Self = Self::Word(NoneWord::None);
 
     /// Value of the number; infinity for `"none"`.

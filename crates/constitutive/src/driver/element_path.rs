@@ -149,7 +149,7 @@ impl PathRecorder {
         self.has_new_row = true;
     }
 
-    /// Volume over initial volume.
+    /// Current over initial volume of the specimen.
     fn volume(&self, specimen: &ElementSpecimen) -> f64 {
         self.initial_density / specimen.density
     }

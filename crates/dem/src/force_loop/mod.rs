@@ -38,9 +38,9 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     pub radius: &'a [f64],
     /// Masses (kg).
     pub mass: &'a [f64],
-    /// Whether a grain is held.
+    /// Whether each grain has a prescribed motion.
     pub is_held: &'a [bool],
-    /// Kind of each grain.
+    /// Index of the kind of each grain.
     pub kind: &'a [u32],
     /// Contact laws of all pairs of kinds, as a matrix stored row by row.
     pub laws: &'a [PairLaw],
@@ -84,7 +84,7 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
     pub history: ContactHistoriesMut<'a, R>,
     /// First slab of the sums.
     pub slab: usize,
-    /// Sums of each slab.
+    /// Energies and virial of each slab.
     pub energies: &'a mut [(ContactEnergies, Virial<D>)],
 }
 

@@ -21,9 +21,9 @@ const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-9;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(align(16))]
 pub struct ActivePair {
-    /// First grain.
+    /// Index of the first grain.
     pub first: u32,
-    /// Second grain.
+    /// Index of the second grain.
     pub second: u32,
     /// Number of the pair in its list.
     pub slot: u32,

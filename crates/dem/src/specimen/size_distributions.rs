@@ -172,7 +172,7 @@ impl Diameters {
         }
     }
 
-    /// Draws a diameter (m).
+    /// Random diameter of the distribution (m).
     pub fn draw(&self, dimension: usize, random: &mut ChaCha8Rng) -> f64 {
         let (min, max) = self.range();
         if min == max {

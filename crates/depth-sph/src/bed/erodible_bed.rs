@@ -9,7 +9,7 @@ const STEPS_PER_UPDATE: u64 = 10;
 /// Number of nodes along the edge of a tile, the unit in which the spline is recomputed.
 const TILE_NODES: usize = 32;
 
-/// Terrain with erosion.
+/// Terrain whose surface is lowered by erosion.
 #[derive(Clone, Debug)]
 pub struct ErodibleBed {
     ground: TerrainBed,
@@ -61,7 +61,7 @@ impl ErodibleBed {
         }
     }
 
-    /// Bed at a position.
+    /// Level, slope and curvature of the bed at a position in plan.
     #[inline]
     pub fn bed_point<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         self.ground.bed_point(x)

@@ -383,7 +383,7 @@ fn apply_rate_resistance<const D: usize>(
     });
 }
 
-/// Slip that relaxes.
+/// Part of the slip that drag relaxes: all of it, or its change in the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SlipSelection {
     /// Slip before the step, and slip added by the step.

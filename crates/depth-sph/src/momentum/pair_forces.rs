@@ -128,7 +128,7 @@ impl<'a, const D: usize> PairForces<'a, D> {
         }
     }
 
-    /// Sums over packed neighbours.
+    /// Force sums over the listed neighbours of node `i`.
     #[inline]
     fn pair_sums<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> ForceSums<D> {
         let numerics = &self.settings.numerics;

@@ -44,7 +44,7 @@ impl<const D: usize> SearchAxes<D> {
         Self { direction: Some(along) }
     }
 
-    /// Position on these axes (m).
+    /// Components of a position along the search axes (m).
     #[inline(always)]
     pub fn to_axes(self, x: &PlanVector<D>) -> PlanVector<D> {
         let Some(along) = self.direction else { return *x };

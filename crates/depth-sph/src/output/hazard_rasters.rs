@@ -61,7 +61,7 @@ impl PlanCells {
     }
 }
 
-/// Extremes of one cell.
+/// Extreme values of the flow in a raster cell since the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HazardCell {
     /// Largest thickness (m).

@@ -5,7 +5,7 @@ use crate::laws::pore_pressure_column::mean;
 /// Profile of pore pressure over the depth of a node, from the points above its square.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferredPressure {
-    /// Depth of these points (m).
+    /// Depth of the transferred points (m).
     pub depth: f64,
     /// Pore pressures at equal distances from the base to the surface (Pa), zero at the surface.
     pub pressure: Vec<f64>,

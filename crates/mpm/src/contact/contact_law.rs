@@ -38,7 +38,7 @@ pub struct ContactLaw {
     pub adhesion: f64,
     /// Unit vector from the first field to the second, if the case prescribes it.
     pub normal: Option<[f64; 3]>,
-    /// Test of contact.
+    /// Criterion by which bodies are in contact.
     pub test: ContactTest,
     /// Penalty law for the overlap, in place of the condition on approaching velocities.
     pub penalty: Option<PenaltyContact>,

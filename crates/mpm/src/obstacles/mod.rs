@@ -62,7 +62,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Error of an option.
+/// Error of an option that does not work with obstacles.
 fn rejection(key: &str, problem: &str) -> CaseError {
     CaseError::new(format!("methods.mpm.{key}"), problem)
 }

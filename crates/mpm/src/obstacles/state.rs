@@ -32,7 +32,7 @@ pub struct PenaltyObstacle<const D: usize> {
     pub surface: Arc<dyn Surface<D>>,
     /// Contact laws.
     pub laws: ObstacleLaws,
-    /// Motion; `None` at rest.
+    /// Motion of the obstacle; `None` if it is at rest.
     pub motion: Option<ObstacleMotionState<D>>,
     /// Reaction and energies of the obstacle.
     pub state: ObstacleReaction,
@@ -127,7 +127,7 @@ pub struct BlockWorkspace<const D: usize> {
     pub penetration_constraints: Vec<PenetrationConstraint<D>>,
     /// Interpolation weights of the nodes for these constraints, constraint by constraint.
     pub weights: Vec<(usize, f64)>,
-    /// Sums of each obstacle.
+    /// Forces and energies of each obstacle, summed over the group.
     pub sums: Vec<ObstacleForces>,
     /// Points whose centres are in an obstacle.
     pub penetrations: u64,

@@ -13,9 +13,9 @@ use crate::points::right_stretch::right_stretch;
 /// Result of the update of a group of points: the largest displacement along an axis (m), or the first failure.
 pub type BlockReport = Result<f64, PointFailure>;
 
-/// A point that failed.
+/// Failure of a point, with the reason.
 pub struct PointFailure {
-    /// Index within its set.
+    /// Index of the point within its set.
     pub index: usize,
     /// Reason of the failure.
     pub reason: String,
@@ -33,13 +33,13 @@ pub struct PointBlock<'a, const D: usize> {
     pub velocity: &'a mut [[f64; D]],
     /// Grid velocities at the points (m/s); empty if they equal the point velocities.
     pub grid_velocity: &'a mut [[f64; D]],
-    /// Volumes.
+    /// Volumes of the points (m³).
     pub volume: &'a mut [f64],
     /// Stresses (Pa).
     pub stress: &'a mut [SymTensor],
     /// Material states, one entry per [`BLOCK`] points.
     pub states: &'a mut [StateBlock],
-    /// Domains.
+    /// Domains of the points.
     pub domain: DomainsMut<'a, D>,
     /// Masses (kg).
     pub mass: &'a [f64],
@@ -81,7 +81,7 @@ impl<R: Copy> Workspace<R> {
 pub struct BlockUpdateTask<'a, R, const D: usize> {
     /// Returns the initial workspace of a thread.
     pub new_workspace: &'a (dyn Fn() -> Workspace<R> + Sync),
-    /// Updates a block.
+    /// Function that updates a group of points.
     pub block: &'a BlockUpdate<'a, R, D>,
 }
 

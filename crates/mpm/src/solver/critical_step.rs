@@ -21,7 +21,7 @@ const MAX_OBSTACLE_MOVE: f64 = 0.25;
 pub struct LimitingPoint {
     /// The step (s).
     pub dt: f64,
-    /// Cause of the limit.
+    /// Criterion that limits the step.
     pub limit: StepLimit,
     /// Number of the point's set.
     pub set: usize,

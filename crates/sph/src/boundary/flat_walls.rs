@@ -14,7 +14,7 @@ pub struct FlatWalls<const D: usize> {
     pub periods: Vec<PeriodicAxis>,
     /// Positions of the wall particles at time zero (m).
     pub particles: Vec<[f64; D]>,
-    /// Wall of each particle.
+    /// Index of the wall to which each wall particle belongs.
     pub face_of: Vec<u32>,
 }
 

@@ -36,7 +36,7 @@ pub struct VerletLists<const D: usize> {
     pub weights: Vec<Vec<f64>>,
     /// Whether the stored weights are those of the current positions.
     pub weights_current: bool,
-    /// Positions of the list.
+    /// Positions of the particles when the lists were built.
     pub listed_positions: ListedPositions<D>,
     /// Step of the last sort.
     pub last_sort: Option<u64>,

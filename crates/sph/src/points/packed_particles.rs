@@ -63,7 +63,7 @@ pub struct PackedState {
     pub sound: Lanes,
     /// Smoothing length (m).
     pub length: Lanes,
-    /// Components as in `SymTensor`.
+    /// Stress components in the order of `SymTensor` (Pa).
     pub stress: [Lanes; 6],
 }
 

@@ -30,14 +30,14 @@ pub struct IncrementalInput<'t> {
 pub struct UmatProperties {
     /// Name of the material.
     pub name: String,
-    /// Values of the properties.
+    /// Values of the material properties, in the order of the file.
     pub values: Vec<f64>,
 }
 
-/// Test from the files.
+/// Element test that is described by the files of incrementalDriver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IncrementalTest {
-    /// Element test.
+    /// Element test with its material and stages.
     pub test: ElementTest,
     /// Output interval of each stage: every n-th row is written.
     pub output_interval: Vec<usize>,

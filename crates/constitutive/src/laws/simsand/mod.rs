@@ -37,7 +37,7 @@ const FULL_MOBILISATION_SHEAR: f64 = 1.0;
 /// Limits of void ratios and critical void ratios in stiffness and friction.
 const VOID_RANGE: (f64, f64) = (0.01, 2.9);
 
-/// State of a point.
+/// Internal variables of the SIMSAND law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimsandState {
     /// Void ratio: volume of voids over volume of grains.

@@ -34,7 +34,7 @@ pub(super) struct SimdContactSums {
     squares: Lanes,
 }
 
-/// Sums over contacts.
+/// Energies, dissipation and virial, summed over contacts.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSums<const D: usize> {
     /// Energies of the contacts that are computed one at a time.

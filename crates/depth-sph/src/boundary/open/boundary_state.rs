@@ -20,7 +20,7 @@ pub struct BoundaryState {
     pub speed: f64,
     /// Speed along the boundary (m/s); zero in a profile.
     pub tangential_speed: f64,
-    /// Porosity, of two phases.
+    /// Porosity of a flow of grains and fluid.
     pub porosity: f64,
 }
 
@@ -44,7 +44,7 @@ pub struct InteriorFit {
     pub speed: [f64; 2],
     /// Speed along the side (m/s).
     pub tangential_speed: f64,
-    /// Porosity, of two phases.
+    /// Porosity of a flow of grains and fluid.
     pub porosity: f64,
     /// Effective gravity (m/s²).
     pub effective_gravity: f64,

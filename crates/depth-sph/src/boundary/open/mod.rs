@@ -107,7 +107,7 @@ pub(crate) fn update_open_boundaries<const D: usize>(
     pore_columns::update_far_field_columns(open, nodes);
 }
 
-/// Counts the nodes that crossed the open sides and determines the states and inflow of each side.
+/// Counts the nodes that have crossed the open boundaries, and computes state and inflow of each boundary.
 fn pass_nodes<const D: usize>(
     settings: &FlowSettings<D>,
     clock: &Clock,

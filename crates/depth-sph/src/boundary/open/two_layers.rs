@@ -12,7 +12,7 @@ use crate::points::phase_nodes::PhaseNodes;
 /// Least depth of a layer over that of the other one in the far field, below which the layer has no waves of its own.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
 
-/// Layer of a side.
+/// Layer of a two-layer flow to which an open boundary belongs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LayerOfSide {
     /// Node set of the layer: 0 for the lower, 1 for the upper one.
