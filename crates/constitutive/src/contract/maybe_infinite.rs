@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub enum MaybeInfinite {
     /// Finite value.
     Number(f64),
-    /// Infinite.
+    /// Infinite value.
     Word(NoneWord),
 }
 
