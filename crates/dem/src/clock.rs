@@ -11,7 +11,7 @@ use crate::points::vector::add;
 /// Time, step and stage of a run, with its case and options.
 #[derive(Debug)]
 pub struct Clock {
-    /// The case.
+    /// Case of the run.
     pub case: Arc<Case>,
     /// Options of the method.
     pub options: DemOptions,

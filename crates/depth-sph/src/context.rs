@@ -11,7 +11,7 @@ use crate::phases::limits::FlowLimits;
 pub struct FlowContext<'a, const D: usize> {
     /// Time at the beginning of the step.
     pub clock: &'a Clock,
-    /// Settings that are constant.
+    /// Material, gravity and numerical parameters, constant during the run.
     pub settings: &'a FlowSettings<D>,
     /// The bed.
     pub bed: &'a Bed<D>,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Steps between two evaluations of the speeds of sound and the time step.
 pub const STEPS_PER_TIME_STEP: u64 = 10;
 
-/// Progress of a run.
+/// Time, step and stage of a run.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Clock {
     /// Index into `Case::stages`.
@@ -15,7 +15,7 @@ pub struct Clock {
     pub stage_start: f64,
     /// Time (s).
     pub time: f64,
-    /// Steps done.
+    /// Number of completed steps.
     pub step: u64,
     /// Length of the step before, zero at the start (s).
     pub last_step: f64,

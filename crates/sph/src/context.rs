@@ -16,7 +16,7 @@ pub fn leading_components<const D: usize>(values: &[f64]) -> [f64; D] {
 /// Case, options, kernel and gravity, constant during a run.
 #[derive(Clone)]
 pub struct SolverContext<const D: usize> {
-    /// Case.
+    /// Case of the run.
     pub case: Arc<Case>,
     /// Options of this method.
     pub options: SphOptions,

@@ -26,7 +26,7 @@ const REPULSION: StepLimit = StepLimit::new("repulsion of close particles");
 pub type LimitingParticle = (f64, StepLimit, Option<usize>);
 
 /// Critical time step of waves, forces, viscosity and damping, with the limiting particle (sheet: sph §3.4). The speeds of sound are
-/// updated. Where the case fixes the step, waves may cross as much as is stable.
+/// updated. For a fixed step of the case the Courant number is the largest stable one.
 pub fn critical_step<const D: usize>(
     setting: &SolverContext<D>,
     bodies: &mut Bodies<D>,

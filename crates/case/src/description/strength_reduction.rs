@@ -14,7 +14,7 @@ use crate::{Case, CaseError};
 pub struct Weakening {
     /// Factor `F` (-) by which strength is divided, > 0.
     pub factor: f64,
-    /// Strengths that are divided.
+    /// Strength parameters that the factor divides.
     #[serde(default)]
     pub scope: ReductionScope,
     /// Names of the materials; all that have a strength when absent.
@@ -65,7 +65,7 @@ pub struct FactorOfSafety {
     /// little damping the bodies oscillate too long, and trials remain undecided.
     #[serde(default = "strong_damping")]
     pub damping: f64,
-    /// Strengths that are divided.
+    /// Strength parameters that the factor divides.
     #[serde(default)]
     pub scope: ReductionScope,
     /// Names of the materials; all that have a strength when absent.

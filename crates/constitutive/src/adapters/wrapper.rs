@@ -51,7 +51,7 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     /// Name of the output value of the wrapper, if it has one.
     const OUTPUT: Option<&'static str> = None;
 
-    /// Value of [`Wrapper::OUTPUT`].
+    /// Value of the output that [`Wrapper::OUTPUT`] names.
     fn output(&self, _own: &Self::OwnState) -> f64 {
         0.0
     }

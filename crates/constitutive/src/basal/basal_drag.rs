@@ -2,7 +2,7 @@
 
 use crate::basal::{BasalFlow, BinghamSolution};
 
-/// Speed-dependent part of the basal shear stress.
+/// Part of the basal shear stress that depends on the speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BasalDrag {
     /// No drag.

@@ -31,7 +31,7 @@ pub enum CohesionForm {
 }
 
 impl BasalStrength {
-    /// Zero strength.
+    /// Strength of a frictionless base without cohesion.
     pub const ZERO: Self =
         Self { friction: 0.0, cohesion: 0.0, form: CohesionForm::Constant, pore_pressure_ratio: 0.0 };
 

@@ -79,7 +79,7 @@ impl BinghamSolution {
     }
 
     /// Speed (m/s) after an implicit step in which the column does not stop. `held` is the speed minus the loss by the static stress. With
-    /// `A = h τ_y/(6μ)` the speed of a plug ratio is `A a(ζ)`, so that `v₁ + k τ_y/ζ = v₀` is again a cubic (quadratic) equation of `ζ`.
+    /// `A = h τ_y/(6μ)` the speed of a plug ratio is `A a(ζ)`, so that `v₁ + k τ_y/ζ = v₀` is again a cubic (or quadratic) equation in `ζ`.
     #[inline]
     pub(super) fn speed_after_step(
         self,

@@ -55,9 +55,9 @@ pub struct BasalFlow {
 pub struct BasalRheology {
     /// Name of the model in a case file.
     pub name: &'static str,
-    /// Static strength.
+    /// Static strength of the base.
     pub strength: BasalStrength,
-    /// Speed-dependent part.
+    /// Part of the basal stress that depends on the speed.
     pub drag: BasalDrag,
 }
 
@@ -119,8 +119,8 @@ impl BasalRheology {
     }
 
     /// Speed (m/s) after an implicit step with the basal stress as the only force (sheet: depth-sph §3.5). It is the root `v₁` of `v₁ - v₀
-    /// + k τ_b(v₁) = 0` with the speed `v₀` of `flow` and the `impulse` `k = Δt/(ρh)` (m²s/kg), and zero if the strength stops the flow. In
-    /// closed form but for powers `m` other than 1 and 2, which an iteration solves to 1e-14 of `v₀`.
+    /// + k τ_b(v₁) = 0` with the speed `v₀` of `flow` and the `impulse` `k = Δt/(ρh)` (m²s/kg), and zero if the strength stops the flow.
+    /// The root has a closed form, except for powers `m` other than 1 and 2, for which an iteration solves it to 1e-14 of `v₀`.
     #[inline]
     pub fn speed_after_step(&self, flow: &BasalFlow, impulse: f64) -> f64 {
         let left = flow.speed - impulse * self.static_shear_strength(flow);

@@ -20,7 +20,7 @@ pub(crate) struct Rotations {
 }
 
 impl ComponentArrays {
-    /// Empty batch.
+    /// Arrays of a batch before they are filled.
     pub(crate) const EMPTY: Self =
         Self { gradient: [[0.0; BLOCK_SIZE]; 9], stress: [[0.0; BLOCK_SIZE]; 6], in_plane: false };
 
@@ -189,7 +189,7 @@ impl Spectra {
     pub(crate) const EMPTY: Self =
         Self { values: [[0.0; BLOCK_SIZE]; 3], directions: [[0.0; BLOCK_SIZE]; 9] };
 
-    /// Spectrum of one point.
+    /// Principal values and directions of point `index`.
     #[inline]
     pub(crate) fn spectrum(&self, index: usize) -> Spectrum {
         Spectrum {
@@ -203,7 +203,7 @@ impl Rotations {
     /// Array of rotations before they are computed.
     pub(crate) const EMPTY: Self = Self { rows: [[0.0; BLOCK_SIZE]; 9], in_plane: false };
 
-    /// Rotation of one point.
+    /// Rotation of point `index`.
     #[inline]
     pub(crate) fn rotation(&self, index: usize) -> Mat3 {
         Mat3(std::array::from_fn(|row| std::array::from_fn(|column| self.rows[3 * row + column][index])))

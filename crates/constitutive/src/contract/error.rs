@@ -69,7 +69,7 @@ pub enum MaterialError {
 pub struct UnconvergedStep {
     /// Name of the model.
     pub model: &'static str,
-    /// Reason of the stop.
+    /// Reason for which the step did not converge.
     pub reason: &'static str,
     /// Stress before the step (Pa).
     pub stress: SymTensor,
@@ -141,7 +141,7 @@ impl MaterialError {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("point {index} of the batch: {source}")]
 pub struct BatchError {
-    /// Index within the batch.
+    /// Index of the point within the batch.
     pub index: usize,
     /// Error of the point.
     pub source: MaterialError,

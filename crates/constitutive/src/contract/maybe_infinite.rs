@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 pub enum MaybeInfinite {
     /// Finite value.
     Number(f64),
-    /// Infinite.
+    /// Infinite value.
     Word(NoneWord),
 }
 
-/// The word `"none"`.
+/// The word `"none"`, which stands for an infinite value in case files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoneWord {
@@ -22,7 +22,7 @@ pub enum NoneWord {
 }
 
 impl MaybeInfinite {
-    /// Infinite.
+    /// Infinite value.
     pub const INFINITE: Self = Self::Word(NoneWord::None);
 
     /// Value of the number; infinity for `"none"`.

@@ -24,7 +24,7 @@ pub struct Motion {
     pub density: f64,
     /// Effective size of the point, volume over area of its section (m), for laws with a length.
     pub size: f64,
-    /// Pore fluid.
+    /// State of the pore fluid at the point.
     pub pore: PoreFluidState,
 }
 
@@ -238,7 +238,7 @@ impl MotionBlock {
         inverted.map(|p| (p, format!("the step would invert it (volume ratio {})", ratios[p])))
     }
 
-    /// Motion of one point.
+    /// Motion of point `index` as a separate structure.
     pub fn motion(&self, index: usize) -> Motion {
         let matrix = |of: &[BlockArray; 9]| {
             let component = |c: usize| {

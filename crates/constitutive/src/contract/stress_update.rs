@@ -211,7 +211,7 @@ pub trait SmallStrain: PointLaw {
     ) -> Result<Point<Self::State>, MaterialError>;
 
     /// Updates a batch whose strain increments are at most [`SmallStrain::max_strain_increment`], for laws without tensorial state that
-    /// compute several points at once. Returns whether it has been done.
+    /// compute several points at once. Returns false if the law has no such update.
     #[inline]
     fn update_component_arrays(&self, _lanes: &mut ComponentArrays, _states: &mut [Self::State]) -> bool {
         false

@@ -9,7 +9,7 @@ use crate::{Mat3, MaterialError, Motion, Spectrum, SymTensor};
 pub struct Tangent(pub [[f64; 6]; 6]);
 
 impl Tangent {
-    /// Zero tangent.
+    /// Tangent of a material without stiffness.
     pub const ZERO: Self = Self([[0.0; 6]; 6]);
 
     /// Adds `factor a ⊗ b`.

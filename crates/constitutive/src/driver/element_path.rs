@@ -114,7 +114,7 @@ pub(super) struct PathRecorder {
 }
 
 impl PathRecorder {
-    /// Returns a recorder that begins with the present state of the specimen.
+    /// Recorder whose first row is the current state of the specimen.
     pub(super) fn new(specimen: &ElementSpecimen) -> Self {
         let mut record = Self {
             time: 0.0,
@@ -149,7 +149,7 @@ impl PathRecorder {
         self.has_new_row = true;
     }
 
-    /// Volume over initial volume.
+    /// Current over initial volume of the specimen.
     fn volume(&self, specimen: &ElementSpecimen) -> f64 {
         self.initial_density / specimen.density
     }

@@ -36,9 +36,9 @@ pub(super) enum Control {
 /// Equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and coefficients of the pore pressure in the other six equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PorePressureEquation {
-    /// Coefficients `a` of stress.
+    /// Coefficients `a` of the effective stress increment.
     pub(super) stress: [f64; 6],
-    /// Coefficients `b` of strain.
+    /// Coefficients `b` of the strain increment.
     pub(super) strain: [f64; 6],
     /// Coefficient `c` of the pore pressure.
     pub(super) pressure: f64,

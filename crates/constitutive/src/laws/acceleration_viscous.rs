@@ -45,7 +45,7 @@ pub enum ViscousMode {
 pub struct AccelerationViscosity {
     /// Coefficient `A` (s), < 0.
     pub a: f64,
-    /// Coefficient `m1`, > 0.
+    /// Coefficient `m1` (-) of the factor `√(m1 + m2 ‖D‖²)` of the viscosity, > 0.
     pub m1: f64,
     /// Coefficient `m2` (s²) of the factor `√(m1 + m2 ‖D‖²)` of the viscosity `η = A √(m1 + m2 ‖D‖²)`, not negative.
     #[serde(default)]

@@ -182,7 +182,7 @@ impl BinghamSpec {
         Ok(Bingham { yield_stress: self.yield_stress, viscosity: self.viscosity })
     }
 
-    /// Viscoplastic law, whatever the form.
+    /// Viscoplastic law of the parameters, for any form of the yield stress.
     ///
     /// # Errors
     /// The first parameter out of range.
@@ -215,7 +215,7 @@ impl FrictionalFluidSpec {
         Ok(FrictionalFluid { friction: sin, cohesion: self.cohesion * cos, viscosity: self.viscosity })
     }
 
-    /// Viscoplastic law, whatever the form.
+    /// Viscoplastic law of the parameters, for any form of the yield stress.
     ///
     /// # Errors
     /// The first parameter out of range.

@@ -57,7 +57,7 @@ pub trait Model: Sized {
 /// Information on a model for the table of models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModelInfo {
-    /// Source of the model.
+    /// Publication from which the model is taken.
     pub source: &'static str,
     /// Family of the model.
     pub kind: ModelFamily,

@@ -135,7 +135,7 @@ impl MuISpec {
         Barotropic { bulk_modulus: self.bulk_modulus, tension: 0.0, equation: EquationOfState::Linear }
     }
 
-    /// Elasto-viscoplastic law, whatever the form.
+    /// Elasto-viscoplastic law of the parameters, for any form.
     ///
     /// # Errors
     /// The first parameter out of range.

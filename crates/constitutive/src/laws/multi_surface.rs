@@ -11,11 +11,11 @@ use super::Elasticity;
 /// Plane of a yield surface, in principal stresses sorted `σ1 ≥ σ2 ≥ σ3`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YieldPlane {
-    /// Outward normal `a`.
+    /// Outward normal `a` of the yield plane.
     pub normal: [f64; 3],
     /// Offset `b` of the plane (Pa): stresses with `a · σ ≤ b` do not yield.
     pub offset: f64,
-    /// Flow direction `g`.
+    /// Direction `g` of plastic flow on the plane.
     pub flow: [f64; 3],
 }
 

@@ -79,7 +79,7 @@ impl Model for SaturationSoftenedSpec {
     }
 }
 
-/// Law with scalable cohesion.
+/// Law whose cohesion can be multiplied by a factor.
 pub(crate) trait ScalableCohesion: SmallStrain<State = PlasticStrain> + Clone {
     /// Returns the law with peak and residual cohesion multiplied by `share`.
     fn with_cohesion_share(&self, share: f64) -> Self;
@@ -97,7 +97,7 @@ impl ScalableCohesion for MohrCoulomb {
     }
 }
 
-/// Law softened by saturation. See the module's head for source and limits.
+/// Law whose cohesion decreases with the degree of saturation. See the module's head for source and limits.
 #[derive(Clone, Debug)]
 struct SaturationSoftened<L> {
     law: L,

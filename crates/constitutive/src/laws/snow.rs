@@ -215,7 +215,7 @@ impl Snow {
         (self.spec.hardening_factor * (1.0 - bounded)).exp()
     }
 
-    /// Slope `dh/d ln J_P`.
+    /// Derivative `dh/d ln J_P` of the hardening factor.
     fn hardening_slope(&self, plastic_volume: f64) -> f64 {
         let bounds = self.spec.least_plastic_volume..=self.spec.largest_plastic_volume;
         if bounds.contains(&plastic_volume) {

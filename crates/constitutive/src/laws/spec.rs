@@ -39,7 +39,7 @@ macro_rules! models {
                 match self { $(Self::$variant(_) => $name,)* }
             }
 
-            /// Information on the model.
+            /// Name, source and properties of the model.
             pub fn model_info(&self) -> ModelInfo {
                 match self { $(Self::$variant(_) => <$spec as Model>::INFO,)* }
             }

@@ -14,7 +14,7 @@ use crate::contract::parameter_checks::{check, positive};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, MaterialSpec};
 
-/// Strengths that are divided.
+/// Choice of the strength parameters that the factor divides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReductionScope {
@@ -30,9 +30,9 @@ pub enum ReductionScope {
 pub struct StrengthReduction {
     /// Factor `F`, > 0.
     pub factor: f64,
-    /// Strengths that are divided.
+    /// Strength parameters that the factor divides.
     pub scope: ReductionScope,
-    /// Whether the dilatancy angle is kept even where it exceeds the reduced friction angle.
+    /// Whether the dilatancy angle is unchanged even if it exceeds the reduced friction angle.
     pub keep_dilatancy: bool,
 }
 
@@ -73,10 +73,10 @@ impl StrengthReduction {
 pub struct StrengthReducedSpec {
     /// Factor by which strength is divided, > 0.
     pub factor: f64,
-    /// Strengths that are divided.
+    /// Strength parameters that the factor divides.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Whether the dilatancy angle is kept even where it exceeds the reduced friction angle.
+    /// Whether the dilatancy angle is unchanged even if it exceeds the reduced friction angle.
     #[serde(default)]
     pub keep_dilatancy: bool,
     /// Material whose strength is reduced.

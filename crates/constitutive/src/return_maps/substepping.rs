@@ -9,7 +9,7 @@ const MAX_SUBSTEPS: u32 = 64;
 /// Result of a step or substep.
 #[derive(Clone, Debug)]
 pub(crate) struct SubstepResult<S> {
-    /// New point.
+    /// Stress and state at the end of the step.
     pub point: Point<S>,
     /// Work dissipated in the step (J/m³).
     pub dissipated_work: f64,

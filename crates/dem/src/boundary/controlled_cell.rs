@@ -16,7 +16,7 @@ pub struct ControlledCell<const D: usize> {
 }
 
 impl<const D: usize> ControlledCell<D> {
-    /// Cell without stress.
+    /// Periodic cell with zero stress.
     pub fn new(geometry: PeriodicCell<D>) -> Self {
         Self { geometry, virial: [[[0.0; D]; D]; 2], imposed_gradient: None }
     }

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairSpec {
-    /// Names of the two kinds, one name twice for grains of one kind. The second may be the name of a wall (`boundaries`). Contacts with
-    /// a wall that is not named have the law of the grains with their own kind, and the friction of the wall.
+    /// Names of the two kinds of grains; the same name twice for grains of one kind. The second may be the name of a wall (`boundaries`).
+    /// Contacts with a wall that is not named have the law of the grains with their own kind, and the friction of the wall.
     pub between: [String; 2],
     /// Normal law, along the line of centres.
     pub normal: NormalLaw,
@@ -117,7 +117,7 @@ pub struct Friction {
     pub at_rest: Option<f64>,
 }
 
-/// Rolling or torsional resistance: a spring, a dashpot and a largest moment (sheet: dem §2.6).
+/// Rolling or torsional resistance: a spring and a dashpot, with an upper bound of the moment (sheet: dem §2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollingSpec {
@@ -127,7 +127,7 @@ pub struct RollingSpec {
     /// Rolling stiffness over tangential stiffness times the square of the effective radius (-).
     #[serde(default = "default_one")]
     pub stiffness_ratio: f64,
-    /// Damping ratio (-); the dashpot is the tangential one of that ratio times the square of the effective radius.
+    /// Damping ratio (-); the dashpot is the tangential one with this ratio times the square of the effective radius.
     #[serde(default)]
     pub damping_ratio: f64,
 }
@@ -174,10 +174,10 @@ pub struct BondSpec {
     pub normal_stiffness: f64,
     /// Shear stiffness per area (Pa/m).
     pub shear_stiffness: f64,
-    /// Radius of the bond over that of the smaller grain (-).
+    /// Radius of the bond over that of the smaller of its two grains (-).
     #[serde(default = "default_one")]
     pub radius_factor: f64,
-    /// Share of the moments in the stresses that break the bond (-).
+    /// Factor on the moments in the stresses that break the bond (-).
     #[serde(default = "default_one")]
     pub moment_factor: f64,
     /// Tensile strength (Pa); the bond does not break in tension when absent.
@@ -225,7 +225,7 @@ fn default_true() -> bool {
 fn default_one() -> f64 {
     1.0
 }
-/// Default of `gap`.
+/// Default largest gap of grains that are bonded.
 fn default_bond_gap() -> f64 {
     0.01
 }

@@ -126,14 +126,13 @@ pub enum LatticePacking {
     FaceCentred,
 }
 
-/// Parameters of the grains of a body that differ from those of their kind.
+/// Parameters of the grains of a body that replace those of their kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyGrains {
-    /// Method of filling the body; that of its kind when absent.
+    /// Method by which grains fill the body; when absent that of their kind.
     pub fill: Option<Fill>,
-    /// Whether the grains have a prescribed motion: they move with the body's `velocity` whatever forces act on them, as a rough floor
-    /// does.
+    /// Whether the grains have a prescribed motion with the `velocity` of the body, for example as a rough floor. Forces do not change it.
     pub held: bool,
     /// Initial angular velocity (rad/s): one number in the plane, three in space.
     pub spin: Vec<f64>,
@@ -149,10 +148,10 @@ pub struct BodyGrains {
 pub struct Pluviation {
     /// Mass rate of entering grains (kg/s; in the plane per metre of thickness), positive.
     pub rate: f64,
-    /// Time at which grains begin to enter (s), not negative.
+    /// Time at which the first grain enters (s), not negative.
     #[serde(default)]
     pub start: f64,
-    /// Time at which grains cease to enter (s), after the start; the end of the run when absent.
+    /// Time after which no grain enters (s), after the start; when absent the end of the run.
     #[serde(default)]
     pub end: Option<f64>,
 }

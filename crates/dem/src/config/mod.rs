@@ -27,10 +27,10 @@ pub struct DemOptions {
     pub grains: BTreeMap<String, GrainKind>,
     /// Contact laws between kinds of grains and with walls.
     pub pairs: Vec<PairSpec>,
-    /// Parameters of single bodies that differ from those of their kind, by the names of the bodies.
+    /// Parameters of bodies that replace those of their kind, by body name.
     #[serde(default)]
     pub bodies: BTreeMap<String, BodyGrains>,
-    /// Path of a specimen, relative to the folder of the case, with which bodies begin in place of their fill: a file written by
+    /// Path of a specimen file, relative to the folder of the case, from which bodies start in place of their fill. The file is written by
     /// `colluvium specimen`. Its bodies must be bodies of the case, of the same kind. Their grains begin with the positions, velocities,
     /// spins and sizes of the file, `held` ones with the velocity of the case, and contacts with their histories. The cell along periodic
     /// axes and walls of the same name are those of the file. Other bodies are filled beside them.
@@ -39,12 +39,12 @@ pub struct DemOptions {
     /// Parameters of single stages, by the names of the stages.
     #[serde(default)]
     pub stages: BTreeMap<String, GrainStage>,
-    /// Whether missing pairs of unlike kinds are derived from those of like kinds: harmonic means of stiffness, the smaller friction,
-    /// geometric means of damping ratios. Rolling and torsional resistance, adhesion and bonds are not derived: `check` warns where the
-    /// like kinds have them. Otherwise a missing pair is refused.
+    /// Whether the laws of missing pairs of different kinds are derived from those of equal kinds: harmonic means of stiffnesses, the
+    /// smaller friction, geometric means of damping ratios. Rolling and torsional resistance, adhesion and bonds are not derived: `check`
+    /// warns where the like kinds have them. Otherwise a missing pair is refused.
     #[serde(default)]
     pub mix: bool,
-    /// End point of the lever arms of contact forces.
+    /// Point at which the lever arms of contact forces end.
     #[serde(default)]
     pub lever_arm: LeverArm,
     /// Velocities in the contact forces.
@@ -91,19 +91,19 @@ pub struct DemOptions {
 pub struct MeasuringRegion {
     /// Centre (m).
     pub centre: Vec<f64>,
-    /// Radius (m), > 0, of several grains, so that single ones have little effect.
+    /// Radius (m), > 0; it should include several grains, so that a single one has little effect.
     pub radius: f64,
 }
 
 impl DemOptions {
-    /// Fill of a body: its own, or that of its kind.
+    /// Fill of a body: that of the body, or else that of its kind.
     pub fn fill_of_body(&self, body: &Body) -> Option<Fill> {
         let own = self.bodies.get(&body.name).and_then(|own| own.fill);
         own.or_else(|| self.grains.get(&body.material).and_then(|kind| kind.fill))
     }
 }
 
-/// End point of the lever arms of contact forces (sheet: dem §2.2).
+/// Point at which the lever arms of contact forces end (sheet: dem §2.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeverArm {

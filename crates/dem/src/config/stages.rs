@@ -11,7 +11,7 @@ use super::PairOverride;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GrainStage {
-    /// Acceleration of gravity (m/s²) in place of that of the case.
+    /// Acceleration of gravity in the stage (m/s²), which replaces that of the case.
     pub gravity: Option<Vec<f64>>,
     /// Forces on bodies (N; N/m in the plane), by the names of the bodies, each distributed over the grains of its body by mass.
     pub forces: BTreeMap<String, Vec<f64>>,
@@ -21,13 +21,13 @@ pub struct GrainStage {
     pub shaking: Option<Shaking>,
     /// Contact laws of pairs that differ in this stage only.
     pub pairs: Vec<PairOverride>,
-    /// Whether the tangential springs of all contacts are set to zero at the beginning of the stage.
+    /// Whether all tangential springs are set to zero at the start of the stage.
     pub reset_contacts: bool,
     /// Random velocity (m/s) added to grains at the beginning of the stage, as the largest value of each component.
     pub agitation: f64,
     /// Growth rate of diameters (1/s); masses grow with them.
     pub growth: f64,
-    /// Mean pressure in the periodic cell (Pa; N/m in the plane) at which the growth of grains ends.
+    /// Mean pressure in the periodic cell at which the growth of grains ends (Pa; N/m in the plane).
     pub grow_until: Option<f64>,
     /// Form of the local `damping`.
     pub damping_form: DampingForm,
@@ -53,7 +53,7 @@ pub struct Membrane {
     /// thick they are parallel to the first axis of its plane. Absent in the plane.
     #[serde(default)]
     pub columns: Option<usize>,
-    /// Whether the last grain of each row is a neighbour of the first one, as in a sleeve around a cylinder; in space.
+    /// Whether the last grain of each row is next to the first one, as in a sleeve around a cylinder; in space.
     #[serde(default)]
     pub closed: bool,
 }
@@ -67,7 +67,7 @@ pub struct Shaking {
     pub acceleration: Vec<f64>,
     /// Frequency `f` at the start of the stage (Hz).
     pub frequency: f64,
-    /// Frequency `f₁` at the end of the stage (Hz); that at the start when absent.
+    /// Frequency `f₁` at the end of the stage (Hz); when absent that at the start.
     #[serde(default)]
     pub last_frequency: Option<f64>,
 }
@@ -89,7 +89,7 @@ pub struct WallServo {
     pub stress: f64,
     /// Largest speed of the wall (m/s), and its speed of approach without contact.
     pub speed: f64,
-    /// Share of the missing force that the wall corrects in a step (-), 0 to 0.1; 0.05 when absent. The wall moves with the grains in
+    /// Fraction of the force difference that the wall corrects in a step (-), 0 to 0.1; 0.05 when absent. The wall moves with the grains in
     /// contact with it: a moving wall has the full stress, within 0.5 % in the mean over a strain of 1 % at inertial numbers up to 0.001,
     /// and the run warns where the error is more than 2 %.
     #[serde(default = "default_gain")]

@@ -45,7 +45,7 @@ impl HistoryColumns {
 }
 
 impl<const R: usize> ContactHistories<R> {
-    /// Resets the histories, for `count` contacts.
+    /// Resets the histories to those of `count` new contacts.
     pub fn clear(&mut self, count: usize, columns: HistoryColumns) {
         let of = |on: bool| if on { count } else { 0 };
         fill(&mut self.state, count, ContactState::Apart);

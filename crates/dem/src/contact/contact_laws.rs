@@ -19,7 +19,7 @@ pub struct ContactLaws {
 /// Properties of a kind of grains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KindProperties {
-    /// Name.
+    /// Name of the kind in the case.
     pub name: String,
     /// Density of the grains (kg/m³).
     pub density: f64,

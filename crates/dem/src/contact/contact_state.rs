@@ -2,10 +2,10 @@
 
 use colluvium_points::struct_of_arrays::FixedBytes;
 
-/// History of a contact.
+/// State and springs of a contact, which continue from step to step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactHistory<const R: usize> {
-    /// State.
+    /// State of the contact: separate, in contact or bonded.
     pub state: ContactState,
     /// Elongation of the tangential spring in tangent coordinates (m).
     pub shear_displacement: [f64; R],

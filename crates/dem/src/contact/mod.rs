@@ -36,10 +36,10 @@ use dashpot::StepLengths;
 use hertz::Hertz;
 use jkr::Jkr;
 
-/// Contact at an instant.
+/// Contact with its force at the current time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact<const D: usize> {
-    /// First grain.
+    /// Index of the first grain.
     pub grain: usize,
     /// Second grain; `None` for a wall.
     pub second: Option<usize>,

@@ -38,9 +38,9 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     pub radius: &'a [f64],
     /// Masses (kg).
     pub mass: &'a [f64],
-    /// Whether a grain is held.
+    /// Whether each grain has a prescribed motion.
     pub is_held: &'a [bool],
-    /// Kind of each grain.
+    /// Index of the kind of each grain.
     pub kind: &'a [u32],
     /// Contact laws of all pairs of kinds, as a matrix stored row by row.
     pub laws: &'a [PairLaw],
@@ -84,7 +84,7 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
     pub history: ContactHistoriesMut<'a, R>,
     /// First slab of the sums.
     pub slab: usize,
-    /// Sums of each slab.
+    /// Energies and virial of each slab.
     pub energies: &'a mut [(ContactEnergies, Virial<D>)],
 }
 
@@ -170,7 +170,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         )
     }
 
-    /// Adds the contact forces of the active pairs of a range of grains. Forces on the other grains go to `accumulators` too.
+    /// Adds the contact forces of the active pairs of a range of grains. The forces on the other grains are also added to `accumulators`.
     fn pair_forces(
         &self,
         (pairs, active): (PairListView<'_>, &ActivePairs),

@@ -60,7 +60,7 @@ impl ForceTorque {
         self.torque_over_radius += other.torque_over_radius;
     }
 
-    /// Force (N).
+    /// Force on the grain (N).
     #[inline]
     pub fn force<const D: usize>(&self) -> [f64; D] {
         let all = self.force.as_array();
@@ -131,7 +131,7 @@ pub enum ForceKernel {
 }
 
 impl ForceKernel {
-    /// Kernel for contacts with any of these laws.
+    /// Kernel for contacts with a set of laws.
     pub fn for_laws<'l>(mut laws: impl Iterator<Item = &'l PairLaw> + Clone) -> Self {
         let plain = |law: &PairLaw| law.attraction.is_none() && law.bond.is_none();
         let turns = laws.clone().any(|law| law.rolling.is_some() || law.torsion.is_some());
@@ -197,7 +197,7 @@ pub fn contact_bodies<const D: usize, const R: usize>(
     ContactBody { velocity: std::array::from_fn(|c| motion[c]), spin, radius, inverse_mass: motion[3] }
 }
 
-/// Laws of four contacts.
+/// Contact laws of four contacts, one in each SIMD lane.
 #[derive(Clone, Copy)]
 pub struct SimdLaws {
     /// Linear normal law; zero for pairs with another law.

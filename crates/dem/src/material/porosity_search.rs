@@ -6,7 +6,7 @@ use crate::material::spec::parameter_error;
 
 /// Largest friction coefficient of the search; higher ones hardly increase the porosity (sheet: dem §5, B14).
 const MAX_FRICTION: f64 = 1.0;
-/// Tolerance of the porosity.
+/// Tolerance of the porosity of the specimen (-).
 const POROSITY_TOLERANCE: f64 = 2e-3;
 /// Number of bisections of the friction interval.
 const HALVINGS: usize = 12;

@@ -62,7 +62,7 @@ pub struct CellContact {
 pub struct Preparation {
     /// Pressure of the compression (Pa), > 0. Points that start at less than a twentieth of it are unloaded by expansion.
     pub pressure: f64,
-    /// Friction coefficient during compression (-): 0, as when absent, makes the specimen dense, that of the contacts loose.
+    /// Friction coefficient during compression (-). 0, the default, makes the specimen dense; that of the contacts makes it loose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Porosity under the pressure (-), met within 0.002 by a search for the friction of the compression between 0 and 1.

@@ -93,8 +93,8 @@ impl<const D: usize, const R: usize> GrainBlock<'_, D, R> {
         }
     }
 
-    /// Integrates the motion of grains four at a time, with the same results as `Grain::advance`. Returns the number of moved grains: the
-    /// rest of a block is left.
+    /// Integrates the motion of grains four at a time, with the same results as `Grain::advance`. Returns the number of integrated grains;
+    /// up to three at the end remain.
     pub(crate) fn integrate(
         &self,
         (actions, kick): (&ExternalActions<'_, D>, &LeapfrogKick),

@@ -49,7 +49,7 @@ pub struct GrainSums<const D: usize> {
     pub applied_work: f64,
     /// Energy dissipated by damping (J).
     pub damping: f64,
-    /// Work of held grains (J).
+    /// Work of grains with prescribed motion (J).
     pub held_work: f64,
     /// Work of the change of the velocity gradient of the cell in the step (J).
     pub cell: f64,

@@ -10,7 +10,7 @@ use crate::points::grains::Grains;
 
 /// Updates the velocities of servo-controlled walls for a step of `dt` (s). The inward velocity is `(α (F - F_w) + Δt Σ k_n v_n + Σ γ_n v)
 /// / (Δt Σ k_n + Σ γ_n)`, limited to the given speed, and that speed without contact. `v` is the old wall velocity, as the wall force
-/// includes dashpots. Without them in the rule, a wall with `α Σ γ_n > Δt Σ k_n` reverses every step. `v_n` are the velocities of the
+/// includes dashpots. Without dashpots in the rule, a wall with `α Σ γ_n > Δt Σ k_n` reverses every step. `v_n` are the velocities of the
 /// grains in contact with the wall: the wall moves with them, and also corrects a share of the missing force (sheet: dem §3.7).
 pub fn update_servo_walls<const D: usize, const R: usize>(
     clock: &Clock,

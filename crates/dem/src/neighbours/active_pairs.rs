@@ -17,13 +17,13 @@ const MIN_GAP_FRACTION: f64 = 1.0 / 16.0;
 /// Factor below one as margin for round-off in sums of displacements.
 const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-9;
 
-/// Pair of grains close to contact, as one record. Numbers count from the first grain and pair of its slab on.
+/// Pair of grains close to contact, as one record. Numbers count from the first grain and pair of its slab.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(align(16))]
 pub struct ActivePair {
-    /// First grain.
+    /// Index of the first grain.
     pub first: u32,
-    /// Second grain.
+    /// Index of the second grain.
     pub second: u32,
     /// Number of the pair in its list.
     pub slot: u32,

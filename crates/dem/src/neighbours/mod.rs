@@ -59,7 +59,7 @@ pub struct VerletLists<const D: usize, const R: usize> {
     pub uniform_cells: bool,
 }
 
-/// Length of arrays over axes, of which the first `D` entries count.
+/// Length of arrays over axes, of which the first `D` entries are used.
 const MAX_DIMENSION: usize = 3;
 
 /// Contact histories during a list build.
@@ -250,7 +250,8 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         }
     }
 
-    /// Sorts the grains into cells; returns whether cells are too few to distinguish images, so that all pairs are checked.
+    /// Sorts the grains into cells. Returns whether there are too few cells to distinguish periodic images, so that all pairs must be
+    /// checked.
     fn bin(&mut self, positions: &[[f64; D]], cell: &PeriodicCell<D>, reach: f64) -> Result<bool, ListError> {
         let (unit, _) = inverse(&cell.h);
         let widths = cell.widths();

@@ -10,7 +10,7 @@ use crate::points::grains::GrainView;
 pub struct WallList<const R: usize> {
     /// Grain of each entry, ascending.
     pub grain: Vec<u32>,
-    /// Wall of each entry.
+    /// Index of the wall of each entry.
     pub wall: Vec<u32>,
     /// First entry of each slab, and the number of entries.
     pub slabs: Vec<u32>,
@@ -125,7 +125,7 @@ impl<const R: usize> WallList<R> {
 pub struct WallListView<'a> {
     /// Grain of each entry, ascending.
     pub grain: &'a [u32],
-    /// Wall of each entry.
+    /// Index of the wall of each entry.
     pub wall: &'a [u32],
     /// First entry of each slab, and the number of entries.
     pub slabs: &'a [u32],

@@ -2,7 +2,7 @@
 
 use colluvium_points::surface::NearestPoint;
 
-/// Largest number of facets in contact with a grain; of more the nearest count.
+/// Largest number of facets in contact with a grain; among more the nearest ones are used.
 pub const MAX_FACETS: usize = 6;
 
 /// Key of a contact without a facet.
@@ -13,12 +13,12 @@ pub const NO_FACET: u64 = u64::MAX;
 pub struct FacetContact {
     /// Distance of the grain centre (m).
     pub distance: f64,
-    /// Normal towards the grain.
+    /// Unit normal of the facet, towards the grain.
     pub normal: [f64; 3],
 }
 
 impl FacetContact {
-    /// Facet out of reach.
+    /// Facet farther from the grain than the contact range.
     pub const OUT_OF_REACH: Self = Self { distance: f64::INFINITY, normal: [0.0; 3] };
 
     /// Returns the facet at a nearest point of a surface.

@@ -131,7 +131,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         contact.overlap / small
     }
 
-    /// All present contacts.
+    /// All current contacts with their forces.
     pub fn contacts(&self) -> Vec<Contact<D>> {
         let mut all = Vec::new();
         self.for_each_contact(|contact, _, _| all.push(contact));

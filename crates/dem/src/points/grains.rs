@@ -10,7 +10,7 @@ pub const MIN_GRAINS_PER_TASK: usize = 1024;
 struct_of_arrays! {
     /// Grains in `D` dimensions with rotations of `R` components.
     pub struct Grains<const D: usize, const R: usize> {
-        /// Permanent id.
+        /// Id of the grain, constant during the run.
         pub id: u32,
         /// Index into the bodies of the case.
         pub body: u32,
@@ -24,7 +24,7 @@ struct_of_arrays! {
         pub mass: f64,
         /// Position of the centre (m).
         pub position: [f64; D],
-        /// Position less displacement (m).
+        /// Position minus displacement (m): the initial position, displaced at periodic boundaries.
         pub origin: [f64; D],
         /// Position at the last list build (m).
         pub listed_position: [f64; D],
@@ -44,9 +44,9 @@ struct_of_arrays! {
 /// View of the grain columns that contact forces need; see [`Grains`].
 #[derive(Clone, Copy)]
 pub struct GrainView<'a, const D: usize, const R: usize> {
-    /// Kinds.
+    /// Index of the kind of each grain.
     pub kind: &'a [u32],
-    /// Whether a grain is held.
+    /// Whether each grain has a prescribed motion.
     pub is_held: &'a [bool],
     /// Radii (m).
     pub radius: &'a [f64],

@@ -23,7 +23,7 @@ pub trait SimdNumber:
     + AddAssign
     + SubAssign
 {
-    /// Number in all lanes.
+    /// Vector with the same number in all lanes.
     fn broadcast(value: f64) -> Self;
     /// Square root.
     fn root(self) -> Self;

@@ -44,7 +44,7 @@ fn resistance(spec: &RollingSpec) -> RollingResistance {
     }
 }
 
-/// Normal law of its options, and whether the force is never attractive (Sheet: dem §3.11).
+/// Normal law of its options, and whether the force is never attractive (sheet: dem §3.11).
 fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (NormalForceLaw, bool) {
     match law {
         NormalLaw::Linear { stiffness, grain_modulus, restitution, damping_ratio, clamp } => {

@@ -31,7 +31,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.records.energy_balance.contacts[0]
     }
 
-    /// All present contacts.
+    /// All current contacts with their forces.
     pub fn contacts(&self) -> Vec<Contact<D>> {
         self.view().contacts()
     }

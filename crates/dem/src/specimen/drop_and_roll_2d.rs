@@ -154,7 +154,7 @@ impl GrainHeap<2> for RestingDisks<'_> {
 }
 
 /// Drops disks at random positions over a container until it is full. `draw` gives the radius of each disk (m). Returns positions and radii
-/// (m), the lowest first. Each rests on two disks with its centre between them, on a disk and a side, or on the floor.
+/// (m), the lowest first. Each disk rests on two disks with its centre between them, on a disk and a side wall, or on the floor.
 ///
 /// # Errors
 /// When the container is narrower than two of the largest disks (`largest`, m), or would hold more than `limit` of them.

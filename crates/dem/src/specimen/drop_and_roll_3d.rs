@@ -335,7 +335,7 @@ impl GrainHeap<3> for RestingSpheres<'_> {
 }
 
 /// Drops spheres at random positions over a container until it is full. `draw` gives the radius of each sphere (m). Returns positions and
-/// radii (m), the lowest first. Each rests on three spheres or sides, its weight within them, or on the floor.
+/// radii (m), the lowest first. Each sphere rests on three spheres or side walls with its centre between them, or on the floor.
 ///
 /// # Errors
 /// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `limit` of them.

@@ -24,7 +24,7 @@ pub struct GrainSource {
     pub density: f64,
     /// Angular velocity of entering grains (rad/s).
     pub spin: Vec<f64>,
-    /// Grains that have entered.
+    /// Number and mass of the grains that have entered.
     pub entered_grains: EnteredGrains,
 }
 

@@ -172,7 +172,7 @@ impl Diameters {
         }
     }
 
-    /// Draws a diameter (m).
+    /// Random diameter of the distribution (m).
     pub fn draw(&self, dimension: usize, random: &mut ChaCha8Rng) -> f64 {
         let (min, max) = self.range();
         if min == max {
@@ -202,7 +202,8 @@ impl Diameters {
         }
     }
 
-    /// `count` diameters (m) of a wide distribution by mass: numbers per cell are proportional to mass over volume.
+    /// Random diameters (m) of a wide distribution by mass, `count` in number. The number in each interval is proportional to mass over
+    /// volume.
     fn draw_wide(&self, count: usize, dimension: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
         let (min, max) = self.range();
         let edge = |cell: usize| min * (max / min).powf(cell as f64 / CELLS as f64);

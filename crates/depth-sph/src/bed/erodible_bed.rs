@@ -9,7 +9,7 @@ const STEPS_PER_UPDATE: u64 = 10;
 /// Number of nodes along the edge of a tile, the unit in which the spline is recomputed.
 const TILE_NODES: usize = 32;
 
-/// Terrain with erosion.
+/// Terrain whose surface is lowered by erosion.
 #[derive(Clone, Debug)]
 pub struct ErodibleBed {
     ground: TerrainBed,
@@ -61,7 +61,7 @@ impl ErodibleBed {
         }
     }
 
-    /// Bed at a position.
+    /// Level, slope and curvature of the bed at a position in plan.
     #[inline]
     pub fn bed_point<const D: usize>(&self, x: &PlanVector<D>) -> Option<BedPoint<D>> {
         self.ground.bed_point(x)
@@ -89,7 +89,7 @@ impl ErodibleBed {
     }
 
     /// Erodes the volume `wanted` (m³; m² in a profile) at a position, as far as the erodible depth of the nodes around it permits. Returns
-    /// the eroded volume. Returns the eroded volume.
+    /// the eroded volume.
     pub fn erode<const D: usize>(&mut self, x: &PlanVector<D>, wanted: f64) -> f64 {
         let y = x.get(1).copied().unwrap_or(self.ground.y);
         let Some(mut weights) = self.ground.weights(x[0], y) else { return 0.0 };

@@ -15,12 +15,12 @@ use crate::config::choices::DepthFrame;
 use crate::config::settings::FlowSettings;
 use crate::points::phase_nodes::{PlanVector, dot};
 
-/// Bed at a position.
+/// Level, slope and curvature of the bed at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BedPoint<const D: usize> {
     /// Level `Z` (m).
     pub level: f64,
-    /// Slope `∇Z`.
+    /// Slope `∇Z` of the bed in plan.
     pub slope: PlanVector<D>,
     /// Second derivatives of `Z` (1/m).
     pub curvature: [PlanVector<D>; D],
@@ -65,7 +65,7 @@ impl<const D: usize> BedPoint<D> {
 
 /// Bed surface as a function of the position in plan; `None` outside its extent.
 pub trait BedSurface<const D: usize>: Send + Sync {
-    /// Bed at `x` (m).
+    /// Bed at a position in plan (m); `None` outside its extent.
     fn bed_point(&self, x: &PlanVector<D>) -> Option<BedPoint<D>>;
 
     /// Whether the bed is defined at a position in plan (m).

@@ -59,8 +59,8 @@ pub(crate) fn add_first_rows<const D: usize>(
     Ok(())
 }
 
-/// Flow that arrives at an inflow line, from the nodes within the kernel support; `None` if it is dry. Waves along the normal, and one
-/// state for all of the line (sheet: depth-sph §3.9).
+/// Flow that arrives at an inflow line, from the nodes within the kernel support; `None` if it is dry. The flow consists of waves normal to
+/// the line, with one state for the whole line (sheet: depth-sph §3.9).
 fn arriving_flow<const D: usize>(
     settings: &FlowSettings<D>,
     sets: &[PhaseSet<D>],

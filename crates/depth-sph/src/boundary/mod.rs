@@ -25,9 +25,9 @@ pub enum OutsideNodes {
 /// Boundaries of a flow in plan.
 #[derive(Clone, Debug, Default)]
 pub struct FlowBoundaries<const D: usize> {
-    /// Walls and periods.
+    /// Walls and periodic boundaries of the plan.
     pub walls: PlanBoundaries<D>,
-    /// Lines with inflow.
+    /// Inflow lines with their rows of nodes.
     pub inflows: Vec<Inflow<D>>,
     /// Nodes behind the inflow lines, which have not entered the flow yet.
     pub waiting_nodes: WaitingNodes<D>,

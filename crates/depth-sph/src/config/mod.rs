@@ -33,8 +33,8 @@ pub struct DepthOptions {
     /// Smoothing length over `spacing` (-), 1 to 3. When absent 1.5 along a line and 1.3 in plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<f64>,
-    /// Whether smoothing lengths follow the flow depths, with `ℓ^d h / m` constant, between half of the first one and three times it
-    /// (fifty times along a line).
+    /// Whether smoothing lengths vary with the flow depth, so that `ℓ^d h / m` is constant. They are between half the initial length and
+    /// three times it (fifty times along a line).
     #[serde(default = "default_true")]
     pub variable_smoothing: bool,
     /// Lower bound of variable smoothing lengths (m), at most the first one; none when absent. It bounds the time step from below.
@@ -50,8 +50,8 @@ pub struct DepthOptions {
     /// Form of the pressure force.
     #[serde(default)]
     pub momentum: PressureForceForm,
-    /// Whether gradients are those of the free surface, by corrected differences. Lakes stay at rest; momentum is not conserved to
-    /// round-off.
+    /// Whether the pressure force uses the gradient of the free surface, by corrected differences. Lakes stay at rest; momentum is not
+    /// conserved to round-off.
     #[serde(default)]
     pub surface_gradient: bool,
     /// Time integration.
@@ -111,8 +111,8 @@ pub struct DepthOptions {
     /// Dams on the terrain, in three dimensions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dams: Vec<DamOptions>,
-    /// Inflows of material, across lines in three dimensions or through the ends of a profile: of one phase, of grains and fluid at one
-    /// speed, or of one of two layers. With pore-pressure columns the inflow has their `excess_ratio`.
+    /// Inflows of material, across lines in three dimensions or through the ends of a profile. The material is one phase, a mixture of
+    /// grains and fluid at one speed, or one of two layers. With pore-pressure columns the inflow has their `excess_ratio`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
     /// Drainage of the pore fluid through the bed.
@@ -132,7 +132,7 @@ pub struct DepthOptions {
     /// terrain.
     #[serde(default, skip_serializing_if = "is_false")]
     pub lower_bed: bool,
-    /// Number of phases with nodes of their own.
+    /// Number of phases with separate nodes.
     #[serde(default)]
     pub phases: Phases,
     /// Components of the flowing material, with pore fluid or a second layer.
@@ -144,15 +144,15 @@ pub struct DepthOptions {
     /// Earth-pressure coefficients; isotropic stress when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earth_pressure: Option<EarthPressureOptions>,
-    /// Conditions under which the flow counts as stopped, in the scalar output `stopped`.
+    /// Conditions under which the scalar output `stopped` reports that the flow has stopped.
     #[serde(default)]
     pub stop: StopOptions,
-    /// Whether the run ends with an error when nodes leave the terrain; otherwise they are removed and counted.
+    /// Whether a node that leaves the terrain ends the run with an error; if not, such nodes are removed and counted.
     #[serde(default)]
     pub leaving_is_an_error: bool,
 }
 
-/// Part of the bed with other properties.
+/// Region of the bed with its own properties.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BedRegion {
@@ -163,22 +163,22 @@ pub struct BedRegion {
     /// (`.shp`). In three dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
-    /// Region as cells of a raster, such as one of land cover. In three dimensions.
+    /// Region as cells of a raster, for example of land cover. In three dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<RasterCellSelection>,
-    /// Resistance of the region; that of the rest of the bed when absent.
+    /// Basal resistance in the region; when absent that of the whole bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// Drainage of the pore fluid through the region; that of the rest of the bed when absent. A drainage rack is `atmospheric`.
+    /// Drainage of pore fluid through the bed in the region; when absent that of the whole bed. A drainage rack is `atmospheric`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drainage: Option<Drainage>,
-    /// Resistance of the region to the pore fluid; that of the rest of the bed, `mixture.fluid_resistance`, when absent.
+    /// Resistance of the bed to the pore fluid in the region; when absent `mixture.fluid_resistance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid_resistance: Option<FluidResistanceOptions>,
     /// Erosion of the region; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
-    /// Erodible depth of the region (m, vertical), at least 0; that of the rest of the bed when absent.
+    /// Erodible depth in the region (m, vertical), at least 0; when absent that of the whole bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
 }
@@ -213,8 +213,8 @@ pub struct InflowOptions {
     /// End of the profile through which the material flows in, `x-min` or `x-max`. In a profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
-    /// Hydrograph: pairs of time from the start of the flow (s) and discharge (m³/s; m²/s in a profile), linear between them, zero before
-    /// and after. Give this or `hydrograph`.
+    /// Hydrograph: pairs of time from the start of the flow (s) and discharge (m³/s; m²/s in a profile), linear between them and zero
+    /// before and after. Give this or `hydrograph`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub discharge: Vec<[f64; 2]>,
     /// Path of a file of the hydrograph, relative to the folder of the case: CSV with two columns, time and discharge, in the units of
@@ -231,7 +231,7 @@ pub struct InflowOptions {
     /// Layer of the inflow, for phases that are `layers`: one inflow for each layer, at one line or at two lines.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<FlowLayer>,
-    /// Porosity of the inflow (share of the pore fluid), between 0 and 1, for phases that are `two`; that of the mixture when absent.
+    /// Porosity of the inflow (volume fraction of the pore fluid), between 0 and 1, for `phases` `two`; when absent that of the mixture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,
 }
@@ -311,7 +311,8 @@ pub struct ColumnOptions {
     /// Lower bound of the pressure.
     #[serde(default)]
     pub lower_bound: LowerBound,
-    /// Initial liquefaction ratio (-), 0 to 1: excess pressure at the base over that of full liquefaction, linear over the depth.
+    /// Initial liquefaction ratio (-), 0 to 1: excess pressure at the base over that of full liquefaction, with a linear profile over the
+    /// depth.
     #[serde(default)]
     pub excess_ratio: f64,
     /// Dilatancy under shear; none when absent.
@@ -394,7 +395,7 @@ pub struct EarthPressureOptions {
     pub basal_friction_angle: f64,
 }
 
-/// Conditions under which a flow counts as stopped.
+/// Conditions under which a flow is regarded as stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StopOptions {

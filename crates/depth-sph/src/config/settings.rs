@@ -16,13 +16,13 @@ use crate::laws::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 /// Settings that are constant during a flow.
 #[derive(Clone, Debug)]
 pub struct FlowSettings<const D: usize> {
-    /// Sets of nodes.
+    /// Number of phases with separate nodes.
     pub phases: Phases,
     /// Gravity normal to the plan (m/s²).
     pub gravity: f64,
     /// Component of gravity along the plan of a tilted frame (m/s²).
     pub plan_gravity: [f64; D],
-    /// Axes.
+    /// Axes of plan and depth: horizontal, or along a tilted bed.
     pub frame: DepthFrame,
     /// Effect of depth gradients over steep terrain.
     pub metric: Metric,
@@ -45,7 +45,7 @@ pub struct FlowSettings<const D: usize> {
     pub numerics: Numerics,
 }
 
-/// Phase of a set.
+/// Phase or layer to which a node set belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhaseRole {
     /// Single phase.
@@ -88,13 +88,13 @@ impl Mixture {
 /// Columns of excess pore pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoreColumn {
-    /// Intervals over the depth.
+    /// Number of intervals over the depth.
     pub cells: usize,
     /// Weight of the new time level, ½ to 1.
     pub weight: f64,
     /// Discretisation of the pressure over the depth.
     pub profile: PressureProfile,
-    /// Rate of drainage.
+    /// Coefficient of consolidation, or its source.
     pub consolidation: Consolidation,
     /// Lower bound of the pressure.
     pub lower_bound: LowerBound,
@@ -115,7 +115,7 @@ pub enum Consolidation {
     OfDrag,
 }
 
-/// Savage–Hutter's earth pressure.
+/// Active and passive earth-pressure coefficients of Savage and Hutter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarthPressure {
     /// Coefficient where the flow expands.
@@ -169,12 +169,12 @@ impl FluidResistance {
     }
 }
 
-/// Zone of the bed.
+/// Zone of the bed with uniform properties.
 #[derive(Clone)]
 pub struct BedZone {
     /// Regions whose intersection is the zone; empty for the whole plan.
     pub regions: Vec<PlanRegion>,
-    /// Resistance; none when absent.
+    /// Basal resistance; frictionless when absent.
     pub law: Option<BasalRheology>,
     /// Drainage through the base.
     pub drainage: Drainage,
@@ -300,7 +300,7 @@ impl<const D: usize> FlowSettings<D> {
         (self.gravity * self.gravity + self.plan_gravity.iter().map(|g| g * g).sum::<f64>()).sqrt()
     }
 
-    /// Zone at a position.
+    /// Zone of the bed that contains a position.
     #[inline]
     pub fn zone(&self, x: &[f64; D]) -> &BedZone {
         let last = self.zones.len() - 1;
@@ -327,7 +327,7 @@ impl<const D: usize> FlowSettings<D> {
         self.column.is_some() || self.zones.iter().any(|zone| zone.law.is_some())
     }
 
-    /// Phase of a set.
+    /// Phase or layer of a node set.
     pub fn role(&self, set: usize) -> PhaseRole {
         match (self.phases, set) {
             (Phases::One, _) => PhaseRole::Single,

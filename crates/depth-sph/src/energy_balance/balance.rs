@@ -60,7 +60,7 @@ pub struct EnergyBalance {
 pub struct EnergyBalanceSummary {
     /// Current energy.
     pub current_energy: FlowEnergies,
-    /// Excess of energy.
+    /// Error of the energy balance: energy in excess of the exchanged one (J).
     pub error: f64,
     /// Work of the pressure forces minus the decrease of the pressure energy (J).
     pub difference: f64,

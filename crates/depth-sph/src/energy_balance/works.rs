@@ -78,8 +78,8 @@ fn force_works<const D: usize>(
     [dt * dot_along_bed(&slope, viscous, velocity), dt * dot_along_bed(&slope, &pressure, velocity)]
 }
 
-/// Sums the work of friction, viscosity and pressure over the nodes (J), in the order of the nodes. Resistance never adds energy: of one
-/// phase at no node, of two in no step.
+/// Sums the work of friction, viscosity and pressure over the nodes (J), in the order of the nodes. Resistance never adds energy: in a
+/// single phase at no node, in two phases in no step.
 fn sum_works<const D: usize>(
     settings: &FlowSettings<D>,
     boundary: &FlowBoundaries<D>,

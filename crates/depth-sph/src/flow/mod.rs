@@ -41,7 +41,7 @@ pub use crate::points::image_nodes::PlanBoundaries;
 pub struct Flow<const D: usize> {
     /// Time and number of steps.
     pub clock: Clock,
-    /// Settings that are constant.
+    /// Material, gravity and numerical parameters, constant during the run.
     pub settings: FlowSettings<D>,
     /// The bed.
     pub bed: Bed<D>,
@@ -95,7 +95,7 @@ impl<const D: usize> Flow<D> {
         totals(&self.settings, &self.bed, &self.nodes.sets, set)
     }
 
-    /// Current energy balance.
+    /// Current energies with the error of their balance.
     pub fn energy_balance_summary(&self) -> EnergyBalanceSummary {
         self.view().energy_balance()
     }

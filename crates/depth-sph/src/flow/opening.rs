@@ -25,7 +25,7 @@ impl<const D: usize> Flow<D> {
         }])
     }
 
-    /// Makes sides of the domain open boundaries, before the first step. A common corner belongs to the first of its sides.
+    /// Makes sides of the domain open boundaries, before the first step. A common corner belongs to the first of its boundaries.
     ///
     /// # Errors
     /// As [`Flow::new`].

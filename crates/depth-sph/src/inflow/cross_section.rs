@@ -2,7 +2,7 @@
 
 /// Depth below which a position of the section has no inflow, as a share of the largest depth; its share is given to its neighbours.
 const MIN_DEPTH_RATIO: f64 = 0.02;
-/// Bisections for the level.
+/// Number of bisections in the search for the water level.
 const HALVINGS: usize = 60;
 
 /// Cross-section of the bed along an inflow line, as levels of equal parts of the line.

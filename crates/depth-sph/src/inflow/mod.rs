@@ -88,7 +88,7 @@ pub fn inflow_section(flux: f64, arriving: Option<ArrivingFlow>, froude: f64, gr
     }
 }
 
-/// Line with inflow. In plan only.
+/// Inflow of material across a line by a hydrograph. In plan only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inflow<const D: usize> {
     /// Begin of the line (m).
@@ -109,7 +109,7 @@ pub struct Inflow<const D: usize> {
     pub ratio: f64,
     /// Width of the zone of rows behind the line (m).
     pub row_extent: f64,
-    /// Body of the nodes.
+    /// Number of the body to which the inflow nodes belong.
     pub body: u32,
     /// Porosity of an inflow of grains and fluid; `None` for a single phase.
     pub porosity: Option<f64>,

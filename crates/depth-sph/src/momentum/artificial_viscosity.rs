@@ -18,7 +18,7 @@ pub(super) struct ArtificialViscosity {
 }
 
 impl ArtificialViscosity {
-    /// Viscosity of node `i`.
+    /// Artificial viscosity with the data of node `i`.
     pub(super) fn for_node<const D: usize>(numerics: &Numerics, nodes: &PhaseNodes<D>, i: usize) -> Self {
         let (linear, quadratic) = numerics.viscosity;
         Self {

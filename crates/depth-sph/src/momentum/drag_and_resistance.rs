@@ -129,7 +129,7 @@ struct SplitPhase<'a, const D: usize> {
     velocity: &'a mut [PlanVector<D>],
 }
 
-/// Scales a velocity so that its speed along the bed changes from `before` to `after` (m/s).
+/// Scales a velocity in plan so that its speed along the bed changes from `before` to `after` (m/s).
 fn scale_speed<const D: usize>(velocity: &mut PlanVector<D>, before: f64, after: f64) {
     if before > 0.0 {
         let factor = after / before;
@@ -383,7 +383,7 @@ fn apply_rate_resistance<const D: usize>(
     });
 }
 
-/// Slip that relaxes.
+/// Part of the slip that drag relaxes: all of it, or its change in the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SlipSelection {
     /// Slip before the step, and slip added by the step.

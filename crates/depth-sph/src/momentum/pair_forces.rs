@@ -104,7 +104,7 @@ impl<'a, const D: usize> PairForces<'a, D> {
         sums.sums()
     }
 
-    /// Sums over the neighbours of node `i`; gradients only where they are needed.
+    /// Force sums over the neighbours of node `i`; gradients of the fields only with `GRADIENTS`.
     #[inline]
     pub(super) fn sums<const GRADIENTS: bool>(&self, i: usize, spare: &mut Vec<u32>) -> ForceSums<D> {
         let listed = self.packed_neighbours.are_complete();
@@ -128,7 +128,7 @@ impl<'a, const D: usize> PairForces<'a, D> {
         }
     }
 
-    /// Sums over packed neighbours.
+    /// Force sums over the listed neighbours of node `i`.
     #[inline]
     fn pair_sums<const GRADIENTS: bool, const CUBIC: bool>(&self, i: usize, entries: &[u32]) -> ForceSums<D> {
         let numerics = &self.settings.numerics;

@@ -92,7 +92,7 @@ impl<const D: usize> StageSums<D> {
         }
     }
 
-    /// Sets the state after `dt` (s) with the rates of the previous stage. Heights by summation are left to the next sum.
+    /// Sets the state after `dt` (s) with the rates of the previous stage. Heights by summation follow from the next summation.
     fn set_stage(&self, set: &mut PhaseSet<D>, dt: f64, with_heights: bool) {
         let nodes = &mut set.nodes;
         for i in 0..nodes.len() {

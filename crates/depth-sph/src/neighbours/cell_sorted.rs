@@ -48,7 +48,7 @@ pub struct CellSorted<const D: usize> {
     pub depth: Vec<f64>,
     /// Pressure, see [`NeighbourData`].
     pub pressure: Vec<f64>,
-    /// Fields whose gradients are computed, if the problem has them. The first is empty: that field is the height itself.
+    /// Fields whose gradients are computed, if the problem has them. The first is empty: that field is stored height itself.
     pub fields: [Vec<f64>; FIELDS],
 }
 

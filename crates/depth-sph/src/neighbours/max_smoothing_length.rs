@@ -29,7 +29,7 @@ impl<const D: usize> Default for MaxSmoothingLength<D> {
 
 impl<const D: usize> MaxSmoothingLength<D> {
     /// Updates the cells from positions and smoothing lengths of nodes (m); `reach` is the kernel support in smoothing lengths. Positions
-    /// that are not finite are left to the search to report.
+    /// that are not finite are ignored here; the neighbour search reports them.
     pub fn update(&mut self, places: &[PlanVector<D>], lengths: &[f64], reach: f64) {
         let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
         for x in places {

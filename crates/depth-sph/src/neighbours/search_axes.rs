@@ -15,8 +15,8 @@ impl<const D: usize> SearchAxes<D> {
     /// Axes of the plan.
     pub const PLAN: Self = Self { direction: None };
 
-    /// Axes along the longest extent of the nodes, the principal axis of their covariance. Those of the plan in a profile and where a
-    /// position is not finite, which the search reports.
+    /// Axes along the longest extent of the nodes, the principal axis of their covariance. In a profile, and if a position is not finite,
+    /// they are the axes of the plan.
     pub fn along_longest_extent(places: &[PlanVector<D>]) -> Self {
         if D != 2 || places.is_empty() {
             return Self::PLAN;
@@ -44,7 +44,7 @@ impl<const D: usize> SearchAxes<D> {
         Self { direction: Some(along) }
     }
 
-    /// Position on these axes (m).
+    /// Components of a position along the search axes (m).
     #[inline(always)]
     pub fn to_axes(self, x: &PlanVector<D>) -> PlanVector<D> {
         let Some(along) = self.direction else { return *x };

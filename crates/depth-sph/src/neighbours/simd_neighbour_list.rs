@@ -24,13 +24,13 @@ pub struct NeighbourListBlock {
     is_incomplete: bool,
 }
 
-/// Entry of a pack: index of the first node, and the number of nodes that count, whose squares of distances are numbers.
+/// Entry of the list: index of the first of up to four nodes, and their number, from squared distances that are numbers for used nodes.
 #[inline(always)]
 pub fn pack_entry(first: usize, square: f64x4) -> u32 {
     (first as u32) << 3 | square.simd_eq(square).to_bitmask().count_ones()
 }
 
-/// Index of the first node of an entry, and the number of nodes that count.
+/// Index of the first node of an entry, and number of its nodes.
 #[inline(always)]
 pub fn unpack_entry(entry: u32) -> (usize, usize) {
     ((entry >> 3) as usize, (entry & 7) as usize)

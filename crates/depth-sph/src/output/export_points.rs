@@ -183,7 +183,6 @@ impl GrainsAndFluid<'_> {
 
     /// Shares of the fluid for each node of grains. Each fluid node distributes its mass among the grains within its kernel, by Sinkhorn's
     /// scaling of rows and columns towards the heights of both phases. Mass is conserved, and fluid without grains nearby keeps its node.
-    /// Where there are no grains a node keeps its fluid.
     fn fluid_shares<const D: usize>(&self, snapshot: &Snapshot) -> Result<Vec<FluidShare>, SearchError> {
         let near = self.nearby_grains::<D>(snapshot)?;
         let stands = |&node: &usize| self.volumes[node] * (self.depths[node] / self.heights[node] - 1.0);

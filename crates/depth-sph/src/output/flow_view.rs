@@ -14,7 +14,7 @@ use crate::phases::phase::PhaseSet;
 pub struct FlowView<'a, const D: usize> {
     /// Time and number of steps.
     pub clock: &'a Clock,
-    /// Settings that are constant.
+    /// Material, gravity and numerical parameters, constant during the run.
     pub settings: &'a FlowSettings<D>,
     /// The bed.
     pub bed: &'a Bed<D>,
@@ -22,7 +22,7 @@ pub struct FlowView<'a, const D: usize> {
     pub boundary: &'a FlowBoundaries<D>,
     /// Nodes of each phase, with their columns of pore pressure.
     pub nodes: &'a FlowNodes<D>,
-    /// Energy balance and volumes.
+    /// Energy balance, and volumes that have left or have been eroded.
     pub records: &'a FlowRecords,
 }
 
@@ -42,7 +42,7 @@ impl<'a, const D: usize> FlowView<'a, D> {
         self.settings.zones.iter().any(|zone| zone.erosion.is_some())
     }
 
-    /// Current energy balance.
+    /// Current energies with the error of their balance.
     pub fn energy_balance(&self) -> EnergyBalanceSummary {
         let now = energies(self.settings, self.bed, self.boundary, &self.nodes.sets);
         self.records.energy_balance.summary(self.settings, now)

@@ -61,7 +61,7 @@ impl PlanCells {
     }
 }
 
-/// Extremes of one cell.
+/// Extreme values of the flow in a raster cell since the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HazardCell {
     /// Largest thickness (m).
@@ -139,8 +139,8 @@ impl HazardRasters {
         }
     }
 
-    /// Compares the reached cells with a mapped outline. Returns the share of its area outside the raster. A cell whose centre lies on the
-    /// outline counts where it begins, and not where it ends.
+    /// Compares the reached cells with a mapped outline. Returns the share of its area outside the raster. A cell centre on the lower edges
+    /// of the outline is inside, one on its upper edges outside.
     pub fn compare(&mut self, outline: &Outline) -> f64 {
         let grid = &self.grid;
         let within = |k: usize| {

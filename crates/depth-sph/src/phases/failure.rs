@@ -13,7 +13,7 @@ pub struct FlowFailure {
     pub node_id: u64,
     /// Position (m).
     pub position: Vec<f64>,
-    /// Reason.
+    /// Reason of the failure, for the message.
     pub reason: String,
 }
 

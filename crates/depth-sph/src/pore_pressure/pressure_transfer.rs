@@ -5,7 +5,7 @@ use crate::laws::pore_pressure_column::mean;
 /// Profile of pore pressure over the depth of a node, from the points above its square.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferredPressure {
-    /// Depth of these points (m).
+    /// Depth of the transferred points (m).
     pub depth: f64,
     /// Pore pressures at equal distances from the base to the surface (Pa), zero at the surface.
     pub pressure: Vec<f64>,
@@ -16,8 +16,8 @@ pub type PointAboveSquare = [f64; 3];
 
 impl TransferredPressure {
     /// Pore-pressure profile on `cells` intervals. It is the least-squares fit `(1 - ζ)(a + b ζ)` to the means of layers, with the
-    /// residuals interpolated linearly. Its mean is that of the points, by a part that is linear over the depth. Linear profiles are exact.
-    /// Points whose middle lies in the bed have no column.
+    /// residuals interpolated linearly. A linear part over the depth makes its mean that of the points. Linear profiles are exact. Points
+    /// whose middle lies in the bed have no column.
     pub fn from_points(points: &[PointAboveSquare], cells: usize) -> Self {
         let volume: f64 = points.iter().map(|point| point[0]).sum();
         let over = |value: usize| points.iter().map(|point| point[0] * point[value]).sum::<f64>() / volume;

@@ -52,7 +52,7 @@ fn span(case: &Case, axis: usize) -> (f64, f64) {
     (low, high)
 }
 
-/// Opens sides; returns warnings.
+/// Makes the absorbing sides of a case open boundaries of the flow; returns warnings.
 pub fn open_boundaries<const D: usize>(
     openings: &[(Opening, String)],
     flow: &mut Flow<D>,

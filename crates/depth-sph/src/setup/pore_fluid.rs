@@ -17,7 +17,7 @@ use crate::setup::{NAME, option_error};
 const DERIVED_TOLERANCE: f64 = 0.01;
 /// Relative tolerance of other values that are given twice.
 const EQUAL_TOLERANCE: f64 = 1e-9;
-/// Largest tension of a pore fluid (Pa): that of columns (sheet: depth-sph §2.7).
+/// Largest tension of the pore fluid in a pore-pressure column (Pa; sheet: depth-sph §2.7).
 const MAX_TENSION: f64 = 1e5;
 
 /// Data of a pore fluid for a flow.

@@ -42,7 +42,7 @@ impl StopDetection {
     }
 }
 
-/// Motion of a flow.
+/// Kinetic energy of a flow with its total and its slow volume, for the detection of its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FlowMotion {
     /// Kinetic energy of the motion in plan (J).

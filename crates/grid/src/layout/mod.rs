@@ -309,7 +309,7 @@ impl<const D: usize> Layout<D> {
     }
 
     /// Calls `scatter` for each slab, the even ones in parallel and then the odd ones. Its arguments are the slab, its range of nodes and
-    /// the number of the first of these. The window contains all nodes in the support of the slab's points.
+    /// the number of the first of these. The range contains all nodes in the support of the points of the slab.
     pub fn for_each_slab<T: Send>(&self, nodes: &mut [T], scatter: impl Fn(usize, &mut [T], usize) + Sync) {
         let slabs = self.slabs();
         for colour in 0..2.min(slabs) {

@@ -15,7 +15,7 @@ pub(crate) struct Nonconformity<const D: usize> {
     pub kind: NonconformityKind,
     /// Position (m).
     pub position: [f64; D],
-    /// Element that contains it.
+    /// Element that contains the node or centre.
     pub element: u32,
     /// Whether the node is inside the element, and not on a facet.
     pub is_inside: bool,

@@ -5,8 +5,8 @@ use wide::{f64x4, f64x8};
 /// Vector of four numbers: three components and one scalar, such as momentum and mass.
 pub type Vector4 = f64x4;
 
-/// State of a node. During the scatter of points: momentum and, in the fourth lane, mass; internal and
-/// other forces. After the momentum solve: velocity (mass stays in the fourth lane); acceleration.
+/// Momentum, mass and force of a node; after the solve velocity and acceleration. During the scatter of points: momentum and, in the fourth
+/// lane, mass; internal and other forces. After the momentum solve: velocity (mass stays in the fourth lane); acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
 pub struct NodalState {
@@ -62,9 +62,9 @@ pub(crate) fn split_halves(both: f64x8) -> [Vector4; 2] {
 /// Motion interpolated from the grid to a point.
 #[derive(Clone, Copy, Debug)]
 pub struct InterpolatedMotion<const D: usize> {
-    /// `Σ N v`.
+    /// Interpolated velocity `Σ N v` (m/s).
     pub velocity: Vector4,
-    /// `Σ N a`.
+    /// Interpolated acceleration `Σ N a` (m/s²).
     pub acceleration: Vector4,
     /// `gradient[j] = Σ v ∂N/∂x_j`: column `j` of the velocity gradient.
     pub gradient: [Vector4; D],

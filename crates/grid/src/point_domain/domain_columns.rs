@@ -37,13 +37,13 @@ macro_rules! domain_kinds {
             $($(#[$meta])* $kind(Vec<$type>),)+
         }
 
-        /// Borrowed [`Domains`].
+        /// Read-only view of the domains of several points.
         #[derive(Clone, Copy, Debug)]
         pub enum DomainSlice<'a, const D: usize> {
             $($(#[$meta])* $kind(&'a [$type]),)+
         }
 
-        /// Mutably borrowed [`Domains`].
+        /// Mutable view of the domains of several points.
         #[derive(Debug)]
         pub enum DomainsMut<'a, const D: usize> {
             $($(#[$meta])* $kind(&'a mut [$type]),)+

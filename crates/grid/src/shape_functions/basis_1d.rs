@@ -26,7 +26,7 @@ pub struct Basis1d {
 /// Nodes of a point along an axis, with weights and gradients.
 #[derive(Clone, Copy, Debug)]
 pub struct BasisValues1d {
-    /// First node.
+    /// Index of the first node with a non-zero weight.
     pub first: usize,
     /// Number of nodes.
     pub count: usize,

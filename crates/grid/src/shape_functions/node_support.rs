@@ -247,7 +247,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
 }
 
 impl<const D: usize> InterpolatedMotion<D> {
-    /// Zero motion.
+    /// Interpolated motion before contributions are added.
     pub const ZERO: Self =
         Self { velocity: Vector4::ZERO, acceleration: Vector4::ZERO, gradient: [Vector4::ZERO; D] };
 
@@ -275,7 +275,7 @@ pub struct NodeList<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> NodeList<D, N> {
-    /// Empty list.
+    /// List without nodes.
     pub const EMPTY: Self =
         Self { nodes: [0; N], positions: [[0.0; D]; N], weights: [0.0; N], gradients: [[0.0; D]; N] };
 }

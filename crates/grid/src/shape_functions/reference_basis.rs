@@ -10,7 +10,7 @@ use crate::{Basis, Grid, InterpolatedMotion, NodalState, NodeSupport, Stencil, V
 pub struct ReferenceStencil<const D: usize, const S: usize> {
     /// Nodes and gradients of the initial configuration.
     pub reference: Stencil<D, S>,
-    /// `F⁻¹`, row by row.
+    /// Inverse `F⁻¹` of the deformation gradient, as an array of rows.
     pub inverse: [[f64; D]; D],
 }
 

@@ -24,7 +24,7 @@ pub(crate) use crate::transfers::compiled::CompiledTransfers;
 pub struct PointSlice<'a, const D: usize> {
     /// Positions (m).
     pub position: &'a [[f64; D]],
-    /// Domains.
+    /// Domains of the points.
     pub domain: DomainSlice<'a, D>,
     /// Full width of the domains at the start (m).
     pub extent: &'a [f64; D],
@@ -41,7 +41,7 @@ impl<const D: usize> PointSlice<'_, D> {
         self.position.is_empty()
     }
 
-    /// Range of the points.
+    /// View of a range of the points.
     #[inline(always)]
     #[must_use]
     pub fn range(&self, points: Range<usize>) -> Self {
@@ -101,7 +101,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
     /// The shape functions along an axis.
     fn basis_1d(&self) -> Basis1d;
 
-    /// Returns domains of `count` points, which have not moved yet.
+    /// Domains of `count` points at the start of a run.
     fn domains(&self, count: usize) -> Domains<D>;
 
     /// Points to grid: adds `N motion` and `Σ_j ∂N/∂x_j columns[j] + N body`.

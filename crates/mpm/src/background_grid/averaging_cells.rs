@@ -6,7 +6,7 @@ use colluvium_grid::{Grid, Mesh};
 
 /// Cells by entry, and the nodes at their corners.
 pub trait AveragingCells<const D: usize>: Sync {
-    /// Corners of a cell.
+    /// Number of corners of a cell.
     const CORNERS: usize;
 
     /// Volume of a cell (m³; m² in the plane, m³ per radian in axisymmetry).
@@ -31,7 +31,7 @@ pub trait AveragingCells<const D: usize>: Sync {
 pub struct GridCells<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
-    /// Distances between neighbouring entries.
+    /// Differences of node numbers between neighbours along each axis.
     pub strides: [usize; D],
     /// Layers of nodes outside the domain.
     pub ghosts: usize,
@@ -98,7 +98,7 @@ impl<const D: usize> AveragingCells<D> for GridCells<'_, D> {
     }
 }
 
-/// Elements of a mesh.
+/// Elements of an unstructured mesh as averaging cells.
 pub struct MeshCells<'a, const D: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D>,

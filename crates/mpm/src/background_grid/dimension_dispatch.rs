@@ -6,7 +6,7 @@ use colluvium_grid::{ShapeFunctionKind, Transfers};
 use crate::MpmOptions;
 use crate::config::{DomainStretch, LagrangianFormulation, ShapeFunctions};
 
-/// Transfers of a case.
+/// Transfers between points and grid with the shape functions of a case.
 #[derive(Clone, Copy, Debug)]
 pub struct SelectedTransfers<const D: usize> {
     /// Transfers with its shape functions.
@@ -17,7 +17,7 @@ pub struct SelectedTransfers<const D: usize> {
 
 /// Visitor of a space with a compile-time dimension.
 pub trait DimensionVisitor {
-    /// Result of the visit.
+    /// Result of the operation.
     type Output;
 
     /// Runs the operation in `D` dimensions with the selected transfers.

@@ -27,7 +27,7 @@ pub struct BackgroundGrid<const D: usize> {
     pub layout: Layout<D>,
     /// The elements of the mesh; `None` on a structured grid, whose cells are named by their lowest nodes.
     pub elements: Option<Layout<D>>,
-    /// The transfers.
+    /// Transfers between points and grid.
     pub transfers: &'static dyn Transfers<D>,
     /// Transfers with linear functions, for any shape; on a grid.
     pub linear_transfers: &'static dyn Transfers<D>,
@@ -62,7 +62,7 @@ impl<const D: usize> BackgroundGrid<D> {
         }
     }
 
-    /// Grid view for points.
+    /// View of the grid for point domains and transfers.
     #[inline(always)]
     pub fn grid_view(&self) -> GridView<'_, D> {
         GridView::new(&self.grid, &self.mesh, &self.layout)

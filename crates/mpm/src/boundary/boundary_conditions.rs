@@ -22,9 +22,9 @@ pub struct BoundaryConditions<const D: usize> {
     pub(crate) has_wall: [[bool; 2]; D],
     /// Obstacles on the nodes.
     pub(crate) node_obstacles: NodeObstacles<D>,
-    /// Reactions of the obstacles on the nodes; `None` where they are not recorded.
+    /// Reactions of the obstacles that act on nodes; `None` if they are not recorded.
     pub(crate) reaction_recorder: Option<ReactionRecorder>,
-    /// Obstacles on the points; `None` where they are on the nodes.
+    /// Obstacles that act on points; `None` if they act on nodes.
     pub(crate) penalty_obstacles: Option<Box<PenaltyObstacles<D>>>,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<DrivenObject>,

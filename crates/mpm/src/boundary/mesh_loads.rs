@@ -9,7 +9,7 @@ use colluvium_grid::Mesh;
 use crate::points::point_set::PointSet;
 
 /// Loaded area of each point of a set (m²; m in the plane, per radian in axisymmetry): the loaded facets of elements with points, divided
-/// among these points (sheet: mpm §2.11). Where a load varies, an area counts with the share of the load on it.
+/// among these points (sheet: mpm §2.11). For a load that varies, the area is multiplied by the relative load.
 pub fn loaded_areas<const D: usize>(
     case: &Case,
     number: usize,

@@ -21,7 +21,7 @@ use crate::points::point_set::PointSet;
 use crate::points::pore_fluid::{LIQUID, SOLID};
 use crate::points::vectors::vector4;
 
-/// A load on nodes.
+/// Load of a case on grid nodes, with its nodes.
 #[derive(Debug)]
 pub struct NodalLoad {
     /// Index into `Case::loads`.

@@ -58,7 +58,7 @@ impl PlacedPatch<'_> {
         self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.displacement[c]))
     }
 
-    /// Returns the phases that the patch prescribes, out of `count`.
+    /// Phases whose velocities the patch prescribes, out of `count`.
     fn phases(&self, count: usize) -> Range<usize> {
         SOLID..if self.patch.drained { LIQUID } else { count }
     }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Contact of two bodies (sheet: mpm §2.12): they may separate, and slide by Coulomb's law with adhesion.
+/// Contact of two bodies (sheet: mpm §2.12). They may separate, and slide with Coulomb friction and adhesion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyContact {
@@ -54,8 +54,8 @@ impl BodyContact {
     }
 }
 
-/// Penalty contact (sheet: mpm §4 row 58; after Ma, Zhang & Lian): the normal stress is `stiffness` times the overlap, and
-/// friction ends at a shear strength.
+/// Penalty contact (sheet: mpm §4 row 58; after Ma, Zhang & Lian). The normal stress is `stiffness` times the overlap, and friction is
+/// limited by a shear strength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PenaltyContact {
@@ -68,7 +68,7 @@ pub struct PenaltyContact {
 }
 
 impl PenaltyContact {
-    /// Checks the values together with the test of contact; the error describes the problem.
+    /// Checks the values, and that the contact criterion `test` supports them; the error describes the problem.
     pub(crate) fn validate(&self, test: ContactTest) -> Result<(), String> {
         if test != ContactTest::Gap {
             return Err("needs test gap, which measures the overlap".to_owned());

@@ -93,11 +93,11 @@ pub struct MpmOptions {
     /// momentum, except for `wall_friction` `acceleration`.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
-    /// Mass of a node over that of the heaviest point (-) below which the node has no force and moves with the points around it; 1e-12
-    /// when absent. With `stress_update` `usl`, lumped mass, one phase and `shape` `linear` or `dual-domain`, an absent value also
-    /// reduces the point forces, except weight, at nodes whose cells contain little material: it extends into the cell by less than about
-    /// half the square of the step's Courant number times the number of axes, in cells. This keeps free surfaces stable, at the cost of a
-    /// little momentum. With a given value this reduction is off.
+    /// Mass of a node over that of the heaviest point (-) below which the node has no force and moves with the points around it; 1e-12 when
+    /// absent. With `stress_update` `usl`, lumped mass, one phase and `shape` `linear` or `dual-domain`, an absent value also reduces the
+    /// point forces, except weight, at nodes whose cells contain little material: it extends into the cell by less than about half the
+    /// square of the step's Courant number times the number of axes, in cells. This keeps free surfaces stable, at the cost of a little
+    /// momentum. With a given value this reduction is off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_mass_cutoff: Option<f64>,
     /// Source of the normal force in wall friction.
@@ -137,15 +137,15 @@ pub struct MpmOptions {
     /// velocity field.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mixed_reset: bool,
-    /// Fill ratio from which a cell at the boundary of the material counts as full, above 0 and at most 1, with `integration` `mixed`.
+    /// Fill ratio from which a cell at the boundary of the material is regarded as full, above 0 and at most 1, with `integration` `mixed`.
     #[serde(default = "full_cell")]
     pub full_cell: f64,
     /// Source of the volumetric strain of a point; averages reduce locking of nearly incompressible materials.
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
-    /// Fill ratio of the surrounding cells, below 1, under which points of fluids are on the free surface and have no stress; 0 for no
-    /// such points. The default is 0, or 0.7 where all bodies that deform, or all of a velocity field (`contacts`), are Newtonian
-    /// liquids, except in periodic domains and axisymmetry.
+    /// Fill ratio of the surrounding cells, below 1, below which points of fluids are on the free surface and have no stress; 0 for none.
+    /// The default is 0, or 0.7 where all bodies that deform, or all of a velocity field (`contacts`), are Newtonian liquids, except in
+    /// periodic domains and axisymmetry.
     #[serde(default)]
     pub free_surface: Option<f64>,
     /// Upper bound of the volume of a stress-free point over its initial volume. It prevents the points of a cohesionless free front from

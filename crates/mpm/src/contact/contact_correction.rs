@@ -16,8 +16,8 @@ use crate::points::bodies::Bodies;
 /// Maximum number of iterations over the pairs of three or more bodies, whose contacts interact.
 const MAX_SWEEPS: usize = 30;
 
-/// Empty contact sums of each row of nodes for each pair of fields. Impulses per node are kept only where several sweeps must obey a bound
-/// on force or strength.
+/// Empty contact sums of each row of nodes for each pair of fields. Impulses per node are stored only for laws with a bound on force or
+/// strength and several iterations.
 pub fn row_contacts(contacts: &FieldContacts, count: usize, length: usize) -> Vec<RowContact> {
     let row = |pair: &FieldPair| {
         let lasts = pair.law.is_some_and(|law| law.penalty.is_some() || law.adhesion > 0.0);

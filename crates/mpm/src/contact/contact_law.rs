@@ -38,7 +38,7 @@ pub struct ContactLaw {
     pub adhesion: f64,
     /// Unit vector from the first field to the second, if the case prescribes it.
     pub normal: Option<[f64; 3]>,
-    /// Test of contact.
+    /// Criterion by which bodies are in contact.
     pub test: ContactTest,
     /// Penalty law for the overlap, in place of the condition on approaching velocities.
     pub penalty: Option<PenaltyContact>,
@@ -108,7 +108,7 @@ impl FieldContacts {
             + size_of_val(&self.radii[..])
     }
 
-    /// Whether a velocity field is that of a rigid body.
+    /// Whether a velocity field belongs to a rigid body.
     pub fn is_rigid(&self, field: usize) -> bool {
         self.rigid.get(field).is_some_and(Option::is_some)
     }

@@ -142,13 +142,13 @@ pub struct ContactContext<'a, const D: usize> {
     pub clock: &'a Clock,
     /// Background grid.
     pub background: &'a BackgroundGrid<D>,
-    /// The points.
+    /// Points of all bodies.
     pub bodies: &'a Bodies<D>,
     /// Mass (kg) below which a node is skipped.
     pub mass_cutoff: f64,
     /// Walls on nodes.
     pub walls: &'a NodeWalls,
-    /// The pairs of fields.
+    /// Pairs of velocity fields in contact.
     pub contacts: &'a FieldContacts,
 }
 

@@ -24,7 +24,7 @@ use crate::{FixedNodes, MpmOptions, StressScheme, VelocityTransfer};
 
 /// Norm of the residual at convergence, relative to that of the right-hand side.
 const TOLERANCE: f64 = 1e-12;
-/// Maximum number of iterations.
+/// Maximum number of conjugate-gradient iterations.
 const MAX_ITERATIONS: usize = 1000;
 
 /// Data of the solves, by node; empty with lumped mass.

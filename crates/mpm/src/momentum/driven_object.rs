@@ -17,7 +17,7 @@ pub struct DrivenObject {
     pub previous_velocity: [Option<f64>; 3],
     /// Motion of a free rigid body in the step.
     pub free_rigid_body: Option<RigidStep>,
-    /// State for a checkpoint.
+    /// Motion and force of the object, which a checkpoint stores.
     pub state: DrivenObjectState,
 }
 

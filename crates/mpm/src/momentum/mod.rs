@@ -63,7 +63,7 @@ pub struct MomentumSolve<'a, const D: usize> {
     pub mass_cutoff: f64,
     /// Boundary conditions.
     pub walls: &'a NodeWalls,
-    /// The nodes.
+    /// Arrangement of the nodes in memory.
     pub layout: &'a Layout<D>,
 }
 
@@ -198,13 +198,13 @@ pub struct EquilibriumAudit<'a, const D: usize> {
     pub damping: [f64; 3],
     /// Mass-proportional Rayleigh damping (1/s).
     pub rayleigh: f64,
-    /// Inertia over mass.
+    /// Factor on the mass that gives the inertia (mass scaling).
     pub inertia: f64,
     /// Mass below which a node is skipped (kg).
     pub mass_cutoff: f64,
     /// Boundary conditions.
     pub walls: &'a NodeWalls,
-    /// The nodes.
+    /// Arrangement of the nodes in memory.
     pub layout: &'a Layout<D>,
 }
 

@@ -62,7 +62,7 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     Ok(())
 }
 
-/// Error of an option.
+/// Error of an option that does not work with obstacles.
 fn rejection(key: &str, problem: &str) -> CaseError {
     CaseError::new(format!("methods.mpm.{key}"), problem)
 }
@@ -124,7 +124,7 @@ fn lies_on_nodes(case: &Case, shape: &ObstacleShape, cell: f64) -> bool {
     (cells - cells.round()).abs() < 1e-6
 }
 
-/// Reason why reactions of obstacles on the nodes are not recorded; `None` where they are.
+/// Reason for which reactions of obstacles on nodes are not recorded; `None` if they are.
 pub fn why_not_recorded(options: &MpmOptions) -> Option<&'static str> {
     if options.mass == NodalMass::Consistent {
         Some("a consistent mass")
@@ -135,7 +135,7 @@ pub fn why_not_recorded(options: &MpmOptions) -> Option<&'static str> {
     }
 }
 
-/// Reason why obstacles on the nodes cannot move; `None` where they can.
+/// Reason for which obstacles on nodes cannot move; `None` if they can.
 fn reason_for_rest(case: &Case, options: &MpmOptions) -> Option<&'static str> {
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     why_not_recorded(options).or(wet.then_some("a pore fluid"))

@@ -120,7 +120,7 @@ pub struct PenaltyEnergies {
     pub work: Option<f64>,
 }
 
-/// Returns the energies of obstacles; `None` where they do not act on points.
+/// Energies of the obstacles that act on points; `None` if there are none.
 pub fn penalty_energies<const D: usize>(obstacles: Option<&PenaltyObstacles<D>>) -> Option<PenaltyEnergies> {
     let obstacles = &obstacles?.obstacles;
     let sum = |of: fn(&ObstacleReaction) -> f64| obstacles.iter().map(|obstacle| of(&obstacle.state)).sum();

@@ -3,7 +3,7 @@
 
 use colluvium_case::ObstacleLaw;
 
-/// Maximum number of surfaces in contact with a point; the nearest count.
+/// Maximum number of surfaces in contact with a point; among more the nearest ones are used.
 pub const MAX_OVERLAPS: usize = 8;
 
 /// Overlap of a point with a surface.

@@ -40,7 +40,7 @@ pub struct PenetrationLimit<'a, const D: usize> {
     pub clock: &'a Clock,
     /// Background grid.
     pub background: &'a BackgroundGrid<D>,
-    /// The points.
+    /// Points of all bodies.
     pub bodies: &'a Bodies<D>,
     /// Walls and obstacles on the nodes.
     pub walls: &'a NodeWalls,

@@ -17,11 +17,11 @@ pub struct ReactionRecorder {
     names: Vec<String>,
     /// Workspace for the impulses of a node (N s).
     node_impulses: Vec<[f64; 3]>,
-    /// Reactions recorded so far.
+    /// Reactions recorded since the start.
     pub state: Reactions,
 }
 
-/// Reactions of obstacles.
+/// Forces, impulses and energies of the recorded obstacles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reactions {
     /// Impulse of the last step on each obstacle whose reaction is measured (N s), and the step (s).

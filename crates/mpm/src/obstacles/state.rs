@@ -19,8 +19,8 @@ const SEARCH_RATIO: f64 = 2.0;
 /// Distance from a surface over the half width of a point below which the point is in contact.
 const CONTACT_TOLERANCE: f64 = 1e-6;
 
-/// Gap over the half width of a point up to which adhesion acts: a sliding body oscillates by less, and would lose its adhesion half of the
-/// time.
+/// Gap over the half width of a point up to which adhesion acts. A sliding body oscillates by less, and would otherwise lose its adhesion
+/// half of the time.
 const ADHESION_RANGE: f64 = 1e-2;
 
 /// Obstacle with penalty contact on points.
@@ -32,7 +32,7 @@ pub struct PenaltyObstacle<const D: usize> {
     pub surface: Arc<dyn Surface<D>>,
     /// Contact laws.
     pub laws: ObstacleLaws,
-    /// Motion; `None` at rest.
+    /// Motion of the obstacle; `None` if it is at rest.
     pub motion: Option<ObstacleMotionState<D>>,
     /// Reaction and energies of the obstacle.
     pub state: ObstacleReaction,
@@ -127,7 +127,7 @@ pub struct BlockWorkspace<const D: usize> {
     pub penetration_constraints: Vec<PenetrationConstraint<D>>,
     /// Interpolation weights of the nodes for these constraints, constraint by constraint.
     pub weights: Vec<(usize, f64)>,
-    /// Sums of each obstacle.
+    /// Forces and energies of each obstacle, summed over the group.
     pub sums: Vec<ObstacleForces>,
     /// Points whose centres are in an obstacle.
     pub penetrations: u64,

@@ -8,7 +8,7 @@ use crate::stress::stress_work::stored_energies;
 use crate::transfer::affine_transfer::affine_energies;
 
 impl<const D: usize> MpmSolver<D> {
-    /// Totals over the points.
+    /// Total mass, momentum and energies of the points.
     pub(crate) fn collect_budget(&self) -> Budget {
         let mut budget = Budget::default();
         for set in &self.bodies.sets {

@@ -21,7 +21,7 @@ pub(super) struct Damping<'a, const D: usize> {
     pub constrained_components: &'a [[u8; 2]],
     /// Boundary conditions of both phases.
     pub walls: [&'a NodeWalls; 2],
-    /// The nodes.
+    /// Arrangement of the nodes in memory.
     pub layout: &'a Layout<D>,
 }
 

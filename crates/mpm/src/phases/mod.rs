@@ -95,7 +95,7 @@ impl TwoPhase {
         }
     }
 
-    /// Clears the active nodes.
+    /// Sets the active nodes of both phases to zero.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         layout.reset(&mut self.nodes);
         layout.reset(&mut self.remapped_velocities);

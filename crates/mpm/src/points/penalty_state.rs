@@ -7,8 +7,8 @@ use colluvium_points::struct_of_arrays::FixedBytes;
 pub struct PenaltyState<const D: usize> {
     /// Half the width of the point (m).
     pub half_width: f64,
-    /// Distance from a surface below which the penalty acts (m): `half_width`, or less where the point began nearer and has not been farther away
-    /// since.
+    /// Distance from a surface below which the penalty acts (m): `half_width`, or less for a point that started closer to the surface and
+    /// has not moved away since.
     pub penalty_distance: f64,
     /// Distance that the point may move after the last search before a surface can be within `half_width` (m).
     pub free_distance: f64,

@@ -13,15 +13,15 @@ use crate::points::right_stretch::right_stretch;
 /// Result of the update of a group of points: the largest displacement along an axis (m), or the first failure.
 pub type BlockReport = Result<f64, PointFailure>;
 
-/// A point that failed.
+/// Failure of a point, with the reason.
 pub struct PointFailure {
-    /// Index within its set.
+    /// Index of the point within its set.
     pub index: usize,
     /// Reason of the failure.
     pub reason: String,
 }
 
-/// Consecutive points of a set as mutable slices of its columns, see [`PointSet`]. An update gets blocks of [`BLOCK`] or fewer.
+/// Consecutive points of a set as mutable slices of its columns, see [`PointSet`]. An update receives at most [`BLOCK`] points.
 pub struct PointBlock<'a, const D: usize> {
     /// Index of the first point within its set.
     pub first: usize,
@@ -33,13 +33,13 @@ pub struct PointBlock<'a, const D: usize> {
     pub velocity: &'a mut [[f64; D]],
     /// Grid velocities at the points (m/s); empty if they equal the point velocities.
     pub grid_velocity: &'a mut [[f64; D]],
-    /// Volumes.
+    /// Volumes of the points (m³).
     pub volume: &'a mut [f64],
     /// Stresses (Pa).
     pub stress: &'a mut [SymTensor],
     /// Material states, one entry per [`BLOCK`] points.
     pub states: &'a mut [StateBlock],
-    /// Domains.
+    /// Domains of the points.
     pub domain: DomainsMut<'a, D>,
     /// Masses (kg).
     pub mass: &'a [f64],
@@ -81,7 +81,7 @@ impl<R: Copy> Workspace<R> {
 pub struct BlockUpdateTask<'a, R, const D: usize> {
     /// Returns the initial workspace of a thread.
     pub new_workspace: &'a (dyn Fn() -> Workspace<R> + Sync),
-    /// Updates a block.
+    /// Function that updates a group of points.
     pub block: &'a BlockUpdate<'a, R, D>,
 }
 
@@ -121,7 +121,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
     }
 
     /// Updates all groups of points in parallel. Returns the largest displacement (m) or the first failure. The cost of a call is small
-    /// beside the block, and the loop is compiled once for all updates with the same interpolated values.
+    /// compared with the update, and the loop is compiled once for all updates with the same interpolated values.
     pub fn update<R>(self, update: &BlockUpdateTask<'_, R, D>) -> BlockReport {
         let (blocks, threads) = (self.states.len(), rayon::current_num_threads());
         // A single thread needs no small tasks.

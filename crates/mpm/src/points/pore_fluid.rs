@@ -90,7 +90,7 @@ pub fn critical_step(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64,
 }
 
 /// Stable steps (s) of the undrained wave and of the drag, by the simple criterion (sheet: mpm §2.10): `L/c_1` with `c_1² = (E_c +
-/// K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`. The rest as in [`critical_step`].
+/// K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`. The parameters are those of [`critical_step`].
 pub fn simple_steps(fluid: &PoreFluidConstants, n: f64, dry: f64, modulus: f64, h: f64) -> [f64; 2] {
     let PoreFluidConstants { density, bulk_modulus, resistance, .. } = *fluid;
     let mixture = dry + n * density;
@@ -112,7 +112,7 @@ impl<const D: usize> PointSet<D> {
         self.pore.as_ref().map_or(0.0, |pore| pore.points.pressure[point])
     }
 
-    /// Effective stress of a point less its pore pressure (Pa).
+    /// Total stress of a point (Pa): effective stress minus pore pressure.
     pub fn total_stress(&self, point: usize) -> SymTensor {
         self.points.stress[point] - SymTensor::isotropic(self.pore_pressure(point))
     }

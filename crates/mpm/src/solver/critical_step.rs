@@ -21,7 +21,7 @@ const MAX_OBSTACLE_MOVE: f64 = 0.25;
 pub struct LimitingPoint {
     /// The step (s).
     pub dt: f64,
-    /// Cause of the limit.
+    /// Criterion that limits the step.
     pub limit: StepLimit,
     /// Number of the point's set.
     pub set: usize,
@@ -67,7 +67,7 @@ impl<const D: usize> MpmSolver<D> {
         self.clock.limit.expect("set above")
     }
 
-    /// Limits the critical step, so that no obstacle moves farther than [`MAX_OBSTACLE_MOVE`].
+    /// Reduces the critical step so that no obstacle moves farther than [`MAX_OBSTACLE_MOVE`].
     fn limit_by_obstacle_motion(&self, critical: TimeStep) -> TimeStep {
         let BoundaryConditions { penalty_obstacles, node_obstacles, .. } = &self.boundary;
         let moving = penalty_obstacles

@@ -27,7 +27,7 @@ pub struct UpdateSelection {
     pub velocity: bool,
     /// Deformation, volume, stress and state.
     pub stress: bool,
-    /// Positions.
+    /// Whether positions are updated.
     pub position: bool,
 }
 
@@ -41,11 +41,11 @@ pub(crate) struct Displacement {
 }
 
 impl UpdateSelection {
-    /// No update.
+    /// Selection without any update.
     pub const NONE: Self = Self { velocity: false, stress: false, position: false };
-    /// Update of all state.
+    /// Selection of the whole state.
     pub const ALL: Self = Self { velocity: true, stress: true, position: true };
-    /// Update of velocities.
+    /// Selection of the velocities only.
     pub const VELOCITY: Self = Self { velocity: true, ..Self::NONE };
     /// Update of deformation, volume, stress and state.
     pub const STRESS: Self = Self { stress: true, ..Self::NONE };

@@ -54,7 +54,7 @@ impl MomentumTerms {
     }
 }
 
-/// Nodes of the grid.
+/// Nodal momenta, forces and masses of the grid.
 pub struct GridNodes {
     /// State of the nodes.
     pub nodes: Vec<NodalState>,
@@ -78,7 +78,7 @@ pub struct MomentumSolve<'a, const D: usize> {
 }
 
 impl GridNodes {
-    /// Creates empty nodes.
+    /// Nodes of a grid, without mass and momentum.
     pub fn new<const D: usize>(layout: &Layout<D>) -> Self {
         Self {
             nodes: vec![NodalState::default(); layout.len()],

@@ -57,10 +57,10 @@ pub struct BodyPoints<const D: usize> {
     pub(crate) reports: Vec<Result<StepBound, PointFailure>>,
 }
 
-/// Failure of a point.
+/// Failure of a point, with the reason.
 #[derive(Clone, Debug)]
 pub struct PointFailure {
-    /// Index within its body.
+    /// Index of the point within its body.
     pub index: usize,
     /// Reason of the failure.
     pub reason: String,

@@ -18,7 +18,7 @@ pub struct StepBound {
 }
 
 impl StepBound {
-    /// Bound without points.
+    /// Bound of the time step without points.
     pub const UNBOUNDED: Self =
         Self { rate: 0.0, limit: StepLimit::NO_MOTION, point_index: 0, max_move: 0.0, any_outside: false };
 

@@ -97,7 +97,7 @@ fn components<const D: usize>(stress: &[SymTensor]) -> [BlockArray; 6] {
     lanes
 }
 
-/// Matrix of one point.
+/// Matrix of point `p` from one array per component.
 #[inline(always)]
 fn matrix<const D: usize>(lanes: &[BlockArray; 9], p: usize) -> SquareMatrix<D> {
     let mut matrix = [[0.0; D]; D];

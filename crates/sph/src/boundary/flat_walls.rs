@@ -14,12 +14,12 @@ pub struct FlatWalls<const D: usize> {
     pub periods: Vec<PeriodicAxis>,
     /// Positions of the wall particles at time zero (m).
     pub particles: Vec<[f64; D]>,
-    /// Wall of each particle.
+    /// Index of the wall to which each wall particle belongs.
     pub face_of: Vec<u32>,
 }
 
 /// Number of particles along each axis of a wall normal to `axis`. Its layers are `reach` deep (m) and extend beyond the box from `low` to
-/// `high` by as much. As real numbers, since a large box may exceed the range of integers.
+/// `high` by as much. They are real numbers, since a large box may exceed the range of integers.
 pub fn particle_counts<const D: usize>(
     axis: usize,
     (low, high): &([f64; D], [f64; D]),

@@ -7,7 +7,7 @@ use crate::points::particles::SquareMatrix;
 /// `B = diag stress_sign`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageParticle<const D: usize> {
-    /// Index of the particle.
+    /// Index of the particle of which it is an image.
     pub source: u32,
     /// -1 along the axes that are mirrored.
     pub axis_sign: [f64; D],

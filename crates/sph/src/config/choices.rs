@@ -261,7 +261,7 @@ pub struct ConfiningPressure {
     /// Time (s) over which the pressure grows from zero.
     #[serde(default)]
     pub ramp: f64,
-    /// Names of the bodies under the pressure; all that are not `held` when absent.
+    /// Names of the bodies on which the pressure acts; when absent all bodies that are not `held`.
     #[serde(default)]
     pub bodies: Option<Vec<String>>,
     /// Particles under the pressure.

@@ -104,7 +104,7 @@ pub struct SphOptions {
     /// Number of steps between two reinitialisations of density.
     #[serde(default = "default_reset_steps")]
     pub density_reset_steps: u64,
-    /// XSPH fraction (-), 0 to 1: share of the neighbours' velocity in the motion of the particles of bodies that are not `held`.
+    /// XSPH fraction (-), 0 to 1: weight of the mean neighbour velocity in the motion of particles of bodies that are not `held`.
     #[serde(default)]
     pub xsph: f64,
     /// Viscosity of hourglass (zero-energy) modes, in units of `viscosity_linear`, 0 to 1. It acts on the part of the relative velocity
@@ -135,9 +135,9 @@ pub struct SphOptions {
     /// Time histories of factors on the velocities of `held` bodies, by the name of the body. Bodies not named keep their velocities.
     #[serde(default)]
     pub held_history: BTreeMap<String, TimeHistory>,
-    /// Names of `held` bodies along which the others slip freely. Towards each particle beside it, such a body has the particle's own
-    /// stress and velocity, mirrored in the plane normal to the direction from the particle to the body: forces act along that direction
-    /// only. No force acts on the body, and it keeps its stress.
+    /// Names of `held` bodies along which other bodies slip without friction. Towards each particle beside it, such a body has the
+    /// particle's own stress and velocity, mirrored in the plane normal to the direction from the particle to the body: forces act along
+    /// that direction only. No force acts on the body, and it keeps its stress.
     #[serde(default)]
     pub smooth_bodies: Vec<String>,
     /// Whether the accuracy of the kernel sums is written. Fields: the plain gradient of a constant, times the smoothing length
@@ -145,8 +145,8 @@ pub struct SphOptions {
     /// of pairs of particles at one position and of corrections that fall back. The neighbours are searched anew for every output.
     #[serde(default)]
     pub diagnostics: bool,
-    /// Time histories of factors on the velocities of walls, by the name of the wall (that of its side where it has none). The face is at
-    /// the integral of the velocity over time. Walls not named keep their velocities.
+    /// Time histories of factors on the velocities of walls, by the name of the wall or, without a name, of its side. The face is at the
+    /// integral of the velocity over time. Walls not named keep their velocities.
     #[serde(default)]
     pub wall_history: BTreeMap<String, TimeHistory>,
     /// Stress and velocity of rough walls.
@@ -181,8 +181,8 @@ pub struct SphOptions {
     /// Elastic waves may cross 1.8 smoothing lengths in the step, whatever the value of `courant`.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Number of ranks, 1 to 1024, that each compute a part of the particles and exchange copies near their boundaries. Results equal
-    /// those of one rank. Only with the leapfrog and current neighbours (`formulation: updated`).
+    /// Number of ranks, 1 to 1024. Each rank computes a part of the particles and exchanges copies near its boundaries. Results equal those
+    /// of one rank. Only with the leapfrog and current neighbours (`formulation: updated`).
     #[serde(default = "default_ranks")]
     pub ranks: u32,
 }

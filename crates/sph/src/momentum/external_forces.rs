@@ -201,8 +201,8 @@ pub fn update_follower_loads<const D: usize>(
     }
 }
 
-/// Velocity gradient at particle `i` (1/s) from its neighbours in the same body, exact for linear velocities. `None` if these do not span
-/// the space.
+/// Velocity gradient at particle `i` (1/s) from its neighbours in the same body, exact for linear velocities. `None` if the neighbours do
+/// not span the space.
 fn linear_velocity_gradient<const D: usize>(
     smoothing: &Smoothing<D>,
     p: &Particles<D>,

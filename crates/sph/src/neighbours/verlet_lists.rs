@@ -36,7 +36,7 @@ pub struct VerletLists<const D: usize> {
     pub weights: Vec<Vec<f64>>,
     /// Whether the stored weights are those of the current positions.
     pub weights_current: bool,
-    /// Positions of the list.
+    /// Positions of the particles when the lists were built.
     pub listed_positions: ListedPositions<D>,
     /// Step of the last sort.
     pub last_sort: Option<u64>,
@@ -65,7 +65,7 @@ impl<const D: usize> VerletLists<D> {
     }
 
     /// Updates neighbour lists, image particles and wall particles (step 1); lists are rebuilt if particles have moved too far. Particles
-    /// may change their order, and their period, when a step begins, and not within it.
+    /// may be sorted and moved across periodic boundaries only if `at_step_start` is true.
     pub fn refresh(
         &mut self,
         setting: &SolverContext<D>,

@@ -39,7 +39,7 @@ pub struct ObstacleFace<const D: usize> {
 /// Position of a dummy wall particle behind a face.
 #[derive(Clone, Copy, Debug)]
 pub struct DummySite<'a, const D: usize> {
-    /// Face of the site.
+    /// Face behind which the position is.
     pub face: &'a ObstacleFace<D>,
     /// Depth behind the face (m).
     pub depth: f64,

@@ -23,7 +23,7 @@ const MAX_STOPS: usize = 4;
 /// Energies that obstacles remove from particles (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleEnergies {
-    /// Frictional work.
+    /// Work of friction at obstacles (J).
     pub friction: f64,
     /// Kinetic energy of the normal velocity, lost in impact.
     pub normal_loss: f64,
@@ -135,7 +135,7 @@ impl<const D: usize> ObstacleFaces<D> {
     }
 }
 
-/// Particle that is stopped.
+/// Particle that an obstacle stops, with its position and velocity.
 struct StoppedParticle<const D: usize> {
     x: [f64; D],
     v: [f64; D],

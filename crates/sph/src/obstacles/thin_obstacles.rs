@@ -50,7 +50,7 @@ impl<const D: usize> ObstacleFaces<D> {
     }
 
     /// Contacts of a ball of a radius (m) around the final position of particle `i` with each candidate obstacle. For a particle inside an
-    /// obstacle it is the closest surface position within `reach` (m). If it has crossed an obstacle, the crossing point.
+    /// obstacle it is the closest surface position within `reach` (m). For one that has crossed an obstacle it is the crossing point.
     pub(crate) fn contacts_on_path(
         &self,
         i: usize,

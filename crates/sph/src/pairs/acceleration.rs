@@ -25,8 +25,8 @@ impl MomentumForm {
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// Acceleration of particle `i` by its neighbours (m/s²), steps 3 and 4 of `sheet: sph §3.3`. Keeps the weights of the pairs, and
-    /// writes the part by obstacles.
+    /// Acceleration of particle `i` by its neighbours (m/s²), steps 3 and 4 of `sheet: sph §3.3`. It stores the weights of the pairs, and
+    /// writes the acceleration by obstacles.
     #[inline]
     pub fn acceleration(
         &self,

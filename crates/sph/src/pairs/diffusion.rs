@@ -49,8 +49,8 @@ impl<const D: usize> PairContext<'_, D> {
     }
 
     /// Hourglass acceleration without its factor (m/s²). It is the artificial viscosity of BN 111 with the relative velocity of a pair
-    /// reduced by its linear part, for approaching and separating pairs. After the hourglass viscosity of Flanagan & Belytschko (1981), in
-    /// the pairwise form of Ganzenmüller (2015). Conserves both momenta.
+    /// reduced by its linear part, for approaching and separating pairs. It follows the hourglass viscosity of Flanagan & Belytschko (1981)
+    /// in the pairwise form of Ganzenmüller (2015), and conserves linear and angular momentum.
     pub fn hourglass_acceleration(
         &self,
         i: usize,

@@ -87,7 +87,7 @@ impl<const D: usize> PairSums<'_, D> {
     }
 
     /// Velocity gradient of a particle of a rigid body (1/s), from velocities without the rotation `turn` of the body (1/s). Walls and
-    /// obstacles contribute where `ground` is true; they support a freely moving body as a whole.
+    /// obstacles contribute if `ground` is true; a freely moving body they support as a whole.
     #[inline(never)]
     pub fn velocity_gradient_rotating(
         &self,

@@ -5,7 +5,7 @@
 
 use colluvium_case::{Case, CaseError};
 
-/// Load on a body.
+/// Load of the case on the particles of a body.
 #[derive(Clone)]
 pub struct BodyLoad<const D: usize> {
     /// Index into `Case::loads`.
@@ -29,7 +29,7 @@ impl<const D: usize> BodyLoad<D> {
 pub struct LoadedBody<'a, const D: usize> {
     /// Index into `Case::bodies`.
     pub body: u32,
-    /// Whether the body is held.
+    /// Whether the body has a prescribed motion.
     pub is_held: bool,
     /// Id of the first particle.
     pub first: u32,
@@ -37,7 +37,7 @@ pub struct LoadedBody<'a, const D: usize> {
     pub positions: &'a [[f64; D]],
 }
 
-/// Loads of a case.
+/// All loads of a case with their bodies.
 #[derive(Clone, Default)]
 pub struct BodyLoads<const D: usize> {
     /// Loads on bodies.

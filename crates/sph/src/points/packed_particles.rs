@@ -63,7 +63,7 @@ pub struct PackedState {
     pub sound: Lanes,
     /// Smoothing length (m).
     pub length: Lanes,
-    /// Components as in `SymTensor`.
+    /// Stress components in the order of `SymTensor` (Pa).
     pub stress: [Lanes; 6],
 }
 
@@ -141,7 +141,7 @@ pub fn sum(lanes: Lanes) -> f64 {
 }
 
 /// Calls `visit` for groups of four neighbours, with the index of the first entry, the neighbours and the number of valid ones. The last
-/// group is filled up with `own`, whose distance is zero. In one place, so that `visit` is inlined in the loop.
+/// group is filled up with `own`, whose distance is zero. It calls `visit` at one place, so that `visit` is inlined in the loop.
 #[inline(always)]
 pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
     let mut left = row;

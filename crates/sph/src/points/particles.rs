@@ -26,9 +26,9 @@ pub type SquareMatrix<const D: usize> = [[f64; D]; D];
 pub struct ParticleGroup {
     /// Index into `Case::bodies`.
     pub body: u32,
-    /// First particle.
+    /// Index of the first particle.
     pub start: usize,
-    /// One past the last.
+    /// Index after that of the last particle.
     pub end: usize,
     /// Material law.
     pub material: Arc<dyn Material>,
@@ -80,8 +80,8 @@ impl ParticleGroup {
 }
 
 struct_of_arrays! {
-    /// Columns of the particles. The particles are followed by their images and the wall particles, in the columns used
-    /// for neighbours: position, velocity, mass, density, stress, speed of sound and smoothing length.
+    /// State of all particles, one column per variable. The particles are followed by their images and the wall particles, in the columns
+    /// used for neighbours: position, velocity, mass, density, stress, speed of sound and smoothing length.
     pub struct Particles<const D: usize> {
         /// Ids, constant during the run.
         pub id: u32,
@@ -215,7 +215,7 @@ impl<const D: usize> Bodies<D> {
         self.pair_data.records.resize(total, [[0.0; 4]; 4]);
     }
 
-    /// Group of particle `i`.
+    /// Group to which particle `i` belongs; `None` for a wall particle.
     pub fn group_of(&self, i: usize) -> Option<&ParticleGroup> {
         self.groups.iter().find(|group| group.range().contains(&i))
     }

@@ -10,7 +10,7 @@ pub struct RigidBody {
     pub state: RigidState,
     /// Rates of velocity and spin by the last forces (m/s², rad/s²).
     pub rate: Twist,
-    /// Motion in the step.
+    /// Motion of the body in the current step.
     #[serde(skip)]
     pub step: Option<RigidStep>,
     /// Whether the body moves freely in the step.

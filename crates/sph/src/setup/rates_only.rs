@@ -103,7 +103,7 @@ pub fn prepared_solver<const D: usize>(
 }
 
 /// Kinetic energy of `case` at its start and after each of `count` steps of `dt` (J; per metre in the plane), without a stability limit and
-/// ranks, for stability studies. Shorter where the state of a particle becomes invalid.
+/// ranks, for stability studies. The list is shorter if the state of a particle becomes invalid.
 ///
 /// # Errors
 /// As [`colluvium_case::Method::build`].

@@ -18,7 +18,7 @@ pub struct SimdBatch<const N: usize> {
     pub fallback: [f64; N],
 }
 
-/// Value of [`SimdBatch::fallback`] for a point that does not move.
+/// Value of [`SimdBatch::fallback`] for a point without motion, whose state is unchanged.
 const AT_REST: f64 = 2.0;
 
 impl<const N: usize> SimdBatch<N> {
@@ -38,7 +38,7 @@ impl<const N: usize> SimdBatch<N> {
         }
     }
 
-    /// Stress of one point.
+    /// Stress of point `index` of the batch.
     #[inline(always)]
     pub fn stress_of(&self, index: usize) -> SymTensor {
         tensor(&self.stress, index)
@@ -51,7 +51,7 @@ impl<const N: usize> SimdBatch<N> {
     }
 }
 
-/// Trials of several points.
+/// Deformations, elastic states and trial stresses of the points of a batch.
 struct TrialBatch<'a, const N: usize> {
     deformation: &'a [[f64; N]; 9],
     elastic: [[f64; N]; 6],

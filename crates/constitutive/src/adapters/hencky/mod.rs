@@ -22,7 +22,7 @@ pub use crate::adapters::hencky::planar::{InvariantReturn, ReturnResult, StressI
 /// Return map in principal stresses, of a law with linear elasticity. The map serves both the
 /// rate form and, through [`Hencky`], finite strain.
 pub trait PrincipalReturn: SmallStrain {
-    /// Elastic constants.
+    /// Constants of the linear elasticity of the law.
     fn elasticity(&self) -> &Elasticity;
 
     /// Principal stresses and state after the elastic trial `trial` (Pa, descending).
@@ -78,7 +78,7 @@ pub struct Hencky<L>(pub L);
 pub struct HenckyState<S> {
     /// Elastic left Cauchy–Green tensor minus the unit tensor, `b - 1`, which resolves small strains without cancellation.
     pub elastic: SymTensor,
-    /// Volume over initial volume.
+    /// Volume ratio `J`, current over initial volume.
     pub jacobian: f64,
     /// Internal variables of the inner law.
     pub inner_state: S,

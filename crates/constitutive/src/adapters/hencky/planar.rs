@@ -144,7 +144,7 @@ impl<L: InvariantReturn> PlanarHencky<L> {
         })
     }
 
-    /// Point in Kirchhoff stresses.
+    /// Point with the Kirchhoff in place of the Cauchy stress.
     fn kirchhoff_point(point: &Point<HenckyState<L::State>>) -> Point<L::State> {
         Point { stress: point.stress * point.state.jacobian, state: point.state.inner_state.clone() }
     }

@@ -10,7 +10,7 @@ use super::{DriverError, ElementPath, ElementTest, TestProblem, TestStage};
 use crate::MaterialSpec;
 use crate::laws::UmatSpec;
 
-/// Input of incrementalDriver: the texts of the three files and the data outside them.
+/// Input of the program incrementalDriver: texts of its three files, and data that are not in them.
 #[derive(Clone, Debug)]
 pub struct IncrementalInput<'t> {
     /// Text of `parameters.inp`, if present.
@@ -21,7 +21,7 @@ pub struct IncrementalInput<'t> {
     pub test: &'t str,
     /// Material law.
     pub material: MaterialSpec,
-    /// Unit of stress in the files (Pa): 1000 where they are in kPa.
+    /// Unit of stress in the files (Pa), for example 1000 for kPa.
     pub stress_unit: f64,
 }
 
@@ -30,14 +30,14 @@ pub struct IncrementalInput<'t> {
 pub struct UmatProperties {
     /// Name of the material.
     pub name: String,
-    /// Values of the properties.
+    /// Values of the material properties, in the order of the file.
     pub values: Vec<f64>,
 }
 
-/// Test from the files.
+/// Element test that is described by the files of incrementalDriver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IncrementalTest {
-    /// Element test.
+    /// Element test with its material and stages.
     pub test: ElementTest,
     /// Output interval of each stage: every n-th row is written.
     pub output_interval: Vec<usize>,
@@ -45,7 +45,7 @@ pub struct IncrementalTest {
     pub state: Vec<f64>,
     /// Properties of `parameters.inp`, for laws that use them.
     pub parameters: UmatProperties,
-    /// Whether the law uses the properties and the state variables of the files: user materials without values of their own do.
+    /// Whether the law uses the properties and the state variables of the files; only a user material without its own values does.
     pub uses_file_values: [bool; 2],
 }
 

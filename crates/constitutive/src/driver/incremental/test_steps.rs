@@ -26,7 +26,7 @@ const KEYWORDS: [&str; 14] = [
 /// Largest number of steps with repetitions; a larger number is reported as an error.
 const MAX_STEPS: usize = 100_000;
 
-/// Content of `test.inp`.
+/// Title and loading steps in `test.inp`.
 pub(super) struct TestSteps {
     /// Title of the test: the text after `#` on the first line, or the name of the output file.
     pub(super) title: String,
@@ -266,7 +266,7 @@ struct LoadRows {
 }
 
 impl LoadRows {
-    /// Rows of zero strain.
+    /// Equations that prescribe zero strain in all components.
     fn zero_strain(variables: StressVariables) -> Self {
         Self { variables, stress: [false; 6], increment: [0.0; 6], amplitude: [0.0; 6], phase: [0.0; 6] }
     }

@@ -15,7 +15,7 @@ pub(in crate::laws) struct CamClayConstants {
     pub critical: f64,
     /// Slope `λ` of normal compression.
     pub compression: f64,
-    /// Slope `κ` of unloading.
+    /// Slope `κ` of the unloading–reloading line.
     pub swelling: f64,
     /// Shear stiffness.
     pub shear: ShearStiffness,
@@ -45,7 +45,7 @@ pub(in crate::laws) enum InitialSurfaceSize {
     Ratio(f64),
 }
 
-/// State of the Cam-clays.
+/// Internal variables of the Cam-clay laws.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CamClayState {
     /// Pressure `p_c` at the tip of the yield surface (Pa).
@@ -59,7 +59,7 @@ pub struct CamClayState {
 /// Elastic trial of a step.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::laws) struct CamClayTrial {
-    /// Factor `θ = v/κ`.
+    /// Factor `θ = v/κ` of the bulk modulus, specific volume over the swelling slope.
     pub theta: f64,
     /// Factor `χ = v/(λ-κ)`.
     pub chi: f64,
@@ -71,7 +71,7 @@ pub(in crate::laws) struct CamClayTrial {
     pub shear: f64,
     /// Slope `dG/dΔ` (Pa).
     pub shear_slope: f64,
-    /// Trial deviator.
+    /// Trial deviatoric stress.
     pub radial: RadialTrial,
     /// Deviatoric stress `q` of the trial (Pa).
     pub q: f64,

@@ -123,7 +123,7 @@ impl<const N: usize> NewtonPoints<N> {
     }
 }
 
-/// Centre and radius of the surface at the start of the step, and position of a trial relative to it.
+/// Centre and radius of the yield surface at the start of the step, and position of a trial stress relative to them.
 struct TrialDistance {
     centre: f64,
     radius: f64,
@@ -221,7 +221,8 @@ impl CohesiveCamClay {
         }
     }
 
-    /// Returns trial invariants to the yield surface and updates the states of the points that yield. Points that fall back are unchanged.
+    /// Returns trial invariants to the yield surface and updates the states of the points that yield. Points that need the bracketed solve
+    /// are unchanged.
     #[inline(always)]
     pub(super) fn return_invariant_batch<const N: usize>(
         &self,

@@ -5,7 +5,7 @@ use crate::laws::Elasticity;
 /// Yield ellipse at a given compressive strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YieldEllipse {
-    /// Slope `M`.
+    /// Slope `M` of the critical state line.
     pub slope: f64,
     /// Cohesion ratio `β`.
     pub cohesion_ratio: f64,
@@ -37,7 +37,7 @@ impl YieldEllipse {
         0.5 * self.slope * (1.0 + self.cohesion_ratio) * self.strength
     }
 
-    /// Factor `1 + 2β`.
+    /// Factor `1 + 2β` of `q²` in the yield function.
     fn flattening(&self) -> f64 {
         1.0 + 2.0 * self.cohesion_ratio
     }

@@ -43,7 +43,7 @@ pub trait BandSurroundings: PrincipalReturn<State: Copy> {}
 
 impl<M: PrincipalReturn<State: Copy>> BandSurroundings for M {}
 
-/// Double-scale law. See the module's head for source and limits.
+/// Law of a point that consists of a localisation band and its surrounding material. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DoubleScale<B = CohesiveBand, M = LinearElastic> {
     outside: M,
@@ -126,8 +126,8 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         [self.elasticity().p_wave_modulus() / size, self.elasticity().shear_modulus / size]
     }
 
-    /// Couplings of `stress = D : (Δε - n ⊗ e_k Δu_k / H)` to each component of the jump, and of each component of
-    /// the traction to strain: `D : n ⊗ e_k`, `n ⊗ e_k : D`.
+    /// Couplings of stress and band jump for `stress = D : (Δε - n ⊗ e_k Δu_k / H)`: of the stress to each jump component, `D : n ⊗ e_k`,
+    /// and of each traction component to strain, `n ⊗ e_k : D`.
     fn jump_couplings(frame: &Mat3, stiffness: &Tangent) -> ([SymTensor; 3], [SymTensor; 3]) {
         let dyads = frame.0.map(|a| SymTensor::symmetric_dyad(frame.0[0], a));
         (dyads.map(|dyad| stiffness.apply(&dyad)), dyads.map(|dyad| stiffness.apply_left(&dyad)))
@@ -224,7 +224,7 @@ impl<B: InterfaceLaw, M: BandSurroundings> DoubleScale<B, M> {
         Ok((jump, band, outside))
     }
 
-    /// Effective size of the point in this step (m). A size that snaps back is rejected when the band begins; the size grows as the crack
+    /// Effective size of the point in this step (m). A size with snap-back is rejected when the band forms. The size grows as the crack
     /// opens.
     fn size(&self, motion: &Motion, begins: bool) -> Result<f64, MaterialError> {
         let size = self.size.unwrap_or(motion.size);

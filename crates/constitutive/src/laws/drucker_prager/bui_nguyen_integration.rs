@@ -80,8 +80,8 @@ impl DruckerPrager {
     }
 
     /// Stress and multiplier of Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift correction. The step is
-    /// elastic up to the cone, and then follows the continuum elastoplastic stiffness (eq. 2.4). Returns the stress and the multiplier. As
-    /// for [`Self::semi_implicit_step`] softening must be below half of the resistance.
+    /// elastic up to the cone, and then follows the continuum elastoplastic stiffness (eq. 2.4). As for [`Self::semi_implicit_step`]
+    /// softening must be below half of the resistance.
     pub fn explicit_step(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
         let flown = self.yield_intersection(stress, strain, kappa).and_then(|meeting| {

@@ -171,7 +171,7 @@ impl DruckerPrager {
 }
 
 /// Root of `at` between 0, where it is `excess > 0`, and `end`, by the secant method in a bracket. The result is beyond `end`, for a return
-/// to the apex, if there is no root. Returns the root and the cone there.
+/// to the apex, if there is no root. Returns the root and the cone at the root.
 fn solve_softening(
     at: impl Fn(f64) -> (f64, Cone),
     start: f64,

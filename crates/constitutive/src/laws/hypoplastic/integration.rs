@@ -24,7 +24,7 @@ struct StateDerivative {
     void_ratio: f64,
 }
 
-/// Substep of strain.
+/// Sub-step of a strain increment.
 #[derive(Clone, Copy)]
 struct Substep {
     strain: SymTensor,

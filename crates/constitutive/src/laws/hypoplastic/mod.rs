@@ -191,8 +191,8 @@ impl HypoplasticConstants {
         states
     }
 
-    /// Strain rate of unit norm that keeps the stress constant, `-𝓛⁻¹ N`: the flow at failure. Its norm is 1 on the failure surface (eq.
-    /// 14) and below 1 inside.
+    /// Strain rate that keeps the stress constant, `-𝓛⁻¹ N`, per unit of the norm of the strain rate. Its norm is 1 on the failure surface
+    /// (eq. 14) and below 1 inside.
     pub fn failure_flow(&self, stress: &SymTensor, density_function: f64) -> SymTensor {
         let trace = stress.trace();
         let (alpha, beta) = (self.c1 * trace, self.c2 / trace);

@@ -35,7 +35,7 @@ impl MohrCoulomb {
     }
 
     /// Return with the strength at the end of the step, by a fixed-point iteration of the plastic increment. Where softening snaps back
-    /// there may be several: the least, next to the start of the step. `start` is that of strength at the start.
+    /// there can be several fixed points; the result is the smallest. `start` is the plastic increment at the initial strength.
     pub(super) fn softening_return(
         &self,
         trial: [f64; 3],

@@ -10,7 +10,7 @@ const ZERO_STIFFNESS_VOID_RATIO: f64 = 2.97;
 /// Stress ratio `M_x` with its derivatives by pressure (1/Pa), void ratio and Lode's cosine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StressRatio {
-    /// Value `M_x`.
+    /// Value of the stress ratio `M_x`.
     pub value: f64,
     /// Derivative with respect to the mean pressure (1/Pa).
     pub(super) by_pressure: f64,

@@ -27,7 +27,7 @@ pub use parameters::SimsandSpec;
 /// Value of the key `model` in case files.
 const NAME: &str = "simsand";
 
-/// Initial plastic shear of every point, so that the surface has a slope at zero stress ratio.
+/// Initial plastic shear of each point, above zero so that the yield surface has a finite slope at zero stress ratio.
 const INITIAL_PLASTIC_SHEAR: f64 = 1e-9;
 
 /// Plastic shear strain at which the strength is regarded as fully mobilised, for initial stresses above the strength. The strength itself
@@ -37,7 +37,7 @@ const FULL_MOBILISATION_SHEAR: f64 = 1.0;
 /// Limits of void ratios and critical void ratios in stiffness and friction.
 const VOID_RANGE: (f64, f64) = (0.01, 2.9);
 
-/// State of a point.
+/// Internal variables of the SIMSAND law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimsandState {
     /// Void ratio: volume of voids over volume of grains.

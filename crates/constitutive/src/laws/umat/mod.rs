@@ -208,7 +208,7 @@ struct UmatState {
     modulus: f64,
 }
 
-/// Output of a call.
+/// Stress, state variables and tangent after a call of the routine.
 struct UmatOutput {
     stress: SymTensor,
     variables: Vec<f64>,
@@ -386,7 +386,7 @@ impl Umat {
         arguments.output(self.spec.unit())
     }
 
-    /// Rotation of the step.
+    /// Rotation increment of the step, the argument `DROT` of a UMAT.
     fn rotation(motion: &Motion) -> Mat3 {
         half_rotation(&motion.velocity_gradient_dt).map_or(Mat3::IDENTITY, |half| half * half)
     }

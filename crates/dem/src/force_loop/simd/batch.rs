@@ -55,7 +55,7 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
     };
 }
 
-/// Batch of contacts.
+/// Contacts that are computed with SIMD instructions, four at a time.
 pub(super) struct ContactBatch<const D: usize, const R: usize> {
     /// Contacts of the batch, in groups of four.
     pub(super) groups: [FourContacts<D, R>; BATCH_SIZE / WIDTH],

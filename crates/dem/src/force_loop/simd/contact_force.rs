@@ -34,7 +34,7 @@ pub(super) struct SimdContactSums {
     squares: Lanes,
 }
 
-/// Sums over contacts.
+/// Energies, dissipation and virial, summed over contacts.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSums<const D: usize> {
     /// Energies of the contacts that are computed one at a time.
@@ -73,7 +73,7 @@ impl<const D: usize> ContactSums<D> {
 
 /// Forces of four contacts on the first grains.
 pub(super) struct SimdForce<const D: usize, const R: usize> {
-    /// Force (N); zero for lanes that do not count.
+    /// Force on the first grain (N); zero for unused lanes.
     pub(super) force: [Lanes; D],
     /// Tangential force in tangent coordinates (N); the next field is the normal force.
     pub(super) tangential: [Lanes; R],
@@ -82,7 +82,7 @@ pub(super) struct SimdForce<const D: usize, const R: usize> {
     pub(super) normal_response: NormalResponse<Lanes>,
     /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
-    /// Mask of the contacts that overlap and count, and its bits.
+    /// Mask of the used contacts that overlap, and its bits.
     pub(super) in_contact: Lanes,
     bits: u32,
 }
@@ -109,7 +109,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         ContactOutput { forces: self.forces, history, account: self.account, first: self.first }
     }
 
-    /// Forces of four contacts on the first grains, of which `valid` count; stores their springs.
+    /// Forces of four contacts on their first grains, of which the first `valid` are used; the tangential springs are stored.
     #[inline(always)]
     pub(super) fn force<const HERTZ: bool>(
         &mut self,

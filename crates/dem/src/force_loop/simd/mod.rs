@@ -22,7 +22,8 @@ use crate::force_loop::{ContactInput, ForceAccumulators};
 use crate::neighbours::active_pairs::{ActivePair, ActivePairs as Close};
 use crate::points::vector::{WIDTH, difference, dot, rotate_with_normal};
 
-/// Computation of contact forces for a range of grains with SIMD kernels. Numbers of grains and pairs count from the first of the rows on.
+/// Computation of contact forces for a range of grains with SIMD kernels. Numbers of grains and pairs count from the first grain and pair
+/// of the range.
 struct SimdPass<'r, 'a, const D: usize, const R: usize> {
     input: &'r ContactInput<'a, D, R>,
     positions: &'r [Lanes],

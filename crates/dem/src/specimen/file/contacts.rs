@@ -255,7 +255,7 @@ impl StoredSpecimen {
     }
 }
 
-/// Prepares empty histories, for `count` contacts that follow.
+/// Resets the histories to empty ones of `count` contacts.
 fn empty<const R: usize>(history: &mut ContactHistories<R>, count: usize, columns: HistoryColumns) {
     history.clear(count, columns);
     history.state.clear();

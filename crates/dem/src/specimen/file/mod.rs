@@ -30,7 +30,7 @@ pub struct StoredSpecimen {
     contacts: Table,
 }
 
-/// Head of a file.
+/// First part of a specimen file: cell, walls, materials and largest overlap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SpecimenHeader {
@@ -59,7 +59,7 @@ struct SpecimenHeader {
     overlap: f64,
 }
 
-/// Stored periodic cell.
+/// Periodic cell in a specimen file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredCell {
@@ -78,7 +78,7 @@ struct StoredCell {
     motion: Vec<Vec<f64>>,
 }
 
-/// Stored wall or obstacle.
+/// Wall or obstacle in a specimen file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredWall {

@@ -20,7 +20,7 @@ pub struct BoundaryState {
     pub speed: f64,
     /// Speed along the boundary (m/s); zero in a profile.
     pub tangential_speed: f64,
-    /// Porosity, of two phases.
+    /// Porosity of a flow of grains and fluid.
     pub porosity: f64,
 }
 
@@ -44,7 +44,7 @@ pub struct InteriorFit {
     pub speed: [f64; 2],
     /// Speed along the side (m/s).
     pub tangential_speed: f64,
-    /// Porosity, of two phases.
+    /// Porosity of a flow of grains and fluid.
     pub porosity: f64,
     /// Effective gravity (m/s²).
     pub effective_gravity: f64,
@@ -88,8 +88,8 @@ pub struct ArrivalHistory {
 }
 
 impl ArrivalHistory {
-    /// Records the state at `distance` inside the boundary (m) at the beginning of a step of `dt` (s). It is evaluated as far as `reach`
-    /// (m) beyond the side.
+    /// Records the state at `distance` inside the boundary (m) at the beginning of a step of `dt` (s). It is evaluated up to `reach`
+    /// outside the boundary (m).
     pub fn record(&mut self, (time, dt): (f64, f64), found: &InteriorFit, distance: f64, reach: f64) {
         let InteriorFit { depth, speed, tangential_speed, porosity, effective_gravity, .. } = *found;
         let state = BoundaryState { depth: depth[0], speed: speed[0], tangential_speed, porosity };
@@ -147,7 +147,7 @@ impl ArrivalHistory {
 }
 
 /// Depth (m) and outward speed (m/s) at the boundary for an arriving flow, from the Riemann invariants of waves in the normal direction.
-/// `effective_gravity` is in m/s². Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` is reflected.
+/// `effective_gravity` is in m/s². A wave at an angle `θ` to the normal is reflected with the factor `(1 - cos θ)/(1 + cos θ)`.
 pub fn riemann_state(
     still: Option<&BoundaryState>,
     depth: f64,

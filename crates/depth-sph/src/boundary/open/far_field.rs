@@ -13,14 +13,14 @@ pub struct FarField {
     pub ids: Vec<u64>,
     /// Net outflow volume of each node set (m³; m² in profiles).
     pub outflow: [f64; 2],
-    /// State of each strip.
+    /// State of each boundary segment.
     pub strips: Vec<StripState>,
 }
 
-/// State of the flow in a strip.
+/// State of the flow at a boundary segment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StripState {
-    /// Depth and speed, where they are constant at all distances.
+    /// Depth and velocity outside the boundary if they are the same at all distances.
     pub prescribed: Option<BoundaryState>,
     /// Flow that arrives from within.
     pub interior_fit: Option<InteriorFit>,

@@ -4,7 +4,7 @@ use crate::boundary::open::boundary_state::BoundaryState;
 use crate::inflow;
 use crate::inflow::ArrivingFlow;
 
-/// Inflow through an end of a profile.
+/// Inflow by a hydrograph through an end of a profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inlet {
     /// Hydrograph: times (s) and discharges per width (m²/s), linear between them and zero before and after.

@@ -8,8 +8,8 @@ use crate::phases::phase::PhaseSet;
 /// Least and largest volume of an inflow node over the volume of its length.
 const NODE_VOLUME_RANGE: (f64, f64) = (0.5, 1.5);
 
-/// Largest remainder of a hydrograph that the last node receives in addition to its volume, over the volume of a node. Of less than a half
-/// no further node passes.
+/// Largest remainder of a hydrograph that the last node receives in addition to its volume, over the volume of a node. For a remainder
+/// below one half no further node enters.
 const LAST: f64 = 0.75;
 
 /// Relative tolerance of the total inflow volume against the integral of the hydrograph.

@@ -55,7 +55,7 @@ pub struct Opening {
     pub span: (f64, f64),
     /// Whether the boundary is periodic along the other axis.
     pub periodic: bool,
-    /// Inflows through the boundary in place of the far-field state: one, or one per layer. In a profile.
+    /// Inflows through the boundary in place of the far-field state: one, or one per layer. Only in profiles.
     pub inlets: Vec<Inlet>,
     /// Length of the absorbing layer inside the boundary (m); 0 for none.
     pub absorbing_length: f64,
@@ -69,8 +69,8 @@ pub(crate) fn open_sides<const D: usize>(open: &[OpenBoundary<D>]) -> OpenSides 
     open.iter().map(|side| (side.axis, side.coordinate, side.outward)).collect()
 }
 
-/// Region of a position relative to an open boundary; a corner belongs to the first of its two boundaries. Sides of two layers are at one
-/// position.
+/// Region of a position relative to an open boundary; a corner belongs to the first of its two boundaries. The boundaries of two layers
+/// coincide.
 pub(crate) fn region_of<const D: usize>(sides: &OpenSides, number: usize, x: &PlanVector<D>) -> SideRegion {
     let is_beyond = |(axis, place, outward): &(usize, f64, f64)| outward * (x[*axis] - place) > 0.0;
     match sides.iter().position(is_beyond) {
@@ -107,7 +107,7 @@ pub(crate) fn update_open_boundaries<const D: usize>(
     pore_columns::update_far_field_columns(open, nodes);
 }
 
-/// Counts the nodes that crossed the open sides and determines the states and inflow of each side.
+/// Counts the nodes that have crossed the open boundaries, and computes state and inflow of each boundary.
 fn pass_nodes<const D: usize>(
     settings: &FlowSettings<D>,
     clock: &Clock,

@@ -21,7 +21,7 @@ const MIN_NODE_DISTANCE: f64 = 0.6;
 /// return as waves.
 const PROBE_SUPPORTS: f64 = 2.0;
 
-/// An open side.
+/// Open boundary: side of the domain through which waves leave or material flows in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenBoundary<const D: usize> {
     /// Axis normal to the side.
@@ -52,7 +52,7 @@ pub struct OpenBoundary<const D: usize> {
     pub state: FarField,
 }
 
-/// Strip of a side.
+/// Segment of an open boundary, one node spacing long.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BoundarySegment<const D: usize> {
     /// Templates of nodes that are added outside the segment, for each node set.
@@ -72,7 +72,7 @@ pub(crate) enum SideRegion {
 }
 
 impl<const D: usize> OpenBoundary<D> {
-    /// Open boundary of a side; corners belong to the first of two adjacent sides.
+    /// Open boundary of a side of the domain; corners belong to the first of two adjacent boundaries.
     pub(crate) fn new(
         opening: &Opening,
         node_extent: f64,
@@ -237,7 +237,7 @@ impl<const D: usize> OpenBoundary<D> {
         self.outward * (x[self.axis] - self.coordinate)
     }
 
-    /// Strip of a position.
+    /// Index of the boundary segment at a position.
     pub(super) fn strip(&self, x: &PlanVector<D>) -> usize {
         if D == 1 {
             return 0;
@@ -307,8 +307,8 @@ impl<const D: usize> OpenBoundary<D> {
         entered
     }
 
-    /// Sets depth and velocity of the nodes outside the boundary, for a node set. Returns the distance of the last one of each strip (m),
-    /// and the numbers of nodes that are no longer needed.
+    /// Sets depth and velocity of the nodes outside the boundary, for a node set. Returns the distance of the outermost node of each
+    /// segment (m), and the numbers of nodes that are no longer needed.
     pub(super) fn set_far_field_nodes(
         &mut self,
         nodes: &mut PhaseNodes<D>,
@@ -444,7 +444,7 @@ fn is_of(flow_layer: Option<LayerOfSide>, number: usize) -> bool {
     flow_layer.is_none_or(|flow_layer| flow_layer.set == number)
 }
 
-/// Template from node `i`.
+/// Template for nodes outside the boundary, from node `i`.
 fn template_node<const D: usize>(nodes: &PhaseNodes<D>, i: usize) -> NewNode<D> {
     NewNode {
         body: nodes.body[i],

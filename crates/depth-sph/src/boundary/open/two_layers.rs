@@ -12,7 +12,7 @@ use crate::points::phase_nodes::PhaseNodes;
 /// Least depth of a layer over that of the other one in the far field, below which the layer has no waves of its own.
 const MIN_DEPTH_RATIO: f64 = 1e-3;
 
-/// Layer of a side.
+/// Layer of a two-layer flow to which an open boundary belongs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LayerOfSide {
     /// Node set of the layer: 0 for the lower, 1 for the upper one.
@@ -151,8 +151,8 @@ impl LayerPair {
         (self.far_states, self.interior) = (far, interior);
     }
 
-    /// Records the state at `distance` before the end of a profile (m) at the beginning of a step of `dt` (s). It is evaluated as far as
-    /// `reach` (m) beyond the end.
+    /// Records the state at `distance` before the end of a profile (m) at the beginning of a step of `dt` (s). It is evaluated up to
+    /// `reach` outside the end (m).
     pub(super) fn record(
         &mut self,
         (time, dt): (f64, f64),

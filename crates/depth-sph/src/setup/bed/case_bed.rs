@@ -36,13 +36,13 @@ pub enum BedFriction {
 
 /// Bed of a case.
 pub struct CaseBed<const D: usize> {
-    /// Surface.
+    /// Bed surface.
     pub bed: Bed<D>,
     /// Cells of the raster, if the bed is one.
     pub grid: Option<PlanCells>,
     /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
     pub fit_errors: Option<[f64; 2]>,
-    /// Warnings.
+    /// Warnings about the bed for the user.
     pub warnings: Vec<String>,
 }
 
@@ -257,7 +257,7 @@ pub fn is_smooth(case: &Case) -> bool {
     holds.all(|hold| hold == BedFriction::Smooth)
 }
 
-/// Side of the bed.
+/// Side of the domain at which the bed is.
 pub fn lowest(case: &Case) -> Side {
     if case.space == Space::PlaneStrain { Side::YMin } else { Side::ZMin }
 }

@@ -10,8 +10,8 @@ const HALVINGS: usize = 60;
 /// Number of raster rows of a bed that is constant along the second axis.
 const ROWS: usize = 4;
 
-/// Levels of the highest obstacle faces at nodes `spacing` apart (m), or at those of `raster`. The obstacle of that number counts by its
-/// heights, those of `raster`.
+/// Levels of the highest obstacle faces at nodes `spacing` apart (m), or at those of `raster`. The obstacle that the raster represents is
+/// included by the levels of `raster`.
 pub fn highest_faces<const D: usize>(
     case: &Case,
     spacing: f64,

@@ -284,7 +284,8 @@ fn constrain_start(faces: &[NodeFace], start: &mut [f64; 3]) -> NormalImpulses {
     pushes
 }
 
-/// Sets the velocity of a node at a corner to that of the rough faces. The change beyond the normal impulses is divided among the faces.
+/// Sets the velocity of a node at a corner to that of the rough faces, and divides the remaining velocity change among them. The change
+/// beyond the normal impulses is divided among the faces.
 fn impose_bonded_velocity(
     changes: &mut [[f64; 3]; MAX_FACES],
     parts: &NormalImpulses,

@@ -78,7 +78,7 @@ impl NodeWalls {
         Self { walls, lookup, starts_moving: false, strides: None, faces: Arc::default() }
     }
 
-    /// Returns the walls of a mesh with `count` nodes (of a layout with `strides`), each wall with its nodes.
+    /// Walls of a mesh with `count` nodes in a layout with `strides`, each given with its nodes.
     pub fn for_mesh_nodes<const D: usize>(
         strides: [usize; D],
         count: usize,
@@ -311,7 +311,7 @@ impl NodeWall {
         if self.is_upper { normal } else { -normal }
     }
 
-    /// Whether the wall prescribes components whatever the material does (no separation, no friction).
+    /// Whether the wall prescribes velocity components without condition, because it has neither separation nor friction.
     fn is_unconditional(&self) -> bool {
         !self.separation && matches!(self.kind, WallKind::Rough | WallKind::Smooth)
     }
@@ -344,9 +344,9 @@ impl NodeWall {
         }
     }
 
-    /// Applies the normal condition of the wall to a node that approaches it or is at a bilateral wall. Returns the normal impulse (m/s);
-    /// `None` without contact. At a unilateral wall the node always has the acceleration that stops it. Returns the velocity change into
-    /// the wall (m/s) for friction, less `lift` of the pore fluid; `None` where the node separates.
+    /// Applies the normal condition of the wall to a node that approaches it or is at a bilateral wall. At a unilateral wall the node
+    /// always has the acceleration that stops it. Returns the velocity change into the wall (m/s) for friction, less `lift` of the pore
+    /// fluid; `None` if the node separates.
     #[inline]
     fn stop(
         &self,

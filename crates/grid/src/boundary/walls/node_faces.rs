@@ -48,7 +48,7 @@ pub(super) fn length(a: &[f64; 3]) -> f64 {
 const ROUND_OFF: f64 = 1e-12;
 
 impl NodeFaces {
-    /// Returns the faces of `count` nodes (of a layout with `strides`), each with its node, in the order of nodes.
+    /// Faces of `count` nodes in a layout with `strides`, each given with its node in ascending order.
     pub fn new<const D: usize>(strides: [usize; D], count: usize, of_nodes: &[(u32, NodeFace)]) -> Self {
         if of_nodes.is_empty() {
             return Self::default();
@@ -172,7 +172,7 @@ impl NodeFace {
         Self { normal, kind, separation, velocity: [0.0; 3], reaction_index: None }
     }
 
-    /// Whether the face prescribes all components whatever the material does.
+    /// Whether the face prescribes all velocity components without condition.
     pub(super) fn is_fully_bonded(&self) -> bool {
         self.kind == WallKind::Rough && !self.separation
     }

@@ -173,7 +173,7 @@ impl<'a> MshReader<'a> {
         if self.is_binary() { self.size_of_int() } else { self.next_word() }
     }
 
-    /// Count, or tag of a node or an element of version 4.
+    /// Next count, or tag of a node or element in format version 4.
     pub(super) fn size(&mut self) -> Result<u64, MshError> {
         match self.binary {
             None => self.next_word(),
@@ -199,7 +199,7 @@ impl<'a> MshReader<'a> {
         Ok(if binary.is_big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) })
     }
 
-    /// Count of a section that is text in binary files too.
+    /// Next count of a section that is text also in binary files.
     pub(super) fn count_in_text(&mut self) -> Result<u64, MshError> {
         let line = self.line()?;
         let word = line.split_whitespace().next().unwrap_or_default();
