@@ -288,7 +288,7 @@ fn beam(at: u32, n: u32, rotation: f64, shear: f64) -> f64 {
         .sum()
 }
 
-/// Deflection of disk `at` of a row of ten disks bonded to a fixed one (m). Each disk bears a transverse load, the last one the largest.
+/// Deflection of disk `at` of a row of ten disks bonded to a fixed one (m). Each disk carries a transverse load, the last one the largest.
 fn line(at: u32, rotation: f64, shear: f64) -> f64 {
     (1..=10)
         .map(|k| {
