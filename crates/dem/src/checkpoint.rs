@@ -22,7 +22,7 @@ use crate::specimen::pluviation::EnteredGrains;
 use crate::specimen::pluviation_entry::full_source_warning;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 
 /// State of the solver in a checkpoint, except the columns.
 #[derive(Serialize, Deserialize)]

@@ -19,7 +19,7 @@ use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::solver::SnowSolver;
 
 /// Version of the checkpoint format.
-const FORMAT: u32 = 7;
+const FORMAT: u32 = 8;
 
 /// Penetration of a point into an obstacle above which the run reports it (cells).
 const REPORTED_DEPTH: f64 = 0.1;

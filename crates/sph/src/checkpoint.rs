@@ -22,7 +22,7 @@ use crate::solver::{EquilibriumTerms, SphSolver};
 use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the checkpoint format.
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 
 /// State of the solver in a checkpoint.
 #[derive(Serialize, Deserialize)]

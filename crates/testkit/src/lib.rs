@@ -4,7 +4,7 @@
 //! [`solve`], [`start_solver`] and [`advance_to`] run solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
-mod case_builder;
+mod case_file;
 pub mod cohesive_bar;
 pub mod pairwise;
 mod raster_files;
@@ -12,7 +12,7 @@ mod solver_runs;
 pub mod taylor_green;
 
 pub use allocations::{CountingAllocator, allocations_during};
-pub use case_builder::{CaseBuilder, box_body};
+pub use case_file::{CaseBuilder, box_body};
 pub use pairwise::set_value;
 pub use raster_files::write_ascii_grid;
 pub use solver_runs::{

@@ -62,7 +62,7 @@ pub struct ChecklistRow {
 /// Sheet with its checklist rows.
 #[derive(Clone, Debug)]
 pub struct ChecklistSheet {
-    /// Name of the sheet.
+    /// Name.
     pub name: &'static str,
     /// Rows, in their order.
     pub rows: Vec<ChecklistRow>,

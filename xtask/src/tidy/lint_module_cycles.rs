@@ -87,7 +87,7 @@ fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
     let mut graph = ModuleGraph::new();
     for file in files {
         let stem = inside(file);
-        if !is_module(&stem) {
+        if !is_module(&stem) || is_test_file(&stem) {
             continue;
         }
         let path: Vec<String> = stem.trim_end_matches("/mod").split('/').map(str::to_owned).collect();
@@ -105,6 +105,11 @@ fn graph(krate: &str, files: &[&SourceFile]) -> Result<ModuleGraph, String> {
 }
 
 /// Parses a source file.
+/// Whether a file by its path holds tests only: `tests.rs`, `…_tests.rs`, and files of a folder `tests`.
+fn is_test_file(stem: &str) -> bool {
+    stem.split('/').any(|part| part == "tests" || part.ends_with("_tests"))
+}
+
 fn parse(file: &SourceFile) -> Result<syn::File, String> {
     syn::parse_file(&file.text).map_err(|error| format!("{}: {error}", file.path))
 }
@@ -254,6 +259,18 @@ mod tests {
                 "module c is in a dependency cycle with a, b"
             ]
         );
+    }
+
+    #[test]
+    fn files_of_tests_cause_no_cycle() {
+        let files = [
+            ("lib.rs", "mod a; mod b;"),
+            ("a/mod.rs", "#[cfg(test)] mod tests; #[cfg(test)] mod shape_tests;"),
+            ("a/tests.rs", "use crate::b::B;"),
+            ("a/shape_tests.rs", "use crate::b::B;"),
+            ("b.rs", "use crate::a::A;"),
+        ];
+        assert_eq!(violations(&files), [""; 0]);
     }
 
     #[test]

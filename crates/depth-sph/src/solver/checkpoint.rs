@@ -14,7 +14,7 @@ use crate::solver::DepthSolver;
 use crate::solver::stop_detection::StopDetection;
 
 /// Version of the layout of a checkpoint.
-pub(super) const FORMAT: u32 = 11;
+pub(super) const FORMAT: u32 = 12;
 
 /// Saved state of a run.
 #[derive(Serialize, Deserialize)]
