@@ -155,7 +155,7 @@ impl CaseBuilder {
 }
 
 /// Body that is a box (m).
-pub fn box_body(name: &str, material: &str, min: &[f64], max: &[f64]) -> Value {
+fn box_body(name: &str, material: &str, min: &[f64], max: &[f64]) -> Value {
     json!({ "name": name, "material": material, "shape": { "kind": "box", "min": min, "max": max } })
 }
 

@@ -1,7 +1,8 @@
 //! Test helpers of the other crates. Only tests and benches depend on this crate.
 //!
-//! [`assert_near`], [`assert_close`], [`assert_relative`] and [`assert_digits`] compare numbers, [`CountingAllocator`] counts allocations, [`CaseBuilder`] makes cases, and
-//! [`solve`], [`start_solver`] and [`advance_to`] run solvers by the traits of [`colluvium_case`]; [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
+//! [`assert_near`], [`assert_close`], [`assert_relative`] and [`assert_digits`] compare numbers. [`CaseBuilder`] makes cases. [`solve`],
+//! [`start_solver`] and [`advance_to`] run solvers by the traits of [`colluvium_case`]. [`CountingAllocator`] counts allocations.
+//! [`taylor_green`] and [`cohesive_bar`] are cases of several methods.
 
 mod allocations;
 mod case_file;
@@ -12,13 +13,13 @@ mod solver_runs;
 pub mod taylor_green;
 
 pub use allocations::{CountingAllocator, allocations_during};
-pub use case_file::{CaseBuilder, box_body};
+pub use case_file::CaseBuilder;
 pub use pairwise::set_value;
 pub use raster_files::write_ascii_grid;
 pub use solver_runs::{
     advance_exactly_to, advance_steps, advance_to, assert_allocates_nothing, assert_same_after_restart,
     assert_same_on_threads, case_with, hash_after, read_case, refusal, resume_solver, scalar_output, scalars,
-    single_threaded, solve, start_solver, stresses, take_steps, vectors, warnings, with_keys,
+    single_threaded, solve, start_solver, stresses, take_steps, vectors, with_keys,
 };
 
 /// Asserts that `found` is within `tolerance` of `exact`.

@@ -24,12 +24,6 @@ pub fn refusal(method: &dyn Method, text: &Value) -> String {
     }
 }
 
-/// Warnings of the plan of a case for a method, a line each.
-#[track_caller]
-pub fn warnings(method: &dyn Method, case: &Case) -> String {
-    method.plan(case).unwrap().warnings.join("\n")
-}
-
 /// Case of `text` with its top-level keys replaced by those of `more`.
 #[track_caller]
 pub fn case_with(text: Value, more: &Value) -> Case {

@@ -97,7 +97,7 @@ impl ScalableCohesion for MohrCoulomb {
     }
 }
 
-/// Law whose cohesion decreases with the degree of saturation. See the module's head for source and limits.
+/// Law whose cohesion decreases with the degree of saturation. The comment of this module gives its source and limits.
 #[derive(Clone, Debug)]
 struct SaturationSoftened<L> {
     law: L,

@@ -43,7 +43,7 @@ pub trait BandSurroundings: PrincipalReturn<State: Copy> {}
 
 impl<M: PrincipalReturn<State: Copy>> BandSurroundings for M {}
 
-/// Law of a point that consists of a localisation band and its surrounding material. See the module's head for source and limits.
+/// Law of a point that consists of a localisation band and its surrounding material. The comment of this module gives its source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DoubleScale<B = CohesiveBand, M = LinearElastic> {
     outside: M,

@@ -180,7 +180,7 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
     Ok((highest_faces::<D>(case, spacing, Some((number, own)))?, path))
 }
 
-/// Warning for steep faces in the way of a flow, and for terrain that is so steep everywhere that its levels may not be in metres.
+/// Warning for steep faces that a flow may reach, and for terrain so steep everywhere that its levels are probably not in metres.
 fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
