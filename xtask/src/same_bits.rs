@@ -30,8 +30,8 @@ pub struct SameBitsArguments {
     list: bool,
 }
 
-/// Folder of the families below the root of a tree.
-const FAMILY_FOLDER: &str = "validation/same-bits";
+/// Folder of the case families (a base case and the levels of its options) below the root of a tree.
+const CASE_FAMILIES: &str = "validation/same-bits";
 
 /// Longest duration of a run; most runs take less than a second.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -54,11 +54,11 @@ pub fn run(arguments: &SameBitsArguments) -> Result<bool, String> {
     let wanted =
         |family: &CaseFamily| arguments.filter.as_ref().is_none_or(|text| family.name.contains(text));
     let families: Vec<CaseFamily> =
-        CaseFamily::read_all(&root.join(FAMILY_FOLDER))?.into_iter().filter(wanted).collect();
-    let renamed = renamed_columns(&root.join(FAMILY_FOLDER).join("renamed.csv"))?;
+        CaseFamily::read_all(&root.join(CASE_FAMILIES))?.into_iter().filter(wanted).collect();
+    let renamed = renamed_columns(&root.join(CASE_FAMILIES).join("renamed.csv"))?;
     let (mut count, mut differences) = (0, Vec::new());
     for family in &families {
-        let file = old.tree.join(FAMILY_FOLDER).join(format!("{}.json", family.name));
+        let file = old.tree.join(CASE_FAMILIES).join(format!("{}.json", family.name));
         let earlier = CaseFamily::read(&file)?;
         let rows = family.pairwise_rows(&is_accepted);
         println!("{}: {} cases", family.name, rows.len());
@@ -117,8 +117,8 @@ fn checkout_and_build(
         git.args(["worktree", "add", "--detach", "--force"]).arg(&tree).arg(&commit).current_dir(root);
     }
     run_command(&mut git, "git")?;
-    if !tree.join(FAMILY_FOLDER).is_dir() {
-        return Err(format!("revision {commit} has no folder {FAMILY_FOLDER}"));
+    if !tree.join(CASE_FAMILIES).is_dir() {
+        return Err(format!("revision {commit} has no folder {CASE_FAMILIES}"));
     }
     build(&tree, &folder.join("target"), arguments.release)
 }
@@ -283,7 +283,7 @@ mod tests {
 
     #[test]
     fn families_of_the_repository_accept_their_bases() {
-        let families = CaseFamily::read_all(&crate::root().join(FAMILY_FOLDER)).unwrap();
+        let families = CaseFamily::read_all(&crate::root().join(CASE_FAMILIES)).unwrap();
         assert!(families.len() >= 6);
         for family in families {
             assert!(is_accepted(&family.case(&family.row(&[]))), "{}", family.name);

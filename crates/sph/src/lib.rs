@@ -33,7 +33,7 @@ use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, S
 use schemars::Schema;
 
 pub use config::{
-    ConfinedParticles, ConfiningPressure, ContinuityEquation, DensityReset, LagrangianFormulation,
+    ConfiningPressure, ConfiningPressureTarget, ContinuityEquation, DensityReset, LagrangianFormulation,
     MomentumEquation, Regularisation, RoughWall, SmoothWall, SmoothingLength, SoundSpeed, SphOptions,
     Symmetrisation, Tensile, TimeHistory, TimeIntegration, VelocityGradientOperator, WallStress,
     WallVelocity,

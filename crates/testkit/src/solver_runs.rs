@@ -130,14 +130,14 @@ pub fn hash_after(
     })
 }
 
-/// Asserts that a run of the case has equal bits on one thread and on two.
+/// Asserts that a run of the case has equal bits on one thread and on two; `name` is the case in the message.
 #[track_caller]
-pub fn assert_same_on_threads(method: &dyn Method, case: &Case) {
+pub fn assert_same_on_threads(method: &dyn Method, case: &Case, name: &str) {
     let hash = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| solve(method, case).snapshot.hash())
     };
-    assert_eq!(hash(1), hash(2), "hashes on one thread and on two");
+    assert_eq!(hash(1), hash(2), "{name}: hashes on one thread and on two");
 }
 
 /// Asserts that a solver restored from a checkpoint has equal bits. The solver is advanced, saved, and advanced again.

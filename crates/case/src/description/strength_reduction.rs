@@ -45,7 +45,7 @@ fn set_return_to_yield(material: &mut MaterialSpec) {
 pub struct FactorOfSafety {
     /// Name of the stage at whose end the bodies are at rest with their full strength.
     pub after: String,
-    /// Longest duration of a trial (s), in twelve blocks: if bodies have neither come to rest nor clearly failed by then, the search is
+    /// Longest duration of a trial (s), in twelve time windows: if bodies have neither come to rest nor clearly failed by then, the search is
     /// undecided. When absent, a block is the time that the bodies need to come to rest, without yielding, after removal of half of their
     /// weight.
     #[serde(default, skip_serializing_if = "Option::is_none")]

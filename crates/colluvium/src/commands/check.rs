@@ -115,16 +115,17 @@ fn time_scales(case: &Case, has_laws: bool) -> String {
 
 /// Text with the cost of the search `name` for a factor of safety, without the duration of the stages.
 fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
-    let SearchCost { trials: [likely, largest], blocks, block, seconds } = cost;
-    let trials =
-        format!("search         {name}: {likely} trials, {largest} at most, of {blocks} blocks at most");
-    if block.is_nan() {
+    let SearchCost { trials: [likely, largest], windows, window, seconds } = cost;
+    let trials = format!(
+        "search         {name}: {likely} trials, {largest} at most, of {windows} time windows at most"
+    );
+    if window.is_nan() {
         return format!(
-            "{trials}; the duration of a block is unknown until the bodies are at rest without yielding"
+            "{trials}; the duration of a window is unknown until the bodies are at rest without yielding"
         );
     }
     let [usual, longest] = seconds.map(|seconds| duration_text(seconds / threads as f64));
     format!(
-        "{trials}, about {block:.3} s each: about {usual}, {longest} at most, in addition to the duration of the stages"
+        "{trials}, about {window:.3} s each: about {usual}, {longest} at most, in addition to the duration of the stages"
     )
 }

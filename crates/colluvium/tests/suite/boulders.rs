@@ -7,6 +7,7 @@ use colluvium::mpm::Mpm;
 use colluvium::points::Raster;
 use colluvium::points::surface::HeightField;
 use colluvium::sph::Sph;
+use colluvium_testkit::write_ascii_grid;
 use serde_json::{Value, json};
 
 const METHODS: [&dyn Method; 2] = [&Mpm, &Sph];
@@ -33,17 +34,6 @@ fn hillside(x: f64, y: f64) -> f64 {
 
 fn ground(heights: Heights) -> HeightField {
     HeightField::new(Raster::from_function([21, 16], [-0.8, -1.4], [0.2, 0.2], heights)).unwrap()
-}
-
-fn write_raster(file: &Path, raster: &Raster) {
-    let Raster { columns, rows, origin: [x, y], spacing: [width, _], .. } = *raster;
-    let mut text = format!("ncols {columns}\nnrows {rows}\nxllcenter {x}\nyllcenter {y}\ncellsize {width}\n");
-    // The first row is that of the largest y.
-    for j in (0..rows).rev() {
-        let row: Vec<String> = (0..columns).map(|i| raster.value(i, j).to_string()).collect();
-        text += &(row.join(" ") + "\n");
-    }
-    std::fs::write(file, text).unwrap();
 }
 
 /// Case of a free boulder on the ground of a raster file.
@@ -130,7 +120,7 @@ fn trajectory(
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ground.asc");
     let ground = ground(heights);
-    write_raster(&file, ground.raster());
+    write_ascii_grid(&file, [-0.8, -1.4], [21, 16], 0.2, heights);
     let case = boulder_on_ground(&file, shape, friction);
     let mut solver = method.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();

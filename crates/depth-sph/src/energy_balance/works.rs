@@ -87,13 +87,14 @@ fn sum_works<const D: usize>(
     one: impl Fn(&PhaseSet<D>, usize) -> [f64; 3] + Sync,
 ) -> [f64; 3] {
     let single = settings.phases == Phases::One;
+    let has_outside = boundary.has_outside_nodes();
     let (count, mut sums) = (sets.len(), [0.0; 3]);
     for (number, set) in sets.iter_mut().enumerate() {
         let density = settings.set_density(count, number);
         let mut works = std::mem::take(&mut set.works_per_step);
         let of_set = &*set;
         let of_node = |i: usize| {
-            if boundary.is_outside(of_set.nodes.id[i]) {
+            if has_outside && boundary.is_outside(of_set.nodes.id[i]) {
                 return [0.0; 3];
             }
             let mut works = one(of_set, i).map(|work| density * of_set.nodes.volume[i] * work);

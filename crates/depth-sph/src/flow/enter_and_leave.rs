@@ -65,15 +65,15 @@ pub(super) fn remove_outside<const D: usize>(
         }
         records.outflow_volume[number] += out.iter().map(|&i| set.nodes.volume[i]).sum::<f64>();
         records.removed_nodes += out.len() as u64;
-        change_from_outside(settings, bed, boundary, nodes, &mut records.energy_balance, |nodes| {
+        change_nodes_externally(settings, bed, boundary, nodes, &mut records.energy_balance, |nodes| {
             nodes.retain_nodes(number, |i| out.binary_search(&i).is_err());
         });
     }
     Ok(())
 }
 
-/// Applies an external change of the nodes; its energy counts as inflow.
-pub(super) fn change_from_outside<const D: usize>(
+/// Adds, removes or resets nodes by the function `change`; the energy that they bring or take counts as inflow in the balance.
+pub(super) fn change_nodes_externally<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,
     boundary: &FlowBoundaries<D>,

@@ -9,7 +9,7 @@ use crate::config::choices::ThicknessEquation;
 use crate::config::settings::FlowSettings;
 use crate::energy_balance::FlowRecords;
 use crate::flow::Flow;
-use crate::flow::enter_and_leave::change_from_outside;
+use crate::flow::enter_and_leave::change_nodes_externally;
 use crate::flow_nodes::FlowNodes;
 use crate::inflow::Inflow;
 use crate::momentum::effective_gravity::{BedSampling, sample_bed};
@@ -118,9 +118,9 @@ impl<const D: usize> Flow<D> {
         limited
     }
 
-    /// Applies a change of the nodes between two stages; its energy counts as inflow.
-    pub(crate) fn change_from_outside(&mut self, change: impl FnOnce(&mut FlowNodes<D>)) {
+    /// Adds, removes or resets nodes between two stages; the energy that they bring or take counts as inflow in the balance.
+    pub(crate) fn change_nodes_externally(&mut self, change: impl FnOnce(&mut FlowNodes<D>)) {
         let Self { settings, bed, boundary, nodes, records, .. } = self;
-        change_from_outside(settings, bed, boundary, nodes, &mut records.energy_balance, change);
+        change_nodes_externally(settings, bed, boundary, nodes, &mut records.energy_balance, change);
     }
 }

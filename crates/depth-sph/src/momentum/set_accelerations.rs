@@ -37,7 +37,7 @@ impl<const D: usize> PhaseSet<D> {
         let pairs = PairForces::for_set(settings, self);
         let columns = acceleration.par_iter_mut().zip(&mut viscous).enumerate();
         columns.with_min_len(MIN_NODES_PER_TASK).for_each_init(Vec::new, |spare, (i, (a, viscous))| {
-            let (sums, mut force) = pairs.sums_and_pressure(role, i, &weak, spare);
+            let (sums, mut force) = pairs.sums_and_pressure(role, i, plain, &weak, spare);
             let mut gradient = pairs.depth_gradient(i, &sums, plain);
             if let Some(other) = other {
                 pairs.add_layer(role, i, other, &mut force, &mut gradient);
@@ -51,18 +51,19 @@ impl<const D: usize> PhaseSet<D> {
 }
 
 impl<const D: usize> PairForces<'_, D> {
-    /// Force sums over the neighbours of node `i` and its pressure force (m/s²).
+    /// Force sums over the neighbours of node `i` and its pressure force (m/s²); `plain` is [`is_plain`].
     #[inline]
     fn sums_and_pressure(
         &self,
         role: PhaseRole,
         i: usize,
+        plain: bool,
         weak: impl Fn(usize) -> bool,
         spare: &mut Vec<u32>,
     ) -> (ForceSums<D>, PlanVector<D>) {
         let settings = self.settings;
         let form = settings.numerics.momentum;
-        if is_plain(settings) {
+        if plain {
             let sums = if form == PressureForceForm::Variational {
                 self.variational_sums(i)
             } else {

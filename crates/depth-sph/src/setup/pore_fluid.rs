@@ -68,13 +68,13 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     let Some(all) = options.as_object_mut() else { return Ok(Cow::Borrowed(case)) };
     let mixture = all.entry("mixture").or_insert_with(|| json!({}));
     if let Some(mixture) = mixture.as_object_mut() {
-        state_mixture(case, &facts, mixture)?;
+        fill_mixture_options(case, &facts, mixture)?;
         if phases == "two" {
-            state_porosities(case, facts.porosity, mixture)?;
+            fill_porosities(case, facts.porosity, mixture)?;
         }
     }
     match all.get_mut("column").and_then(Value::as_object_mut) {
-        Some(column) => state_column(case, &facts, column)?,
+        Some(column) => fill_pore_column_options(case, &facts, column)?,
         None if facts.excess.is_some() => {
             let problem = "applies only with pore-pressure columns: give methods.depth-sph.column, or \
                            leave this out";
@@ -82,7 +82,7 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
         }
         None => {}
     }
-    state_drainage(case, all)?;
+    fill_drainage(case, all)?;
     let mut stated = case.clone();
     stated.methods.insert(NAME.to_owned(), options);
     Ok(Cow::Owned(stated))
@@ -182,7 +182,7 @@ fn set_option(
 }
 
 /// Writes the densities, porosity and drag of the pore fluid to the options of the mixture, or checks those given.
-fn state_mixture(
+fn fill_mixture_options(
     case: &Case,
     facts: &PoreFluidData,
     mixture: &mut Map<String, Value>,
@@ -211,7 +211,7 @@ fn state_mixture(
 }
 
 /// Writes the porosities of bodies that differ from that of the first body.
-fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -> Result<(), CaseError> {
+fn fill_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -> Result<(), CaseError> {
     for body in &case.bodies {
         let Some(fluid) = &body.pore_fluid else { continue };
         let listed = mixture.get("porosities").is_some_and(|all| all.get(&body.name).is_some());
@@ -227,7 +227,7 @@ fn state_porosities(case: &Case, first: f64, mixture: &mut Map<String, Value>) -
 }
 
 /// Writes excess ratio and cavitation strength of the pore fluid to the options of the column, or checks those given.
-fn state_column(
+fn fill_pore_column_options(
     case: &Case,
     facts: &PoreFluidData,
     column: &mut Map<String, Value>,
@@ -257,7 +257,7 @@ fn state_column(
 }
 
 /// Writes the drainage of walls to the options; a `drained` bed has atmospheric pressure.
-fn state_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), CaseError> {
+fn fill_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), CaseError> {
     let bed = highest_wall(case).map(|(number, ..)| number);
     for (number, boundary) in case.boundaries.iter().enumerate().filter(|(_, boundary)| boundary.drained) {
         let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].drained"), problem));

@@ -196,14 +196,14 @@ impl<const D: usize> Solver for DepthSolver<D> {
         self.flow.boundary.walls = stages::plan_boundaries(&self.case, stage);
         let case = Arc::clone(&self.case);
         let removed = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
-        self.flow.change_from_outside(|nodes| nodes.remove_where(|nodes, i| removed(nodes.body[i])));
+        self.flow.change_nodes_externally(|nodes| nodes.remove_where(|nodes, i| removed(nodes.body[i])));
         self.flow.nodes.sets.iter_mut().for_each(PhaseSet::clear_lists);
         Ok(())
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         self.limit = None;
-        self.flow.change_from_outside(|nodes| {
+        self.flow.change_nodes_externally(|nodes| {
             for reset in &stage.reset {
                 nodes.sets.iter_mut().for_each(|set| match reset {
                     Reset::Velocity => set.nodes.velocity.fill([0.0; D]),

@@ -64,7 +64,7 @@ impl MicrostructureSpec<'_> {
 /// Packing of a microstructure. It is computed at the first request, and again for other parameters. Any two compare equal: the shape's own
 /// parameters identify them.
 #[derive(Debug, Default)]
-pub struct CachedPacking(RwLock<Option<PackingKey>>);
+pub struct CachedPacking(RwLock<Option<PackedMicrostructure>>);
 
 impl PartialEq for CachedPacking {
     fn eq(&self, _: &Self) -> bool {
@@ -80,7 +80,7 @@ impl Clone for CachedPacking {
 
 /// Packing with the parameters for which it was computed.
 #[derive(Clone, Debug)]
-struct PackingKey {
+struct PackedMicrostructure {
     extents: Vec<f64>,
     diameter: f64,
     fraction: f64,
@@ -89,9 +89,9 @@ struct PackingKey {
     packing: Option<Arc<SpherePacking>>,
 }
 
-impl PackingKey {
-    /// Specification of a packing, with the packing made from it.
-    fn from_spec(wanted: &MicrostructureSpec<'_>) -> Self {
+impl PackedMicrostructure {
+    /// Packs spheres for the parameters `wanted`, and keeps them with the parameters.
+    fn pack(wanted: &MicrostructureSpec<'_>) -> Self {
         let MicrostructureSpec { diameter, fraction, seed, connected, .. } = *wanted;
         let packing = pack_spheres(wanted).map(Arc::new);
         Self { extents: wanted.extents().collect(), diameter, fraction, seed, connected, packing }
@@ -130,7 +130,7 @@ impl CachedPacking {
         drop(held);
         let mut held = self.0.write().unwrap_or_else(PoisonError::into_inner);
         if !held.as_ref().is_some_and(|made| made.matches(wanted)) {
-            *held = Some(PackingKey::from_spec(wanted));
+            *held = Some(PackedMicrostructure::pack(wanted));
         }
         held.as_ref().and_then(|made| made.packing.clone())
     }

@@ -264,15 +264,15 @@ pub struct ConfiningPressure {
     /// Names of the bodies on which the pressure acts; when absent all bodies that are not `held`.
     #[serde(default)]
     pub bodies: Option<Vec<String>>,
-    /// Particles under the pressure.
+    /// Particles of these bodies on which the pressure acts.
     #[serde(default)]
-    pub on: ConfinedParticles,
+    pub on: ConfiningPressureTarget,
 }
 
-/// Particles under a confining pressure.
+/// Particles on which a confining pressure acts: those of the surface, or all of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum ConfinedParticles {
+pub enum ConfiningPressureTarget {
     /// Particles at the surface and their nearest neighbours.
     #[default]
     Surface,

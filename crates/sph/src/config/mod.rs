@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::config::time_history::TimeHistory;
 pub use choices::{
-    ConfinedParticles, ConfiningPressure, ContinuityEquation, DensityReset, LagrangianFormulation,
+    ConfiningPressure, ConfiningPressureTarget, ContinuityEquation, DensityReset, LagrangianFormulation,
     MomentumEquation, Regularisation, RoughWall, ShiftingSpeed, SmoothWall, SmoothingLength, SoundSpeed,
     Symmetrisation, Tensile, TimeIntegration, VelocityGradientOperator, WallStress, WallVelocity,
 };

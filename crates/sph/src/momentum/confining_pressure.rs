@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::clock::Clock;
-use crate::config::ConfinedParticles;
+use crate::config::ConfiningPressureTarget;
 use crate::context::SolverContext;
 use crate::kernel::Smoothing;
 use crate::neighbours::verlet_lists::VerletLists;
@@ -84,7 +84,7 @@ pub(crate) fn apply_confining_pressure<const D: usize>(
     let ramp = confining.ramp;
     let grown = if ramp > 0.0 { ((clock.time + dt) / ramp).min(1.0) } else { 1.0 };
     let pressure = 2.0 * grown * confining.pressure;
-    let everywhere = confining.on == ConfinedParticles::All;
+    let everywhere = confining.on == ConfiningPressureTarget::All;
     let (p, neighbours) = (&bodies.particles, &lists.neighbours);
     let Rates {
         derivatives: Derivatives { acceleration, .. },

@@ -52,17 +52,17 @@ impl<const D: usize> ObstacleFaces<D> {
         mut hits: impl FnMut(usize, u32, &[f64; D], [f64; D]),
     ) -> bool {
         self.move_to(end);
-        let come = self.max_displacement(end - dt, end);
+        let obstacle_displacement = self.max_displacement(end - dt, end);
         let (mut any, mut found) = (false, std::mem::take(&mut self.contacts));
         let Bodies { particles: p, groups, .. } = bodies;
         let free = groups.iter().filter(|group| group.prescribed_velocity.is_none() && group.rigid.is_none());
         for i in free.flat_map(ParticleGroup::range) {
             let before = self.faces(i).iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
-            let way = 2.0 * dt * square(&p.velocity[i]).sqrt() + come;
+            let path_length = 2.0 * dt * square(&p.velocity[i]).sqrt() + obstacle_displacement;
             // Schemes with stages use predicted positions, which may lie within the distance.
             let kept =
                 if before > 0.0 { (MIN_DISTANCE * spacing).min(before) } else { MIN_DISTANCE * spacing };
-            if before > kept + way {
+            if before > kept + path_length {
                 continue;
             }
             let mut hit = StoppedParticle {
@@ -72,15 +72,15 @@ impl<const D: usize> ObstacleFaces<D> {
             };
             let mass = p.mass[i];
             let own = &*self;
-            let mut heard = |obstacle: u32, x: &[f64; D], slower: [f64; D]| {
+            let mut record = |obstacle: u32, x: &[f64; D], slower: [f64; D]| {
                 if own.is_recorded(obstacle) {
                     hits(i, obstacle, x, slower.map(|v| mass * v));
                 }
             };
             let start = std::array::from_fn(|c| hit.x[c] - dt * hit.v[c]);
-            let looks = (kept, kept + way);
-            let way = ParticlePath { start, end: hit.x, dt, spacing };
-            if !self.deflect(i, &mut hit, &mut found, (looks, way), &mut heard) {
+            let distances = (kept, kept + path_length);
+            let path = ParticlePath { start, end: hit.x, dt, spacing };
+            if !self.stop_at_obstacles(i, &mut hit, &mut found, (distances, path), &mut record) {
                 continue;
             }
             any = true;
@@ -98,21 +98,21 @@ impl<const D: usize> ObstacleFaces<D> {
         any
     }
 
-    /// Stops a particle whose path `way` comes closer to an obstacle than the first value of `looks` (m); the second one is the largest
-    /// depth. Returns whether it did. `heard` receives the velocity change.
-    fn deflect(
+    /// Stops a particle whose `path` comes closer to an obstacle than the first of two `distances` (m): the distance kept, and that at which
+    /// obstacles are searched. Returns whether it was stopped. `record` receives the number of the obstacle, position and velocity change.
+    fn stop_at_obstacles(
         &self,
         i: usize,
         hit: &mut StoppedParticle<D>,
         found: &mut ContactQuery<D>,
-        (looks, way): ((f64, f64), ParticlePath<D>),
-        heard: &mut impl FnMut(u32, &[f64; D], [f64; D]),
+        (distances, path): ((f64, f64), ParticlePath<D>),
+        record: &mut impl FnMut(u32, &[f64; D], [f64; D]),
     ) -> bool {
-        let (mut any, kept) = (false, looks.0);
+        let (mut any, kept) = (false, distances.0);
         for _ in 0..MAX_STOPS {
             let mut deepest: Option<(NearestPoint<D>, u32)> = None;
             let x = hit.x;
-            self.contacts_on_path(i, &ParticlePath { end: x, ..way }, looks, found, |place, number| {
+            self.contacts_on_path(i, &ParticlePath { end: x, ..path }, distances, found, |place, number| {
                 let nearer = deepest.as_ref().is_none_or(|(deepest, _)| place.distance < deepest.distance);
                 if nearer && place.distance < (1.0 - DISTANCE_TOLERANCE) * kept {
                     deepest = Some((*place, number));
@@ -126,9 +126,9 @@ impl<const D: usize> ObstacleFaces<D> {
                 kept - place.distance,
                 friction,
                 &solid.velocity_at(&x),
-                way.dt,
+                path.dt,
             );
-            heard(number, &hit.x, std::array::from_fn(|c| before[c] - hit.v[c]));
+            record(number, &hit.x, std::array::from_fn(|c| before[c] - hit.v[c]));
             any = true;
         }
         any

@@ -16,12 +16,12 @@ use crate::points::particles::SquareMatrix;
 use crate::points::vector_algebra::separation;
 
 /// Smooth body next to a particle: direction into the body, and its particles among the neighbours.
-struct SmoothBodyFace<'a, const D: usize> {
+struct FrictionlessBodyFace<'a, const D: usize> {
     normal: [f64; D],
     nearby_particles: [&'a [u32]; 2],
 }
 
-impl<const D: usize> SmoothBodyFace<'_, D> {
+impl<const D: usize> FrictionlessBodyFace<'_, D> {
     /// Indices of the particles near the face.
     fn nearby_particles(&self) -> impl Iterator<Item = usize> {
         self.nearby_particles.iter().copied().flatten().map(|&a| a as usize)
@@ -47,7 +47,7 @@ pub(crate) fn reflected_stress<const D: usize>(stress: &SymTensor, n: &[f64; D])
 
 impl<const D: usize> PairContext<'_, D> {
     /// Smooth bodies close to particle `i`, without the one to which it belongs.
-    fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = SmoothBodyFace<'r, D>> {
+    fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = FrictionlessBodyFace<'r, D>> {
         let outside = self
             .walls
             .smooth_bodies
@@ -58,7 +58,7 @@ impl<const D: usize> PairContext<'_, D> {
             let part = |range: &Range<usize>| {
                 &row[self.neighbours_before(row, range.start)..self.neighbours_before(row, range.end)]
             };
-            let mut face = SmoothBodyFace {
+            let mut face = FrictionlessBodyFace {
                 normal: [0.0; D],
                 nearby_particles: [part(&place.body_particles), part(&place.images)],
             };

@@ -5,7 +5,7 @@ use colluvium_case::{Capabilities, Case, CaseError};
 use colluvium_constitutive::{MaterialSpec, ModelFamily};
 
 use crate::config::{
-    ConfinedParticles, ContinuityEquation, DensityReset, LagrangianFormulation, MomentumEquation,
+    ConfiningPressureTarget, ContinuityEquation, DensityReset, LagrangianFormulation, MomentumEquation,
     Regularisation, RoughWall, SmoothWall, SphOptions, Symmetrisation, Tensile, TimeIntegration,
     VelocityGradientOperator, WallStress, WallVelocity,
 };
@@ -132,7 +132,7 @@ fn check_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     }
     let grad_h = options.is_variable() && options.symmetrisation == Symmetrisation::GradH;
     let surface =
-        options.confining.as_ref().is_some_and(|confining| confining.on == ConfinedParticles::Surface);
+        options.confining.as_ref().is_some_and(|confining| confining.on == ConfiningPressureTarget::Surface);
     for (key, on, cure) in [
         ("wall_stress", options.wall_stress != WallStress::Pairwise, "set pairwise"),
         ("continuity", options.continuity == ContinuityEquation::Summation, "take trace, mass or volume"),

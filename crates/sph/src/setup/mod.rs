@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use colluvium_case::{Capabilities, Case, CaseError, Plan, ProblemSize, Resolution, Solver};
 
-use crate::config::{ConfinedParticles, ContinuityEquation, LagrangianFormulation, SphOptions};
+use crate::config::{ConfiningPressureTarget, ContinuityEquation, LagrangianFormulation, SphOptions};
 use crate::context::{SolverContext, leading_components};
 use crate::kernel::Smoothing;
 use crate::momentum::confining_pressure::surface_detection_problem;
@@ -205,7 +205,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     check_bands::<D>(case, options)?;
     let smoothing = smoothing::<D>(options)?;
     let on_surface =
-        options.confining.as_ref().is_some_and(|confining| confining.on == ConfinedParticles::Surface);
+        options.confining.as_ref().is_some_and(|confining| confining.on == ConfiningPressureTarget::Surface);
     if on_surface && let Some(problem) = surface_detection_problem(&smoothing, options.spacing) {
         return Err(CaseError::new("methods.sph.smoothing", problem));
     }

@@ -2,7 +2,9 @@
 
 use colluvium_case::{Case, Method, Solver, spatial};
 use colluvium_sph::Sph;
-use colluvium_testkit::{advance_steps, case_with, scalar_output, start_solver, stresses, vectors};
+use colluvium_testkit::{
+    advance_steps, advance_to, case_with, scalar_output, start_solver, stresses, vectors,
+};
 use serde_json::{Value, json};
 
 /// Elastic block over the floor `y = 0`, without gravity; `more` adds keys to the case.
@@ -23,13 +25,6 @@ fn energy(solver: &dyn Solver) -> f64 {
     let budget = solver.budget().unwrap();
     let took = scalar_output(solver, "obstacles.friction") + scalar_output(solver, "obstacles.stopped");
     budget.kinetic + budget.elastic + budget.potential + took - scalar_output(solver, "obstacles.work")
-}
-
-/// Runs until `time` (s).
-fn until(solver: &mut dyn Solver, time: f64) {
-    while solver.time() < time {
-        advance_steps(solver, 1);
-    }
 }
 
 /// In the frame of an obstacle the motion does not depend on its velocity. The sums are equal up to the round-off of positions, which the
@@ -98,14 +93,14 @@ impl Tilting {
             "methods": { "sph": { "spacing": spacing } }
         }));
         let mut solver = start_solver(&Sph, &case);
-        until(&mut *solver, begins);
+        advance_to(&mut *solver, begins);
         solver.begin_stage(1, solver.time()).unwrap();
         Self { solver, start: begins + 0.5 * ramp }
     }
 
     /// Runs until a slope angle (degrees).
     fn turn(&mut self, slope: f64) {
-        until(&mut *self.solver, self.start + slope / Self::RATE);
+        advance_to(&mut *self.solver, self.start + slope / Self::RATE);
     }
 
     /// Position of the block centre along the plane (m).
@@ -224,9 +219,9 @@ fn the_force_of_a_piston_is_the_impedance_and_its_impulse_the_momentum() {
     let mut solver = start_solver(&Sph, &case);
     let wave = (modulus / 1000.0f64).sqrt();
     let (from, to) = (0.4 / wave, 1.6 / wave);
-    until(&mut *solver, from);
+    advance_to(&mut *solver, from);
     let (first, start) = (solver.reaction("piston").unwrap().impulse, solver.time());
-    until(&mut *solver, to);
+    advance_to(&mut *solver, to);
     let impulse = solver.reaction("piston").unwrap().impulse;
     let force = (impulse[0] - first[0]) / (solver.time() - start);
     let exact = -1000.0 * wave * speed * 0.2;
@@ -266,7 +261,7 @@ fn a_paddle_throws_a_block_in_the_plane_and_in_space_and_the_balances_close() {
         let case = paddle(space, "leapfrog");
         let mut solver = start_solver(&Sph, &case);
         let start = energy(&*solver);
-        until(&mut *solver, 0.4);
+        advance_to(&mut *solver, 0.4);
         let budget = solver.budget().unwrap();
         let impulse = solver.reaction("paddle").unwrap().impulse;
         let work = scalar_output(&*solver, "obstacles.work");
@@ -304,7 +299,7 @@ fn a_fast_thin_plate_carries_the_particles_it_meets() {
         let mut solver = start_solver(&Sph, &case);
         assert_eq!(solver.limit().limit.to_string(), "motion of an obstacle");
         let start = energy(&*solver);
-        until(&mut *solver, 0.08);
+        advance_to(&mut *solver, 0.08);
         let (above, work) = (-0.48 + 20.0 * solver.time(), scalar_output(&*solver, "obstacles.work"));
         let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
         assert!(lowest > above, "{integration}: {lowest} m under {above} m");

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
-use colluvium_testkit::{CaseBuilder, advance_steps, solve, start_solver, vectors};
+use colluvium_testkit::{CaseBuilder, advance_steps, assert_same_on_threads, solve, start_solver, vectors};
 use serde_json::{Value, json};
 
 /// Block of one material with the simplest options.
@@ -69,11 +69,7 @@ fn results_are_the_same_on_one_and_two_threads() {
     })).build();
     let cases = variants().into_iter().map(|options| (crash(&options), options.to_string()));
     for (case, name) in cases.chain([(total, "total-lagrangian".to_owned())]) {
-        let hash = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&Sph, &case).snapshot.hash())
-        };
-        assert_eq!(hash(1), hash(2), "{name}");
+        assert_same_on_threads(&Sph, &case, &name);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_sph::Sph;
-use colluvium_testkit::{advance_steps, case_with, start_solver, vectors};
+use colluvium_testkit::{advance_steps, advance_to, case_with, start_solver, vectors};
 use serde_json::{Value, json};
 
 const SPACING: f64 = 0.05;
@@ -24,12 +24,6 @@ fn blocks_beside_plate(thickness: f64, more: &Value) -> Case {
     case_with(text, more)
 }
 
-fn until(solver: &mut dyn Solver, time: f64) {
-    while solver.time() < time {
-        advance_steps(solver, 1);
-    }
-}
-
 /// Particles of both sides are within each other's support, and the plate separates them.
 #[test]
 fn impact_on_a_thin_plate_does_not_act_across_it() {
@@ -41,7 +35,7 @@ fn impact_on_a_thin_plate_does_not_act_across_it() {
                 &json!({ "methods": { "sph": { "spacing": SPACING, "ranks": ranks } } }),
             ),
         );
-        until(&mut *solver, 0.02);
+        advance_to(&mut *solver, 0.02);
         let snapshot = solver.snapshot();
         let velocities = vectors(&snapshot, "velocity");
         let of = |body: u32| velocities.iter().zip(&snapshot.bodies).filter(move |(_, own)| **own == body);

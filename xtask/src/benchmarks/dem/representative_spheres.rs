@@ -47,8 +47,10 @@ const WINDOW_GRAINS: [u32; 4] = [619, 413, 311, 75];
 const CELL_GRAINS: [u32; 3] = [75, 311, 979];
 /// Number of packings of each cell.
 const SEEDS: u64 = 4;
-/// Durations of preparation and settling in the case file (times √(m/(P d))).
-const PREPARATION_AND_SHEAR: [f64; 2] = [100.0, 30.0];
+/// Duration of the preparation in the case file (times √(m/(P d))).
+const PREPARATION_DURATION: f64 = 100.0;
+/// Duration of the settling in the case file (times √(m/(P d))).
+const SETTLING_DURATION: f64 = 30.0;
 /// Rate of the shear (1/√(m/(P d))).
 const RATE: f64 = 1e-3;
 /// Duration in which a window comes to rest (times √(m/(P d))).
@@ -143,7 +145,7 @@ fn cells() -> Result<BenchmarkOutcome, String> {
         let test = |seed| {
             result_after(
                 &run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?,
-                PREPARATION_AND_SHEAR[0] + PREPARATION_AND_SHEAR[1],
+                PREPARATION_DURATION + SETTLING_DURATION,
             )
         };
         let all: Vec<SpheresResult> = (1..=SEEDS).map(test).collect::<Result<_, _>>()?;
@@ -203,11 +205,7 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     method_options(&mut value)["seed"] = json!(seed);
     let report = run_in_memory("dem", &parse_case(&value)?)?;
     let stress = |wall: &str| {
-        values_after(
-            &report,
-            PREPARATION_AND_SHEAR[0] + PREPARATION_AND_SHEAR[1],
-            &format!("wall.{wall}.stress"),
-        )
+        values_after(&report, PREPARATION_DURATION + SETTLING_DURATION, &format!("wall.{wall}.stress"))
     };
     Ok(peak(&["right", "back", "top"].map(stress)))
 }
@@ -226,7 +224,7 @@ fn walls() -> Result<BenchmarkOutcome, String> {
         let round = |seed| {
             Ok(result_after(
                 &run_in_memory("dem", &parse_case(&cell(count, seed)?)?)?,
-                PREPARATION_AND_SHEAR[0] + PREPARATION_AND_SHEAR[1],
+                PREPARATION_DURATION + SETTLING_DURATION,
             )?
             .peak)
         };

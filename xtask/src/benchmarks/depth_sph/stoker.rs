@@ -41,7 +41,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
 }
 
 /// Half of the length of the basin over the larger depth.
-const HALF_LENGTH_AND_END: f64 = 5.0;
+const HALF_LENGTH: f64 = 5.0;
 /// Time of the comparison, over the square root of the larger depth over gravity. No wave has reached a wall then.
 const TIME: f64 = 3.132_092;
 
@@ -58,7 +58,7 @@ fn nodes(left: f64, right: f64) -> f64 {
 /// Case with the depths `left` and `right` (m); its lengths are proportional to the left depth.
 fn case(left: f64, right: f64) -> Result<Case, String> {
     let mut case = load("wet-bed")?;
-    let half = HALF_LENGTH_AND_END * left;
+    let half = HALF_LENGTH * left;
     case.domain.min[0] = -half;
     case.domain.max[0] = half;
     case.domain.max[1] = 1.5 * left;
@@ -74,16 +74,12 @@ fn case(left: f64, right: f64) -> Result<Case, String> {
 fn equally_spaced_profile(left: f64, right: f64) -> Result<NodeProfile, String> {
     let mut solver = start(&case(left, right)?)?;
     step_until(&mut *solver, end(left))?;
-    Ok(NodeProfile::from_snapshot(
-        &solver.snapshot(),
-        0,
-        &[-HALF_LENGTH_AND_END * left, HALF_LENGTH_AND_END * left],
-    ))
+    Ok(NodeProfile::from_snapshot(&solver.snapshot(), 0, &[-HALF_LENGTH * left, HALF_LENGTH * left]))
 }
 
 /// Profile from nodes of equal volume, at unequal distances.
 fn equal_volume_profile(left: f64, right: f64) -> Result<NodeProfile, String> {
-    let half = HALF_LENGTH_AND_END * left;
+    let half = HALF_LENGTH * left;
     let ends = PlanBoundaries { walls: [[Some(-half), Some(half)]], ..PlanBoundaries::default() };
     // As many nodes as at equal distances, where the deeper side leaves enough for the shallow one.
     let count = (100.0 * left / right).clamp(250.0, 2000.0).round();
@@ -106,7 +102,7 @@ fn judge(
     exact: &Stoker,
 ) -> Result<(), String> {
     let name = |what: &str| format!("V6, {left} m over {right} m, {nodes}: {what}");
-    let (time, half) = (end(left), HALF_LENGTH_AND_END * left);
+    let (time, half) = (end(left), HALF_LENGTH * left);
     let tail = (exact.velocity - (GRAVITY * exact.depth).sqrt()) * time;
     let front = exact.bore_speed * time;
     // The middle of the region between the waves.
@@ -141,21 +137,17 @@ fn reflect(outcome: &mut BenchmarkOutcome, quick: bool) -> Result<(), String> {
         let (depth, speed) = exact.reflected();
         let level = 0.5 * (depth + exact.depth);
         let mut solver = start(&case(1.0, right)?)?;
-        let arrival = HALF_LENGTH_AND_END / exact.bore_speed;
+        let arrival = HALF_LENGTH / exact.bore_speed;
         // Two evaluations, before the water that follows changes it.
         let mut places = Vec::new();
         let mut found = (f64::NAN, f64::NAN);
         for distance in [0.1, 0.2] {
-            step_until(&mut *solver, arrival + distance * HALF_LENGTH_AND_END / -speed)?;
-            let profile = NodeProfile::from_snapshot(
-                &solver.snapshot(),
-                0,
-                &[-HALF_LENGTH_AND_END, HALF_LENGTH_AND_END],
-            );
-            found = profile.mean(0.85 * HALF_LENGTH_AND_END, HALF_LENGTH_AND_END);
+            step_until(&mut *solver, arrival + distance * HALF_LENGTH / -speed)?;
+            let profile = NodeProfile::from_snapshot(&solver.snapshot(), 0, &[-HALF_LENGTH, HALF_LENGTH]);
+            found = profile.mean(0.85 * HALF_LENGTH, HALF_LENGTH);
             places.push((
                 solver.time(),
-                -profile.mirrored().downcrossing(level, -HALF_LENGTH_AND_END, -0.5 * HALF_LENGTH_AND_END),
+                -profile.mirrored().downcrossing(level, -HALF_LENGTH, -0.5 * HALF_LENGTH),
             ));
         }
         let name = |what: &str| format!("V29, 1 m over {right} m: {what}");

@@ -24,7 +24,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// Height of the column (m).
 const HEIGHT: f64 = 0.1;
 /// Distance from the wall within which the top edge does not move in an implicit code (m).
-const REST_SPEED: f64 = 0.07;
+const UNMOVED_EDGE: f64 = 0.07;
 
 /// Checks the deposit of a column of aluminium bars against an implicit code.
 fn benchmark(quick: bool) -> Result<BenchmarkOutcome, String> {
@@ -83,7 +83,7 @@ fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
         .iter()
         .zip(&moved)
         .zip(&snapshot.extents)
-        .filter(|((x, u), e)| x[0] - u[0] <= REST_SPEED && x[1] - u[1] > HEIGHT - e[1])
+        .filter(|((x, u), e)| x[0] - u[0] <= UNMOVED_EDGE && x[1] - u[1] > HEIGHT - e[1])
         .map(|((_, u), _)| -u[1] * 1e3)
         .collect();
     let reason = "known deviation, not judged: the criterion is of implicit MPM on triangles, whose deposits are \

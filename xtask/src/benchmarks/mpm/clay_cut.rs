@@ -34,9 +34,9 @@ const FACE: f64 = 1.5;
 /// Height of the foot of the cut (m).
 const FOOT: f64 = 0.5;
 /// Duration of the free fall of the unstable cut (s).
-const FALL_AND_REST_DURATIONS: f64 = 3.0;
+const FALL_DURATION: f64 = 3.0;
 /// Duration of the undamped observation at rest (s).
-const REST_SPEED: f64 = 0.05;
+const REST_DURATION: f64 = 0.05;
 /// Time between frames of the fall (s).
 const FRAME: f64 = 0.02;
 /// Largest settlement of a crest that counts as stable (m).
@@ -161,7 +161,7 @@ fn taylor(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
 fn balance(outcome: &mut BenchmarkOutcome, report: &RunReport, cell: f64) {
     let at = |name: &str| {
         let rows = measure_series(report, name);
-        let last = rows.iter().rfind(|(t, _)| *t <= FALL_AND_REST_DURATIONS).map_or(f64::NAN, |row| row.1);
+        let last = rows.iter().rfind(|(t, _)| *t <= FALL_DURATION).map_or(f64::NAN, |row| row.1);
         (rows.first().map_or(f64::NAN, |row| row.1), last)
     };
     let ((start, end), (_, lost), (_, kinetic)) = (at("potential_energy"), at("lost"), at("kinetic_energy"));
@@ -233,9 +233,9 @@ fn failing_cut(number: f64, cell: f64) -> Result<Case, String> {
     // Shared strains and points without domains gain energy where the clay flies apart without damping.
     set_mpm_option(&mut case, "volumetric_strain", "point");
     set_mpm_option(&mut case, "shape", "ugimp");
-    let stages = json!([{ "name": "fall", "duration": FALL_AND_REST_DURATIONS },
+    let stages = json!([{ "name": "fall", "duration": FALL_DURATION },
                         { "name": "rest", "duration": 10, "damping": 0.7, "equilibrium": {} },
-                        { "name": "still", "duration": REST_SPEED }]);
+                        { "name": "still", "duration": REST_DURATION }]);
     case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;
     case.output.frames = Some(FRAME);
     case.measures.insert("lost".into(), Measure::Dissipation {});
@@ -261,9 +261,8 @@ fn run_out(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let at =
             |time: f64| front_positions.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);
         let name = |what: &str| format!("A-30 run-out, {} mm: {what}", 1e3 * cell);
-        let title =
-            name(&format!("advance of the front from 2 s to {FALL_AND_REST_DURATIONS} s, undamped (m)"));
-        let advance = at(FALL_AND_REST_DURATIONS) - at(2.0);
+        let title = name(&format!("advance of the front from 2 s to {FALL_DURATION} s, undamped (m)"));
+        let advance = at(FALL_DURATION) - at(2.0);
         outcome.assert_below(title, "0: it stops", advance, 0.01 * HEIGHT, "1 % of the height");
         columns_at_rest(outcome, &report, cell)?;
         let bound = FACE_BOUND * HEIGHT / number;

@@ -35,13 +35,13 @@ struct PairingRecord {
 
 impl PairingRecord {
     /// Kinetic energy at the time `second` (J/m); NaN beyond the end of the record.
-    fn nearest_at(&self, second: usize) -> f64 {
+    fn kinetic_energy_at(&self, second: usize) -> f64 {
         self.kinetic.get(second).map_or(f64::NAN, |(_, k)| *k)
     }
 
     /// Rate of growth of the speed between two times (1/s).
     fn growth(&self, from: usize, to: usize) -> f64 {
-        0.5 * (self.nearest_at(to) / self.nearest_at(from)).ln() / (to - from) as f64
+        0.5 * (self.kinetic_energy_at(to) / self.kinetic_energy_at(from)).ln() / (to - from) as f64
     }
 }
 
@@ -145,7 +145,7 @@ const PAIRING_ROWS: [(&str, f64, PairingRequirement); 9] = [
 impl PairingRequirement {
     /// Adds the checks of a run. `name` makes their titles.
     fn check(self, outcome: &mut BenchmarkOutcome, course: &PairingRecord, name: &dyn Fn(&str) -> String) {
-        let ratio = course.nearest_at(20) / course.nearest_at(12);
+        let ratio = course.kinetic_energy_at(20) / course.kinetic_energy_at(12);
         let ratio_title = name("kinetic energy at 20 s over that at 12 s");
         match self {
             Self::NoFaster => {
@@ -167,7 +167,7 @@ impl PairingRequirement {
             Self::Stable => {
                 outcome.assert_below(ratio_title, "no growth", ratio, 1.0, "V-34: stable");
                 let title = name("kinetic energy at 20 s (J/m)");
-                outcome.info(title, "3e-8 to 4e-8", course.nearest_at(20), "judged by its growth");
+                outcome.info(title, "3e-8 to 4e-8", course.kinetic_energy_at(20), "judged by its growth");
             }
             Self::Unjudged => {
                 let reason = "not judged: stable for the source, and the sheet's code drifts";

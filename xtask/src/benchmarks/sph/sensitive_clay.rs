@@ -29,7 +29,7 @@ pub const FINE_RUNS: Benchmark = Benchmark {
 };
 
 /// Position of the toe at the start (m).
-const TOE_AND_GRAVITY_TIME: f64 = 25.0;
+const TOE: f64 = 25.0;
 /// Duration of gravity before the release (s).
 const RELEASE: f64 = 1.0;
 /// Spacing of the sheet's reference runs (m).
@@ -40,11 +40,7 @@ const SHEET: [(f64, f64); 7] =
 
 /// Advance of the front beyond the toe (m) over time since the release (s).
 fn advance(report: &RunReport, spacing: f64) -> Vec<(f64, f64)> {
-    report
-        .frames
-        .iter()
-        .map(|frame| (frame.time - RELEASE, connected_front(frame, spacing) - TOE_AND_GRAVITY_TIME))
-        .collect()
+    report.frames.iter().map(|frame| (frame.time - RELEASE, connected_front(frame, spacing) - TOE)).collect()
 }
 
 /// Value of a curve at the record nearest to a time.

@@ -15,7 +15,7 @@ use crate::description::FactorOfSafety;
 use crate::output::{Table, WriteOptions, read_frame, write_frame};
 use crate::run::factor_of_safety::elastic_settling::ElasticSettling;
 use crate::run::factor_of_safety::slope_scale::SlopeScale;
-use crate::run::factor_of_safety::strength_trial::{BLOCKS, FailureCriterion, RunningTrial, run_trial};
+use crate::run::factor_of_safety::strength_trial::{FailureCriterion, RunningTrial, WINDOWS, run_trial};
 use crate::run::output::run_folder::{failing_points_file, trials};
 use crate::run::{RunError, RunOptions};
 use crate::{Case, CaseErrors, Method, Snapshot};
@@ -37,8 +37,8 @@ pub struct SafetyResult {
     pub tolerance: f64,
     /// Height of the slope `H` (m), by which trials are judged.
     pub height: f64,
-    /// Duration of a block of a trial (s): the time window after which it is evaluated.
-    pub block: f64,
+    /// Duration of a time window of a trial (s), after which it is evaluated.
+    pub window: f64,
     /// Trials in the order in which they were run.
     pub trials: Vec<StrengthTrial>,
 }
@@ -90,7 +90,7 @@ impl SafetyResult {
 
     /// Message about the outcome.
     pub fn message(&self) -> String {
-        let Self { stable_factor, failing_factor, block, .. } = self;
+        let Self { stable_factor, failing_factor, window, .. } = self;
         match (self.outcome(), self.factor()) {
             (SearchOutcome::Undecided, _) => {
                 let open: Vec<String> =
@@ -110,7 +110,7 @@ impl SafetyResult {
                      within {:.3} s. Check the displacements of the trials: where they grow fast, the slope \
                      fails. A longer `duration`, finer points or a remedy for locking may decide it",
                     open.join(", "),
-                    BLOCKS as f64 * block
+                    WINDOWS as f64 * window
                 )
             }
             (SearchOutcome::BelowRange, _) => {
@@ -213,7 +213,7 @@ impl SafetyResult {
             "failed": self.failing_factor.is_finite().then_some(self.failing_factor),
             "trials": self.trials.len(),
             "height": self.height,
-            "block": self.block,
+            "window": self.window,
         })
     }
 }
@@ -307,18 +307,18 @@ pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>
     let strong = context.start_trial(&loose)?;
     let scale = SlopeScale::of_case(case, &strong.start, search.height);
     let Some(settling) = ElasticSettling::find(context, strong)? else { return Ok(None) };
-    let block = search.duration.map_or(settling.time, |duration| duration / BLOCKS as f64);
+    let window = search.duration.map_or(settling.time, |duration| duration / WINDOWS as f64);
     let rule = FailureCriterion::new(&scale, &settling);
     let mut safety = SafetyResult {
         stable_factor: 0.0,
         failing_factor: f64::INFINITY,
         tolerance: search.tolerance,
         height: scale.height,
-        block,
+        window,
         trials: Vec::new(),
     };
     (context.report)(&format!(
-        "{name}: height {:.4} m, blocks of {block:.4} s, elastic settlement {:.3e} m",
+        "{name}: height {:.4} m, windows of {window:.4} s, elastic settlement {:.3e} m",
         scale.height, settling.displacement
     ));
     let mut failing: Option<Snapshot> = None;
@@ -326,7 +326,7 @@ pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>
         let trial = match done.iter().find(|trial| trial.factor == factor) {
             Some(trial) => *trial,
             None => {
-                let found = run_trial(context, factor, (&scale, &rule, block));
+                let found = run_trial(context, factor, (&scale, &rule, window));
                 let found = found.map_err(|error| context.trial_error(factor, error))?;
                 let Some((trial, points)) = found else { return Ok(None) };
                 if trial.is_failed() && factor < safety.failing_factor {

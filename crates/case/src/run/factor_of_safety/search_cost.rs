@@ -4,14 +4,14 @@ use colluvium_constitutive::MaterialSpec;
 
 use crate::description::FactorOfSafety;
 use crate::run::factor_of_safety::slope_scale::youngs_modulus;
-use crate::run::factor_of_safety::strength_trial::BLOCKS;
+use crate::run::factor_of_safety::strength_trial::WINDOWS;
 use crate::{Case, Plan};
 
 /// Settling time of bodies without yielding under strong local damping, over the time of a wave of speed `√(E/ρ)` through their height: 11
 /// for a slope by SPH, 28 for one on a foundation by MPM (`compare/slope-cut`, `compare/slope-layers`).
 const SETTLING_TIME_RATIO: f64 = 20.0;
-/// Mean number of blocks (time windows) of a trial: stable bodies rest after two to four, failing ones are recognised after two to seven.
-const LIKELY_BLOCKS: f64 = 4.0;
+/// Mean number of windows of a trial: stable bodies rest after two to four, failing ones are recognised after two to seven.
+const LIKELY_WINDOWS: f64 = 4.0;
 
 /// Estimated cost of a search for a factor of safety, in addition to the stages of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,10 +19,10 @@ pub struct SearchCost {
     /// Likely and largest number of trials. The likely one is that of a search whose trials are all decided; around undecided factors the
     /// interval is narrowed from both sides.
     pub trials: [u32; 2],
-    /// Largest number of blocks of a trial: time windows in which it is evaluated.
-    pub blocks: usize,
+    /// Largest number of time windows of a trial, in which it is evaluated.
+    pub windows: usize,
     /// Duration of a time window of a trial (s), given by the case or estimated. Not-a-number where no stiffness is known for the estimate.
-    pub block: f64,
+    pub window: f64,
     /// Likely and largest time of the search (s on one thread). Not-a-number where the duration of a window is.
     pub seconds: [f64; 2],
 }
@@ -64,14 +64,14 @@ impl SearchCost {
     /// Estimates the cost of `search` in a case with this plan.
     pub fn of_case(case: &Case, plan: &Plan, search: &FactorOfSafety) -> Self {
         let trials = search.likely_and_largest_trials();
-        let block = search
+        let window = search
             .duration
-            .map_or_else(|| SETTLING_TIME_RATIO * passage(case), |duration| duration / BLOCKS as f64);
-        let each = plan.points as f64 * (block / plan.time_step.dt) / plan.updates_per_second;
-        // The elastic settling takes one more block.
-        let seconds = |trials: u32, blocks: f64| each * (1.0 + f64::from(trials) * blocks);
-        let seconds = [seconds(trials[0], LIKELY_BLOCKS), seconds(trials[1], BLOCKS as f64)];
-        Self { trials, blocks: BLOCKS, block, seconds }
+            .map_or_else(|| SETTLING_TIME_RATIO * passage(case), |duration| duration / WINDOWS as f64);
+        let each = plan.points as f64 * (window / plan.time_step.dt) / plan.updates_per_second;
+        // The elastic settling takes one more window.
+        let seconds = |trials: u32, windows: f64| each * (1.0 + f64::from(trials) * windows);
+        let seconds = [seconds(trials[0], LIKELY_WINDOWS), seconds(trials[1], WINDOWS as f64)];
+        Self { trials, windows: WINDOWS, window, seconds }
     }
 }
 
@@ -87,7 +87,7 @@ mod tests {
             failing_factor: f64::INFINITY,
             tolerance: search.tolerance,
             height: 1.0,
-            block: 1.0,
+            window: 1.0,
             trials: Vec::new(),
         };
         while let Some(factor) = safety.next_factor(search.range) {

@@ -1,6 +1,6 @@
 //! Trial of a search for a factor of safety: bodies of reduced strength start from rest.
 //!
-//! A trial is divided into blocks: time windows as long as the elastic settling.
+//! A trial is divided into time windows as long as the elastic settling.
 
 use crate::description::Stage;
 use crate::run::RunError;
@@ -12,19 +12,19 @@ use crate::{Field, FieldData, Snapshot, Solver};
 
 /// Steps between two checks of a trial.
 const STEPS_PER_CHECK: u64 = 50;
-/// Number of blocks (time windows) to whose displacements a geometric series is fitted.
-const FITTED_BLOCKS: usize = 6;
-/// Largest number of blocks (time windows) of a trial.
-pub(super) const BLOCKS: usize = 2 * FITTED_BLOCKS;
+/// Number of windows to whose displacements a geometric series is fitted.
+const FITTED_WINDOWS: usize = 6;
+/// Largest number of windows of a trial.
+pub(super) const WINDOWS: usize = 2 * FITTED_WINDOWS;
 /// Displacement in a time window over the total displacement, below which the displacement in the window counts as zero.
 const NO_DISPLACEMENT_RATIO: f64 = 0.01;
 /// Share of the elastic settlement that replaces a smaller total displacement in the test for small displacements.
 const NO_DISPLACEMENT: f64 = 0.1;
 /// Largest displacement beyond the elastic settlement, over the height of the slope.
 const MAX_DISPLACEMENT_RATIO: f64 = 0.02;
-/// Ratio of the values of successive blocks, above which the unbalanced force or the velocity counts as not decreasing.
+/// Ratio of the values of successive windows, above which the unbalanced force or the velocity counts as not decreasing.
 const NO_DECREASE_RATIO: f64 = 0.9;
-/// Number of consecutive blocks without a decrease that count as failure.
+/// Number of consecutive windows without a decrease that count as failure.
 const BLOCKS_WITHOUT_DECREASE: usize = 2;
 /// Largest displacement of stable bodies over the elastic settlement: beyond it they have slid and failed, even if they have stopped on a
 /// flatter slope or by a mesh that locks.
@@ -67,7 +67,7 @@ pub struct StrengthTrial {
     pub displacement: f64,
     /// Displacement over `γ H² / E`; not-a-number where a material has no Young's modulus.
     pub dimensionless_displacement: f64,
-    /// Unbalanced force over the external one in the last block.
+    /// Unbalanced force over the external one in the last window.
     pub unbalanced_force: f64,
 }
 
@@ -118,7 +118,7 @@ impl RunningTrial<'_> {
 
 /// Result of a time window of a trial: unbalanced-force ratio, and displacement at its end (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct TrialBlock {
+struct TrialWindow {
     unbalanced_ratio: f64,
     displacement: f64,
 }
@@ -144,12 +144,12 @@ impl FailureCriterion {
         }
     }
 
-    /// Verdict on a trial from its blocks (time windows); `None` while it is undecided.
-    fn judge(&self, blocks: &[TrialBlock]) -> Option<TrialVerdict> {
-        let last = blocks.len().checked_sub(1)?;
-        let TrialBlock { unbalanced_ratio, displacement } = blocks[last];
-        let before = |k: usize| if k > 0 { blocks[k - 1].displacement } else { 0.0 };
-        let added: Vec<f64> = (0..=last).map(|k| blocks[k].displacement - before(k)).collect();
+    /// Verdict on a trial from its windows; `None` while it is undecided.
+    fn judge(&self, windows: &[TrialWindow]) -> Option<TrialVerdict> {
+        let last = windows.len().checked_sub(1)?;
+        let TrialWindow { unbalanced_ratio, displacement } = windows[last];
+        let before = |k: usize| if k > 0 { windows[k - 1].displacement } else { 0.0 };
+        let added: Vec<f64> = (0..=last).map(|k| windows[k].displacement - before(k)).collect();
         let little = NO_DISPLACEMENT_RATIO * displacement.max(NO_DISPLACEMENT * self.elastic);
         let course = DisplacementSeries::fit(&added);
         // Failed bodies move farther than their elastic settlement.
@@ -159,9 +159,9 @@ impl FailureCriterion {
             return Some(if slid { TrialVerdict::Failed } else { TrialVerdict::Stable });
         }
         let goes_on = |k: usize| {
-            let force = blocks[k].unbalanced_ratio;
+            let force = windows[k].unbalanced_ratio;
             let held =
-                force < self.rest_tolerance || force > NO_DECREASE_RATIO * blocks[k - 1].unbalanced_ratio;
+                force < self.rest_tolerance || force > NO_DECREASE_RATIO * windows[k - 1].unbalanced_ratio;
             held && added[k] > NO_DECREASE_RATIO * added[k - 1]
         };
         let soon = last > BLOCKS_WITHOUT_DECREASE
@@ -174,7 +174,7 @@ impl FailureCriterion {
     }
 }
 
-/// Geometric series of the displacements in the last [`FITTED_BLOCKS`] time windows of a trial. Single windows are too uneven near failure,
+/// Geometric series of the displacements in the last [`FITTED_WINDOWS`] time windows of a trial. Single windows are too uneven near failure,
 /// because points cross cells and yielding is intermittent.
 #[derive(Clone, Copy, Debug)]
 struct DisplacementSeries {
@@ -186,11 +186,11 @@ struct DisplacementSeries {
 
 impl DisplacementSeries {
     /// Fits a geometric series to the displacements added in successive time windows of equal duration (m). `None` for fewer than
-    /// [`FITTED_BLOCKS`] windows after the first one, which includes the elastic settlement, or for a window without displacement.
+    /// [`FITTED_WINDOWS`] windows after the first one, which includes the elastic settlement, or for a window without displacement.
     fn fit(added: &[f64]) -> Option<Self> {
-        let fitted = added.get(1..)?.last_chunk::<FITTED_BLOCKS>()?;
+        let fitted = added.get(1..)?.last_chunk::<FITTED_WINDOWS>()?;
         // Least squares of the logarithms.
-        let middle = 0.5 * (FITTED_BLOCKS as f64 - 1.0);
+        let middle = 0.5 * (FITTED_WINDOWS as f64 - 1.0);
         let (mut square, mut slope) = (0.0, 0.0);
         for (k, add) in fitted.iter().enumerate() {
             let from = k as f64 - middle;
@@ -203,25 +203,25 @@ impl DisplacementSeries {
 
     /// Displacement of all later terms of the series (m).
     fn remaining(&self) -> f64 {
-        let over_fitted = self.ratio.powi(FITTED_BLOCKS as i32);
+        let over_fitted = self.ratio.powi(FITTED_WINDOWS as i32);
         if over_fitted < 1.0 { self.sum * over_fitted / (1.0 - over_fitted) } else { f64::INFINITY }
     }
 }
 
-/// Runs a trial with blocks (time windows) of `block` seconds. Returns its result and the points at its end with their
+/// Runs a trial with windows of `window` seconds. Returns its result and the points at its end with their
 /// `trial_displacement`.
 pub(super) fn run_trial(
     context: &SearchContext<'_>,
     factor: f64,
-    (scale, rule, block): (&SlopeScale, &FailureCriterion, f64),
+    (scale, rule, window): (&SlopeScale, &FailureCriterion, f64),
 ) -> Result<Option<(StrengthTrial, Snapshot)>, RunError> {
-    let case = context.search.trial(context.case, context.name, factor, BLOCKS as f64 * block);
+    let case = context.search.trial(context.case, context.name, factor, WINDOWS as f64 * window);
     let domain = &context.case.domain;
     let mut running = context.start_trial(&case)?;
-    let mut blocks: Vec<TrialBlock> = Vec::with_capacity(BLOCKS);
+    let mut windows: Vec<TrialWindow> = Vec::with_capacity(WINDOWS);
     let mut displacement = 0.0;
     let verdict = loop {
-        let (begin, end) = (running.elapsed_time(), (blocks.len() + 1) as f64 * block);
+        let (begin, end) = (running.elapsed_time(), (windows.len() + 1) as f64 * window);
         let (mut sum, mut count) = (0.0, 0.0);
         let failed = loop {
             if context.is_to_stop() {
@@ -231,25 +231,25 @@ pub(super) fn run_trial(
             let now = exceeded_displacement(&running.solver.snapshot(), &running.start, domain);
             let failed = now > rule.max_displacement && now > displacement;
             displacement = now;
-            // The first half of a block is left out of the mean.
-            if over || running.elapsed_time() - begin > 0.5 * block {
+            // The first half of a window is left out of the mean.
+            if over || running.elapsed_time() - begin > 0.5 * window {
                 (sum, count) = (sum + running.unbalanced_ratio(), count + 1.0);
             }
             if over || failed {
                 break failed;
             }
         };
-        blocks.push(TrialBlock {
+        windows.push(TrialWindow {
             unbalanced_ratio: if count > 0.0 { sum / count } else { running.unbalanced_ratio() },
             displacement,
         });
         if failed {
             break TrialVerdict::Failed;
         }
-        if let Some(verdict) = rule.judge(&blocks) {
+        if let Some(verdict) = rule.judge(&windows) {
             break verdict;
         }
-        if blocks.len() == BLOCKS {
+        if windows.len() == WINDOWS {
             break TrialVerdict::Undecided;
         }
     };
@@ -259,7 +259,7 @@ pub(super) fn run_trial(
         time: running.elapsed_time(),
         displacement,
         dimensionless_displacement: displacement / scale.settlement,
-        unbalanced_force: blocks.last().map_or(f64::NAN, |block| block.unbalanced_ratio),
+        unbalanced_force: windows.last().map_or(f64::NAN, |window| window.unbalanced_ratio),
     };
     let mut snapshot = running.solver.snapshot();
     let since = displacements(&snapshot, &running.start, domain);
@@ -275,42 +275,43 @@ mod tests {
     const TEST_CRITERION: FailureCriterion =
         FailureCriterion { rest_tolerance: 1e-3, elastic: 0.05, max_displacement: 1.0 };
 
-    fn blocks(unbalanced_ratio: &[f64], displacement: &[f64]) -> Vec<TrialBlock> {
+    fn windows(unbalanced_ratio: &[f64], displacement: &[f64]) -> Vec<TrialWindow> {
         let both = unbalanced_ratio.iter().zip(displacement);
-        both.map(|(&unbalanced_ratio, &displacement)| TrialBlock { unbalanced_ratio, displacement }).collect()
+        both.map(|(&unbalanced_ratio, &displacement)| TrialWindow { unbalanced_ratio, displacement })
+            .collect()
     }
 
     #[test]
     fn bodies_at_rest_after_small_displacements_are_stable() {
-        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-4], &[1e-6])), Some(TrialVerdict::Stable));
-        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(TrialVerdict::Stable));
+        assert_eq!(TEST_CRITERION.judge(&windows(&[1e-4], &[1e-6])), Some(TrialVerdict::Stable));
+        assert_eq!(TEST_CRITERION.judge(&windows(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(TrialVerdict::Stable));
     }
 
     #[test]
     fn bodies_that_move_on_without_force_are_not_at_rest() {
-        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.105])), None);
+        assert_eq!(TEST_CRITERION.judge(&windows(&[1e-4, 1e-4], &[0.1, 0.105])), None);
         assert_eq!(
-            TEST_CRITERION.judge(&blocks(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])),
+            TEST_CRITERION.judge(&windows(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])),
             Some(TrialVerdict::Failed)
         );
     }
 
     #[test]
     fn bodies_that_do_not_slow_down_have_failed_after_three_blocks() {
-        let moving = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.01, 0.03, 0.06, 0.10]);
+        let moving = windows(&[0.02, 0.02, 0.02, 0.02], &[0.01, 0.03, 0.06, 0.10]);
         assert_eq!(TEST_CRITERION.judge(&moving[..3]), None);
         assert_eq!(TEST_CRITERION.judge(&moving), Some(TrialVerdict::Failed));
     }
 
     #[test]
     fn bodies_that_have_hardly_moved_have_not_failed_yet() {
-        let creeping = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.001, 0.003, 0.006, 0.010]);
+        let creeping = windows(&[0.02, 0.02, 0.02, 0.02], &[0.001, 0.003, 0.006, 0.010]);
         assert_eq!(TEST_CRITERION.judge(&creeping), None);
     }
 
     #[test]
     fn bodies_that_come_to_rest_after_a_slide_have_failed() {
-        assert_eq!(TEST_CRITERION.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
+        assert_eq!(TEST_CRITERION.judge(&windows(&[1e-2, 1e-4], &[0.3, 0.301])), Some(TrialVerdict::Failed));
     }
 
     /// Displacements at the ends of successive time windows (m), in each of which `added` (m) is added.
@@ -328,12 +329,12 @@ mod tests {
             assert!((course.ratio - ratio).abs() < 1e-12);
             assert!((course.remaining() / left - 1.0).abs() < 1e-9, "{ratio}");
         }
-        assert!(DisplacementSeries::fit(&[0.01; 6]).is_none(), "the first block does not count");
+        assert!(DisplacementSeries::fit(&[0.01; 6]).is_none(), "the first window does not count");
         assert_eq!(DisplacementSeries::fit(&[0.01; 7]).unwrap().remaining(), f64::INFINITY);
         assert!(DisplacementSeries::fit(&[0.01, 0.01, 0.01, 0.0, 0.01, 0.01, 0.01]).is_none());
     }
 
-    /// Elastic settlement of 0.05 m. Blocks of 4 mm that fall by 0.89, each other one uneven, add 36 mm at the end.
+    /// Elastic settlement of 0.05 m. Windows of 4 mm that fall by 0.89, each other one uneven, add 36 mm at the end.
     #[test]
     fn bodies_that_slow_down_to_an_end_short_of_their_elastic_settlement_are_stable() {
         let moved = |first: f64, share: f64| {
@@ -343,7 +344,7 @@ mod tests {
             }))
         };
         let judge =
-            |moved: &[f64], force: f64| TEST_CRITERION.judge(&blocks(&vec![force; moved.len()], moved));
+            |moved: &[f64], force: f64| TEST_CRITERION.judge(&windows(&vec![force; moved.len()], moved));
         assert_eq!(judge(&moved(0.01, 0.89)[..6], 9e-4), None);
         assert_eq!(judge(&moved(0.01, 0.89)[..7], 9e-4), Some(TrialVerdict::Stable));
         assert_eq!(judge(&moved(0.01, 0.89)[..7], 2e-3), None, "out of balance");
@@ -356,23 +357,26 @@ mod tests {
     #[test]
     fn bodies_that_move_on_for_a_round_have_failed_though_their_force_falls() {
         let force: Vec<f64> = (0..7).map(|k| 5e-3 * f64::powi(0.88, k)).collect();
-        // Each other block is half as fast as the one before.
+        // Each other window is half as fast as the one before.
         let uneven = |first: f64, share: f64| {
             summed((0..7).map(move |k| first * f64::powi(share, k) * if k % 2 == 0 { 1.0 } else { 0.5 }))
         };
         let slides = uneven(0.014, 1.0);
-        assert_eq!(TEST_CRITERION.judge(&blocks(&force[..6], &slides[..6])), None);
-        assert_eq!(TEST_CRITERION.judge(&blocks(&force, &slides)), Some(TrialVerdict::Failed));
-        assert_eq!(TEST_CRITERION.judge(&blocks(&force, &uneven(0.03, 0.8))), None, "they slow down");
+        assert_eq!(TEST_CRITERION.judge(&windows(&force[..6], &slides[..6])), None);
+        assert_eq!(TEST_CRITERION.judge(&windows(&force, &slides)), Some(TrialVerdict::Failed));
+        assert_eq!(TEST_CRITERION.judge(&windows(&force, &uneven(0.03, 0.8))), None, "they slow down");
         let creep = summed(std::iter::once(0.06).chain([0.006; 6]));
-        assert_eq!(TEST_CRITERION.judge(&blocks(&force, &creep)), None, "less than the weight settles them");
+        assert_eq!(TEST_CRITERION.judge(&windows(&force, &creep)), None, "less than the weight settles them");
     }
 
     #[test]
     fn trials_of_decelerating_bodies_continue() {
-        assert_eq!(TEST_CRITERION.judge(&blocks(&[0.02, 0.02, 0.02, 0.02], &[0.10, 0.18, 0.24, 0.28])), None);
         assert_eq!(
-            TEST_CRITERION.judge(&blocks(&[0.02, 0.01, 0.005, 0.0025], &[0.01, 0.03, 0.06, 0.10])),
+            TEST_CRITERION.judge(&windows(&[0.02, 0.02, 0.02, 0.02], &[0.10, 0.18, 0.24, 0.28])),
+            None
+        );
+        assert_eq!(
+            TEST_CRITERION.judge(&windows(&[0.02, 0.01, 0.005, 0.0025], &[0.01, 0.03, 0.06, 0.10])),
             None
         );
     }

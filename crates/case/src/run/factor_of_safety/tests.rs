@@ -391,7 +391,7 @@ fn a_search_with_only_a_stage_derives_its_other_settings() {
     let safety = &report.safety["safety"];
     assert_eq!((safety.outcome(), safety.tolerance), (SearchOutcome::Found, 0.01));
     assert!((safety.factor().unwrap() - STRENGTH).abs() <= 0.005, "{safety:?}");
-    assert!(safety.block > 0.0 && safety.height > 0.0);
+    assert!(safety.window > 0.0 && safety.height > 0.0);
     let failing = &report.failed_trials["safety"];
     let moved = failing.vectors("trial_displacement").unwrap()[0][0];
     let last = safety
@@ -412,7 +412,7 @@ fn safety_of(trials: &[(f64, TrialVerdict)]) -> SafetyResult {
         failing_factor: f64::INFINITY,
         tolerance: 0.1,
         height: 1.0,
-        block: 1.0,
+        window: 1.0,
         trials: Vec::new(),
     };
     for &(factor, verdict) in trials {

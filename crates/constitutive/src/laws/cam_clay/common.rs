@@ -65,11 +65,11 @@ pub(in crate::laws) struct CamClayTrial {
     pub chi: f64,
     /// Trial pressure (Pa).
     pub pressure: f64,
-    /// Slope `dp_tr/dΔ` (Pa).
+    /// Derivative `dp_tr/dΔ` of the trial pressure by the volumetric compression `Δ` of the step (Pa).
     pub pressure_slope: f64,
     /// Shear modulus of the step (Pa).
     pub shear: f64,
-    /// Slope `dG/dΔ` (Pa).
+    /// Derivative `dG/dΔ` of the shear modulus by the volumetric compression `Δ` of the step (Pa).
     pub shear_slope: f64,
     /// Trial deviatoric stress.
     pub radial: RadialTrial,
@@ -109,7 +109,7 @@ impl CamClayConstants {
         Ok(Point { stress: *stress, state })
     }
 
-    /// Elastic trial: `p_tr = p exp(θ Δ)` and the deviator with the secant shear modulus.
+    /// Elastic trial of a step with the volumetric compression `Δ = -tr Δε`: `p_tr = p exp(θ Δ)`, and the deviator with the secant shear modulus.
     pub(in crate::laws) fn trial(&self, strain: &SymTensor, old: &Point<CamClayState>) -> CamClayTrial {
         let v = 1.0 + old.state.void_ratio;
         let (theta, chi) = (v / self.swelling, v / (self.compression - self.swelling));

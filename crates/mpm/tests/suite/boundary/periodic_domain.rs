@@ -3,7 +3,8 @@
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::{
-    advance_to, assert_same_after_restart, read_case, scalars, solve, start_solver, vectors,
+    advance_to, assert_same_after_restart, assert_same_on_threads, read_case, scalars, solve, start_solver,
+    vectors,
 };
 use serde_json::{Value, json};
 
@@ -77,11 +78,7 @@ fn results_do_not_depend_on_the_position_of_the_periodic_side() {
 #[test]
 fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     let case = drifting("ugimp", "flip", 0.5);
-    let hash = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| solve(&Mpm, &case).snapshot.hash())
-    };
-    assert_eq!(hash(1), hash(2));
+    assert_same_on_threads(&Mpm, &case, "drifting block");
     assert_same_after_restart(&Mpm, &case, |solver| {
         let end = if solver.time() < 0.3 { 0.3 } else { 0.5 };
         advance_to(solver, end);

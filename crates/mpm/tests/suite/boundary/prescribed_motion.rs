@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use colluvium_case::{Method, RunReport, Snapshot, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{CaseBuilder, solve, start_solver, vectors, with_keys};
+use colluvium_testkit::{CaseBuilder, assert_same_on_threads, solve, start_solver, vectors, with_keys};
 use serde_json::{Value, json};
 
 /// Elastic block of 1 m on a smooth floor between smooth walls. The test adds the stages.
@@ -409,11 +409,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
         "stages": [{ "name": "s", "duration": 0.2, "motions": [
             { "target": "lid", "velocity": [0.01, -0.05], "ramp": 0.1 }, { "target": "foot", "velocity": [null, 0.02] }] }],
     })).build();
-    let hash = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| solve(&Mpm, &case).snapshot.hash())
-    };
-    assert_eq!(hash(1), hash(2));
+    assert_same_on_threads(&Mpm, &case, "driven block");
     let advance = |solver: &mut dyn Solver| {
         for _ in 0..40 {
             let dt = solver.limit().dt;

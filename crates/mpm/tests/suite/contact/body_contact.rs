@@ -246,7 +246,7 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
     for (shape, scheme) in [("linear", "musl"), ("ugimp", "usl"), ("cubic", "usf")] {
         let options = json!({ "shape": shape, "stress_update": scheme, "contacts": contact(0.3, 10.0) });
         let case = blocks([[0.0, 0.2], [0.4, -0.3]], &options);
-        assert_same_on_threads(&Mpm, &case);
+        assert_same_on_threads(&Mpm, &case, &format!("{shape}, {scheme}"));
         assert_same_after_restart(&Mpm, &case, |solver| advance_steps(solver, 40));
     }
 }

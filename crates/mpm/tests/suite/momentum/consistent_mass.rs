@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use colluvium_case::Case;
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{case_with, read_case, solve, vectors, with_keys};
+use colluvium_testkit::{assert_same_on_threads, case_with, read_case, solve, vectors, with_keys};
 use serde_json::{Value, json};
 
 /// Frequency (rad/s) of the first mode of a bar of 13 cells with two points each, as the momentum shows it.
@@ -90,11 +90,7 @@ fn momentum_of_a_free_body_is_conserved_with_consistent_mass() {
 fn bits_are_the_same_on_one_and_two_threads_with_consistent_mass() {
     for (space, shape) in [("plane-strain", "ugimp"), ("3d", "ugimp")] {
         let case = ball(space, shape);
-        let hash = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| solve(&Mpm, &case).snapshot.hash())
-        };
-        assert_eq!(hash(1), hash(2), "{space}, {shape}");
+        assert_same_on_threads(&Mpm, &case, &format!("{space}, {shape}"));
     }
 }
 

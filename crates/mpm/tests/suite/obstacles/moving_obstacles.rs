@@ -2,10 +2,10 @@
 
 use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{case_with, read_case, scalar_output, start_solver};
+use colluvium_testkit::{advance_exactly_to, case_with, read_case, scalar_output, start_solver};
 use serde_json::{Value, json};
 
-use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor, until};
+use crate::obstacles::penalty_obstacles::{GRAVITY, block, frictional, on_floor};
 
 const BOTH: [&str; 2] = ["nodes", "points"];
 
@@ -24,10 +24,10 @@ fn belt(form: &str) {
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
     let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
-    until(&mut *solver, 0.1);
+    advance_exactly_to(&mut *solver, 0.1);
     let speed = solver.totals().momentum[0] / 180.0;
     assert!((speed / (0.3 * GRAVITY * 0.1) - 1.0).abs() < 0.03, "{form}: {speed}");
-    until(&mut *solver, 1.0);
+    advance_exactly_to(&mut *solver, 1.0);
     let speed = solver.totals().momentum[0] / 180.0;
     assert!((speed - 0.5).abs() < 0.01, "{form}: {speed}");
     // The belt pays for the block's energy and as much for friction.
@@ -54,7 +54,7 @@ fn table(form: &str) {
     value["stages"] = json!([{ "name": "turn", "duration": 1.1, "damping": 0.3 }]);
     let case = read_case(&value);
     let mut solver = start_solver(&Mpm, &case);
-    until(&mut *solver, 1.1);
+    advance_exactly_to(&mut *solver, 1.1);
     let (sine, cosine) = 10f64.to_radians().sin_cos();
     let snapshot = solver.snapshot();
     let displacement = snapshot.field("displacement").unwrap();
@@ -106,9 +106,9 @@ fn the_force_of_a_node_piston_is_the_impedance_and_its_work_the_energy() {
     value["methods"]["mpm"] = json!({ "cell_size": 0.02 });
     let mut solver = start_solver(&Mpm, &read_case(&value));
     let wave = (modulus / 1000.0f64).sqrt();
-    until(&mut *solver, 0.4 / wave);
+    advance_exactly_to(&mut *solver, 0.4 / wave);
     let (first, start) = (solver.reaction("floor").unwrap().impulse, solver.time());
-    until(&mut *solver, 1.6 / wave);
+    advance_exactly_to(&mut *solver, 1.6 / wave);
     let last = solver.reaction("floor").unwrap().impulse;
     let force = (last[0] - first[0]) / (solver.time() - start);
     let exact = -1000.0 * wave * speed * 0.2;

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Budget, Case, Method, Reaction, Snapshot, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{advance_steps, read_case, scalar_output, start_solver};
+use colluvium_testkit::{advance_exactly_to, advance_steps, read_case, scalar_output, start_solver};
 use serde_json::{Value, json};
 
 pub const GRAVITY: f64 = 9.81;
@@ -29,17 +29,11 @@ pub fn frictional(coefficient: f64) -> Value {
     json!({ "kind": "frictional", "friction_coefficient": coefficient })
 }
 
-pub fn until(solver: &mut dyn Solver, time: f64) {
-    while solver.time() < time {
-        solver.step(time - solver.time()).unwrap();
-    }
-}
-
 #[test]
 fn the_reaction_of_a_block_at_rest_is_its_weight() {
     let case = read_case(&block(&frictional(0.5)));
     let mut solver = start_solver(&Mpm, &case);
-    until(&mut *solver, 1.0);
+    advance_exactly_to(&mut *solver, 1.0);
     let weight = 0.6 * 0.3 * 1000.0 * GRAVITY;
     let reaction = solver.reaction("floor").unwrap();
     assert!((reaction.force[1] / -weight - 1.0).abs() < 1e-3, "{reaction:?} {weight}");
@@ -68,7 +62,7 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
         own + scalar_output(solver, "obstacles.friction") + scalar_output(solver, "obstacles.stored")
     };
     let before = total(&*solver);
-    until(&mut *solver, 0.2);
+    advance_exactly_to(&mut *solver, 0.2);
     let slowed = (start.momentum[0] - solver.totals().momentum[0]) / mass;
     let exact = 0.3 * GRAVITY * 0.2;
     assert!((slowed / exact - 1.0).abs() < 0.02, "{slowed} {exact}");
@@ -108,7 +102,7 @@ fn rough_obstacles_hold_points_in_contact_and_release_them_with_separation() {
         value["gravity"] = json!([1, 1]);
         let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
-        until(&mut *solver, 0.3);
+        advance_exactly_to(&mut *solver, 0.3);
         let places = solver.snapshot().positions;
         let mean = |c: usize| places.iter().map(|x| x[c]).sum::<f64>() / places.len() as f64;
         [mean(0) - 0.6, mean(1) - 0.65]
@@ -134,7 +128,7 @@ fn adhesion_holds_a_block_that_friction_does_not() {
         value["stages"] = json!([{ "name": "push", "duration": 0.4, "gravity_ramp": 0.1 }]);
         let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
-        until(&mut *solver, 0.4);
+        advance_exactly_to(&mut *solver, 0.4);
         solver.totals().momentum[0] / 180.0
     };
     assert!(displacement(400.0).abs() < 0.02, "{}", displacement(400.0));
@@ -154,7 +148,7 @@ fn a_sliding_and_vibrating_block_has_its_full_adhesion() {
         let case = read_case(&value);
         let mut solver = start_solver(&Mpm, &case);
         let start = solver.totals();
-        until(&mut *solver, 0.3);
+        advance_exactly_to(&mut *solver, 0.3);
         (start.momentum[0] - solver.totals().momentum[0]) / solver.time()
     };
     // 0.6 m of base.
@@ -179,7 +173,7 @@ fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
         }))
     };
     let mut solver = start_solver(&Mpm, &disk("points"));
-    until(&mut *solver, 0.5);
+    advance_exactly_to(&mut *solver, 0.5);
     let end = solver.totals();
     let speed = end.momentum[0] / end.mass;
     // A rigid disk; this one is five cells in radius.
@@ -288,7 +282,7 @@ fn a_fast_thin_plate_carries_the_points_that_it_meets() {
     let step = solver.limit();
     assert_eq!(step.limit.to_string(), "motion of an obstacle");
     assert!((step.dt - 0.25 * 0.1 / 60.0).abs() < 1e-15);
-    until(&mut *solver, 0.022);
+    advance_exactly_to(&mut *solver, 0.022);
     let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
     let plate = -0.48 + 60.0 * solver.time();
     assert!(lowest > plate, "a point is at {lowest} m, the plate at {plate} m");

@@ -320,7 +320,7 @@ fn results_are_the_same_on_one_and_two_threads() {
     ] {
         let mut case = crash(shape, volumetric);
         case.methods.get_mut("mpm").unwrap()["integration"] = json!(integration);
-        assert_same_on_threads(&Mpm, &case);
+        assert_same_on_threads(&Mpm, &case, &format!("{shape}, {volumetric}, {integration}"));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{solve, start_solver};
+use colluvium_testkit::{assert_same_on_threads, solve, start_solver};
 
 use crate::solver::{SCHEMES, SHAPES, crash};
 
@@ -11,11 +11,7 @@ fn results_are_the_same_on_one_and_two_threads() {
     for shape in SHAPES {
         for scheme in SCHEMES {
             let case = crash(shape, scheme);
-            let hash = |threads: usize| {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                pool.install(|| solve(&Mpm, &case).snapshot.hash())
-            };
-            assert_eq!(hash(1), hash(2), "{shape}, {scheme}");
+            assert_same_on_threads(&Mpm, &case, &format!("{shape}, {scheme}"));
         }
     }
 }

@@ -331,7 +331,7 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
 fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
     for (transfer, shape) in [("xpic", "ugimp"), ("apic", "cubic"), ("tpic", "cpgimp")] {
         let case = spinning(&json!({ "transfer": transfer, "shape": shape }));
-        assert_same_on_threads(&Mpm, &case);
+        assert_same_on_threads(&Mpm, &case, &format!("{transfer}, {shape}"));
         assert_same_after_restart(&Mpm, &case, |solver| advance_steps(solver, 40));
     }
 }
