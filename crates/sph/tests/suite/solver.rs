@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
-use colluvium_testkit::{CaseBuilder, advance_steps, assert_same_on_threads, solve, start_solver, vectors};
+use colluvium_testkit::{CaseBuilder, advance_steps, assert_same_on_threads, start_solver, vectors};
 use serde_json::{Value, json};
 
 /// Block of one material with the simplest options.

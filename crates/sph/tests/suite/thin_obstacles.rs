@@ -1,6 +1,6 @@
 //! Obstacles thinner than the support of a particle (sheet: sph §2.13).
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::Case;
 use colluvium_sph::Sph;
 use colluvium_testkit::{advance_steps, advance_to, case_with, start_solver, vectors};
 use serde_json::{Value, json};

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Method, Solver};
 use colluvium_mpm::Mpm;
-use colluvium_testkit::{assert_same_on_threads, solve, start_solver};
+use colluvium_testkit::{assert_same_on_threads, start_solver};
 
 use crate::solver::{SCHEMES, SHAPES, crash};
 
