@@ -25,7 +25,7 @@ pub struct CompareTaskArguments {
 
 /// Runs the case with every method that supports it, and writes the page. Returns whether all runs that began have finished.
 pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
-    let case = Case::load(&arguments.case).map_err(|errors| errors.to_string())?;
+    let case = Case::from_file(&arguments.case).map_err(|errors| errors.to_string())?;
     let methods = compare::methods_by_name(&arguments.methods).map_err(|error| error.to_string())?;
     let report_file = |file: &Path| println!("reference: {}", file.display());
     let reference =

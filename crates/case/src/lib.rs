@@ -15,6 +15,7 @@ pub mod output;
 pub mod rigid;
 pub mod run;
 pub mod solver;
+mod stepping;
 mod validate;
 
 pub use crate::bodies::plan_region::PlanRegion;
@@ -25,7 +26,11 @@ pub use crate::files::column_file::{ColumnFile, ColumnRow, Quantity, read_pairs}
 pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
 pub use crate::solver::manufactured::{Manufactured, PrescribedState};
 pub use crate::validate::time_scales::{BodyDensities, TimeScales};
-pub use description::Case;
+pub use description::{
+    Axis, Body, Boundary, Case, Domain, EquilibriumCriterion, InitialStress, Load, Measure, Obstacle,
+    ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile, PoreFluid, PorePressure,
+    PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
+};
 pub use error::{CaseError, CaseErrors, printable, shortened};
 pub use features::{Capabilities, RequestedFeature, RequiredInput};
 pub use obstacle::{
@@ -38,3 +43,4 @@ pub use solver::{
     Method, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot, Solver, SolverError,
     StepLimit, TimeStep,
 };
+pub use stepping::{ConfiguredMethod, MethodOptions, PointColumn, Simulation, TypedMethod};

@@ -81,7 +81,7 @@ fn checkpoint(criterion: &mut Criterion, case: &Case) {
     let mut solver = colluvium::method("mpm").expect("a method").build(case).expect("a solver");
     solver.begin_stage(0, 0.0).expect("a stage");
     let mut group = criterion.benchmark_group("checkpoint");
-    group.sample_size(10).throughput(Throughput::Elements(solver.points() as u64));
+    group.sample_size(10).throughput(Throughput::Elements(solver.point_count() as u64));
     group.bench_function("write", |bencher| {
         bencher.iter(|| black_box(solver.checkpoint_bytes().expect("bytes")));
     });

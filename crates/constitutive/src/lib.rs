@@ -37,4 +37,12 @@ pub use crate::laws::model::{Model, ModelFamily, ModelInfo};
 pub use crate::laws::spec::MaterialSpec;
 pub use crate::tensors::spectral::Spectrum;
 pub use crate::tensors::tensor::{Mat3, SymTensor};
+pub use laws::{
+    BandSpec, BinghamSpec, CamClaySpec, CfdSoilSpec, CohesiveBandSpec, CohesiveCamClaySpec,
+    CohesiveDamageSpec, DoubleScaleSpec, DruckerPragerSpec, EigenstrainSpec, ExternalSpec,
+    FixedCorotatedSpec, FrictionalFluidSpec, HypoplasticSpec, LinearElasticSpec, MohrCoulombSpec, MuISpec,
+    NeoHookeanSpec, NewtonianFluidSpec, OriginalCamClaySpec, PressureElasticSpec, SandSpec,
+    SaturationSoftenedSpec, SimsandSpec, SnowSpec, StVenantKirchhoffSpec, StrengthReducedSpec,
+    TensionCutSpec, TrescaSpec, UmatSpec, UndrainedSpec, VonMisesSpec,
+};
 pub use laws::{MaterialFactory, register_material};

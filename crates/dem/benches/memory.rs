@@ -48,7 +48,7 @@ fn main() {
     let asked = std::env::args().skip(1).find_map(|argument| argument.parse().ok());
     let case = case(asked.unwrap_or(1e6));
     let mut solver = spheres(&case).expect("a solver");
-    let count = solver.points() as f64;
+    let count = solver.point_count() as f64;
     let tell = |what: &str| {
         if let Some(bytes) = peak() {
             println!("{what}: {:.0} bytes a sphere of {count}", bytes / count);

@@ -34,7 +34,7 @@ fn all(criterion: &mut Criterion) {
             if name != "classes" {
                 solver.use_uniform_cells();
             }
-            let grains = solver.points();
+            let grains = solver.point_count();
             group.throughput(Throughput::Elements(grains as u64));
             group.bench_function(BenchmarkId::new(name, grains), |bencher| {
                 // The beginning of a stage makes the lists invalid.

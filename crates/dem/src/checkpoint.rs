@@ -237,7 +237,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
         self.clock.step
     }
 
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         self.grains.len()
     }
 

@@ -55,13 +55,13 @@ fn run(name: &str, case: &Case, end: f64) {
     let clock = Instant::now();
     let mut solver = DepthSph.build(case).expect("a solver");
     solver.begin_stage(0, 0.0).expect("a stage");
-    let (set_up, nodes) = (clock.elapsed().as_secs_f64(), solver.points());
+    let (set_up, nodes) = (clock.elapsed().as_secs_f64(), solver.point_count());
     let (clock, used) = (Instant::now(), processor());
     let mut updates = 0.0;
     while solver.time() < end {
         let dt = solver.limit().dt.min(end - solver.time());
         solver.step(dt).expect("a stable step");
-        updates += solver.points() as f64;
+        updates += solver.point_count() as f64;
     }
     let (seconds, used) = (clock.elapsed().as_secs_f64(), processor() - used);
     println!(

@@ -24,7 +24,7 @@ fn case(options: &[(&str, Value)]) -> Case {
 
 /// Number of nodes of a case at its start; few leave or are added.
 fn nodes(case: &Case) -> u64 {
-    DepthSph.build(case).expect("a solver").points() as u64
+    DepthSph.build(case).expect("a solver").point_count() as u64
 }
 
 /// Flow ten seconds after its release.

@@ -42,7 +42,7 @@ fn step(criterion: &mut Criterion, dimension: usize, cells: usize) {
         ] {
             let mut solver = Mpm.build(&block(dimension, cells, shape, scheme, saturated)).expect("a solver");
             solver.begin_stage(0, 0.0).expect("a stage");
-            group.throughput(Throughput::Elements(solver.points() as u64));
+            group.throughput(Throughput::Elements(solver.point_count() as u64));
             group.bench_function(BenchmarkId::new(shape, name), |bencher| {
                 bencher.iter(|| {
                     let dt = solver.limit().dt;

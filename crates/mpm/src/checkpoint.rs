@@ -24,7 +24,7 @@ use crate::solver::MpmSolver;
 use crate::stress::stress_work::dissipated_energy;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 19;
+const FORMAT: u32 = 20;
 
 /// Penetration of a point into an obstacle (cells) above which the run reports it.
 const REPORTED_DEPTH: f64 = 0.1;
@@ -54,6 +54,8 @@ struct CheckpointState {
     /// Reactions and energies of obstacles on the points.
     obstacle_reactions: Vec<ObstacleReaction>,
     obstacle_history: ObstacleHistory,
+    /// Whether a body force of the program acts.
+    has_body_force: bool,
     /// Index of the body of each set of points.
     bodies: Vec<u32>,
 }
@@ -67,7 +69,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         self.clock.step
     }
 
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         self.bodies.sets.iter().map(PointSet::len).sum()
     }
 
@@ -88,7 +90,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         self.clock.stage_start = start;
         self.clock.flip_fraction = self.clock.options.flip_share(&self.clock.case.stages[stage]);
         let case = self.clock.case.clone();
-        let points = self.points();
+        let points = self.point_count();
         self.bodies.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
         if fresh {
             let pits = &case.stages[stage].excavate;
@@ -100,7 +102,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             self.clock.limit = None;
             self.clock.case.begin_loads(&mut self.boundary.load_starts, stage, start);
         }
-        if self.points() != points {
+        if self.point_count() != points {
             self.sort();
         }
         Ok(())
@@ -183,7 +185,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is \
              allowed. Their material is far outside the range of its law: check its stiffness, the loads and \
              the constraints",
-            self.points()
+            self.point_count()
         );
         (crushed > 0)
             .then_some(remark)
@@ -234,6 +236,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
                 .penalty_obstacles
                 .as_ref()
                 .map_or(ObstacleHistory::default(), |all| all.history),
+            has_body_force: self.boundary.body_force.is_some(),
             bodies: self.bodies.sets.iter().map(|set| set.body).collect(),
         };
         save_value(&saved, out)?;
@@ -246,6 +249,12 @@ impl<const D: usize> Solver for MpmSolver<D> {
         let saved: CheckpointState = restore_value(input)?;
         if saved.format != FORMAT || saved.dimension != D || saved.shape != self.background.basis_1d.name {
             return Err(wrong("was written by another version or for another case"));
+        }
+        if saved.has_body_force != self.boundary.body_force.is_some() {
+            let [with, cure] = if saved.has_body_force { ["with", "set"] } else { ["without", "clear"] };
+            return Err(wrong(&format!(
+                "was saved {with} a body force of the program: {cure} it before the state is restored"
+            )));
         }
         self.bodies.sets.retain(|set| saved.bodies.contains(&set.body));
         if !self.bodies.sets.iter().map(|set| set.body).eq(saved.bodies) {

@@ -29,19 +29,42 @@ mod solver;
 mod stress;
 mod transfer;
 
-use colluvium_case::{Capabilities, Case, CaseError, Method, Plan, ProblemSize, Solver};
+use colluvium_case::{
+    Capabilities, Case, CaseError, ConfiguredMethod, Method, Plan, ProblemSize, Solver, TypedMethod,
+};
 use schemars::Schema;
 
+pub use boundary::body_force::BodyForce;
 pub use config::{
     BodyContact, ContactTest, DomainStretch, FixedNodes, InternalForceIntegration, LagrangianFormulation,
     MeshSource, MpmOptions, NodalMass, ObstacleCoupling, PenaltyContact, ShapeFunctions, StepCriterion,
     StressScheme, VelocityTransfer, VolumetricStrain, WallFriction,
 };
-pub use solver::MpmSolver;
+pub use solver::{MpmPoints, MpmSolver};
 
 /// The explicit material point method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mpm;
+
+impl Mpm {
+    /// Method with its options, which builds solvers that a program steps.
+    #[expect(
+        clippy::new_ret_no_self,
+        reason = "the method without options is a value of its own, for cases with options"
+    )]
+    pub fn new(options: MpmOptions) -> ConfiguredMethod<Self> {
+        ConfiguredMethod::new(options)
+    }
+}
+
+impl TypedMethod for Mpm {
+    type Options = MpmOptions;
+    type Solver<const D: usize> = MpmSolver<D>;
+
+    fn typed_solver<const D: usize>(&self, case: &Case) -> Result<MpmSolver<D>, CaseError> {
+        setup::typed_solver(case)
+    }
+}
 
 impl Method for Mpm {
     fn name(&self) -> &'static str {

@@ -111,7 +111,7 @@ fn yielding(solver: &mut dyn Solver) -> f64 {
     let after = strains(&solver.snapshot());
     let half = before.len() / 2;
     let changed = (0..half).filter(|&i| before[i] != after[i] || before[half + i] != after[half + i]).count();
-    changed as f64 / solver.points().max(1) as f64
+    changed as f64 / solver.point_count().max(1) as f64
 }
 
 /// A solver with the case under way.
@@ -134,7 +134,7 @@ fn step(criterion: &mut Criterion, size: &Size) {
             group.bench_function(BenchmarkId::new(shape, name), |bencher| {
                 let solver = solver.get_or_insert_with(|| {
                     let mut solver = started(&case, size.before);
-                    let (points, share) = (solver.points(), 100.0 * yielding(&mut *solver));
+                    let (points, share) = (solver.point_count(), 100.0 * yielding(&mut *solver));
                     println!("{}d {shape} {name}: {points} points, {share:.0} % yield", size.dimension);
                     solver
                 });

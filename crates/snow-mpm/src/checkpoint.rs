@@ -90,7 +90,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
         self.clock.step
     }
 
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         self.bodies.len()
     }
 

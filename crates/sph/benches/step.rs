@@ -38,7 +38,7 @@ fn step(criterion: &mut Criterion, dimension: usize, edge: usize) {
     for model in ["linear-elastic", "drucker-prager"] {
         let mut solver = Sph.build(&block(dimension, edge, model)).expect("a solver");
         solver.begin_stage(0, 0.0).expect("a stage");
-        group.throughput(Throughput::Elements(solver.points() as u64));
+        group.throughput(Throughput::Elements(solver.point_count() as u64));
         group.bench_function(BenchmarkId::new("cubic spline", model), |bencher| {
             bencher.iter(|| {
                 let dt = solver.limit().dt;

@@ -162,7 +162,7 @@ impl<const D: usize> Solver for SphSolver<D> {
         self.clock.step
     }
 
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         self.bodies.particles.len()
     }
 

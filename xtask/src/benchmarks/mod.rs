@@ -54,7 +54,7 @@ pub fn all_benchmarks() -> impl Iterator<Item = &'static Benchmark> {
 fn load_case(folder: &str) -> Result<Case, String> {
     let path = crate::root().join("validation").join(folder).join("case.json");
     recorder::record_file(&path);
-    Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
+    Case::from_file(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
 /// Reads reference data, a CSV file under `validation/` whose first lines name the source.

@@ -89,7 +89,7 @@ impl ReferenceRun {
         colluvium::write_template_files(name, folder)?;
         let case = folder.join("case.json");
         fs::write(&case, colluvium::template(name).unwrap_or_default())?;
-        let mut short = Case::load(&case)?;
+        let mut short = Case::from_file(&case)?;
         short.methods = short.methods.into_iter().take(1).collect();
         let method =
             short.methods.keys().next().and_then(|name| colluvium::method(name)).ok_or("no method")?;

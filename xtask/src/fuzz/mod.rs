@@ -44,7 +44,7 @@ pub fn run(arguments: &FuzzArguments) -> Result<bool, String> {
 /// Runs the fuzz test that the arguments select.
 fn dispatch(arguments: &FuzzArguments) -> Fallible<bool> {
     if let Some([case, out]) = arguments.one.as_deref() {
-        return killed_runs::run_one(&Case::load(case)?, out);
+        return killed_runs::run_one(&Case::from_file(case)?, out);
     }
     match arguments.kill {
         Some(times) => killed_runs::run(times, arguments.seed),

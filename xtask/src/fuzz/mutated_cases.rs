@@ -200,7 +200,7 @@ fn try_file(path: &Path, element: bool) -> Result<FuzzOutcome, String> {
             Ok(_) => Ok(FuzzOutcome::Planned),
         };
     }
-    let case = match Case::load(path) {
+    let case = match Case::from_file(path) {
         Err(errors) => return check_messages(&errors),
         Ok(case) => case,
     };

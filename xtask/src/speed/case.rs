@@ -49,7 +49,7 @@ fn measure(
     let mut step = || -> Result<usize, String> {
         let dt = solver.limit().dt;
         solver.step(dt).map_err(|error| error.to_string())?;
-        Ok(solver.points())
+        Ok(solver.point_count())
     };
     for _ in 0..settings.warm_up_steps {
         step()?;
@@ -67,7 +67,7 @@ fn measure(
 
 /// Prints a row for each method and number of threads. All rows of a method have the same steps, so that their work is equal.
 pub fn print_table(settings: &CaseBenchSettings) -> Result<(), String> {
-    let case = Case::load(settings.file).map_err(|errors| errors.to_string())?;
+    let case = Case::from_file(settings.file).map_err(|errors| errors.to_string())?;
     let methods: Vec<&str> = match settings.method {
         Some(name) => vec![name],
         None => case.methods.keys().map(String::as_str).collect(),

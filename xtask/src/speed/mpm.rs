@@ -136,7 +136,7 @@ impl BenchSetting {
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| e.to_string())?;
         pool.install(|| {
             let mut solver = self.solver()?;
-            let points = solver.points();
+            let points = solver.point_count();
             let rate = updates_per_second(points, seconds, || {
                 let dt = solver.limit().dt;
                 solver.step(dt).map(drop).map_err(|error| error.to_string())

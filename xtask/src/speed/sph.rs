@@ -82,7 +82,7 @@ impl SphBenchSetting {
             let mut solver: Box<dyn Solver> =
                 method.build(&self.case()?).map_err(|error| error.to_string())?;
             solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
-            let points = solver.points();
+            let points = solver.point_count();
             let rate = updates_per_second(points, seconds, || {
                 let dt = solver.limit().dt;
                 solver.step(dt).map(drop).map_err(|error| error.to_string())

@@ -42,7 +42,7 @@ impl Case {
     ///
     /// # Errors
     /// When the file cannot be read; see [`Case::from_json`].
-    pub fn load(path: &Path) -> Result<Self, CaseErrors> {
+    pub fn from_file(path: &Path) -> Result<Self, CaseErrors> {
         Self::from_value(&json::value(path)?, path.parent().unwrap_or(Path::new("")))
     }
 
@@ -69,6 +69,19 @@ impl Case {
         case.subtract_origin()?;
         case.resolve_files(folder, value)?;
         case.with_layers()
+    }
+
+    /// Checks a case that a program describes, as its file would be: positions are relative to the origin of the domain, file names to
+    /// `folder`.
+    ///
+    /// # Errors
+    /// All errors, each with its JSON path.
+    pub fn checked(mut self, folder: &Path) -> Result<Self, CaseErrors> {
+        self.default_gravity();
+        self.validate()?;
+        let value = serde_json::to_value(&self).expect("plain data always serialises");
+        self.resolve_files(folder, &value)?;
+        self.with_layers()
     }
 
     /// Sets gravity to zero in a case without gravity.

@@ -1,12 +1,11 @@
 //! Case files: plain data in SI units, angles in degrees (converted once, on load).
 
 mod body;
+mod constructors;
 pub(crate) mod formula;
 mod motion;
 mod obstacle;
 mod output;
-mod point_file;
-mod pore_fluid;
 pub(crate) mod properties;
 mod removal_shape;
 mod strength_reduction;
@@ -23,7 +22,7 @@ pub use crate::description::removal_shape::{
 };
 pub use crate::description::strength_reduction::{FactorOfSafety, Weakening};
 pub(crate) use body::OVERLAP_RESOLUTION;
-pub use body::{Body, InitialStress, Velocity};
+pub use body::{Body, InitialStress, PointFile, PoreFluid, PorePressure, Velocity};
 pub use motion::PrescribedMotion;
 pub use obstacle::{
     Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece, RasterCellSelection,
@@ -32,8 +31,6 @@ pub use output::{BreakageCriterion, Compression, CrackTip, Measure, Output, Rast
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use point_file::PointFile;
-pub use pore_fluid::{PoreFluid, PorePressure};
 pub use surface_loads::{Load, LoadProfile, LoadTarget, RampShape};
 
 /// Case: a problem to solve.

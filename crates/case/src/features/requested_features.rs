@@ -354,7 +354,7 @@ mod tests {
         let templates = concat!(env!("CARGO_MANIFEST_DIR"), "/../colluvium/src/templates");
         let files = std::fs::read_dir(templates).unwrap().map(|file| file.unwrap().path());
         for file in files.filter(|file| file.extension().is_some_and(|ending| ending == "json")) {
-            let case = Case::load(&file).unwrap();
+            let case = Case::from_file(&file).unwrap();
             for RequestedFeature { name, .. } in case.features() {
                 assert!(known.contains(&name), "{name} is asked for and not known");
             }

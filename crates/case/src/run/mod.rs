@@ -7,7 +7,7 @@ mod factor_of_safety;
 pub(crate) mod output;
 mod progress;
 mod run_timing;
-mod step_size;
+pub(crate) mod step_size;
 mod verify;
 
 use std::collections::BTreeMap;
@@ -465,7 +465,7 @@ impl RunLoop<'_> {
     fn report(&mut self, ending: RunEnd) -> RunReport {
         let session = self.start_instant.elapsed().as_secs_f64();
         let steps = self.solver.step_count();
-        let updates = (steps - self.first_step) as f64 * self.solver.points() as f64;
+        let updates = (steps - self.first_step) as f64 * self.solver.point_count() as f64;
         RunReport {
             ending,
             snapshot: self.case.snapshot_on_map(self.solver.snapshot()),

@@ -51,8 +51,8 @@ impl RunTiming {
         rayon::scope(|_| {
             let steps = MeasuredSteps::measure(case, solver, may)?;
             // Moved points take longer to compress.
-            let points = solver.points() as f64;
-            let [frame, row, frame_memory] = match solver.points() {
+            let points = solver.point_count() as f64;
+            let [frame, row, frame_memory] = match solver.point_count() {
                 MAX_MEASURED_POINTS.. => {
                     [FRAME_OF_POINT, ROW_OF_POINT, FRAME_BYTES_OF_POINT].map(|each| points * each)
                 }

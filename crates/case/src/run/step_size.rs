@@ -12,7 +12,7 @@ pub(super) fn stop_requested(options: &RunOptions) -> bool {
 }
 
 /// Stable time step of the solver in the stage, which ends at `end` (s).
-pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> Result<TimeStep, RunError> {
+pub(crate) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> Result<TimeStep, RunError> {
     let limit = solver.limit();
     if limit.is_below_precision(end) {
         let TimeStep { dt, limit, .. } = limit;
@@ -28,6 +28,6 @@ pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> R
 }
 
 /// Whether the remaining time `left` (s) is negligible beside `limit` (s).
-pub(super) fn is_negligible(left: f64, limit: f64) -> bool {
+pub(crate) fn is_negligible(left: f64, limit: f64) -> bool {
     left <= 1e-9 * limit
 }

@@ -251,7 +251,7 @@ pub trait Solver: Send {
     fn step_count(&self) -> u64;
 
     /// Number of points.
-    fn points(&self) -> usize;
+    fn point_count(&self) -> usize;
 
     /// Largest stable step from the current state, with its safety factor, and its limit. It is constant until the next step.
     fn limit(&mut self) -> TimeStep;

@@ -322,19 +322,19 @@ fn a_case_is_the_same_from_any_working_directory() {
     let file = folder.path().join("case.json");
     std::fs::write(&file, case.to_string()).unwrap();
     std::fs::write(folder.path().join("a.msh"), "one mesh").unwrap();
-    let read = Case::load(&file).unwrap();
+    let read = Case::from_file(&file).unwrap();
     let mesh = |case: &Case| case.methods["mpm"]["mesh"]["file"].as_str().unwrap().to_owned();
     assert_eq!(mesh(&read), folder.path().join("a.msh").to_str().unwrap());
     // The copy of the case in another folder.
     let copy = folder.path().join("out/case.json");
     std::fs::create_dir(folder.path().join("out")).unwrap();
     std::fs::write(&copy, read.to_json()).unwrap();
-    assert_eq!(Case::load(&copy).unwrap(), read);
+    assert_eq!(Case::from_file(&copy).unwrap(), read);
     // Path from the working directory, which is that of the crate.
     let here = std::env::current_dir().unwrap();
     let up = "../".repeat(here.components().count() - 1);
     let relative = std::path::Path::new(&up).join(file.strip_prefix("/").unwrap_or(&file));
-    let from_here = Case::load(&relative).unwrap();
+    let from_here = Case::from_file(&relative).unwrap();
     assert!(std::path::Path::new(&mesh(&from_here)).is_absolute(), "{}", mesh(&from_here));
     assert_eq!(from_here.fingerprint(), read.fingerprint());
     let before = read.fingerprint();

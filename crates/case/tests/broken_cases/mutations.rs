@@ -144,7 +144,7 @@ fn a_file_that_is_no_text_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("case.json");
     std::fs::write(&path, [b'{', 0xff, 0xfe, b'}']).unwrap();
-    assert!(Case::load(&path).unwrap_err().to_string().contains("cannot be read"));
+    assert!(Case::from_file(&path).unwrap_err().to_string().contains("cannot be read"));
 }
 
 proptest! {

@@ -26,7 +26,7 @@ pub struct CheckArguments {
 /// Checks a case, and prints its size, time step, estimated duration and warnings.
 pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
-    let case = Case::load(&arguments.case)?;
+    let case = Case::from_file(&arguments.case)?;
     let method = select_method(&case, arguments.method.as_deref())?;
     let size = method.problem_size(&case)?;
     size.check_memory(free_memory())?;

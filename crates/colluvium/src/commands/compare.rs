@@ -40,7 +40,7 @@ pub struct CompareArguments {
 pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
-    let case = Case::load(&arguments.case)?;
+    let case = Case::from_file(&arguments.case)?;
     let methods = compare::methods_by_name(&arguments.methods)?;
     let quiet = files.quiet;
     let reference =

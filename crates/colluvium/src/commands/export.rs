@@ -80,7 +80,7 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     let mut files = DerivedFiles::open(from, arguments.overwrite)?;
     files.check(POINTS_FILE)?;
     let path = from.join("case.json");
-    let case = match Case::load(&path) {
+    let case = match Case::from_file(&path) {
         Ok(case) => case,
         Err(errors) => {
             let case = Case::load_without_files(&path);

@@ -31,7 +31,7 @@ pub struct RunArguments {
 pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
-    let case = Case::load(&arguments.case)?;
+    let case = Case::from_file(&arguments.case)?;
     let method = select_method(&case, arguments.method.as_deref())?;
     let size = method.problem_size(&case)?;
     size.check_memory(free_memory())?;

@@ -73,7 +73,7 @@ fn no_grains_error(method: &dyn Method) -> CommandError {
 /// Runs the case.
 fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandError> {
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
-    let mut case = Case::load(&arguments.case)?;
+    let mut case = Case::from_file(&arguments.case)?;
     let method = select_method(&case, arguments.method.as_deref())?;
     let quiet = arguments.quiet;
     if let Some(stage) = &arguments.until {
@@ -112,7 +112,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     let from = arguments.case.as_path();
     check_run_folder(from)?;
     let path = from.join("case.json");
-    let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
+    let case = Case::from_file(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     let summary = read_json(&from.join("summary.json"))?;
     let of_run = summary["method"].as_str().unwrap_or_default();
     if let Some(requested) = arguments.method.as_deref().filter(|requested| *requested != of_run) {
@@ -144,7 +144,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
             "warning: the run is not complete ({status}): the specimen is that of its last checkpoint, {now} of {end} s"
         );
     }
-    Ok(PreparedSpecimen { text, grains: solver.points(), time: solver.time() })
+    Ok(PreparedSpecimen { text, grains: solver.point_count(), time: solver.time() })
 }
 
 /// Error for a folder without the requested state, with the remedy.

@@ -35,7 +35,7 @@ pub fn rigid_geometry_of_run(folder: &Path) -> RigidGeometry {
 /// # Errors
 /// When one of the files is missing or has changed since the run, with its name.
 pub fn case_of_run(folder: &Path) -> Result<Case, String> {
-    let case = Case::load(&folder.join("case.json")).map_err(|errors| errors.first().to_string())?;
+    let case = Case::from_file(&folder.join("case.json")).map_err(|errors| errors.first().to_string())?;
     let changed = changed_inputs(folder, &case).unwrap_or_default();
     match changed.first() {
         Some(file) => Err(format!("{file} has changed since the run")),

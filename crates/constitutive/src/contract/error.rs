@@ -53,6 +53,14 @@ pub enum MaterialError {
         /// Reason of the stop.
         reason: &'static str,
     },
+    /// Step that a law of the program refuses.
+    #[error("{law}: {reason}")]
+    Update {
+        /// Name of the law.
+        law: String,
+        /// Reason.
+        reason: String,
+    },
     /// Unconverged solve as [`MaterialError::NotConverged`], with its step.
     #[error(transparent)]
     UnconvergedStep(Box<UnconvergedStep>),
@@ -85,8 +93,13 @@ fn model_suffix(model: &str) -> String {
 }
 
 impl MaterialError {
+    /// Error of a step that the law `law` refuses, for laws of a program.
+    pub fn update(law: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Update { law: law.into(), reason: reason.into() }
+    }
+
     /// Error of `field` with the value `value`, which violates `rule`.
-    pub(crate) fn parameter(field: impl Into<String>, value: f64, rule: impl Into<String>) -> Self {
+    pub fn parameter(field: impl Into<String>, value: f64, rule: impl Into<String>) -> Self {
         Self::Parameter { model: "", field: field.into(), value, rule: rule.into() }
     }
 

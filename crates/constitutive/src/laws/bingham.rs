@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
 use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{
     EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
@@ -161,6 +162,17 @@ impl ViscoplasticParameters {
 }
 
 impl BinghamSpec {
+    /// Parameters from density (kg/m³), bulk modulus (Pa), yield stress (Pa) and viscosity (Pa s); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, bulk_modulus: f64, yield_stress: f64, viscosity: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("bulk_modulus", bulk_modulus),
+            ("yield_stress", yield_stress),
+            ("viscosity", viscosity),
+        ])
+    }
+
     /// Parameters that the law has in common with other viscoplastic fluids.
     fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {
@@ -192,6 +204,16 @@ impl BinghamSpec {
 }
 
 impl FrictionalFluidSpec {
+    /// Parameters from density (kg/m³), bulk modulus (Pa) and friction angle (degrees); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, bulk_modulus: f64, friction_angle: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("bulk_modulus", bulk_modulus),
+            ("friction_angle", friction_angle),
+        ])
+    }
+
     /// Parameters that the law has in common with other viscoplastic fluids.
     fn viscoplastic_parameters(&self) -> ViscoplasticParameters {
         ViscoplasticParameters {

@@ -15,6 +15,7 @@ use super::Elasticity;
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::linear_elastic::incompressibility_warnings;
 use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{FlowCurve, FlowOutputs, Viscoplastic};
 use crate::{Corotational, Material, MaterialError};
@@ -51,6 +52,18 @@ pub struct CfdSoilSpec {
 }
 
 impl CfdSoilSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and friction angle (degrees); all others have their
+    /// defaults.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("friction_angle", friction_angle),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -16,6 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::with_defaults;
 use crate::return_maps::scalar_roots::falling_root;
 use crate::{InterfaceLaw, InterfacePoint, MaterialError};
 
@@ -100,6 +101,29 @@ struct BandReturn {
 }
 
 impl CohesiveBandSpec {
+    /// Parameters from cohesion (Pa), tensile strength (Pa), friction coefficient (-), opening energy (J/m²), sliding energy (J/m²),
+    /// normal stiffness (Pa/m) and shear stiffness (Pa/m); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(
+        cohesion: f64,
+        tensile_strength: f64,
+        friction_coefficient: f64,
+        opening_energy: f64,
+        sliding_energy: f64,
+        normal_stiffness: f64,
+        shear_stiffness: f64,
+    ) -> Self {
+        with_defaults(&[
+            ("cohesion", cohesion),
+            ("tensile_strength", tensile_strength),
+            ("friction_coefficient", friction_coefficient),
+            ("opening_energy", opening_energy),
+            ("sliding_energy", sliding_energy),
+            ("normal_stiffness", normal_stiffness),
+            ("shear_stiffness", shear_stiffness),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -46,6 +46,12 @@ pub struct DamageState {
 }
 
 impl CohesiveDamageSpec {
+    /// Parameters from tensile strength (Pa), fracture energy (J/m²) and stiffness (Pa/m).
+    #[must_use]
+    pub fn new(tensile_strength: f64, fracture_energy: f64, stiffness: f64) -> Self {
+        Self { tensile_strength, fracture_energy, stiffness }
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

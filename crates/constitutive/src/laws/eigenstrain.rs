@@ -26,6 +26,14 @@ pub struct EigenstrainSpec {
     pub material: Box<MaterialSpec>,
 }
 
+impl EigenstrainSpec {
+    /// Parameters from volumetric strain (-), duration (s) and material.
+    #[must_use]
+    pub fn new(volumetric_strain: f64, duration: f64, material: impl Into<MaterialSpec>) -> Self {
+        Self { volumetric_strain, duration, material: Box::new(material.into()) }
+    }
+}
+
 impl Model for EigenstrainSpec {
     const INFO: ModelInfo = ModelInfo {
         source: "Bui & Nguyen 2021, section 4.5",

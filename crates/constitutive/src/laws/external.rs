@@ -1,5 +1,6 @@
-//! External materials: a method whose cells represent a material point registers a factory, and case files name it.
+//! External materials: a law that the program hands over ([`ExternalSpec::from_law`]), or one by name from a registered factory.
 
+use std::fmt;
 use std::sync::{Arc, PoisonError, RwLock};
 
 use schemars::JsonSchema;
@@ -28,11 +29,27 @@ pub trait MaterialFactory: Send + Sync {
 /// Factories of materials that other crates have registered.
 static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::new());
 
-/// Registers a factory, whose law case files select by `{"model": "external", "law": …}`. Of two factories with one name the first is kept.
+/// Registers a factory, whose law case files select by `{"model": "external", "law": …}`. A later factory replaces an earlier one of the
+/// same name. Programs that describe their cases in Rust need no factory: see [`ExternalSpec::from_law`].
 pub fn register_material(factory: &'static dyn MaterialFactory) {
     let mut known = FACTORIES.write().unwrap_or_else(PoisonError::into_inner);
-    if known.iter().all(|other| other.name() != factory.name()) {
-        known.push(factory);
+    known.retain(|other| other.name() != factory.name());
+    known.push(factory);
+}
+
+/// Law of the program in a case. Two are equal if they are the same law.
+#[derive(Clone)]
+pub struct ProgramLaw(pub Arc<dyn Material>);
+
+impl PartialEq for ProgramLaw {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Debug for ProgramLaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "ProgramLaw({})", self.0.name())
     }
 }
 
@@ -47,6 +64,25 @@ pub struct ExternalSpec {
     /// Parameters of that law; for `granular-cell` see docs/theory/dem.md, "A cell of grains as a material".
     #[serde(default)]
     pub parameters: Map<String, Value>,
+    /// Law that the program has handed over; a case file cannot contain it.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub program_law: Option<ProgramLaw>,
+}
+
+impl ExternalSpec {
+    /// Material of a density (kg/m³) with a law of the program. A case file written from it names the law, and can only be read by a
+    /// program that registers a factory of that name.
+    #[must_use]
+    pub fn from_law(name: impl Into<String>, density: f64, law: Arc<dyn Material>) -> Self {
+        Self { program_law: Some(ProgramLaw(law)), ..Self::new(density, name) }
+    }
+
+    /// Parameters from density (kg/m³) and law; all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, law: impl Into<String>) -> Self {
+        Self { density, law: law.into(), parameters: Map::new(), program_law: None }
+    }
 }
 
 impl Model for ExternalSpec {
@@ -58,6 +94,9 @@ impl Model for ExternalSpec {
     };
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        if let Some(ProgramLaw(law)) = &self.program_law {
+            return Ok(Arc::clone(law));
+        }
         let known = FACTORIES.read().unwrap_or_else(PoisonError::into_inner);
         let Some(factory) = known.iter().find(|factory| factory.name() == self.law) else {
             let names: Vec<&str> = known.iter().map(|factory| factory.name()).collect();

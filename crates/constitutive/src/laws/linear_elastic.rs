@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::adapters::hencky::SimdBatch;
 use crate::contract::component_arrays::ComponentArrays;
 use crate::contract::elasticity::Elasticity;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{
     BLOCK_SIZE, InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn,
@@ -30,6 +31,18 @@ pub struct LinearElasticSpec {
     /// Strain measure: small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
+}
+
+impl LinearElasticSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa) and Poisson's ratio (-); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+        ])
+    }
 }
 
 impl Model for LinearElasticSpec {

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde::de::value::MapDeserializer;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::StrengthReduction;
@@ -52,6 +54,13 @@ pub trait Model: Sized {
 
     /// Example parameters that include all variants of the model, for tests.
     fn examples() -> Vec<Self>;
+}
+
+/// Parameters of a model from its required numbers by name; all others have the defaults of a case file.
+pub(crate) fn with_defaults<T: DeserializeOwned>(required: &[(&'static str, f64)]) -> T {
+    let numbers: MapDeserializer<'_, _, serde::de::value::Error> =
+        MapDeserializer::new(required.iter().copied());
+    T::deserialize(numbers).expect("the list names all required parameters of the model")
 }
 
 /// Information on a model for the table of models.

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::granular_flow::inertial_number;
 use crate::contract::parameter_checks::{check, positive};
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{
     EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, ViscousFluid, shear_modulus,
@@ -100,6 +101,29 @@ pub(crate) fn check_friction(low: f64, high: f64) -> Result<(), MaterialError> {
 }
 
 impl MuISpec {
+    /// Parameters from density (kg/m³), bulk modulus (Pa), grain density (kg/m³), grain diameter (m), static friction (-), limit friction
+    /// (-) and reference inertial number (-); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(
+        density: f64,
+        bulk_modulus: f64,
+        grain_density: f64,
+        grain_diameter: f64,
+        static_friction: f64,
+        limit_friction: f64,
+        reference_inertial_number: f64,
+    ) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("bulk_modulus", bulk_modulus),
+            ("grain_density", grain_density),
+            ("grain_diameter", grain_diameter),
+            ("static_friction", static_friction),
+            ("limit_friction", limit_friction),
+            ("reference_inertial_number", reference_inertial_number),
+        ])
+    }
+
     /// Checks the ranges and returns the friction law.
     ///
     /// # Errors

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, log_jacobian};
 use super::linear_elastic::incompressibility_warnings;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, SymTensor, Tangent};
 
@@ -30,6 +31,18 @@ pub struct NeoHookeanSpec {
     /// Dependence of pressure on volume.
     #[serde(default)]
     pub volumetric_law: VolumetricLaw,
+}
+
+impl NeoHookeanSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa) and Poisson's ratio (-); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+        ])
+    }
 }
 
 /// Volumetric term `U` of the Kirchhoff stress.

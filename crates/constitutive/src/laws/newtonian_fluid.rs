@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
 use crate::contract::parameter_checks::{not_negative, positive};
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{EffectiveViscosity, FlowOutputs, ViscousFluid};
 use crate::{Material, MaterialError};
@@ -39,6 +40,12 @@ pub struct NewtonianFluidSpec {
 }
 
 impl NewtonianFluidSpec {
+    /// Parameters from density (kg/m³) and bulk modulus (Pa); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, bulk_modulus: f64) -> Self {
+        with_defaults(&[("density", density), ("bulk_modulus", bulk_modulus)])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -33,6 +33,21 @@ const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 #[serde(transparent)]
 pub struct OriginalCamClaySpec(pub CamClaySpec);
 
+impl OriginalCamClaySpec {
+    /// Parameters from density (kg/m³), critical state slope (-), compression slope (-), swelling slope (-) and void ratio (-); all
+    /// others have the defaults of a case file.
+    #[must_use]
+    pub fn new(
+        density: f64,
+        critical_state_slope: f64,
+        compression_slope: f64,
+        swelling_slope: f64,
+        void_ratio: f64,
+    ) -> Self {
+        Self(CamClaySpec::new(density, critical_state_slope, compression_slope, swelling_slope, void_ratio))
+    }
+}
+
 /// Schema with the keys themselves in place of a reference to those of the other model.
 impl JsonSchema for OriginalCamClaySpec {
     fn schema_name() -> Cow<'static, str> {

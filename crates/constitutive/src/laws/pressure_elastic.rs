@@ -89,6 +89,12 @@ pub(super) fn shear_ratio(poissons_ratio: f64) -> f64 {
 }
 
 impl PressureElasticSpec {
+    /// Parameters from density (kg/m³), stiffness and void ratio (-); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, stiffness: PressureStiffness, void_ratio: f64) -> Self {
+        Self { density, stiffness, void_ratio, poissons_ratio: poissons_ratio(), least_pressure: None }
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

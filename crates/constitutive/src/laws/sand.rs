@@ -20,6 +20,7 @@ use super::strength_reduced::StrengthReduction;
 use super::{Elasticity, angle_warnings};
 use crate::adapters::hencky::{InvariantReturn, ReturnResult, StressInvariants};
 use crate::contract::parameter_checks::{check, not_negative};
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::scalar_roots::falling_root;
 use crate::{
@@ -291,6 +292,18 @@ impl InvariantReturn for Sand {
 }
 
 impl SandSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and friction angle (degrees); all others have their
+    /// defaults.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("friction_angle", friction_angle),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -30,6 +30,14 @@ pub struct SaturationSoftenedSpec {
     pub material: Box<MaterialSpec>,
 }
 
+impl SaturationSoftenedSpec {
+    /// Parameters from saturated cohesion (Pa) and material.
+    #[must_use]
+    pub fn new(saturated_cohesion: f64, material: impl Into<MaterialSpec>) -> Self {
+        Self { saturated_cohesion, material: Box::new(material.into()) }
+    }
+}
+
 impl Model for SaturationSoftenedSpec {
     const INFO: ModelInfo = ModelInfo {
         source: "after Bui & Nguyen 2021, section 4.6",

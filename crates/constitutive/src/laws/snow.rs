@@ -24,6 +24,7 @@ use super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::{Elasticity, FixedCorotated};
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::contract::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::substepping::substepped_motion;
 use crate::{
@@ -105,6 +106,16 @@ pub enum SnowElasticity {
 }
 
 impl SnowSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa) and Poisson's ratio (-); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -30,6 +30,12 @@ macro_rules! models {
             $($(#[$doc])* #[serde(rename = $name)] $variant($spec),)*
         }
 
+        $(impl From<$spec> for MaterialSpec {
+            fn from(spec: $spec) -> Self {
+                Self::$variant(spec)
+            }
+        })*
+
         impl MaterialSpec {
             /// Name and information of every model, in the order of the list.
             pub const MODELS: &'static [(&'static str, ModelInfo)] = &[$(($name, <$spec as Model>::INFO),)*];

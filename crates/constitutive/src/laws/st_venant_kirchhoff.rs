@@ -29,6 +29,14 @@ pub struct StVenantKirchhoffSpec {
     pub poissons_ratio: f64,
 }
 
+impl StVenantKirchhoffSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa) and Poisson's ratio (-).
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64) -> Self {
+        Self { density, youngs_modulus, poissons_ratio }
+    }
+}
+
 impl Model for StVenantKirchhoffSpec {
     const INFO: ModelInfo = ModelInfo {
         source: "Gaume et al. 2020, eqs. 15–16",

@@ -84,6 +84,17 @@ pub struct StrengthReducedSpec {
 }
 
 impl StrengthReducedSpec {
+    /// Parameters from factor (-) and material; all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(factor: f64, material: impl Into<MaterialSpec>) -> Self {
+        Self {
+            factor,
+            material: Box::new(material.into()),
+            scope: ReductionScope::default(),
+            keep_dilatancy: false,
+        }
+    }
+
     /// Specification of the inner material with reduced strength.
     fn reduced_material(&self) -> Result<MaterialSpec, MaterialError> {
         self.material.strength_reduced(&self.reduction())

@@ -13,6 +13,7 @@ use super::multi_surface::{ActiveSet, YieldPlane, active_set, return_to, tangent
 use super::{Elasticity, LinearElasticSpec};
 use crate::adapters::hencky::small_strain_tangent;
 use crate::contract::parameter_checks::not_negative;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{
     InitialCondition, Law, Material, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
@@ -43,6 +44,18 @@ pub struct TensionCutSpec {
 }
 
 impl TensionCutSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and tensile strength (Pa); all others have their
+    /// defaults.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, tensile_strength: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("tensile_strength", tensile_strength),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

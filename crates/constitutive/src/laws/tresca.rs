@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::linear_elastic::incompressibility_warnings;
 use super::{MohrCoulomb, MohrCoulombSpec, StrengthReduction};
 use crate::contract::parameter_checks::positive;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{Material, MaterialError};
 
@@ -35,6 +36,18 @@ pub struct TrescaSpec {
 }
 
 impl TrescaSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and undrained strength (Pa); all others have their
+    /// defaults.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, undrained_strength: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("undrained_strength", undrained_strength),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -33,6 +33,20 @@ pub struct UndrainedSpec {
     pub skeleton: Box<MaterialSpec>,
 }
 
+impl UndrainedSpec {
+    /// Parameters from fluid bulk modulus (Pa), porosity (-) and skeleton; all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(fluid_bulk_modulus: f64, porosity: f64, skeleton: impl Into<MaterialSpec>) -> Self {
+        Self {
+            fluid_bulk_modulus,
+            porosity,
+            skeleton: Box::new(skeleton.into()),
+            initial_pore_pressure: 0.0,
+            cavitation_strength: None,
+        }
+    }
+}
+
 impl Model for UndrainedSpec {
     const INFO: ModelInfo = ModelInfo {
         source: "Anura3D manual 2021, eq. 4.52",

@@ -16,6 +16,7 @@ use super::{
     StrengthReduction,
 };
 use crate::contract::parameter_checks::positive;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{Material, MaterialError};
 
@@ -60,6 +61,17 @@ pub enum ExactIn {
 }
 
 impl VonMisesSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and cohesion (Pa); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, cohesion: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("cohesion", cohesion),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
 //! A periodic cell of grains as a material.
 
 use colluvium_case::Solver;
+use colluvium_constitutive::ExternalSpec;
 use colluvium_constitutive::driver::{ElementTest, LoadingPath, TestStage};
-use colluvium_constitutive::laws::ExternalSpec;
 use colluvium_constitutive::{
     InitialCondition, Mat3, Material, MaterialSpec, Motion, SymTensor, register_material,
 };
@@ -32,9 +32,8 @@ fn disks(friction_of_preparation: f64, seed: u64) -> Value {
 fn material(spec: &Value) -> MaterialSpec {
     register_material(&GranularCells);
     MaterialSpec::External(ExternalSpec {
-        density: 2000.0,
-        law: spec["law"].as_str().unwrap().to_owned(),
         parameters: spec["parameters"].as_object().unwrap().clone(),
+        ..ExternalSpec::new(2000.0, spec["law"].as_str().unwrap())
     })
 }
 

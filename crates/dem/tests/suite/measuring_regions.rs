@@ -86,12 +86,12 @@ fn grains_vanish_from_a_pit_once_its_stage_begins() {
         { "name": "pit", "duration": 0.01, "excavate": [{ "kind": "box", "min": [2, 3], "max": [4, 6] }] }
     ]);
     let mut solver = begun(disks(&read_case(&value)).unwrap());
-    assert_eq!(solver.points(), 36);
+    assert_eq!(solver.point_count(), 36);
     to(&mut solver, 0.01);
     let before = solver.totals().mass;
     solver.begin_stage(1, 0.01).unwrap();
     to(&mut solver, 0.011);
-    assert_eq!(solver.points(), 30);
+    assert_eq!(solver.point_count(), 30);
     assert_near(solver.totals().mass / before, 30.0 / 36.0, 1e-12);
     let snapshot = solver.snapshot();
     assert!(snapshot.positions.iter().all(|x| !(2.0..4.0).contains(&x[0]) || x[1] < 3.0));

@@ -53,9 +53,9 @@ fn pluviation_adds_the_prescribed_mass_in_its_interval_and_the_energy_balance_cl
         let case = read_case(&rained(dimension, rate));
         let mut solver: Box<dyn Solver> = Dem.build(&case).unwrap();
         solver.begin_stage(0, 0.0).unwrap();
-        assert_eq!(solver.points(), 0);
+        assert_eq!(solver.point_count(), 0);
         to(&mut *solver, 0.1);
-        assert_eq!(solver.points(), 0);
+        assert_eq!(solver.point_count(), 0);
         to(&mut *solver, 0.6);
         let half = solver.totals().mass;
         // Behind by less than the mass of the largest grain.

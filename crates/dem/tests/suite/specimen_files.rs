@@ -220,6 +220,6 @@ fn contacts_with_a_missing_wall_are_omitted_with_a_note() {
     let both = disks(&read(&from(&value, &kept(&folder, &text)))).unwrap().snapshot();
     let mut ids = both.ids.clone();
     ids.dedup();
-    assert!(ids.len() == both.ids.len() && ids.len() > solver.points() + 10);
-    assert_eq!(both.bodies.iter().filter(|body| **body == 0).count(), solver.points());
+    assert!(ids.len() == both.ids.len() && ids.len() > solver.point_count() + 10);
+    assert_eq!(both.bodies.iter().filter(|body| **body == 0).count(), solver.point_count());
 }

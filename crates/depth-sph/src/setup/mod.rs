@@ -120,7 +120,7 @@ fn densities(case: &Case, options: &DepthOptions) -> Option<Vec<f64>> {
 fn plan_in<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
     let (mut solver, of_bed) = build_in::<D>(case, options)?;
     let time_step = solver.limit();
-    let points = solver.points();
+    let points = solver.point_count();
     let mut warnings = options.warnings();
     warnings.extend(of_bed);
     warnings.extend(capabilities::warnings(case, points));

@@ -109,7 +109,7 @@ impl<const D: usize> DepthSolver<D> {
         if let Some(criterion) = stage.equilibrium {
             return stage.duration / (CHECKS * f64::from(criterion.hold.max(1)));
         }
-        if self.flow.records.removed_nodes > 0 && self.points() == 0 {
+        if self.flow.records.removed_nodes > 0 && self.point_count() == 0 {
             self.case.end_time()
         } else {
             f64::INFINITY
@@ -149,7 +149,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
         self.steps
     }
 
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         self.flow.nodes.len()
     }
 

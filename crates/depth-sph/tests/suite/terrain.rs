@@ -155,7 +155,7 @@ fn a_flow_that_has_left_the_domain_completely_is_no_error() {
     value["domain"]["max"] = json!([30, 20, 60]);
     value["output"] = json!({ "rasters": {} });
     let solver = run(&case(folder.path(), &value), 30.0);
-    assert_eq!((solver.points(), solver.snapshot().positions.len()), (0, 0));
+    assert_eq!((solver.point_count(), solver.snapshot().positions.len()), (0, 0));
     let peak = raster(solver.as_ref(), "peak_thickness_vertical");
     assert!(known(&peak).fold(0.0, f64::max) > 1.0);
     let left = solver.scalar_outputs().iter().find(|(reading, ..)| reading == "volume_left").unwrap().2;

@@ -4,6 +4,7 @@ use colluvium_grid::NodeWalls;
 
 use crate::background_grid::BackgroundGrid;
 use crate::boundary::absorbing_boundary::AbsorbingBoundaries;
+use crate::boundary::body_force::BodyForce;
 use crate::boundary::nodal_loads::NodalLoad;
 use crate::contact::contact_law::{FieldContacts, RowContact};
 use crate::contact::rigid_contact::ContactSet;
@@ -40,6 +41,8 @@ pub struct BoundaryConditions<const D: usize> {
     pub(crate) nodal_loads: Vec<NodalLoad>,
     /// Absorbing boundaries with viscous dashpots.
     pub(crate) absorbing: AbsorbingBoundaries,
+    /// Body force of the program; none unless it sets one.
+    pub(crate) body_force: Option<Box<BodyForce<D>>>,
 }
 
 impl<const D: usize> BoundaryConditions<D> {
@@ -58,6 +61,7 @@ pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven
     let mut work = 0.0;
     for set in &bodies.sets {
         work += dt * power(&set.points.traction, &set.points.velocity);
+        work += dt * power(&set.points.body_force, &set.points.velocity);
     }
     for driven in driven {
         let free = driven.free_rigid_body.as_ref().map_or([false; 6], |free_body| free_body.free_components);

@@ -5,6 +5,7 @@
 //! material law.
 
 pub(crate) mod absorbing_boundary;
+pub(crate) mod body_force;
 pub(crate) mod boundary_conditions;
 pub(crate) mod mesh_loads;
 pub(crate) mod mesh_walls;

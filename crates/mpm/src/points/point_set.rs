@@ -55,6 +55,8 @@ struct_of_arrays! {
         pub origin: [f64; D],
         /// Sum of the load forces in the step (N); empty for bodies without loads.
         pub traction: [f64; D],
+        /// Body forces of the program in the step (N); empty without them.
+        pub body_force: [f64; D],
         /// Moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its gradient (TPIC, 1/s), row `i`, column `j`; empty without an
         /// affine transfer.
         pub affine_velocity: SquareMatrix<D>,

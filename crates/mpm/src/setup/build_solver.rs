@@ -84,6 +84,7 @@ pub fn solver<const D: usize>(
         load_starts: case.load_starts(),
         nodal_loads,
         absorbing,
+        body_force: None,
     };
     let mut solver = MpmSolver {
         clock,

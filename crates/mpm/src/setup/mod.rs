@@ -13,6 +13,8 @@ pub(crate) mod manufactured;
 pub(crate) mod problem_size;
 mod warnings;
 
+use std::any::Any;
+
 use colluvium_case::description::Space;
 use colluvium_case::{Case, CaseError, Plan, Resolution, Solver, StepLimit};
 
@@ -25,6 +27,7 @@ use crate::setup::band_checks::check_bands;
 pub use crate::setup::build_solver::solver;
 pub use crate::setup::capabilities::capabilities;
 use crate::setup::warnings::warnings;
+use crate::solver::MpmSolver;
 use crate::stress::{cell_integration, dual_domain};
 use crate::{MpmOptions, obstacles, phases};
 
@@ -82,7 +85,7 @@ impl DimensionVisitor for BuildPlan<'_> {
     fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
         let mut solver = solver(self.case, self.options, chosen)?;
         let time_step = solver.critical_step();
-        let points = solver.points();
+        let points = solver.point_count();
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.background.layout.len() * solver.boundary.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
@@ -138,26 +141,34 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     dispatch(case, &options, BuildPlan { case, options: &options })
 }
 
+/// Construction of a solver with its type.
+struct BuildTypedSolver<'a> {
+    case: &'a Case,
+    options: &'a MpmOptions,
+}
+
+impl DimensionVisitor for BuildTypedSolver<'_> {
+    type Output = Result<Box<dyn Any>, CaseError>;
+
+    fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
+        Ok(Box::new(solver(self.case, self.options, chosen)?))
+    }
+}
+
+/// Returns the solver of `case`, which has `D` dimensions.
+pub fn typed_solver<const D: usize>(case: &Case) -> Result<MpmSolver<D>, CaseError> {
+    let options = options(case)?;
+    let solver = dispatch(case, &options, BuildTypedSolver { case, options: &options })?;
+    let other_dimension = |_| CaseError::new("space", format!("has not {D} dimensions"));
+    solver.downcast().map(|solver| *solver).map_err(other_dimension)
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
-    use std::any::Any;
-
     use super::*;
-    use crate::solver::MpmSolver;
-
-    struct SolverVisitor<'a>(&'a Case, &'a MpmOptions);
-
-    impl DimensionVisitor for SolverVisitor<'_> {
-        type Output = Result<Box<dyn Any>, CaseError>;
-
-        fn visit<const D: usize>(self, chosen: SelectedTransfers<D>) -> Self::Output {
-            Ok(Box::new(solver(self.0, self.1, chosen)?))
-        }
-    }
 
     /// Returns the solver of a case in `D` dimensions, at time zero.
     pub fn initial_solver<const D: usize>(case: &Case) -> MpmSolver<D> {
-        let options = options(case).unwrap();
-        *dispatch(case, &options, SolverVisitor(case, &options)).unwrap().downcast().unwrap()
+        typed_solver(case).unwrap()
     }
 }

@@ -5,12 +5,14 @@
 
 mod critical_step;
 mod equilibrium;
+mod program_access;
 
 use std::sync::Arc;
 
 use colluvium_case::{Manufactured, SolverError};
 
 use crate::background_grid::BackgroundGrid;
+use crate::boundary::body_force::update_body_forces;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::point_loads::set_manufactured_forces;
 use crate::boundary::rigid_bodies::{move_driven, update_driven_velocities};
@@ -26,6 +28,8 @@ use crate::points::bodies::Bodies;
 use crate::stress::averages::CellAverages;
 use crate::transfer::p2g::P2gContent;
 use crate::transfer::point_update::UpdateSelection;
+
+pub use crate::solver::program_access::MpmPoints;
 
 /// Explicit MPM in `D` dimensions.
 pub struct MpmSolver<const D: usize> {
@@ -52,6 +56,7 @@ pub struct MpmSolver<const D: usize> {
 impl<const D: usize> MpmSolver<D> {
     /// Advances the solver by a step (sheet: mpm §3.3); step numbers in the code are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        update_body_forces(&self.clock, &mut self.bodies, &self.boundary)?;
         self.clock.begin_step(dt)?;
         self.sort_if_moved(); // 0: cells, weights
         let Self {

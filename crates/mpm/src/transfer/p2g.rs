@@ -114,11 +114,12 @@ impl<const D: usize> PointScatter<'_, D> {
             let mut buffer = P2gBuffer::EMPTY;
             for set in sets.iter().filter(|set| set.field == field) {
                 let loaded = !set.points.traction.is_empty() && self.content != P2gContent::Motion;
+                let pulled = !set.points.body_force.is_empty() && self.content != P2gContent::Motion;
                 let pressed = !set.points.obstacle_contact.is_empty() && self.content != P2gContent::Motion;
                 for block in set.blocks_of(slab) {
-                    self.fill(&view, set, block.clone(), [loaded, pressed], &mut buffer);
+                    self.fill(&view, set, block.clone(), [loaded, pulled, pressed], &mut buffer);
                     let (count, affine) = (block.len(), affine_of(self.transfer, set, block.clone()));
-                    let has_body_force = *axisymmetric || loaded || pressed;
+                    let has_body_force = *axisymmetric || loaded || pulled || pressed;
                     let input = P2gInput {
                         momentum_and_mass: &buffer.motion[..count],
                         stress_columns: &buffer.columns[..count],
@@ -147,7 +148,7 @@ impl<const D: usize> PointScatter<'_, D> {
         view: &GridView<'_, D>,
         set: &PointSet<D>,
         block: Range<usize>,
-        [loaded, pressed]: [bool; 2],
+        [loaded, pulled, pressed]: [bool; 3],
         buffer: &mut P2gBuffer<D>,
     ) {
         let (points, domain, full_cells) = (&set.points, set.domain.as_slice(), self.full_cells);
@@ -169,6 +170,9 @@ impl<const D: usize> PointScatter<'_, D> {
             };
             if loaded {
                 buffer.body[k] += vector4(&points.traction[p], 0.0);
+            }
+            if pulled {
+                buffer.body[k] += vector4(&points.body_force[p], 0.0);
             }
             if pressed {
                 buffer.body[k] += vector4(&points.obstacle_contact[p].force, 0.0);

@@ -261,7 +261,7 @@ fn a_gmsh_file_supplies_mesh_and_wall_groups() {
             "methods": { "mpm": { "cell_size": 0.25, "shape": "linear", "mesh": { "kind": "file", "file": file } } }
         }));
         std::fs::write(folder.join("case.json"), text.json().to_string()).unwrap();
-        Case::load(&folder.join("case.json")).unwrap()
+        Case::from_file(&folder.join("case.json")).unwrap()
     };
     let by_group = solve(
         &Mpm,

@@ -321,7 +321,7 @@ fn a_point_leaving_the_domain_ends_the_run_unless_remove_outside_is_set() {
         let dt = solver.limit().dt;
         solver.step(dt).unwrap();
     }
-    assert!(solver.totals().mass < 0.7 * mass && solver.points() > 0);
+    assert!(solver.totals().mass < 0.7 * mass && solver.point_count() > 0);
     let lost = scalar_output(&*solver, "energy_numerical");
     assert!(lost.abs() < 1e-6 * mass * 200.0, "{lost} J");
 }

@@ -59,7 +59,7 @@ impl<const D: usize> Solver for RankedSolver<D> {
         self.first().clock.step
     }
 
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         self.ranks.iter().map(|rank| rank.own_particles().count()).sum()
     }
 

@@ -56,7 +56,7 @@ fn gradients_and_averages_without_correction_are_counted() {
     let line = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.05] } }] });
     let sph = json!({ "diagnostics": true, "regularisation": "mls", "velocity_gradient": "corrected" });
     let solver = start_solver(&Sph, &block(&line, &sph));
-    assert_eq!(solver.points(), 20);
+    assert_eq!(solver.point_count(), 20);
     assert_eq!(scalar_output(&*solver, "uncorrected_gradients"), 20.0);
     assert_eq!(scalar_output(&*solver, "averages_by_shepard"), 20.0);
 }

@@ -240,7 +240,7 @@ fn ranks_follow_stages_and_equilibrium() {
         let time = solver.time();
         solver.begin_stage(1, time).unwrap();
         advance_steps(&mut *solver, 50);
-        (plain(&*solver).hash(), solver.totals(), solver.points(), apart)
+        (plain(&*solver).hash(), solver.totals(), solver.point_count(), apart)
     };
     let (alone, ranked) = (run(1), run(3));
     assert_eq!((alone.0, alone.1, alone.2), (ranked.0, ranked.1, ranked.2));

@@ -100,7 +100,7 @@ fn conservation(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
             let mut solver = start(&case)?;
             let before = solver.totals();
             let speeds: f64 = vectors(&solver.snapshot(), "velocity").iter().map(|v| v[0].hypot(v[1])).sum();
-            let scale = speeds * before.mass / solver.points() as f64;
+            let scale = speeds * before.mass / solver.point_count() as f64;
             for _ in 0..1000 {
                 step(&mut *solver)?;
             }
@@ -124,7 +124,7 @@ fn angular_momentum(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         let snapshot = solver.snapshot();
         let arms = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
         let arms: f64 = arms.map(|(x, v)| x[0].hypot(x[1]) * v[0].hypot(v[1])).sum();
-        let scale = arms * before.mass / solver.points() as f64;
+        let scale = arms * before.mass / solver.point_count() as f64;
         for _ in 0..1000 {
             step(&mut *solver)?;
         }

@@ -72,7 +72,7 @@ fn run(quick: bool) -> Result<BenchmarkOutcome, String> {
     outcome.info(
         "million particle-updates per second on one thread",
         "3 (aim)",
-        solvers[0].points() as f64 * 20.0 / best[0] / 1e6,
+        solvers[0].point_count() as f64 * 20.0 / best[0] / 1e6,
         "not judged: depends on the machine",
     );
     Ok(outcome)

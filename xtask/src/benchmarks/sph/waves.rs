@@ -25,7 +25,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 pub(super) fn load(file: &str) -> Result<Case, String> {
     let path = crate::root().join(Path::new("validation/sph")).join(file);
     crate::benchmarks::recorder::record_file(&path);
-    Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
+    Case::from_file(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
 /// Builds the SPH solver of a case and begins its first stage.

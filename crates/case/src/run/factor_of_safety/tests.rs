@@ -81,7 +81,7 @@ impl Solver for Slider {
     fn step_count(&self) -> u64 {
         self.steps
     }
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         1
     }
     fn limit(&mut self) -> TimeStep {

@@ -41,7 +41,7 @@ impl RunRecorder<'_> {
             "wall_time": wall,
             "steps": solver.step_count(),
             "time": solver.time(),
-            "points": solver.points(),
+            "points": solver.point_count(),
             "warnings": self.options.warnings,
             "remarks": remarks,
             "facts": solver.notes(),

@@ -70,7 +70,7 @@ impl Solver for Oscillators {
     fn step_count(&self) -> u64 {
         self.steps
     }
-    fn points(&self) -> usize {
+    fn point_count(&self) -> usize {
         self.state.len()
     }
     fn limit(&mut self) -> TimeStep {

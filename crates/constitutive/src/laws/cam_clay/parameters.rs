@@ -9,6 +9,7 @@ use super::CamClay;
 use crate::contract::parameter_checks::{check, positive};
 use crate::laws::cam_clay::common::{CamClayConstants, InitialSurfaceSize, ShearStiffness};
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
 use crate::{Corotational, Material, MaterialError};
@@ -47,6 +48,25 @@ pub struct CamClaySpec {
 }
 
 impl CamClaySpec {
+    /// Parameters from density (kg/m³), critical state slope (-), compression slope (-), swelling slope (-) and void ratio (-); all
+    /// others have their defaults.
+    #[must_use]
+    pub fn new(
+        density: f64,
+        critical_state_slope: f64,
+        compression_slope: f64,
+        swelling_slope: f64,
+        void_ratio: f64,
+    ) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("critical_state_slope", critical_state_slope),
+            ("compression_slope", compression_slope),
+            ("swelling_slope", swelling_slope),
+            ("void_ratio", void_ratio),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ use super::super::linear_elastic::{snow_ratio_warnings, warn_above};
 use super::CohesiveCamClay;
 use crate::adapters::hencky::StressInvariants;
 use crate::contract::parameter_checks::{check, not_negative, positive};
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError};
 
@@ -73,6 +74,27 @@ pub enum CamClayHardening {
 }
 
 impl CohesiveCamClaySpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-), critical state slope (-), compressive strength (Pa)
+    /// and hardening factor (-); all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(
+        density: f64,
+        youngs_modulus: f64,
+        poissons_ratio: f64,
+        critical_state_slope: f64,
+        compressive_strength: f64,
+        hardening_factor: f64,
+    ) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("critical_state_slope", critical_state_slope),
+            ("compressive_strength", compressive_strength),
+            ("hardening_factor", hardening_factor),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

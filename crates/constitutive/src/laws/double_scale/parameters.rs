@@ -101,6 +101,23 @@ pub struct OutsideStrength {
 }
 
 impl DoubleScaleSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and band; all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, band: BandSpec) -> Self {
+        Self {
+            density,
+            youngs_modulus,
+            poissons_ratio,
+            band,
+            outside: None,
+            onset: Onset::default(),
+            local_solve: None,
+            size: None,
+            intact_reset: false,
+            allow_snapback: false,
+        }
+    }
+
     /// Checks the ranges and builds the law around `band`, elastic outside.
     ///
     /// # Errors

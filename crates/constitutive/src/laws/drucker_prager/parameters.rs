@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{Cone, DruckerPrager, NAME, Softening};
 use crate::contract::parameter_checks::check;
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
@@ -85,6 +86,18 @@ pub enum PlasticIntegration {
 }
 
 impl DruckerPragerSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and friction angle (degrees); all others have their
+    /// defaults.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("friction_angle", friction_angle),
+        ])
+    }
+
     /// Checks the ranges and builds the law.
     ///
     /// # Errors

@@ -134,6 +134,19 @@ impl HypoplasticConstants {
 }
 
 impl HypoplasticSpec {
+    /// Parameters from density (kg/m³), void ratio (-) and parameters; all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, void_ratio: f64, parameters: HypoplasticParameters) -> Self {
+        Self {
+            density,
+            void_ratio,
+            parameters,
+            critical_state: None,
+            minimum_pressure: minimum_pressure(),
+            viscous: None,
+        }
+    }
+
     /// Checks the ranges and builds the frictional law, without its viscous part.
     ///
     /// # Errors

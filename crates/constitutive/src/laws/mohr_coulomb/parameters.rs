@@ -9,6 +9,7 @@ use super::{MohrCoulomb, NAME, Pyramid};
 use crate::contract::parameter_checks::check;
 use crate::laws::drucker_prager::Softening;
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
@@ -50,6 +51,18 @@ pub struct MohrCoulombSpec {
 }
 
 impl MohrCoulombSpec {
+    /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and friction angle (degrees); all others have their
+    /// defaults.
+    #[must_use]
+    pub fn new(density: f64, youngs_modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("youngs_modulus", youngs_modulus),
+            ("poissons_ratio", poissons_ratio),
+            ("friction_angle", friction_angle),
+        ])
+    }
+
     /// Sets the dilatancy angle, and the friction angle by Bolton's rule `φ = φ_cs + 0.8 ψ` from the critical-state angle (Anura3D manual
     /// eq. 7.28); angles in degrees.
     #[must_use]

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{Simsand, VOID_RANGE};
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::laws::linear_elastic::incompressibility_warnings;
+use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
 use crate::{Corotational, Material, MaterialError};
@@ -60,6 +61,43 @@ fn atmospheric_pressure() -> f64 {
 }
 
 impl SimsandSpec {
+    /// Parameters from density (kg/m³), void ratio (-), stiffness constant (-), stiffness exponent (-), Poisson's ratio (-), critical
+    /// friction angle (degrees), reference void ratio (-), critical state factor (-), critical state exponent (-), dilatancy constant
+    /// (-), dilatancy exponent (-), peak exponent (-) and hardening constant (-); all others have the defaults of a case file.
+    #[must_use]
+    #[expect(clippy::too_many_arguments, reason = "the constants of the published law, in its order")]
+    pub fn new(
+        density: f64,
+        void_ratio: f64,
+        stiffness_constant: f64,
+        stiffness_exponent: f64,
+        poissons_ratio: f64,
+        critical_friction_angle: f64,
+        reference_void_ratio: f64,
+        critical_state_factor: f64,
+        critical_state_exponent: f64,
+        dilatancy_constant: f64,
+        dilatancy_exponent: f64,
+        peak_exponent: f64,
+        hardening_constant: f64,
+    ) -> Self {
+        with_defaults(&[
+            ("density", density),
+            ("void_ratio", void_ratio),
+            ("stiffness_constant", stiffness_constant),
+            ("stiffness_exponent", stiffness_exponent),
+            ("poissons_ratio", poissons_ratio),
+            ("critical_friction_angle", critical_friction_angle),
+            ("reference_void_ratio", reference_void_ratio),
+            ("critical_state_factor", critical_state_factor),
+            ("critical_state_exponent", critical_state_exponent),
+            ("dilatancy_constant", dilatancy_constant),
+            ("dilatancy_exponent", dilatancy_exponent),
+            ("peak_exponent", peak_exponent),
+            ("hardening_constant", hardening_constant),
+        ])
+    }
+
     /// Returns the sand of Bui & Nguyen (2021), Table 1, at a void ratio: they list 0.77 (dense), 0.81 (medium) and
     /// 0.91 (loose).
     pub fn bui_nguyen(void_ratio: f64) -> Self {

@@ -119,6 +119,22 @@ fn default_symbol() -> String {
 }
 
 impl UmatSpec {
+    /// Parameters from density (kg/m³) and library; all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, library: impl Into<PathBuf>) -> Self {
+        Self {
+            density,
+            library: library.into(),
+            symbol: default_symbol(),
+            material_name: String::new(),
+            props: Vec::new(),
+            state_variables: Vec::new(),
+            pascals: None,
+            wave_modulus: None,
+            thread_safe: false,
+        }
+    }
+
     /// Unit of stress of the library (Pa).
     fn unit(&self) -> f64 {
         self.pascals.unwrap_or(1.0)

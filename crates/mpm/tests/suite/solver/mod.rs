@@ -5,6 +5,7 @@ mod damping;
 mod determinism;
 mod equilibrium;
 mod excavation;
+mod program;
 mod rejections;
 mod stages;
 mod time_step;

@@ -20,13 +20,13 @@ pub struct PoreFluid {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intrinsic_permeability: Option<f64>,
     /// Density of the fluid (kg/m³).
-    #[serde(default = "water_density")]
+    #[serde(default = "PoreFluid::water_density")]
     pub density: f64,
     /// Bulk modulus of the fluid (Pa).
-    #[serde(default = "water_bulk_modulus")]
+    #[serde(default = "PoreFluid::water_bulk_modulus")]
     pub bulk_modulus: f64,
     /// Dynamic viscosity of the fluid (Pa s).
-    #[serde(default = "water_viscosity")]
+    #[serde(default = "PoreFluid::water_viscosity")]
     pub viscosity: f64,
     /// Initial pore pressure (Pa, compression-positive); zero by default.
     #[serde(default)]
@@ -41,6 +41,23 @@ pub struct PoreFluid {
     /// Largest tension before the fluid cavitates (Pa), not negative; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cavitation_strength: Option<f64>,
+}
+
+impl PoreFluid {
+    /// Default density of the pore fluid: that of water (kg/m³).
+    pub(crate) fn water_density() -> f64 {
+        1000.0
+    }
+
+    /// At 10 °C with a trace of air, as in the scientific manual of Anura3D.
+    pub(crate) fn water_bulk_modulus() -> f64 {
+        2.15e9
+    }
+
+    /// Default viscosity of the pore fluid: that of water (Pa s).
+    pub(crate) fn water_viscosity() -> f64 {
+        1e-3
+    }
 }
 
 /// Initial field of pore pressure.
@@ -65,19 +82,6 @@ pub enum PorePressure {
         /// Coordinate of the surface of the fluid along the axis of gravity (m).
         surface: f64,
     },
-}
-
-/// Default density of the pore fluid: that of water (kg/m³).
-fn water_density() -> f64 {
-    1000.0
-}
-/// At 10 °C with a trace of air, as in the scientific manual of Anura3D.
-fn water_bulk_modulus() -> f64 {
-    2.15e9
-}
-/// Default viscosity of the pore fluid: that of water (Pa s).
-fn water_viscosity() -> f64 {
-    1e-3
 }
 
 impl PoreFluid {

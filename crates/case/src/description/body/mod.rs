@@ -4,8 +4,13 @@ use colluvium_points::{Sampling, Shape};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{PointFile, PoreFluid};
 use crate::description::formula::Formula;
+
+mod point_file;
+mod pore_fluid;
+
+pub use point_file::PointFile;
+pub use pore_fluid::{PoreFluid, PorePressure};
 
 /// Points per direction in the search for overlaps of bodies.
 pub(crate) const OVERLAP_RESOLUTION: usize = 24;

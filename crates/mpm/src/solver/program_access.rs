@@ -1,0 +1,127 @@
+//! Reading and changing the solver between steps of a program.
+
+use colluvium_case::{CaseError, PointColumn};
+use colluvium_constitutive::SymTensor;
+
+use crate::points::point_set::PointSet;
+use crate::solver::MpmSolver;
+
+/// Points of a solver, as slices of its arrays, body by body.
+///
+/// The order of the points changes when the solver sorts them by cells; [`MpmPoints::id`] identifies a point.
+#[derive(Clone, Copy)]
+pub struct MpmPoints<'a, const D: usize> {
+    sets: &'a [PointSet<D>],
+}
+
+impl<'a, const D: usize> MpmPoints<'a, D> {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.sets.iter().map(PointSet::len).sum()
+    }
+
+    /// Whether there are no points.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Numbers of the points, constant during a run.
+    pub fn id(&self) -> PointColumn<'a, u32> {
+        self.column(|set| &set.points.id)
+    }
+
+    /// Index of the body of each point in [`colluvium_case::Case::bodies`].
+    pub fn body(&self) -> impl Iterator<Item = u32> + use<'a, D> {
+        self.sets.iter().flat_map(|set| std::iter::repeat_n(set.body, set.len()))
+    }
+
+    /// Points of a body, by its index in [`colluvium_case::Case::bodies`]; none where it has been removed.
+    #[must_use]
+    pub fn of_body(&self, body: u32) -> Self {
+        let found = self.sets.iter().position(|set| set.body == body);
+        Self { sets: found.map_or(&[], |number| &self.sets[number..=number]) }
+    }
+
+    /// Positions (m).
+    pub fn position(&self) -> PointColumn<'a, [f64; D]> {
+        self.column(|set| &set.points.position)
+    }
+
+    /// Velocities (m/s).
+    pub fn velocity(&self) -> PointColumn<'a, [f64; D]> {
+        self.column(|set| &set.points.velocity)
+    }
+
+    /// Cauchy stresses (Pa, tension-positive); effective ones in a body with a pore fluid.
+    pub fn stress(&self) -> PointColumn<'a, SymTensor> {
+        self.column(|set| &set.points.stress)
+    }
+
+    /// Masses (kg; per metre in plane strain, per radian in axisymmetry).
+    pub fn mass(&self) -> PointColumn<'a, f64> {
+        self.column(|set| &set.points.mass)
+    }
+
+    /// Volumes (m³; m² in plane strain, per radian in axisymmetry).
+    pub fn volume(&self) -> PointColumn<'a, f64> {
+        self.column(|set| &set.points.volume)
+    }
+
+    /// Densities, mass over volume (kg/m³).
+    pub fn density(&self) -> impl Iterator<Item = f64> + use<'a, D> {
+        self.sets.iter().flat_map(|set| {
+            set.points.mass.iter().zip(&set.points.volume).map(|(mass, volume)| mass / volume)
+        })
+    }
+
+    /// Column of all sets.
+    fn column<T>(&self, of_set: impl Fn(&'a PointSet<D>) -> &'a Vec<T>) -> PointColumn<'a, T> {
+        PointColumn::new(self.sets.iter().map(|set| of_set(set).as_slice()))
+    }
+}
+
+impl<const D: usize> MpmSolver<D> {
+    /// Points of all bodies.
+    pub fn points(&self) -> MpmPoints<'_, D> {
+        MpmPoints { sets: &self.bodies.sets }
+    }
+
+    /// Velocities of all points (m/s), to be changed between two steps; a velocity that is not finite fails the next step. Affine velocity
+    /// fields of APIC and TPIC keep their gradients.
+    pub fn velocities_mut(&mut self) -> impl Iterator<Item = &mut [f64; D]> {
+        // The limit of the step depends on the velocities.
+        self.clock.limit = None;
+        self.bodies.sets.iter_mut().flat_map(|set| &mut set.points.velocity)
+    }
+
+    /// Stresses of all points (Pa, tension-positive), to be changed between two steps. Internal variables of the laws are kept.
+    pub fn stresses_mut(&mut self) -> impl Iterator<Item = &mut SymTensor> {
+        self.clock.limit = None;
+        self.bodies.sets.iter_mut().flat_map(|set| &mut set.points.stress)
+    }
+
+    /// Sets an acceleration (m/s²) by position (m), velocity (m/s) and time (s), which acts on all deformable points in addition to gravity
+    /// from the next step on; it replaces an earlier one. A checkpoint does not contain it: set it again before a state with a body force
+    /// is restored.
+    ///
+    /// # Errors
+    /// In a case with a pore fluid.
+    pub fn set_body_force(
+        &mut self,
+        acceleration: impl Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync + 'static,
+    ) -> Result<(), CaseError> {
+        if let Some(body) = self.clock.case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
+            let problem =
+                "excludes a body force of the program: its share of skeleton and fluid is not defined";
+            return Err(CaseError::new(format!("bodies[{body}].pore_fluid"), problem));
+        }
+        self.boundary.body_force = Some(Box::new(acceleration));
+        Ok(())
+    }
+
+    /// Removes the body force of the program.
+    pub fn clear_body_force(&mut self) {
+        self.boundary.body_force = None;
+        self.bodies.sets.iter_mut().for_each(|set| set.points.body_force.clear());
+    }
+}

@@ -1,0 +1,234 @@
+//! Solvers that a program describes, steps, reads and changes.
+
+use std::sync::Arc;
+
+use colluvium_case::{
+    Body, Case, CaseErrors, Domain, EquilibriumCriterion, Side, Simulation, Solver, Space, Stage, Wall,
+};
+use colluvium_constitutive::{DruckerPragerSpec, LinearElasticSpec, MaterialSpec};
+use colluvium_mpm::{Mpm, MpmOptions, MpmSolver, ShapeFunctions, VelocityTransfer};
+
+/// Options with cells of 5 cm.
+fn options() -> MpmOptions {
+    MpmOptions { shape: ShapeFunctions::Quadratic, ..MpmOptions::new(0.05) }
+}
+
+/// Block of soil that falls on a rough floor, in two stages.
+fn falling_block() -> Case {
+    let soil = DruckerPragerSpec { cohesion: 500.0, ..DruckerPragerSpec::new(1600.0, 1e6, 0.3, 25.0) };
+    Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [0.6, 0.4]))
+        .gravity([0.0, -10.0])
+        .material("soil", soil)
+        .body(Body::block("block", "soil", [0.1, 0.05], [0.3, 0.2]).velocity([0.5, -1.0]))
+        .wall(Side::YMin, Wall::Rough)
+        .wall(Side::XMax, Wall::frictional(0.3))
+        .stage(Stage::new("fall", 0.01))
+        .stage(Stage { damping: 0.2, ..Stage::new("damped", 0.02) })
+}
+
+/// Elastic ball in free space.
+fn ball() -> Case {
+    Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [1.0, 1.0]))
+        .material("rubber", LinearElasticSpec::new(1000.0, 1e5, 0.3))
+        .body(Body::ball("ball", "rubber", [0.5, 0.5], 0.2))
+        .stage(Stage::new("flight", 0.1))
+}
+
+fn solver(case: &Case) -> Simulation<MpmSolver<2>> {
+    Mpm::new(options()).solver(case).unwrap()
+}
+
+/// Hash after all stages, stepped by the program.
+fn hash_at_end(mut solver: Simulation<MpmSolver<2>>) -> u64 {
+    while !solver.is_complete() {
+        solver.step().unwrap();
+    }
+    solver.snapshot().hash()
+}
+
+#[test]
+fn a_case_of_a_program_has_the_bits_of_its_file() {
+    let case = falling_block().method(&options());
+    let read = Case::from_json(&case.to_json()).unwrap();
+    assert_eq!(read, case);
+    let hash = hash_at_end(solver(&case));
+    assert_eq!(hash, hash_at_end(solver(&read)), "stepped by the program");
+    assert_eq!(hash, colluvium_testkit::solve(&Mpm, &read).snapshot.hash(), "run from its file");
+}
+
+#[test]
+fn options_of_a_program_are_those_of_a_file() {
+    let case = falling_block().method(&options());
+    let keys: Vec<&String> = case.methods["mpm"].as_object().unwrap().keys().collect();
+    assert_eq!(keys, ["cell_size", "shape"], "options at their defaults are absent");
+    let read: MpmOptions = serde_json::from_value(serde_json::json!({ "cell_size": 0.05 })).unwrap();
+    assert_eq!(read, MpmOptions::new(0.05));
+}
+
+#[test]
+fn bits_are_the_same_on_two_threads_and_after_a_restart_in_the_loop() {
+    let case = falling_block();
+    let hash = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| hash_at_end(solver(&case)))
+    };
+    let whole = hash(1);
+    assert_eq!(whole, hash(2), "threads");
+    for end in [0.004, 0.01, 0.017] {
+        let mut first = solver(&case);
+        while first.time() < end {
+            first.step().unwrap();
+        }
+        let mut bytes = Vec::new();
+        first.save(&mut bytes).unwrap();
+        let mut second = solver(&case);
+        second.restore(&mut bytes.as_slice()).unwrap();
+        assert_eq!((first.stage(), first.time()), (second.stage(), second.time()));
+        assert_eq!(whole, hash_at_end(second), "restart at {end} s");
+    }
+}
+
+#[test]
+fn views_are_slices_of_the_solver() {
+    let mut solver = solver(&falling_block());
+    solver.step().unwrap();
+    let points = solver.points();
+    let address = |slice: &[[f64; 2]]| slice.as_ptr();
+    assert_eq!(address(points.velocity().slices()[0]), address(points.velocity().as_slice().unwrap()));
+    let snapshot = solver.snapshot();
+    let columns = points.id();
+    for (k, id) in snapshot.ids.iter().enumerate() {
+        let at = columns.iter().position(|own| u64::from(*own) == u64::from(*id)).unwrap();
+        assert_eq!(points.position()[at][..], snapshot.positions[k][..2]);
+    }
+    let mass: f64 = points.mass().iter().sum();
+    assert!((mass - 1600.0 * 0.2 * 0.15).abs() < 1e-9 * mass);
+    assert!(points.density().all(|density| (density / 1600.0 - 1.0).abs() < 1e-2));
+    let before = address(solver.points().velocity().slices()[0]);
+    solver.velocities_mut().for_each(|v| *v = [0.0, 0.25]);
+    assert_eq!(before, address(solver.points().velocity().slices()[0]));
+    assert!(solver.points().velocity().iter().all(|v| *v == [0.0, 0.25]));
+}
+
+/// A uniform acceleration moves all points alike: the centre of mass follows the parabola of the explicit step, `g t (t + dt)/2`.
+#[test]
+fn a_uniform_body_force_is_free_fall() {
+    let gravity = [0.3, -10.0];
+    let mut fallen = Mpm::new(options()).solver::<2>(&ball().gravity(gravity)).unwrap();
+    let mut pulled = Mpm::new(options()).solver::<2>(&ball()).unwrap();
+    pulled.set_body_force(move |_, _, _| gravity).unwrap();
+    // Its step is not limited by motion before the first one.
+    for _ in 0..50 {
+        let dt = fallen.limit().dt.min(pulled.limit().dt);
+        fallen.step_at_most(dt).unwrap();
+        pulled.step_at_most(dt).unwrap();
+    }
+    let of = |solver: &Simulation<MpmSolver<2>>| solver.points().velocity()[3];
+    let (a, b, t) = (of(&fallen), of(&pulled), pulled.time());
+    (0..2).for_each(|c| {
+        assert!((a[c] - gravity[c] * t).abs() < 1e-9 && (b[c] - gravity[c] * t).abs() < 1e-9, "{a:?} {b:?}");
+    });
+}
+
+#[test]
+fn a_state_with_a_body_force_needs_it_again() {
+    let drag = |_: &[f64; 2], v: &[f64; 2], _: f64| v.map(|v| -3.0 * v);
+    let start = || {
+        let mut solver = solver(&falling_block());
+        solver.set_body_force(drag).unwrap();
+        solver
+    };
+    let whole = hash_at_end(start());
+    assert_ne!(whole, hash_at_end(solver(&falling_block())));
+    let mut first = start();
+    first.step_to(0.006).unwrap();
+    let mut bytes = Vec::new();
+    first.save(&mut bytes).unwrap();
+    let error = solver(&falling_block()).restore(&mut bytes.as_slice()).unwrap_err().to_string();
+    assert!(error.contains("set it before the state is restored"), "{error}");
+    let mut second = start();
+    second.restore(&mut bytes.as_slice()).unwrap();
+    assert_eq!(hash_at_end(first), hash_at_end(second));
+}
+
+#[test]
+fn an_infinite_body_force_leaves_the_state_as_it_was() {
+    let mut solver = solver(&falling_block());
+    solver.step().unwrap();
+    let before = solver.snapshot().hash();
+    let pull = |x: &[f64; 2], _: &[f64; 2], _: f64| [0.0, if x[0] > 0.2 { f64::INFINITY } else { 0.0 }];
+    solver.set_body_force(pull).unwrap();
+    let error = solver.step().unwrap_err().to_string();
+    assert!(error.contains("body force of the program") && error.contains("point"), "{error}");
+    assert_eq!(before, solver.snapshot().hash());
+    let error = solver.step().unwrap_err().to_string();
+    assert!(error.contains("an earlier step has failed"), "{error}");
+}
+
+#[test]
+fn the_end_of_the_stages_is_the_end_of_the_steps() {
+    let mut solver = solver(&falling_block());
+    let steps = solver.step_to(0.03).unwrap();
+    assert!(steps > 5 && solver.is_complete() && (solver.time() - 0.03).abs() < 1e-12);
+    for error in [solver.step().unwrap_err(), solver.step_to(0.04).unwrap_err()] {
+        assert!(error.to_string().contains("the last stage has ended"), "{error}");
+    }
+    assert!(solver.step_to(f64::NAN).unwrap_err().to_string().contains("not finite"));
+    assert!(solver.step_at_most(0.0).unwrap_err().to_string().contains("not positive"));
+}
+
+#[test]
+fn a_stage_without_its_equilibrium_is_an_error() {
+    let mut case = falling_block();
+    case.stages[0].equilibrium = Some(EquilibriumCriterion::default());
+    let error = solver(&case).step_to(0.02).unwrap_err().to_string();
+    assert!(error.contains("\"fall\" has ended after 0.01 s without equilibrium"), "{error}");
+    case.stages[0].equilibrium =
+        Some(EquilibriumCriterion { required: false, ..EquilibriumCriterion::default() });
+    solver(&case).step_to(0.02).unwrap();
+}
+
+/// Each nonsense of a program is refused with the path that a file has.
+#[test]
+fn nonsense_is_refused_with_the_path_of_a_file() {
+    let refusal = |case: &Case, options: MpmOptions| -> String {
+        let result: Result<Simulation<MpmSolver<2>>, CaseErrors> = Mpm::new(options).solver(case);
+        result.err().expect("an error").to_string()
+    };
+    let soil = LinearElasticSpec::new(-1.0, 1e6, 0.3);
+    let cases = [
+        ("materials.soil.density", falling_block().material("soil", soil), options()),
+        (
+            "materials.soil.density",
+            falling_block().material("soil", LinearElasticSpec::new(f64::NAN, 1e6, 0.3)),
+            options(),
+        ),
+        ("bodies[1].material", falling_block().body(Body::ball("b", "ice", [0.5, 0.3], 0.05)), options()),
+        ("bodies[1].shape", falling_block().body(Body::ball("b", "soil", [0.5, 0.3], -0.05)), options()),
+        ("bodies[1].shape", falling_block().body(Body::ball("b", "soil", [0.5, f64::NAN], 0.05)), options()),
+        ("stages[2].duration", falling_block().stage(Stage::new("s", f64::INFINITY)), options()),
+        ("gravity", falling_block().gravity([0.0, 0.0, -10.0]), options()),
+        ("methods.mpm.cell_size", falling_block(), MpmOptions::new(f64::NAN)),
+        ("methods.mpm.cell_size", falling_block(), MpmOptions::new(0.07)),
+        ("stages", Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [1.0, 1.0])), options()),
+    ];
+    for (path, case, options) in cases {
+        let error = refusal(&case, options);
+        assert!(error.contains(path), "{path}: {error}");
+    }
+    let error = Mpm::new(options()).solver::<3>(&falling_block()).err().unwrap().to_string();
+    assert!(error.contains("space: has 2 dimensions, and a solver of 3 was requested"), "{error}");
+}
+
+#[test]
+fn a_law_of_the_program_is_a_material() {
+    let law = MaterialSpec::from(LinearElasticSpec::new(1600.0, 1e6, 0.3)).build().unwrap();
+    let own = falling_block().law("soil", 1600.0, Arc::clone(&law));
+    let listed = falling_block().material("soil", LinearElasticSpec::new(1600.0, 1e6, 0.3));
+    assert_eq!(hash_at_end(solver(&own)), hash_at_end(solver(&listed)));
+    let error = Case::from_json(&own.to_json()).and_then(|case| {
+        Mpm::new(MpmOptions { transfer: VelocityTransfer::Apic, ..options() }).solver::<2>(&case).map(|_| ())
+    });
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("materials.soil") && error.contains("\"soil\" is not available here"), "{error}");
+}
