@@ -10,8 +10,9 @@ pub enum GridError {
     CellSize(f64),
     /// The domain is not a whole number of cells wide.
     #[error(
-        "along axis {axis} the domain is {width} m wide, {cells} cells of {cell} m: not a whole number; \
-         choose a cell size that divides it, e.g. {suggestion}"
+        "along {} the domain is {width} m wide, {cells} cells of {cell} m: not a whole number; {}",
+        ["x", "y", "z"][*axis],
+        suggestion_text(*suggestion)
     )]
     NotDivisible {
         /// Axis, 0 to 2.
@@ -22,14 +23,41 @@ pub enum GridError {
         cells: f64,
         /// Cell size (m).
         cell: f64,
-        /// Cell size near the given one that divides the width (m).
-        suggestion: f64,
+        /// Cell size near the given one that divides the widths along all axes (m); `None` if there is none.
+        suggestion: Option<f64>,
     },
     /// More nodes than can be addressed.
     #[error(
         "the grid would have {0:.3e} nodes, more than 2^28 (16 GiB): use larger cells or a smaller domain"
     )]
     TooLarge(f64),
+}
+
+/// Largest number of cells along the first axis that is tried for a common cell size.
+const MAX_TRIED_CELLS: f64 = 1e5;
+
+/// Whether a width is a whole number of cells, at least one; `count` is their ratio.
+fn is_whole(count: f64) -> bool {
+    let whole = count.round();
+    whole >= 1.0 && (count - whole).abs() <= 1e-6 * whole
+}
+
+/// Cell size (m) closest to `cell` that divides all widths (m).
+fn common_cell(widths: &[f64], cell: f64) -> Option<f64> {
+    let count = (4.0 * widths[0] / cell + 20.0).min(MAX_TRIED_CELLS) as u32;
+    let ratio = |size: &f64| (size / cell).ln().abs();
+    (1..=count)
+        .map(|number| widths[0] / f64::from(number))
+        .filter(|size| widths.iter().all(|width| is_whole(width / size)))
+        .min_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+}
+
+/// Advice on the cell size.
+fn suggestion_text(suggestion: Option<f64>) -> String {
+    suggestion.map_or_else(
+        || "no cell size near it divides all axes: change the domain".to_owned(),
+        |size| format!("choose a cell size that divides all axes, e.g. {size}"),
+    )
 }
 
 /// Box of equal cells with edge length [`Grid::cell`] in `D` dimensions.
@@ -58,8 +86,8 @@ impl<const D: usize> Grid<D> {
             let width = max[axis] - min[axis];
             let count = width / cell;
             let whole = count.round();
-            if whole < 1.0 || (count - whole).abs() > 1e-6 * whole.max(1.0) {
-                let suggestion = width / whole.max(1.0);
+            if !is_whole(count) {
+                let suggestion = common_cell(&std::array::from_fn::<f64, D, _>(|c| max[c] - min[c]), cell);
                 return Err(GridError::NotDivisible { axis, width, cells: count, cell, suggestion });
             }
             total *= whole + 5.0;

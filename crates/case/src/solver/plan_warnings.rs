@@ -108,7 +108,7 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
             continue;
         }
         let rows = if thickness < 1.5 * apart { ", one row of points" } else { "" };
-        let place = axis.map_or_else(String::new, |axis| format!(" along axis {axis}"));
+        let place = axis.map_or_else(String::new, |axis| format!(" along {}", ["x", "y", "z"][axis]));
         found.push(format!(
             "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows}. Its \
              bending and shear are not resolved. Make {case_key} {:.3} m or less",
@@ -156,7 +156,7 @@ fn gap_of_boxes(
     let beside =
         (0..resolution.axes).filter(|axis| apart(*axis) > ROUND_OFF * resolution.width).collect::<Vec<_>>();
     let [axis] = beside[..] else { return None };
-    Some((apart(axis), format!(" along axis {axis}")))
+    Some((apart(axis), format!(" along {}", ["x", "y", "z"][axis])))
 }
 
 /// Gap between two shapes in the plane with straight sides (m); zero where they overlap.

@@ -132,7 +132,8 @@ impl ErrorCollector<'_> {
             if low[axis] < min - slack || high[axis] > max + slack {
                 let [low, high, min, max] = [low[axis], high[axis], min, max].map(|x| x + self.origin[axis]);
                 let problem = format!(
-                    "reaches from {low} to {high} m along axis {axis}, beyond the domain from {min} to {max} m"
+                    "reaches from {low} to {high} m along {}, beyond the domain from {min} to {max} m",
+                    ["x", "y", "z"][axis]
                 );
                 self.report(format!("bodies[{number}].shape"), problem);
             }

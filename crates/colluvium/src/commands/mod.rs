@@ -205,7 +205,7 @@ fn select_method(case: &Case, requested: Option<&str>) -> Result<&'static dyn Me
 /// Folder of the results, and how earlier results in it are treated.
 #[derive(Args)]
 pub struct OutputArguments {
-    /// Folder for the results; `<file>-<method>` by default.
+    /// Folder for the results; by default `<file>-<method>`, and `<file>-compare` for `compare`.
     #[arg(long)]
     out: Option<PathBuf>,
     /// Continue interrupted runs; complete runs are kept.

@@ -90,7 +90,8 @@ fn list_error(clock: &Clock, error: &ListError) -> SolverError {
     let reason = match error {
         ListError::Search(error) => error.to_string(),
         ListError::Narrow(axis, width, reach) => format!(
-            "the periodic cell is {width:.4e} m wide along axis {axis}, less than twice the range of a grain, {reach:.4e} m: a pair of grains would have two contacts"
+            "the periodic cell is {width:.4e} m wide along {}, less than twice the range of a grain, {reach:.4e} m: a pair of grains would have two contacts",
+            ["x", "y", "z"][*axis]
         ),
         ListError::Stretched(grain) => {
             format!(

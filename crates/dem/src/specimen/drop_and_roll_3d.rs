@@ -349,7 +349,8 @@ pub fn drop_and_roll(
     for axis in 0..2 {
         let width = container.width(axis);
         if width < 2.0 * SUPPORT_DISTANCE * largest {
-            return Err(format!("is {width} m wide along axis {axis}, less than six of the largest grains"));
+            let axis = ["x", "y"][axis];
+            return Err(format!("is {width} m wide along {axis}, less than six of the largest grains"));
         }
     }
     let mut bed = RestingSpheres::new(container, largest);

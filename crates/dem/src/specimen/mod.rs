@@ -184,8 +184,9 @@ impl<const D: usize> Container<D> {
     fn check_width(&self, mut axes: Range<usize>, largest: f64) -> Result<(), String> {
         match axes.find(|&axis| self.width(axis) < 4.0 * largest) {
             Some(axis) => Err(format!(
-                "is {} m wide along axis {axis}, less than two of the largest grains",
-                self.width(axis)
+                "is {} m wide along {}, less than two of the largest grains",
+                self.width(axis),
+                ["x", "y", "z"][axis]
             )),
             None => Ok(()),
         }

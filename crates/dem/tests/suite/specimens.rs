@@ -134,7 +134,7 @@ fn dropped_spheres_rest_on_three_others_each() {
     assert!((0.42..0.56).contains(&specimen.porosity) && specimen.requested_porosity.is_none(), "{specimen}");
     value["methods"]["dem"]["grains"]["grain"]["diameter"] = sizes(0.14);
     let error = colluvium_dem::spheres(&read_case(&value)).err().unwrap().to_string();
-    assert!(error.starts_with("bodies[0].shape: is 0.8 m wide along axis 0, less than six"), "{error}");
+    assert!(error.starts_with("bodies[0].shape: is 0.8 m wide along x, less than six"), "{error}");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::bodies::{ball, block};
 fn options_out_of_range_are_refused_by_name() {
     for (options, words) in [
         (json!({ "cell_size": 0 }), "methods.snow-mpm.cell_size: 0 must be finite and positive (m)"),
-        (json!({ "cell_size": 0.07 }), "methods.snow-mpm.cell_size: along axis 0 the domain is 2 m wide"),
+        (json!({ "cell_size": 0.07 }), "methods.snow-mpm.cell_size: along x the domain is 2 m wide"),
         (json!({ "points_per_cell": 0 }), "methods.snow-mpm.points_per_cell: 0 is not in 1..=20"),
         (
             json!({ "courant_elastic": 1.2 }),
