@@ -27,8 +27,8 @@ pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
 pub use crate::solver::manufactured::{Manufactured, PrescribedState};
 pub use crate::validate::time_scales::{BodyDensities, TimeScales};
 pub use description::{
-    Axis, Body, Boundary, Case, Domain, EquilibriumCriterion, InitialStress, Load, Measure, Obstacle,
-    ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile, PoreFluid, PorePressure,
+    Axis, Body, Boundary, Case, Domain, EquilibriumCriterion, InitialStress, Load, Measure, MethodOptions,
+    Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile, PoreFluid, PorePressure,
     PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
 pub use error::{CaseError, CaseErrors, printable, shortened};
@@ -43,4 +43,4 @@ pub use solver::{
     Method, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot, Solver, SolverError,
     StepLimit, TimeStep,
 };
-pub use stepping::{ConfiguredMethod, MethodOptions, PointColumn, Simulation, TypedMethod};
+pub use stepping::{ConfiguredMethod, PointColumn, Simulation, TypedMethod};

@@ -8,7 +8,35 @@
 //! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
 //! axisymmetry and three dimensions. Bodies with a pore fluid are solved as two phases that move apart.
 //!
-//! [`Mpm`] is the entry: it turns a [`Case`] into a [`Solver`].
+//! [`Mpm`] is the entry: it turns a [`Case`] into a [`Solver`], or, with its options, into a [`MpmSolver`] that a program steps, reads and
+//! changes:
+//!
+//! ```
+//! use colluvium_case::{Body, Case, Domain, Side, Space, Stage, Wall};
+//! use colluvium_constitutive::MohrCoulombSpec;
+//! use colluvium_mpm::{Mpm, MpmOptions, ShapeFunctions};
+//!
+//! let sand = MohrCoulombSpec { cohesion: 500.0, ..MohrCoulombSpec::new(1925.0, 1.98e6, 0.23, 31.0) };
+//! let case = Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [0.5, 0.15]))
+//!     .gravity([0.0, -9.81])
+//!     .material("sand", sand)
+//!     .body(Body::block("column", "sand", [0.0, 0.0], [0.1, 0.1]))
+//!     .wall(Side::XMin, Wall::Smooth)
+//!     .wall(Side::YMin, Wall::frictional(1.0))
+//!     .stage(Stage::new("release", 0.1));
+//! let options = MpmOptions { shape: ShapeFunctions::Ugimp, ..MpmOptions::new(0.01) };
+//! let mut solver = Mpm::new(options).solver::<2>(&case)?;
+//! let mut fastest = 0.0;
+//! while solver.time() < 0.1 {
+//!     solver.step()?;
+//!     fastest = solver.points().velocity().iter().map(|v| v[0]).fold(fastest, f64::max);
+//! }
+//! // The foot of the column slides out, at less than the speed of free fall from its top.
+//! assert!(fastest > 0.1 && fastest < (2.0 * 9.81 * 0.1_f64).sqrt());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Quantities are in SI units, angles of case files in degrees, and stress is positive in tension.
 //!
 //! A module knows only the modules to the left of it: `config`, `clock`, `background_grid`, `points`, `momentum`, `obstacles`, `contact`,
 //! `stress`, `boundary`, `transfer`, `phases`, `solver`, `setup`, `output`, `checkpoint`.

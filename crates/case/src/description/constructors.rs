@@ -7,6 +7,7 @@ use std::sync::Arc;
 use colluvium_constitutive::ExternalSpec;
 use colluvium_constitutive::{Material, MaterialSpec};
 use colluvium_points::{Sampling, Shape};
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::description::{
@@ -14,7 +15,18 @@ use crate::description::{
     Output, Patch, PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity,
     Wall,
 };
-use crate::stepping::MethodOptions;
+
+/// Options of a method as values of a program.
+pub trait MethodOptions: Serialize + Sized {
+    /// Name of the method, the key under `methods` in a case file.
+    const METHOD: &'static str;
+    /// Keys that a case file must contain.
+    const REQUIRED: &'static [&'static str];
+
+    /// Options with the same required values, and the defaults of a case file for all others.
+    #[must_use]
+    fn default_options(&self) -> Self;
+}
 
 impl Case {
     /// Case without bodies, walls, loads and stages, without gravity. Positions are relative to the origin of the domain, which is zero

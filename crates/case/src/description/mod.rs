@@ -23,6 +23,7 @@ pub use crate::description::removal_shape::{
 pub use crate::description::strength_reduction::{FactorOfSafety, Weakening};
 pub(crate) use body::OVERLAP_RESOLUTION;
 pub use body::{Body, InitialStress, PointFile, PoreFluid, PorePressure, Velocity};
+pub use constructors::MethodOptions;
 pub use motion::PrescribedMotion;
 pub use obstacle::{
     Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece, RasterCellSelection,

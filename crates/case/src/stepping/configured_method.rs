@@ -3,23 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde::Serialize;
-
+use crate::description::MethodOptions;
 use crate::solver::{Method, Solver};
 use crate::stepping::Simulation;
 use crate::{Case, CaseError, CaseErrors};
-
-/// Options of a method as values of a program.
-pub trait MethodOptions: Serialize + Sized {
-    /// Name of the method, the key under `methods` in a case file.
-    const METHOD: &'static str;
-    /// Keys that a case file must contain.
-    const REQUIRED: &'static [&'static str];
-
-    /// Options with the same required values, and the defaults of a case file for all others.
-    #[must_use]
-    fn default_options(&self) -> Self;
-}
 
 /// Method whose solvers have a type of their own in each dimension.
 pub trait TypedMethod: Method + Default {

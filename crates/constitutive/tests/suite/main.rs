@@ -5,6 +5,7 @@ mod basal_laws;
 mod batches;
 mod cohesive_cam_clay;
 mod cohesive_cam_clay_plane;
+mod constructors;
 mod contract;
 mod critical_state;
 mod driver;

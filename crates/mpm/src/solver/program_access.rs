@@ -116,6 +116,9 @@ impl<const D: usize> MpmSolver<D> {
             return Err(CaseError::new(format!("bodies[{body}].pore_fluid"), problem));
         }
         self.boundary.body_force = Some(Box::new(acceleration));
+        for set in self.bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+            set.points.body_force.resize(set.points.len(), [0.0; D]);
+        }
         Ok(())
     }
 
