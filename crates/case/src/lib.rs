@@ -14,8 +14,8 @@ mod obstacle;
 pub mod output;
 pub mod rigid;
 pub mod run;
+mod simulation;
 pub mod solver;
-mod stepping;
 mod validate;
 
 pub use crate::bodies::plan_region::PlanRegion;
@@ -38,9 +38,9 @@ pub use obstacle::{
     PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,
 };
 pub use run::{RunError, RunOptions, RunReport, SafetyResult, TrialVerdict, run, run_method, run_with_plan};
+pub use simulation::{ConfiguredMethod, PointColumn, Simulation, TypedMethod};
 pub use solver::{
     Advance, Budget, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Frame, FrameRequest, Lattice,
     Method, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot, Solver, SolverError,
     StepLimit, TimeStep,
 };
-pub use stepping::{ConfiguredMethod, PointColumn, Simulation, TypedMethod};

@@ -76,10 +76,6 @@ pub struct Mpm;
 
 impl Mpm {
     /// Method with its options, which builds solvers that a program steps.
-    #[expect(
-        clippy::new_ret_no_self,
-        reason = "the method without options is a value of its own, for cases with options"
-    )]
     pub fn new(options: MpmOptions) -> ConfiguredMethod<Self> {
         ConfiguredMethod::new(options)
     }

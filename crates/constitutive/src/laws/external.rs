@@ -1,6 +1,7 @@
 //! External materials: a law that the program hands over ([`ExternalSpec::from_law`]), or one by name from a registered factory.
 
 use std::fmt;
+use std::panic::{RefUnwindSafe, UnwindSafe};
 use std::sync::{Arc, PoisonError, RwLock};
 
 use schemars::JsonSchema;
@@ -40,6 +41,10 @@ pub fn register_material(factory: &'static dyn MaterialFactory) {
 /// Law of the program in a case. Two are equal if they are the same law.
 #[derive(Clone)]
 pub struct ProgramLaw(pub Arc<dyn Material>);
+
+// A law is only read, through a shared reference: a panic leaves it as it was.
+impl UnwindSafe for ProgramLaw {}
+impl RefUnwindSafe for ProgramLaw {}
 
 impl PartialEq for ProgramLaw {
     fn eq(&self, other: &Self) -> bool {

@@ -56,11 +56,14 @@ pub trait Model: Sized {
     fn examples() -> Vec<Self>;
 }
 
-/// Parameters of a model from its required numbers by name; all others have the defaults of a case file.
-pub(crate) fn with_defaults<T: DeserializeOwned>(required: &[(&'static str, f64)]) -> T {
+/// Parameters of a model, or options of a method, from their required numbers by name; all others have the defaults of a case file.
+///
+/// # Panics
+/// When a required value is not in the list.
+pub fn with_defaults<T: DeserializeOwned>(required: &[(&'static str, f64)]) -> T {
     let numbers: MapDeserializer<'_, _, serde::de::value::Error> =
         MapDeserializer::new(required.iter().copied());
-    T::deserialize(numbers).expect("the list names all required parameters of the model")
+    T::deserialize(numbers).expect("the list names all required values")
 }
 
 /// Information on a model for the table of models.

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use colluvium_case::description::Stage;
 use colluvium_case::{Case, CaseError, MethodOptions};
+use colluvium_constitutive::with_defaults;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -184,40 +185,7 @@ impl MpmOptions {
     /// Options with a cell size (m) and the defaults of a case file.
     #[must_use]
     pub fn new(cell_size: f64) -> Self {
-        Self {
-            cell_size,
-            mesh: None,
-            points_per_cell: default_points_per_cell(),
-            shape: ShapeFunctions::default(),
-            stress_update: StressScheme::default(),
-            transfer: VelocityTransfer::default(),
-            xpic_order: xpic_order(),
-            residual_time: None,
-            flip: default_one(),
-            stage_flip: BTreeMap::new(),
-            courant: courant(),
-            time_step: None,
-            step_criterion: StepCriterion::default(),
-            mass_scaling: default_one(),
-            contacts: Vec::new(),
-            fixed_nodes: FixedNodes::default(),
-            node_mass_cutoff: None,
-            wall_friction: WallFriction::default(),
-            obstacles: ObstacleCoupling::default(),
-            obstacle_stiffness: obstacle_stiffness(),
-            static_friction_ratio: default_one(),
-            mass: NodalMass::default(),
-            lumped_share: default_lumped_share(),
-            domain_stretch: DomainStretch::default(),
-            formulation: LagrangianFormulation::default(),
-            integration: InternalForceIntegration::default(),
-            mixed_reset: false,
-            full_cell: full_cell(),
-            volumetric_strain: VolumetricStrain::default(),
-            free_surface: None,
-            volume_cap: volume_cap(),
-            liquid_bodies: Vec::new(),
-        }
+        with_defaults(&[("cell_size", cell_size)])
     }
 
     /// Checks the ranges; the error names the option and the rule.

@@ -98,7 +98,7 @@ fn views_are_slices_of_the_solver() {
     let snapshot = solver.snapshot();
     let columns = points.id();
     for (k, id) in snapshot.ids.iter().enumerate() {
-        let at = columns.iter().position(|own| u64::from(*own) == u64::from(*id)).unwrap();
+        let at = columns.iter().position(|own| u64::from(*own) == *id).unwrap();
         assert_eq!(points.position()[at][..], snapshot.positions[k][..2]);
     }
     let mass: f64 = points.mass().iter().sum();

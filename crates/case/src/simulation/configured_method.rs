@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::description::MethodOptions;
+use crate::simulation::Simulation;
 use crate::solver::{Method, Solver};
-use crate::stepping::Simulation;
 use crate::{Case, CaseError, CaseErrors};
 
 /// Method whose solvers have a type of their own in each dimension.

@@ -16,8 +16,8 @@ use crate::run::step_size::{is_negligible, stable_step};
 use crate::solver::{Advance, Solver, SolverError, TimeStep, restore_value, save_value};
 use crate::{Case, CaseErrors};
 
-pub use crate::stepping::configured_method::{ConfiguredMethod, TypedMethod};
-pub use crate::stepping::point_column::PointColumn;
+pub use crate::simulation::configured_method::{ConfiguredMethod, TypedMethod};
+pub use crate::simulation::point_column::PointColumn;
 
 /// Solver of a case that a program steps.
 ///

@@ -1,0 +1,66 @@
+//! Parameters of `umat`.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Parameters of `umat`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UmatSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Shared library (.so, .dylib, .dll); a relative path starts at the working directory.
+    pub library: PathBuf,
+    /// Name of the routine in the library.
+    #[serde(default = "default_symbol")]
+    pub symbol: String,
+    /// Name passed as `CMNAME` (at most 80 bytes), for libraries with several materials.
+    #[serde(default)]
+    pub material_name: String,
+    /// Properties `PROPS`, in the units of the library.
+    #[serde(default)]
+    pub props: Vec<f64>,
+    /// Initial state variables `STATEV`, as many as the library needs.
+    #[serde(default)]
+    pub state_variables: Vec<f64>,
+    /// Unit of stress of the library in pascals: 1 for Pa, 1000 for kPa. Pa when absent; in a test of incrementalDriver files, their
+    /// unit.
+    #[serde(default)]
+    pub pascals: Option<f64>,
+    /// P-wave modulus that bounds the time step (Pa), > 0; from the library's stiffness when absent.
+    #[serde(default)]
+    pub wave_modulus: Option<f64>,
+    /// Whether several threads may call the library at the same time.
+    #[serde(default)]
+    pub thread_safe: bool,
+}
+
+/// Default name of the routine in the library.
+fn default_symbol() -> String {
+    "umat_".to_owned()
+}
+
+impl UmatSpec {
+    /// Parameters from density (kg/m³) and library; all others have the defaults of a case file.
+    #[must_use]
+    pub fn new(density: f64, library: impl Into<PathBuf>) -> Self {
+        Self {
+            density,
+            library: library.into(),
+            symbol: default_symbol(),
+            material_name: String::new(),
+            props: Vec::new(),
+            state_variables: Vec::new(),
+            pascals: None,
+            wave_modulus: None,
+            thread_safe: false,
+        }
+    }
+
+    /// Unit of stress of the library (Pa).
+    pub(super) fn unit(&self) -> f64 {
+        self.pascals.unwrap_or(1.0)
+    }
+}
