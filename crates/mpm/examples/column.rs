@@ -6,7 +6,7 @@ use colluvium_mpm::{Mpm, MpmOptions, ShapeFunctions};
 
 /// Computes the collapse and prints the front.
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let sand = MohrCoulombSpec { cohesion: 500.0, ..MohrCoulombSpec::new(1925.0, 1.98e6, 0.23, 31.0) };
+    let sand = MohrCoulombSpec { cohesion: 20.0, ..MohrCoulombSpec::new(1925.0, 1.98e6, 0.23, 31.0) };
     let case = Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [0.5, 0.15]))
         .gravity([0.0, -9.81])
         .material("sand", sand)

@@ -143,7 +143,7 @@ fn files_that_are_no_cases_are_refused() {
     assert_eq!(code, 2);
 }
 
-/// Eight halvings of 19.5 come below 0.1; undecided trials leave both halves to search. A block is a twelfth of the duration.
+/// Eight halvings of 19.5 come below 0.1; undecided trials leave both halves to search. A time window is a twelfth of the duration.
 #[test]
 fn check_prints_the_cost_of_a_safety_factor_search() {
     let folder = tempfile::tempdir().unwrap();
@@ -151,7 +151,7 @@ fn check_prints_the_cost_of_a_safety_factor_search() {
     let (code, text, _) = output(program().arg("check").arg(&file));
     let line = text.lines().find(|line| line.starts_with("search")).unwrap_or_else(|| panic!("{text}"));
     let expected =
-        "search         safety: 10 trials, 17 at most, of 12 blocks at most, about 0.008 s each: about ";
+        "search         safety: 10 trials, 17 at most, of 12 time windows at most, about 0.008 s each: about ";
     assert!(code == 0 && line.starts_with(expected), "{line}");
 }
 
