@@ -150,8 +150,7 @@ fn check_prints_the_cost_of_a_safety_factor_search() {
     let file = write(folder.path(), "slope.json", &searched());
     let (code, text, _) = output(program().arg("check").arg(&file));
     let line = text.lines().find(|line| line.starts_with("search")).unwrap_or_else(|| panic!("{text}"));
-    let expected =
-        "search         safety: 10 trials, 17 at most, of 12 time windows at most, about 0.008 s each: about ";
+    let expected = "search         safety: 10 trials, 17 at most, of 12 time windows at most, about 0.008 s each: about ";
     assert!(code == 0 && line.starts_with(expected), "{line}");
 }
 
