@@ -4,8 +4,7 @@
 
 use std::sync::Arc;
 
-use colluvium_constitutive::ExternalSpec;
-use colluvium_constitutive::{Material, MaterialSpec};
+use colluvium_constitutive::{ExternalSpec, Material, MaterialSpec};
 use colluvium_points::{Sampling, Shape};
 use serde::Serialize;
 use serde_json::Value;
@@ -285,7 +284,7 @@ impl Obstacle {
 }
 
 impl Patch {
-    /// Drained or undrained patch at its initial position.
+    /// Patch that stays at its initial position, through which no pore fluid passes.
     #[must_use]
     pub fn new(name: impl Into<String>, region: Shape) -> Self {
         Self { name: name.into(), region, moves: false, drained: false }

@@ -94,8 +94,8 @@ fn constructors_set_the_required_keys_and_the_defaults_of_a_file() {
 fn arguments_are_in_the_order_of_the_keys() {
     let simsand = SimsandSpec::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0);
     assert_eq!((simsand.poissons_ratio, simsand.hardening_constant), (5.0, 13.0));
-    let snow = MuISpec::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0);
-    assert_eq!((snow.static_friction, snow.reference_inertial_number), (5.0, 7.0));
+    let granular = MuISpec::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0);
+    assert_eq!((granular.static_friction, granular.reference_inertial_number), (5.0, 7.0));
     let value = serde_json::to_value(MohrCoulombSpec::new(1925.0, 1.98e6, 0.23, 31.0)).unwrap();
     assert_eq!(value["friction_angle"], json!(31.0));
 }

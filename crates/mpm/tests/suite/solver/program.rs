@@ -110,7 +110,7 @@ fn views_are_slices_of_the_solver() {
     assert!(solver.points().velocity().iter().all(|v| *v == [0.0, 0.25]));
 }
 
-/// A uniform acceleration moves all points alike: the centre of mass follows the parabola of the explicit step, `g t (t + dt)/2`.
+/// A uniform acceleration moves all points alike, with the velocity `g t`, as gravity does.
 #[test]
 fn a_uniform_body_force_is_free_fall() {
     let gravity = [0.3, -10.0];
