@@ -38,7 +38,10 @@ pub use obstacle::{
     PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,
 };
 pub use run::{RunError, RunOptions, RunReport, SafetyResult, TrialVerdict, run, run_method, run_with_plan};
-pub use simulation::{ConfiguredMethod, PointColumn, Simulation, TypedMethod};
+pub use simulation::{
+    BodyForce, ConfigurableMethod, ConfiguredMethod, InvalidBodyForce, PointColumn, Simulation, TypedMethod,
+    check_saved_body_force,
+};
 pub use solver::{
     Advance, Budget, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Frame, FrameRequest, Lattice,
     Method, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot, Solver, SolverError,

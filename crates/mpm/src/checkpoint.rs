@@ -8,6 +8,7 @@ use colluvium_case::rigid::unconverged_warning;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
     Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
+    check_saved_body_force,
 };
 use serde::{Deserialize, Serialize};
 
@@ -250,12 +251,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         if saved.format != FORMAT || saved.dimension != D || saved.shape != self.background.basis_1d.name {
             return Err(wrong("was written by another version or for another case"));
         }
-        if saved.has_body_force != self.boundary.body_force.is_some() {
-            let [with, cure] = if saved.has_body_force { ["with", "set"] } else { ["without", "clear"] };
-            return Err(wrong(&format!(
-                "was saved {with} a body force of the program: {cure} it before the state is restored"
-            )));
-        }
+        check_saved_body_force(saved.has_body_force, self.boundary.body_force.is_some())?;
         self.bodies.sets.retain(|set| saved.bodies.contains(&set.body));
         if !self.bodies.sets.iter().map(|set| set.body).eq(saved.bodies) {
             return Err(wrong("contains bodies that the case does not have"));

@@ -58,11 +58,11 @@ mod stress;
 mod transfer;
 
 use colluvium_case::{
-    Capabilities, Case, CaseError, ConfiguredMethod, Method, Plan, ProblemSize, Solver, TypedMethod,
+    Capabilities, Case, CaseError, ConfigurableMethod, ConfiguredMethod, Method, Plan, ProblemSize, Solver,
+    TypedMethod,
 };
 use schemars::Schema;
 
-pub use boundary::body_force::BodyForce;
 pub use config::{
     BodyContact, ContactTest, DomainStretch, FixedNodes, InternalForceIntegration, LagrangianFormulation,
     MeshSource, MpmOptions, NodalMass, ObstacleCoupling, PenaltyContact, ShapeFunctions, StepCriterion,
@@ -81,11 +81,14 @@ impl Mpm {
     }
 }
 
-impl TypedMethod for Mpm {
+impl ConfigurableMethod for Mpm {
     type Options = MpmOptions;
-    type Solver<const D: usize> = MpmSolver<D>;
+}
 
-    fn typed_solver<const D: usize>(&self, case: &Case) -> Result<MpmSolver<D>, CaseError> {
+impl<const D: usize> TypedMethod<D> for Mpm {
+    type Solver = MpmSolver<D>;
+
+    fn typed_solver(&self, case: &Case) -> Result<MpmSolver<D>, CaseError> {
         setup::typed_solver(case)
     }
 }

@@ -8,27 +8,36 @@ use crate::simulation::Simulation;
 use crate::solver::{Method, Solver};
 use crate::{Case, CaseError, CaseErrors};
 
-/// Method whose solvers have a type of their own in each dimension.
-pub trait TypedMethod: Method + Default {
+/// Method with typed options.
+pub trait ConfigurableMethod: Method + Default {
     /// Options of the method.
     type Options: MethodOptions;
+
+    /// Number of space dimensions of a solver of the case: those of the plan in depth-integrated methods.
+    fn dimension(&self, case: &Case) -> usize {
+        case.dimension()
+    }
+}
+
+/// Method with a type of solver for `D` dimensions.
+pub trait TypedMethod<const D: usize>: ConfigurableMethod {
     /// Solver in `D` dimensions.
-    type Solver<const D: usize>: Solver;
+    type Solver: Solver;
 
     /// Solver of a case of `D` dimensions whose features the method supports, before the first stage.
     ///
     /// # Errors
     /// See [`Method::build`].
-    fn typed_solver<const D: usize>(&self, case: &Case) -> Result<Self::Solver<D>, CaseError>;
+    fn typed_solver(&self, case: &Case) -> Result<Self::Solver, CaseError>;
 }
 
 /// Method with its options.
 #[derive(Clone, Debug)]
-pub struct ConfiguredMethod<M: TypedMethod> {
+pub struct ConfiguredMethod<M: ConfigurableMethod> {
     options: M::Options,
 }
 
-impl<M: TypedMethod> ConfiguredMethod<M> {
+impl<M: ConfigurableMethod> ConfiguredMethod<M> {
     /// Method with options.
     pub fn new(options: M::Options) -> Self {
         Self { options }
@@ -45,21 +54,25 @@ impl<M: TypedMethod> ConfiguredMethod<M> {
     /// # Errors
     /// All errors of the case, each with its path in a case file; the first part that the method does not support; a case that has not `D`
     /// dimensions.
-    pub fn solver<const D: usize>(&self, case: &Case) -> Result<Simulation<M::Solver<D>>, CaseErrors> {
+    pub fn solver<const D: usize>(&self, case: &Case) -> Result<Simulation<M::Solver>, CaseErrors>
+    where
+        M: TypedMethod<D>,
+    {
+        let method = M::default();
         let case = case.clone().method(&self.options).checked(Path::new(""))?;
         let refuse = |path: String, problem: String| CaseErrors::from_error(CaseError::new(path, problem));
-        if case.dimension() != D {
-            let problem = format!("has {} dimensions, and a solver of {D} was requested", case.dimension());
+        let dimension = method.dimension(&case);
+        if dimension != D {
+            let problem = format!("gives a solver of {dimension} dimensions, and one of {D} was requested");
             return Err(refuse("space".to_owned(), problem));
         }
         if let Some(number) = case.stages.iter().position(|stage| stage.weakening.is_some()) {
             let problem = "is available in a run only, not in a solver that a program steps";
             return Err(refuse(format!("stages[{number}].weakening"), problem.to_owned()));
         }
-        let method = M::default();
         let build = || {
             let notes = method.capabilities(&case)?.check(&case)?;
-            Ok((method.typed_solver::<D>(&case)?, notes))
+            Ok((TypedMethod::<D>::typed_solver(&method, &case)?, notes))
         };
         let (solver, notes) = build().map_err(CaseErrors::from_error)?;
         Simulation::new(Arc::new(case), solver, notes)

@@ -3,6 +3,7 @@
 //! A [`TypedMethod`] with its options builds a [`Simulation`], which steps its solver through the stages of the case as a run does, without
 //! output and measures. The room knows the description and the solver interface; a run does not know it.
 
+mod body_force;
 mod configured_method;
 mod point_column;
 
@@ -16,7 +17,8 @@ use crate::run::step_size::{is_negligible, stable_step};
 use crate::solver::{Advance, Solver, SolverError, TimeStep, restore_value, save_value};
 use crate::{Case, CaseErrors};
 
-pub use crate::simulation::configured_method::{ConfiguredMethod, TypedMethod};
+pub use crate::simulation::body_force::{BodyForce, InvalidBodyForce, check_saved_body_force};
+pub use crate::simulation::configured_method::{ConfigurableMethod, ConfiguredMethod, TypedMethod};
 pub use crate::simulation::point_column::PointColumn;
 
 /// Solver of a case that a program steps.
@@ -123,10 +125,13 @@ impl<S: Solver> Simulation<S> {
     /// Takes stable steps until `time` (s), the last one shortened. Returns their number.
     ///
     /// # Errors
-    /// As [`Simulation::step`]; when `time` is not finite or lies after the end of the last stage.
+    /// As [`Simulation::step`]; when `time` is not finite, has passed, or lies after the end of the last stage.
     pub fn step_to(&mut self, time: f64) -> Result<u64, SolverError> {
         if !time.is_finite() {
             return Err(self.refusal(format!("the time {time} s is not finite")));
+        }
+        if time < self.time() {
+            return Err(self.refusal(format!("the time {time} s has passed")));
         }
         let first = self.solver.step_count();
         while !is_negligible(time - self.time(), self.shortest_span()) {

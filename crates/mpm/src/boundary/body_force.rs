@@ -1,4 +1,4 @@
-//! Body force of a program on the points: an acceleration by position, velocity and time.
+//! Body force of a program on the points.
 
 use colluvium_case::SolverError;
 
@@ -6,32 +6,23 @@ use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::clock::Clock;
 use crate::points::bodies::{Bodies, point_error};
 
-/// Acceleration (m/s²) at a position (m), a velocity (m/s) and a time (s), in addition to gravity.
-pub type BodyForce<const D: usize> = dyn Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync;
-
-/// Computes the body forces of the deformable points at the start of a step; on an error they are unchanged.
+/// Computes the body forces of the deformable points at the start of a step.
 pub(crate) fn update_body_forces<const D: usize>(
     clock: &Clock,
     bodies: &mut Bodies<D>,
     boundary: &BoundaryConditions<D>,
 ) -> Result<(), SolverError> {
-    let Some(acceleration) = &boundary.body_force else { return Ok(()) };
-    let mut forces = Vec::with_capacity(bodies.sets.len());
-    for set in &bodies.sets {
-        let mut of_set = Vec::with_capacity(set.len());
-        for p in (0..set.len()).filter(|_| set.rigid.is_none()) {
-            let points = &set.points;
-            let a = acceleration(&points.position[p], &points.velocity[p], clock.time);
-            if !a.iter().all(|a| a.is_finite()) {
-                let reason = format!("the body force of the program gives the acceleration {a:?} m/s²");
-                return Err(point_error(clock, set, p, reason));
-            }
-            of_set.push(a.map(|a| points.mass[p] * a));
+    let Some(body_force) = &boundary.body_force else { return Ok(()) };
+    for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+        let points = &mut set.points;
+        let forces = &mut points.body_force;
+        if let Err(invalid) = body_force.accelerations(&points.position, &points.velocity, clock.time, forces)
+        {
+            return Err(point_error(clock, set, invalid.point, invalid.to_string()));
         }
-        forces.push(of_set);
-    }
-    for (set, forces) in bodies.sets.iter_mut().zip(forces) {
-        set.points.body_force = forces;
+        for (force, mass) in forces.iter_mut().zip(&points.mass) {
+            *force = force.map(|acceleration| mass * acceleration);
+        }
     }
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! External actions on nodes and points: walls, obstacles, driven bodies, contact, loads, absorbing boundaries.
 
+use colluvium_case::BodyForce;
 use colluvium_grid::NodeWalls;
 
 use crate::background_grid::BackgroundGrid;
 use crate::boundary::absorbing_boundary::AbsorbingBoundaries;
-use crate::boundary::body_force::BodyForce;
 use crate::boundary::nodal_loads::NodalLoad;
 use crate::contact::contact_law::{FieldContacts, RowContact};
 use crate::contact::rigid_contact::ContactSet;
@@ -42,7 +42,7 @@ pub struct BoundaryConditions<const D: usize> {
     /// Absorbing boundaries with viscous dashpots.
     pub(crate) absorbing: AbsorbingBoundaries,
     /// Body force of the program; none unless it sets one.
-    pub(crate) body_force: Option<Box<BodyForce<D>>>,
+    pub(crate) body_force: Option<BodyForce<D>>,
 }
 
 impl<const D: usize> BoundaryConditions<D> {

@@ -1,6 +1,6 @@
 //! Reading and changing the solver between steps of a program.
 
-use colluvium_case::{CaseError, PointColumn};
+use colluvium_case::{BodyForce, CaseError, PointColumn};
 use colluvium_constitutive::SymTensor;
 
 use crate::points::point_set::PointSet;
@@ -86,18 +86,18 @@ impl<const D: usize> MpmSolver<D> {
         MpmPoints { sets: &self.bodies.sets }
     }
 
-    /// Velocities of all points (m/s), to be changed between two steps; a velocity that is not finite fails the next step. Affine velocity
-    /// fields of APIC and TPIC keep their gradients.
+    /// Velocities of the deformable points (m/s), to be changed between two steps; a velocity that is not finite fails the next step. Affine
+    /// velocity fields of APIC and TPIC keep their gradients.
     pub fn velocities_mut(&mut self) -> impl Iterator<Item = &mut [f64; D]> {
         // The limit of the step depends on the velocities.
         self.clock.limit = None;
-        self.bodies.sets.iter_mut().flat_map(|set| &mut set.points.velocity)
+        self.deformable_sets().flat_map(|set| &mut set.points.velocity)
     }
 
-    /// Stresses of all points (Pa, tension-positive), to be changed between two steps. Internal variables of the laws are kept.
+    /// Stresses of the deformable points (Pa, tension-positive), to be changed between two steps. Internal variables of the laws are kept.
     pub fn stresses_mut(&mut self) -> impl Iterator<Item = &mut SymTensor> {
         self.clock.limit = None;
-        self.bodies.sets.iter_mut().flat_map(|set| &mut set.points.stress)
+        self.deformable_sets().flat_map(|set| &mut set.points.stress)
     }
 
     /// Sets an acceleration (m/s²) by position (m), velocity (m/s) and time (s), which acts on all deformable points in addition to gravity
@@ -115,11 +115,16 @@ impl<const D: usize> MpmSolver<D> {
                 "excludes a body force of the program: its share of skeleton and fluid is not defined";
             return Err(CaseError::new(format!("bodies[{body}].pore_fluid"), problem));
         }
-        self.boundary.body_force = Some(Box::new(acceleration));
-        for set in self.bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+        self.boundary.body_force = Some(BodyForce::new(acceleration));
+        for set in self.deformable_sets() {
             set.points.body_force.resize(set.points.len(), [0.0; D]);
         }
         Ok(())
+    }
+
+    /// Points of the deformable bodies.
+    fn deformable_sets(&mut self) -> impl Iterator<Item = &mut PointSet<D>> {
+        self.bodies.sets.iter_mut().filter(|set| set.rigid.is_none())
     }
 
     /// Removes the body force of the program.

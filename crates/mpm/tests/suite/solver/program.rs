@@ -216,7 +216,7 @@ fn nonsense_is_refused_with_the_path_of_a_file() {
         assert!(error.contains(path), "{path}: {error}");
     }
     let error = Mpm::new(options()).solver::<3>(&falling_block()).err().unwrap().to_string();
-    assert!(error.contains("space: has 2 dimensions, and a solver of 3 was requested"), "{error}");
+    assert!(error.contains("space: gives a solver of 2 dimensions, and one of 3 was requested"), "{error}");
 }
 
 #[test]
