@@ -37,13 +37,16 @@ pub use obstacle::{
     MovingObstacle, MovingObstacles, OVERLAP_TOLERANCE, ObstacleLaw, ObstacleLaws, ObstacleOverlap,
     PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,
 };
-pub use run::{RunError, RunOptions, RunReport, SafetyResult, TrialVerdict, run, run_method, run_with_plan};
+pub use run::{
+    Run, RunError, RunEvent, RunOptions, RunReport, SafetyResult, TrialVerdict, run, run_method,
+    run_with_plan,
+};
 pub use simulation::{
     BodyForce, ConfigurableMethod, ConfiguredMethod, InvalidBodyForce, PointColumn, Simulation, TypedMethod,
     check_saved_body_force,
 };
 pub use solver::{
     Advance, Budget, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Frame, FrameRequest, Lattice,
-    Method, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot, Solver, SolverError,
-    StepLimit, TimeStep,
+    Method, MissedEquilibrium, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot,
+    Solver, SolverError, StepLimit, TimeStep, TimeStepError,
 };

@@ -23,12 +23,17 @@
 
 #[cfg(feature = "reports")]
 pub mod compare;
+#[cfg(feature = "cli")]
+pub mod machine;
+mod method_choice;
 pub mod output;
 #[cfg(feature = "reports")]
 mod parallel_runs;
 mod reference;
 #[cfg(feature = "reports")]
 pub mod report;
+#[cfg(feature = "reports")]
+pub mod run_progress;
 #[cfg(feature = "reports")]
 pub mod sweep;
 mod templates;
@@ -45,6 +50,7 @@ pub use colluvium_points as points;
 pub use colluvium_snow_mpm as snow_mpm;
 pub use colluvium_sph as sph;
 
+pub use crate::method_choice::{MethodChoiceError, select_method};
 pub use crate::reference::case_reference::case_reference;
 pub use crate::reference::models_reference::models_reference;
 

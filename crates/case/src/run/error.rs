@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::output::OutputError;
-use crate::{CaseErrors, SolverError, StepLimit};
+use crate::{CaseErrors, SolverError};
 
 /// Reason for the failure of a run.
 #[derive(Debug, Error)]
@@ -29,58 +29,9 @@ pub enum RunError {
     /// Failure to write or read a file.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// Quasi-static stage without equilibrium at its end.
-    #[error(
-        "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \
-         kinetic energy {kinetic:.3e} of the external work)"
-    )]
-    NoEquilibrium {
-        /// Number of the stage.
-        stage: usize,
-        /// Duration of the stage (s).
-        duration: f64,
-        /// Unbalanced-force ratio at the end.
-        unbalanced: f64,
-        /// Kinetic-energy ratio at the end.
-        kinetic: f64,
-    },
-    /// No limit of the time step, because no material is left that moves.
-    #[error(
-        "stage {stage:?}, t = {time} s: no material is left that moves: all bodies are removed, are rigid \
-         or have left the domain"
-    )]
-    NoMotion {
-        /// Name of the stage.
-        stage: String,
-        /// Time (s).
-        time: f64,
-    },
-    /// Time step below the precision of the time in double precision.
-    #[error(
-        "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, is below the precision of the time: the \
-         end at {end} s is more than 2^53 steps away. The run cannot advance. Check stiffness, density and \
-         sizes"
-    )]
-    StepTooSmall {
-        /// Time (s).
-        time: f64,
-        /// Time step (s).
-        dt: f64,
-        /// Limit of the time step.
-        limit: StepLimit,
-        /// End of the stage (s).
-        end: f64,
-    },
-    /// No usable time step.
-    #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
-    TimeStep {
-        /// Time (s).
-        time: f64,
-        /// Time step of the solver (s).
-        dt: f64,
-        /// Limit of the time step.
-        limit: StepLimit,
-    },
+    /// Advance of a run that has failed before.
+    #[error("the run has failed before: start a new one, or resume it from its folder")]
+    HasFailed,
     /// Failure of a trial in a search for a factor of safety.
     #[error("measures.{measure}: trial with the factor {factor}: {source}")]
     Trial {

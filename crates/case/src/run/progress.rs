@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::output::{Collection, FileChecksum};
 use crate::run::energy_monitor::EnergyMonitor;
+use crate::simulation::stage_progress::StageProgress;
 use crate::{Budget, TimeStep};
 
 /// Progress of a run: all data of a restart other than the state of the solver.
@@ -13,12 +14,10 @@ use crate::{Budget, TimeStep};
 pub(crate) struct RunProgress {
     /// Whether the first stage has begun.
     pub(crate) has_begun: bool,
-    /// Index of the current stage.
-    pub(crate) stage: usize,
-    /// Start times of the stages so far (s).
-    pub(crate) stage_starts: Vec<f64>,
-    /// Number of consecutive checks at which the bodies were at rest.
-    pub(crate) checks_at_rest: u32,
+    /// Position in the stages.
+    pub(crate) stages: StageProgress,
+    /// Whether all stages have ended and the searches for factors of safety have begun.
+    pub(crate) is_searching: bool,
     /// Wall-clock time so far (s).
     pub(crate) wall: f64,
     /// Number of frames written.
@@ -77,10 +76,5 @@ impl RunProgress {
             }
             None => self.step_bounds.push(StepBoundCount { steps: 1, min_step: *bound, time }),
         }
-    }
-
-    /// Start time of the stage (s).
-    pub(crate) fn stage_start(&self) -> f64 {
-        self.stage_starts.last().copied().unwrap_or(0.0)
     }
 }

@@ -34,18 +34,29 @@ pub trait TypedMethod<const D: usize>: ConfigurableMethod {
 /// Method with its options.
 #[derive(Clone, Debug)]
 pub struct ConfiguredMethod<M: ConfigurableMethod> {
+    method: M,
     options: M::Options,
 }
 
 impl<M: ConfigurableMethod> ConfiguredMethod<M> {
     /// Method with options.
     pub fn new(options: M::Options) -> Self {
-        Self { options }
+        Self { method: M::default(), options }
+    }
+
+    /// Method.
+    pub fn method(&self) -> &M {
+        &self.method
     }
 
     /// Options of the method.
     pub fn options(&self) -> &M::Options {
         &self.options
+    }
+
+    /// Case with the options of the method, checked as its file would be.
+    pub(crate) fn checked_case(&self, case: &Case) -> Result<Case, CaseErrors> {
+        case.clone().method(&self.options).checked(Path::new(""))
     }
 
     /// Solver of a case at the start of its first stage. The case is checked as its file would be, with these options in place of those
@@ -58,8 +69,7 @@ impl<M: ConfigurableMethod> ConfiguredMethod<M> {
     where
         M: TypedMethod<D>,
     {
-        let method = M::default();
-        let case = case.clone().method(&self.options).checked(Path::new(""))?;
+        let (method, case) = (&self.method, self.checked_case(case)?);
         let refuse = |path: String, problem: String| CaseErrors::from_error(CaseError::new(path, problem));
         let dimension = method.dimension(&case);
         if dimension != D {
@@ -72,7 +82,7 @@ impl<M: ConfigurableMethod> ConfiguredMethod<M> {
         }
         let build = || {
             let notes = method.capabilities(&case)?.check(&case)?;
-            Ok((TypedMethod::<D>::typed_solver(&method, &case)?, notes))
+            Ok((TypedMethod::<D>::typed_solver(method, &case)?, notes))
         };
         let (solver, notes) = build().map_err(CaseErrors::from_error)?;
         Simulation::new(Arc::new(case), solver, notes)

@@ -1,19 +1,20 @@
 //! Solvers that a program steps itself: typed construction, the loop over the stages, views of the points.
 //!
 //! A [`TypedMethod`] with its options builds a [`Simulation`], which steps its solver through the stages of the case as a run does, without
-//! output and measures. The room knows the description and the solver interface; a run does not know it.
+//! output and measures. A run uses the same order of stages and the same steps.
 
 mod body_force;
 mod configured_method;
 mod point_column;
+pub(crate) mod stage_progress;
+pub(crate) mod step_size;
 
 use std::io::{Read, Write};
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
-use crate::run::step_size::{is_negligible, stable_step};
+use crate::simulation::stage_progress::StageProgress;
+use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
 use crate::solver::{Advance, Solver, SolverError, TimeStep, restore_value, save_value};
 use crate::{Case, CaseErrors};
 
@@ -35,19 +36,6 @@ pub struct Simulation<S> {
     has_failed: bool,
 }
 
-/// Position in the stages, as a checkpoint contains it.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct StageProgress {
-    /// Index of the stage.
-    stage: usize,
-    /// Start times of the stages so far (s).
-    stage_starts: Vec<f64>,
-    /// Consecutive checks at which the bodies were at rest.
-    checks_at_rest: u32,
-    /// Whether the stage has ended.
-    stage_has_ended: bool,
-}
-
 impl<S: Solver> Simulation<S> {
     /// Solver at the start of the first stage; `notes` are those of the method on ignored parts of the case.
     pub(crate) fn new(case: Arc<Case>, mut solver: S, notes: Vec<String>) -> Result<Self, CaseErrors> {
@@ -55,7 +43,8 @@ impl<S: Solver> Simulation<S> {
         solver
             .begin_stage(0, start)
             .map_err(|error| CaseErrors::from_error(crate::CaseError::new("stages[0]", error.to_string())))?;
-        let progress = StageProgress { stage_starts: vec![start], ..StageProgress::default() };
+        let mut progress = StageProgress::default();
+        progress.begin(0, &solver);
         Ok(Self { case, solver, progress, notes, has_failed: false })
     }
 
@@ -86,7 +75,7 @@ impl<S: Solver> Simulation<S> {
 
     /// Whether the last stage has ended.
     pub fn is_complete(&self) -> bool {
-        self.progress.stage_has_ended && self.progress.stage + 1 == self.case.stages.len()
+        self.progress.is_complete(&self.case)
     }
 
     /// Largest stable step from the current state (s), with its limit. It is constant until the next step.
@@ -166,7 +155,7 @@ impl<S: Solver> Simulation<S> {
     fn restore_stage_and_solver(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
         let progress: StageProgress = restore_value(input)?;
         let known = progress.stage < self.case.stages.len();
-        let (Some(start), true) = (progress.stage_starts.get(progress.stage).copied(), known) else {
+        let (Some(start), true) = (progress.starts.get(progress.stage).copied(), known) else {
             return Err(SolverError::Checkpoint("it is of a case with other stages".to_owned()));
         };
         self.solver.restore(input)?;
@@ -177,80 +166,29 @@ impl<S: Solver> Simulation<S> {
 
     /// Takes a step within a stage, after the start of the next stage where one has ended.
     fn step_in_stage(&mut self, at_most: f64) -> Result<Advance, SolverError> {
-        if self.progress.stage_has_ended {
-            self.begin_next_stage()?;
-        }
         let case = Arc::clone(&self.case);
+        if self.progress.has_ended {
+            let next = self.progress.stage + 1;
+            self.solver.begin_stage(next, self.solver.time())?;
+            self.progress.begin(next, &self.solver);
+        }
+        let (solver, end) = (&mut self.solver, self.progress.end(&case));
         let stage = &case.stages[self.progress.stage];
-        let end = self.progress.stage_starts[self.progress.stage] + stage.duration;
-        let solver = &mut self.solver;
         // Runs on a thread of the pool: from any other thread each loop of a step would wake a thread of the pool and wait for it.
         let done = rayon::scope(|_| {
-            let limit =
-                stable_step(solver, stage, end).map_err(|error| solver_error(solver, &error.to_string()))?;
-            let time = solver.time();
-            let done = solver.step(at_most.min(end - time))?;
-            if !(solver.time() > time) {
-                let reason =
-                    format!("the step of {:e} s ({}) does not change the time", done.dt, limit.limit);
-                return Err(solver_error(solver, &reason));
-            }
-            Ok(done)
+            stable_step(solver, stage, end)?;
+            let left = end - solver.time();
+            step_solver(solver, at_most.min(left), end)
         })?;
         let is_over = is_negligible(end - self.time(), self.shortest_span());
-        if self.is_at_rest() {
-            self.end_stage()?;
-        } else if is_over {
-            self.check_equilibrium()?;
-            self.end_stage()?;
+        let is_at_rest = self.progress.is_at_rest(&case, &self.solver);
+        if is_over && !is_at_rest {
+            self.progress.missed_equilibrium(&case, &self.solver)?;
+        }
+        if is_over || is_at_rest {
+            self.progress.end_stage(&case, &mut self.solver)?;
         }
         Ok(done)
-    }
-
-    /// Begins the stage after one that has ended.
-    fn begin_next_stage(&mut self) -> Result<(), SolverError> {
-        let (stage, start) = (self.progress.stage + 1, self.solver.time());
-        self.solver.begin_stage(stage, start)?;
-        self.progress.stage = stage;
-        self.progress.stage_starts.push(start);
-        self.progress.checks_at_rest = 0;
-        self.progress.stage_has_ended = false;
-        Ok(())
-    }
-
-    /// Ends the stage, and resets what it resets.
-    fn end_stage(&mut self) -> Result<(), SolverError> {
-        self.solver.end_stage(&self.case.stages[self.progress.stage])?;
-        self.progress.stage_has_ended = true;
-        Ok(())
-    }
-
-    /// Whether the bodies have been at rest for the consecutive checks that the stage requires.
-    fn is_at_rest(&mut self) -> bool {
-        let Some(criterion) = &self.case.stages[self.progress.stage].equilibrium else { return false };
-        if !self.solver.step_count().is_multiple_of(self.solver.steps_between_checks()) {
-            return false;
-        }
-        let complete = self.case.ramps_are_complete(&self.progress.stage_starts, self.solver.time())
-            && self.solver.ramps_are_complete();
-        let rests = self.solver.equilibrium().is_some_and(|now| {
-            now.unbalanced_force < criterion.unbalanced_force && now.kinetic_ratio < criterion.kinetic_energy
-        });
-        self.progress.checks_at_rest = if complete && rests { self.progress.checks_at_rest + 1 } else { 0 };
-        self.progress.checks_at_rest >= criterion.hold
-    }
-
-    /// Refuses the end of a stage that requires equilibrium without it.
-    fn check_equilibrium(&self) -> Result<(), SolverError> {
-        let stage = &self.case.stages[self.progress.stage];
-        match &stage.equilibrium {
-            Some(criterion) if criterion.required => Err(self.refusal(format!(
-                "stage {:?} has ended after {} s without equilibrium: give it more time or damping, or set \
-                 `required` of its equilibrium to false",
-                stage.name, stage.duration
-            ))),
-            _ => Ok(()),
-        }
     }
 
     /// Duration (s) beside which the rest of a stage is negligible.
@@ -262,11 +200,6 @@ impl<S: Solver> Simulation<S> {
     fn refusal(&self, reason: String) -> SolverError {
         SolverError::Step { step: self.solver.step_count(), time: self.solver.time(), reason }
     }
-}
-
-/// Error of a solver at its current step and time.
-fn solver_error(solver: &impl Solver, reason: &str) -> SolverError {
-    SolverError::Step { step: solver.step_count(), time: solver.time(), reason: reason.to_owned() }
 }
 
 impl<S> Deref for Simulation<S> {

@@ -1,6 +1,7 @@
 //! Measures of static equilibrium (sheet: mpm §2.14; Anura3D manual 2021, eqs. 6.29 and 6.30).
 
 use colluvium_constitutive::SymTensor;
+use thiserror::Error;
 
 /// Share of the reference scale below which an external force counts as zero.
 const NO_FORCE: f64 = 1e-12;
@@ -59,6 +60,23 @@ fn ratio(value: f64, scale: f64) -> f64 {
     } else {
         f64::INFINITY
     }
+}
+
+/// End of a stage without the equilibrium that it asks for.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error(
+    "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \
+     kinetic energy {kinetic:.3e} of the external work)"
+)]
+pub struct MissedEquilibrium {
+    /// Index of the stage.
+    pub stage: usize,
+    /// Duration of the stage (s).
+    pub duration: f64,
+    /// Unbalanced-force ratio at the end; NaN without one.
+    pub unbalanced: f64,
+    /// Kinetic-energy ratio at the end; NaN without one.
+    pub kinetic: f64,
 }
 
 #[cfg(test)]

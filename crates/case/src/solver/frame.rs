@@ -253,6 +253,11 @@ impl Frame {
         let number = self.datasets.iter().position(on_points)?;
         Some(self.datasets.remove(number).into_points(self.time, self.step))
     }
+
+    /// Inserts a dataset on points before the other datasets.
+    pub(crate) fn insert_points(&mut self, points: Snapshot) {
+        self.datasets.splice(0..0, Self::from(points).datasets);
+    }
 }
 
 impl From<Snapshot> for Frame {

@@ -1,6 +1,7 @@
 //! Interface of all methods: a [`Method`] builds a [`Solver`] from a [`Case`].
 
 pub(crate) mod equilibrium;
+mod error;
 mod frame;
 mod frame_points;
 pub(crate) mod manufactured;
@@ -14,13 +15,14 @@ use std::io::{Read, Write};
 use schemars::Schema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::description::Stage;
 use crate::{Capabilities, Case, CaseError, Equilibrium};
 
+pub use crate::solver::equilibrium::MissedEquilibrium;
+pub use crate::solver::error::SolverError;
 pub(crate) use crate::solver::frame_points::on_nodes;
-pub use crate::solver::time_step::{Advance, StepLimit, TimeStep};
+pub use crate::solver::time_step::{Advance, StepLimit, TimeStep, TimeStepError};
 pub use frame::{
     Dataset, DatasetGeometry, FieldRole, Frame, FramePoints, FrameRequest, Lattice, PlanNodes, PlanRaster,
     PolygonMesh,
@@ -200,48 +202,6 @@ pub fn reset_error(reason: &str) -> String {
     )
 }
 
-/// Error that stops a run.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum SolverError {
-    /// Point whose state the method cannot continue: NaN, excessive velocity, inverted, outside the grid.
-    #[error("step {step}, t = {time:.6} s, point {point} at {position:.4?} m: {reason}")]
-    Point {
-        /// Step of the error.
-        step: u64,
-        /// Time at the start of that step (s).
-        time: f64,
-        /// Id of the first such point.
-        point: u64,
-        /// Its position (m).
-        position: [f64; 3],
-        /// Description of the error.
-        reason: String,
-    },
-    /// Step that failed.
-    #[error("step {step}, t = {time:.6} s: {reason}")]
-    Step {
-        /// Number of the step.
-        step: u64,
-        /// Time at its start (s).
-        time: f64,
-        /// Description of the error.
-        reason: String,
-    },
-    /// Checkpoint that does not fit this case or this version.
-    #[error("checkpoint: {0}")]
-    Checkpoint(String),
-}
-
-impl SolverError {
-    /// Error with its position translated by `origin` (m).
-    pub(crate) fn on_map(mut self, origin: [f64; 3]) -> Self {
-        if let Self::Point { position, .. } = &mut self {
-            (0..3).for_each(|c| position[c] += origin[c]);
-        }
-        self
-    }
-}
-
 /// Running instance of a method.
 pub trait Solver: Send {
     /// Current time of the solver (s).
@@ -408,12 +368,6 @@ pub trait Solver: Send {
         let mut bytes = Vec::new();
         self.save(&mut bytes)?;
         Ok(bytes)
-    }
-}
-
-impl From<std::io::Error> for SolverError {
-    fn from(error: std::io::Error) -> Self {
-        Self::Checkpoint(error.to_string())
     }
 }
 

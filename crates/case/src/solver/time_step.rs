@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use thiserror::Error;
 
 /// Criterion that limits a time step, as a short text that the method gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,6 +144,48 @@ impl TimeStep {
             )
         })
     }
+}
+
+/// Time step with which a solver cannot advance.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum TimeStepError {
+    /// No limit of the time step, because no material is left that moves.
+    #[error(
+        "stage {stage:?}, t = {time} s: no material is left that moves: all bodies are removed, are rigid \
+         or have left the domain"
+    )]
+    NoMotion {
+        /// Name of the stage.
+        stage: String,
+        /// Time (s).
+        time: f64,
+    },
+    /// Time step below the precision of the time in double precision.
+    #[error(
+        "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, is below the precision of the time: the \
+         end at {end} s is more than 2^53 steps away. The run cannot advance. Check stiffness, density and \
+         sizes"
+    )]
+    TooSmall {
+        /// Time (s).
+        time: f64,
+        /// Time step (s).
+        dt: f64,
+        /// Limit of the time step.
+        limit: StepLimit,
+        /// End of the stage (s).
+        end: f64,
+    },
+    /// Time step that is not positive, or not a number.
+    #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
+    Unstable {
+        /// Time (s).
+        time: f64,
+        /// Time step of the solver (s).
+        dt: f64,
+        /// Limit of the time step.
+        limit: StepLimit,
+    },
 }
 
 #[cfg(test)]

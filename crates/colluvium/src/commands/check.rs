@@ -6,8 +6,10 @@ use std::time::Duration;
 use clap::Args;
 use colluvium::case::run::{RunTiming, SearchCost, check_names};
 use colluvium::case::{BodyDensities, Case, Plan, TimeScales, printable};
+use colluvium::machine::{available_threads, free_memory, peak_memory};
+use colluvium::select_method;
 
-use super::{CommandError, available_threads, duration_text, free_memory, peak_memory, select_method};
+use super::{CommandError, duration_text};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 

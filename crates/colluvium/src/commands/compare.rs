@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use colluvium::case::Case;
 use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
+use colluvium::machine::free_memory;
 use colluvium::output::run_pictures::view_plane_for_gravity;
 
-use super::{CommandError, OutputArguments, free_memory, stop_on_interrupt, thread_pool, write_stdout};
+use super::{CommandError, OutputArguments, stop_on_interrupt, thread_pool, write_stdout};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 

@@ -30,10 +30,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
+use colluvium::MethodChoiceError;
 use colluvium::case::output::OutputError;
-use colluvium::case::{Case, CaseError, CaseErrors, Method, RunError};
+use colluvium::case::{CaseError, CaseErrors, RunError};
 use colluvium::case::{printable, shortened};
 use colluvium::compare::CompareError;
+use colluvium::machine;
 use colluvium::sweep::SweepError;
 use thiserror::Error;
 
@@ -90,6 +92,16 @@ impl From<CaseError> for CommandError {
     }
 }
 
+impl From<MethodChoiceError> for CommandError {
+    fn from(error: MethodChoiceError) -> Self {
+        match error {
+            MethodChoiceError::Case(error) => error.into(),
+            MethodChoiceError::Several { .. } => Self::Usage(format!("{error} with --method")),
+            MethodChoiceError::Unknown { .. } => Self::Usage(error.to_string()),
+        }
+    }
+}
+
 impl CommandError {
     /// The exit code.
     pub fn exit_code(&self) -> u8 {
@@ -135,26 +147,6 @@ fn check_run_folder(folder: &Path) -> Result<(), CommandError> {
     Err(CommandError::Usage(format!("{name}: contains no run (summary.json is missing)")))
 }
 
-/// Number of hardware threads of this machine.
-fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Free memory (bytes) of the machine, or of the control group of this process.
-fn free_memory() -> f64 {
-    let mut system = sysinfo::System::new();
-    system.refresh_memory();
-    let group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
-    system.available_memory().min(group) as f64
-}
-
-/// Largest memory of this process so far (bytes), where the system reports it.
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(1024 * line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()?)
-}
-
 /// A duration in words.
 fn duration_text(seconds: f64) -> String {
     match seconds {
@@ -168,38 +160,8 @@ fn duration_text(seconds: f64) -> String {
 
 /// Thread pool of a run; all cores where no number is given.
 fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.map_or(0, usize::from))
-        .build()
+    machine::thread_pool(threads.map(usize::from))
         .map_err(|error| CommandError::Message(format!("threads: {error}")))
-}
-
-/// Method of a run: the requested one, or the only one that the case has options for.
-fn select_method(case: &Case, requested: Option<&str>) -> Result<&'static dyn Method, CommandError> {
-    let known: Vec<&str> = colluvium::methods().iter().map(|method| method.name()).collect();
-    for name in case.methods.keys() {
-        if !known.contains(&name.as_str()) {
-            let problem = format!("is not a method; there are: {}", known.join(", "));
-            return Err(CaseError::new(format!("methods.{name}"), problem).into());
-        }
-    }
-    let name = match (requested, case.methods.len()) {
-        (Some(name), _) => name,
-        (None, 1) => case.methods.keys().next().map_or("", String::as_str),
-        (None, 0) => {
-            return Err(CaseError::new("methods", "is empty: choose a method with --method").into());
-        }
-        (None, _) => {
-            let names: Vec<&str> = case.methods.keys().map(String::as_str).collect();
-            let names = names.join(", ");
-            return Err(CommandError::Usage(format!(
-                "the case has several methods, {names}: choose one with --method"
-            )));
-        }
-    };
-    colluvium::method(name).ok_or_else(|| {
-        CommandError::Usage(format!("{name:?} is not a method; there are: {}", known.join(", ")))
-    })
 }
 
 /// Folder of the results, and how earlier results in it are treated.

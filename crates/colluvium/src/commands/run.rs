@@ -1,15 +1,19 @@
 //! `colluvium run`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use colluvium::case::output::{OutputError, read_json};
 use colluvium::case::run::RunEnd;
-use colluvium::case::{Case, RunOptions, RunReport};
+use colluvium::case::{Case, Run, RunOptions, RunReport};
+use colluvium::machine::free_memory;
 use colluvium::output::raster_maps::raster_maps;
 use colluvium::plots::Picture;
+use colluvium::run_progress::RunProgress;
+use colluvium::select_method;
 
-use super::{CommandError, OutputArguments, free_memory, select_method, stop_on_interrupt, thread_pool};
+use super::{CommandError, OutputArguments, stop_on_interrupt, thread_pool};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -31,7 +35,7 @@ pub struct RunArguments {
 pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let files = &arguments.files;
     file_kind::require_kind(&arguments.case, FileKind::Case)?;
-    let case = Case::from_file(&arguments.case)?;
+    let case = Arc::new(Case::from_file(&arguments.case)?);
     let method = select_method(&case, arguments.method.as_deref())?;
     let size = method.problem_size(&case)?;
     size.check_memory(free_memory())?;
@@ -55,12 +59,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         output_folder: Some(out.clone()),
         resume: files.resume,
         overwrite: files.overwrite,
-        progress: !files.quiet,
         keep_frames: false,
         keep_specimen: false,
         stop_flag: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
-        on_warning: (!files.quiet).then_some(|remark| print_error_line!("warning: {remark}")),
         warnings,
     };
     if !files.quiet {
@@ -68,7 +70,11 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
             print_error_line!("warning: {warning}");
         }
     }
-    let report = pool.install(|| colluvium::case::run_with_plan(method, &case, solver, &options))?;
+    let on_warning: Option<fn(&str)> =
+        (!files.quiet).then_some(|warning| print_error_line!("warning: {warning}"));
+    let mut progress = RunProgress::new(&case, !files.quiet, on_warning);
+    let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
+    let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
     if report.ending == RunEnd::Interrupted {
         return Err(CommandError::Interrupted);
     }
@@ -78,7 +84,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         print_error_line!("warning: no map is drawn: {problem}");
     }
     if !files.quiet {
-        for warning in report.warnings_at_end.iter().filter(|text| !report.reported_warnings.contains(text)) {
+        for warning in report.warnings_at_end.iter().filter(|text| !progress.warnings().contains(text)) {
             print_error_line!("warning: {warning}");
         }
         for fact in &report.notes {

@@ -1,13 +1,17 @@
 //! `colluvium specimen`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use colluvium::case::output::{OutputError, read_json, write_atomically};
 use colluvium::case::run::{RunEnd, last_state};
-use colluvium::case::{Case, CaseError, Method, RunOptions, run_with_plan};
+use colluvium::case::{Case, CaseError, Method, Run, RunOptions};
+use colluvium::machine::free_memory;
+use colluvium::run_progress::RunProgress;
+use colluvium::select_method;
 
-use super::{CommandError, check_run_folder, free_memory, select_method, stop_on_interrupt, thread_pool};
+use super::{CommandError, check_run_folder, stop_on_interrupt, thread_pool};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -79,6 +83,7 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
     if let Some(stage) = &arguments.until {
         truncate_stages_after(&mut case, stage)?;
     }
+    let case = Arc::new(case);
     method.problem_size(&case)?.check_memory(free_memory())?;
     let pool = thread_pool(arguments.threads)?;
     let (plan, solver) = pool.install(|| method.plan_and_build(&case))?;
@@ -87,17 +92,21 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
     }
     let options = RunOptions {
         method: method.name().to_owned(),
-        progress: !quiet,
         keep_specimen: true,
         stop_flag: Some(stop_on_interrupt()),
-        on_warning: (!quiet).then_some(|remark| print_error_line!("warning: {remark}")),
         warnings: plan.all_warnings(&case),
         ..RunOptions::default()
     };
     for warning in options.warnings.iter().filter(|_| !quiet) {
         print_error_line!("warning: {warning}");
     }
-    let report = pool.install(|| run_with_plan(method, &case, solver, &options))?;
+    let mut progress = RunProgress::new(
+        &case,
+        !quiet,
+        (!quiet).then_some(|warning| print_error_line!("warning: {warning}")),
+    );
+    let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
+    let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
     if report.ending == RunEnd::Interrupted {
         return Err(CommandError::Message(
             "interrupted before the specimen was ready: nothing is written".to_owned(),

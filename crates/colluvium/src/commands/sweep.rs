@@ -6,12 +6,11 @@ use std::path::PathBuf;
 use clap::Args;
 use colluvium::case::run::{SearchCost, column_names, frame_memory};
 use colluvium::case::{Plan, printable};
+use colluvium::machine::{available_threads, free_memory, peak_memory};
+use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
-use super::{
-    CommandError, OutputArguments, available_threads, duration_text, free_memory, peak_memory, select_method,
-    stop_on_interrupt, write_stdout,
-};
+use super::{CommandError, OutputArguments, duration_text, stop_on_interrupt, write_stdout};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 

@@ -16,8 +16,9 @@ use thiserror::Error;
 
 use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::run::RunEnd;
-use crate::case::{Case, CaseError, Method, ProblemSize, RunError, RunOptions, run_method};
+use crate::case::{Case, CaseError, Method, ProblemSize, Run, RunError, RunOptions};
 use crate::parallel_runs::run_in_parallel;
+use crate::run_progress::RunProgress;
 
 pub use crate::compare::completed_run::CompletedRun;
 pub use crate::compare::key_figures::{CaseAxes, KeyFigures};
@@ -212,15 +213,15 @@ fn compare_one_method(
             output_folder: Some(folder.clone()),
             resume: options.resume && state == completed_run::RunFolderState::Incomplete,
             overwrite: options.overwrite,
-            progress: options.show_progress,
             keep_frames: false,
             keep_specimen: false,
             stop_flag: options.stop_flag.clone(),
             commit: options.commit.clone(),
-            on_warning: options.on_warning,
             warnings: plan.all_warnings(case),
         };
-        match run_method(method, case, &run) {
+        let mut progress = RunProgress::new(case, options.show_progress, options.on_warning);
+        let run = Run::new(Arc::new(case.clone()), method, run);
+        match run.and_then(|run| run.finish_observed(|run, event| progress.observe(run, event))) {
             Ok(report) if report.ending == RunEnd::Interrupted => MethodOutcome::Interrupted,
             Ok(_) => read_outcome(&folder),
             Err(RunError::Case(error)) => MethodOutcome::Refused(error.to_string()),

@@ -232,12 +232,10 @@ fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions
         output_folder: Some(out.to_owned()),
         resume: begun && same,
         overwrite: begun && !same,
-        progress: false,
         keep_frames: false,
         keep_specimen: false,
         stop_flag: Some(options.stop_flag.clone()),
         commit: options.commit.clone(),
-        on_warning: None,
         warnings: case.warnings(),
     };
     match run_method(method, case, &run) {

@@ -2,8 +2,8 @@
 //! trials from one state at rest, between a factor at which the bodies come to rest again and one at which they do not.
 
 mod elastic_settling;
-pub(crate) mod safety_factor;
 mod search_cost;
+mod searches;
 mod slope_scale;
 mod strength_trial;
 
@@ -232,14 +232,12 @@ pub(super) struct SearchContext<'a> {
     pub rest_state: &'a [u8],
     /// Options of the run.
     pub options: &'a RunOptions,
-    /// Function that receives messages during the search.
-    pub report: &'a dyn Fn(&str),
 }
 
 impl SearchContext<'_> {
     /// Whether the run was asked to stop.
     fn is_to_stop(&self) -> bool {
-        crate::run::stop_requested(self.options)
+        self.options.stop_is_requested()
     }
 
     /// Builds a solver at rest in the last stage of the case of a trial.
@@ -293,71 +291,108 @@ impl SearchContext<'_> {
     }
 }
 
-/// Result of a search, and the points at the end of its failing trial with the least factor.
-pub(super) type SearchResult = (SafetyResult, Option<Snapshot>);
+/// Search for a factor of safety between two trials.
+pub(super) struct StrengthSearch {
+    scale: SlopeScale,
+    rule: FailureCriterion,
+    safety: SafetyResult,
+    /// Elastic settlement of the bodies (m).
+    settlement: f64,
+    /// Points at the end of the failing trial with the least factor.
+    failing: Option<Snapshot>,
+    /// Trials of an interrupted search, which are not run again.
+    finished: Vec<StrengthTrial>,
+}
 
-/// Searches for the factor of safety; `None` when the run is to stop. A resumed search does not run its earlier trials again.
-///
-/// # Errors
-/// When a trial cannot be built, its solver fails, or the bodies without yielding do not come to rest.
-pub(super) fn search(context: &SearchContext<'_>) -> Result<Option<SearchResult>, RunError> {
-    let SearchContext { case, search, name, .. } = context;
-    let done = context.finished_trials()?;
-    let loose = search.unloading(case, name, case.end_time());
-    let strong = context.start_trial(&loose)?;
-    let scale = SlopeScale::of_case(case, &strong.start, search.height);
-    let Some(settling) = ElasticSettling::find(context, strong)? else { return Ok(None) };
-    let window = search.duration.map_or(settling.time, |duration| duration / WINDOWS as f64);
-    let rule = FailureCriterion::new(&scale, &settling);
-    let mut safety = SafetyResult {
-        stable_factor: 0.0,
-        failing_factor: f64::INFINITY,
-        tolerance: search.tolerance,
-        height: scale.height,
-        window,
-        trials: Vec::new(),
-    };
-    (context.report)(&format!(
-        "{name}: height {:.4} m, windows of {window:.4} s, elastic settlement {:.3e} m",
-        scale.height, settling.displacement
-    ));
-    let mut failing: Option<Snapshot> = None;
-    while let Some(factor) = safety.next_factor(search.range) {
-        let trial = match done.iter().find(|trial| trial.factor == factor) {
+/// Progress of a search.
+pub(super) enum SearchStep {
+    /// A trial has ended.
+    Trial(StrengthTrial),
+    /// The run is to stop.
+    Interrupted,
+    /// The last trial has ended before.
+    Complete,
+}
+
+impl StrengthSearch {
+    /// Determines the settling of the bodies without yielding, by which trials are judged; `None` when the run is to stop.
+    ///
+    /// # Errors
+    /// When the bodies do not come to rest, or the solver fails.
+    pub(super) fn begin(context: &SearchContext<'_>) -> Result<Option<Self>, RunError> {
+        let SearchContext { case, search, name, .. } = context;
+        let finished = context.finished_trials()?;
+        let loose = search.unloading(case, name, case.end_time());
+        let strong = context.start_trial(&loose)?;
+        let scale = SlopeScale::of_case(case, &strong.start, search.height);
+        let Some(settling) = ElasticSettling::find(context, strong)? else { return Ok(None) };
+        let safety = SafetyResult {
+            stable_factor: 0.0,
+            failing_factor: f64::INFINITY,
+            tolerance: search.tolerance,
+            height: scale.height,
+            window: search.duration.map_or(settling.time, |duration| duration / WINDOWS as f64),
+            trials: Vec::new(),
+        };
+        let rule = FailureCriterion::new(&scale, &settling);
+        let settlement = settling.displacement;
+        Ok(Some(Self { scale, rule, safety, settlement, failing: None, finished }))
+    }
+
+    /// Message about the scales by which trials are judged.
+    pub(super) fn scales_message(&self, name: &str) -> String {
+        let SafetyResult { height, window, .. } = self.safety;
+        format!(
+            "{name}: height {height:.4} m, windows of {window:.4} s, elastic settlement {:.3e} m",
+            self.settlement
+        )
+    }
+
+    /// Runs the next trial, or takes it from an interrupted search.
+    ///
+    /// # Errors
+    /// When the trial cannot be built, or its solver fails.
+    pub(super) fn advance(&mut self, context: &SearchContext<'_>) -> Result<SearchStep, RunError> {
+        let Some(factor) = self.safety.next_factor(context.search.range) else {
+            return Ok(SearchStep::Complete);
+        };
+        let trial = match self.finished.iter().find(|trial| trial.factor == factor) {
             Some(trial) => *trial,
             None => {
-                let found = run_trial(context, factor, (&scale, &rule, window));
+                let found = run_trial(context, factor, (&self.scale, &self.rule, self.safety.window));
                 let found = found.map_err(|error| context.trial_error(factor, error))?;
-                let Some((trial, points)) = found else { return Ok(None) };
-                if trial.is_failed() && factor < safety.failing_factor {
+                let Some((trial, points)) = found else { return Ok(SearchStep::Interrupted) };
+                if trial.is_failed() && factor < self.safety.failing_factor {
                     write_failed_points(context, &points)?;
-                    failing = Some(points);
+                    self.failing = Some(points);
                 }
                 trial
             }
         };
-        (context.report)(&trial_message(name, &trial));
-        safety.add(trial);
+        self.safety.add(trial);
         if let Some(table) = context.file(trials) {
             let about = "trials of a search for a factor of safety; failed and undecided are 1 or 0; the displacement is the one that \
                          a hundredth of the points exceed, dimensionless times E / (gamma H^2)";
-            safety.table().write(&table, about)?;
+            self.safety.table().write(&table, about)?;
         }
+        Ok(SearchStep::Trial(trial))
     }
-    if let (None, Some(file)) = (&failing, context.file(failing_points_file).filter(|file| file.exists())) {
-        failing = Some(read_frame(&file, 0.0)?);
-    }
-    Ok(Some((safety, failing)))
-}
 
-/// Message about the result of a trial.
-fn trial_message(name: &str, trial: &StrengthTrial) -> String {
-    let what = trial.verdict.name();
-    let StrengthTrial { factor, time, displacement, unbalanced_force, .. } = trial;
-    format!(
-        "{name}: trial at {factor:.4}: {what} after {time:.4} s, displacement {displacement:.3e} m, \
-         unbalanced force {unbalanced_force:.1e}"
-    )
+    /// Result of the search, and the points at the end of its failing trial with the least factor.
+    ///
+    /// # Errors
+    /// When the points of an interrupted search cannot be read.
+    pub(super) fn finish(
+        self,
+        context: &SearchContext<'_>,
+    ) -> Result<(SafetyResult, Option<Snapshot>), RunError> {
+        let Self { safety, mut failing, .. } = self;
+        if let (None, Some(file)) = (&failing, context.file(failing_points_file).filter(|file| file.exists()))
+        {
+            failing = Some(read_frame(&file, 0.0)?);
+        }
+        Ok((safety, failing))
+    }
 }
 
 /// Writes the points at the end of a failing trial over those of a trial with a larger factor.

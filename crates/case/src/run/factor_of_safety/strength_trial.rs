@@ -7,7 +7,7 @@ use crate::run::RunError;
 use crate::run::factor_of_safety::elastic_settling::ElasticSettling;
 use crate::run::factor_of_safety::slope_scale::{SlopeScale, displacements, exceeded_displacement};
 use crate::run::factor_of_safety::{REST_RATIO, SearchContext};
-use crate::run::step_size::{is_negligible, stable_step};
+use crate::simulation::step_size::{is_negligible, stable_step};
 use crate::{Field, FieldData, Snapshot, Solver};
 
 /// Steps between two checks of a trial.
@@ -72,6 +72,16 @@ pub struct StrengthTrial {
 }
 
 impl StrengthTrial {
+    /// Message about the trial of the measure `name`.
+    pub fn message(&self, name: &str) -> String {
+        let Self { factor, verdict, time, displacement, unbalanced_force, .. } = self;
+        format!(
+            "{name}: trial at {factor:.4}: {} after {time:.4} s, displacement {displacement:.3e} m, \
+             unbalanced force {unbalanced_force:.1e}",
+            verdict.name()
+        )
+    }
+
     /// Whether the bodies failed.
     pub fn is_failed(&self) -> bool {
         self.verdict == TrialVerdict::Failed

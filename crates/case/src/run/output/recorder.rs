@@ -5,25 +5,24 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::json;
 
 use crate::description::Measure;
 use crate::output::{
-    Collection, FileChecksum, OutputError, Table, WriteOptions, averages, create_folder, file_extension,
-    read_frame, read_json, write_atomically, write_dataset, write_frame,
+    Collection, FileChecksum, OutputError, Table, WriteOptions, averages, file_extension, read_frame,
+    read_json, write_atomically, write_dataset, write_frame,
 };
 use crate::run::checkpoint::{Checkpoint, checkpoint_error, read_checkpoint};
 use crate::run::output::measure_row;
 use crate::run::output::run_folder;
-use crate::run::output::run_folder::{CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
+use crate::run::output::run_folder::{CASE, CHECKPOINT, COLLECTION, MEASURES, SUMMARY, Tables};
 use crate::run::progress::RunProgress;
 use crate::run::verify;
 use crate::run::{RunError, RunOptions};
 use crate::solver::save_value;
-use crate::{
-    Case, Dataset, DatasetGeometry, Frame, FrameRequest, PlanRaster, Snapshot, Solver, SolverError, measure,
-};
+use crate::{Case, Dataset, DatasetGeometry, Frame, FrameRequest, Snapshot, Solver, SolverError, measure};
 
 /// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
@@ -41,10 +40,19 @@ fn measured_snapshot<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a
     }
 }
 
+/// Output at an instant.
+#[derive(Default)]
+pub(crate) struct RecordedOutput {
+    /// Whether a row of the measures was written.
+    pub(crate) row: bool,
+    /// Frame that was written.
+    pub(crate) frame: Option<Frame>,
+}
+
 /// Writes measures, frames, checkpoints and the summary of a run.
-pub(crate) struct RunRecorder<'a> {
-    pub(crate) case: &'a Case,
-    pub(crate) options: &'a RunOptions,
+pub(crate) struct RunRecorder {
+    pub(crate) case: Arc<Case>,
+    pub(crate) options: Arc<RunOptions>,
     frame_interval: Option<f64>,
     row_interval: f64,
     /// Whether steps end at the times of rows, because the case gives an interval.
@@ -69,13 +77,11 @@ pub(crate) struct RunRecorder<'a> {
     pub(crate) rasters: Vec<String>,
 }
 
-impl<'a> RunRecorder<'a> {
+impl RunRecorder {
     /// Opens the folder for the run.
-    pub(crate) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
+    pub(crate) fn open(case: Arc<Case>, options: Arc<RunOptions>) -> Result<Self, RunError> {
         let files = case.file_checksums();
         let mut recorder = Self {
-            case,
-            options,
             frame_interval: case.output.frames,
             row_interval: case.output.measures.unwrap_or(case.end_time() / DEFAULT_ROWS),
             ends_on_rows: case.output.measures.is_some(),
@@ -88,9 +94,11 @@ impl<'a> RunRecorder<'a> {
             lock: None,
             reserved_space: None,
             rasters: Vec::new(),
+            case,
+            options,
         };
-        if let Some(out) = &options.output_folder {
-            recorder.prepare(out)?;
+        if let Some(out) = recorder.options.output_folder.clone() {
+            recorder.prepare(&out)?;
         }
         Ok(recorder)
     }
@@ -163,7 +171,11 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Writes the first row and frame, at time zero.
-    pub(crate) fn begin(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
+    pub(crate) fn begin(
+        &mut self,
+        solver: &dyn Solver,
+        progress: &mut RunProgress,
+    ) -> Result<RecordedOutput, RunError> {
         progress.start = solver.budget();
         self.output(solver, progress)
     }
@@ -194,7 +206,11 @@ impl<'a> RunRecorder<'a> {
     }
 
     /// Writes the row and the frame whose output times have been reached.
-    pub(crate) fn output(&mut self, solver: &dyn Solver, progress: &mut RunProgress) -> Result<(), RunError> {
+    pub(crate) fn output(
+        &mut self,
+        solver: &dyn Solver,
+        progress: &mut RunProgress,
+    ) -> Result<RecordedOutput, RunError> {
         let time = solver.time();
         let row = is_due(time, progress.rows, self.row_interval);
         let frame = match self.frame_interval {
@@ -202,7 +218,7 @@ impl<'a> RunRecorder<'a> {
             None => progress.frames == 0,
         };
         if !row && !frame {
-            return Ok(());
+            return Ok(RecordedOutput::default());
         }
         let mut now = solver.frame(if frame { FrameRequest::Requested } else { FrameRequest::Measured });
         let points = now.take_points();
@@ -214,11 +230,12 @@ impl<'a> RunRecorder<'a> {
                 progress.rows += 1;
             }
         }
+        let mut written = RecordedOutput { row, frame: None };
         if frame {
-            self.frame(points, now, progress)?;
+            written.frame = Some(self.frame(points, now, progress)?);
             progress.frames += 1;
         }
-        Ok(())
+        Ok(written)
     }
 
     /// Writes the row and the frame at the end, unless they have just been written.
@@ -226,17 +243,19 @@ impl<'a> RunRecorder<'a> {
         &mut self,
         solver: &dyn Solver,
         progress: &mut RunProgress,
-    ) -> Result<(), RunError> {
+    ) -> Result<RecordedOutput, RunError> {
         let time = solver.time();
         let mut now = solver.frame(FrameRequest::Requested);
         let points = now.take_points();
+        let mut written = RecordedOutput::default();
         if self.table.last("time") != Some(time) {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
+            written.row = true;
         }
         if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
-            self.frame(points, now, progress)?;
+            written.frame = Some(self.frame(points, now, progress)?);
         }
-        Ok(())
+        Ok(written)
     }
 
     /// Writes a row of measures, from `points` or else from the first dataset of the frame.
@@ -249,7 +268,7 @@ impl<'a> RunRecorder<'a> {
     ) -> Result<(), RunError> {
         let measured = measured_snapshot(points, others);
         let mut readings = measure_row::run_outputs(solver, time_step);
-        readings.extend(measure_row::case_outputs(self.case, solver, &measured));
+        readings.extend(measure_row::case_outputs(&self.case, solver, &measured));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
@@ -260,14 +279,15 @@ impl<'a> RunRecorder<'a> {
         Ok(())
     }
 
-    /// Writes a frame with its points and other datasets.
+    /// Writes a frame with its points and other datasets, and returns it.
     fn frame(
         &mut self,
         points: Option<Snapshot>,
         mut others: Frame,
         progress: &mut RunProgress,
-    ) -> Result<(), RunError> {
-        let field_names = self.case.output.fields.as_deref();
+    ) -> Result<Frame, RunError> {
+        let case = Arc::clone(&self.case);
+        let field_names = case.output.fields.as_deref();
         let compression = self.case.output.compression;
         for dataset in &mut others.datasets {
             if !matches!(dataset.geometry, DatasetGeometry::Mesh(_)) {
@@ -278,7 +298,7 @@ impl<'a> RunRecorder<'a> {
         if let Some(points) = &points {
             let on_nodes = |dataset: &Dataset| dataset.name == Dataset::GRID;
             if let Some(cell) = self.case.output.grid.filter(|_| !others.datasets.iter().any(on_nodes)) {
-                others.datasets.insert(0, averages(self.case, cell, points, field_names));
+                others.datasets.insert(0, averages(&self.case, cell, points, field_names));
             }
         }
         let number = progress.collection.frames.len();
@@ -307,10 +327,13 @@ impl<'a> RunRecorder<'a> {
             self.write_collections(out, progress)?;
         }
         if self.options.keep_frames {
-            let shown = points.or_else(|| others.first_as_points());
+            let shown = points.clone().or_else(|| others.first_as_points());
             self.kept_frames.extend(shown.map(|shown| self.case.snapshot_on_map(shown)));
         }
-        Ok(())
+        if let Some(points) = points {
+            others.insert_points(points);
+        }
+        Ok(others)
     }
 
     /// Writes the lists of frames with their times, one for each dataset.
@@ -342,7 +365,7 @@ impl<'a> RunRecorder<'a> {
         let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
         for (name, measure) in &self.case.measures {
             let Measure::Profile { axis, height, bin, bodies } = measure else { continue };
-            let counted = measure::counted_points(self.case, snapshot, bodies.as_deref());
+            let counted = measure::counted_points(&self.case, snapshot, bodies.as_deref());
             let from = self.case.origin();
             let heights = measure::profile(&counted, *axis, *height, *bin);
             let rows: Vec<Vec<f64>> = heights
@@ -437,38 +460,6 @@ impl<'a> RunRecorder<'a> {
                 true => continue,
             };
             return Err(checkpoint_error(out, format!("needs {name}, which is {wrong}: run the case anew")));
-        }
-        Ok(())
-    }
-
-    /// Writes the rasters of the case, each as an ESRI ASCII grid and as a GeoTIFF. Rasters without a value are left out.
-    pub(crate) fn rasters(&mut self, solver: &dyn Solver) -> Result<(), OutputError> {
-        let (Some(out), true) = (&self.options.output_folder, self.case.output.rasters.is_some()) else {
-            return Ok(());
-        };
-        let folder = out.join(RASTERS);
-        create_folder(&folder)?;
-        let origin = self.case.origin();
-        for PlanRaster { name, raster, .. } in solver.rasters() {
-            debug_assert!(
-                run_folder::is_map(&format!("{name}.asc")),
-                "{name}: a map that `--overwrite` does not know"
-            );
-            let mut raster = raster.shifted([origin[0], origin[1]]);
-            // The value for no data must not be a possible value.
-            raster.reference.no_data = raster.reference.no_data.filter(|number| *number < 0.0);
-            if raster.values.iter().all(|value| value.is_nan()) {
-                continue;
-            }
-            for ending in ["asc", "tif"] {
-                let file = folder.join(format!("{name}.{ending}"));
-                let written = colluvium_terrain::write_raster(&file, &raster);
-                written.map_err(|error| OutputError::new(&file, error.problem))?;
-            }
-            // The coordinate reference system of the grid is in a file beside it.
-            let has_system = raster.reference.epsg.is_some() || raster.reference.crs.is_some();
-            let endings = ["asc", "tif"].into_iter().chain(has_system.then_some("prj"));
-            self.rasters.extend(endings.map(|ending| format!("{RASTERS}/{name}.{ending}")));
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ use crate::run::progress::{RunProgress, StepBoundCount};
 use crate::run::{RunError, SafetyResult, verify};
 use crate::{Budget, Solver};
 
-impl RunRecorder<'_> {
+impl RunRecorder {
     /// Writes the summary, with wall-clock time (s), factors of safety and warnings about the state.
     pub(crate) fn summary(
         &self,
@@ -49,7 +49,7 @@ impl RunRecorder<'_> {
             "time_step_limits": progress.step_bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
             "start": progress.start.map(budget_to_json),
             "measures": measures,
-            "case": self.case,
+            "case": *self.case,
         });
         if !safety.is_empty() {
             let found: serde_json::Map<String, serde_json::Value> =
@@ -79,7 +79,7 @@ impl RunRecorder<'_> {
 
     /// Stages that have begun, with the end times of those that have ended.
     fn stages(&self, progress: &RunProgress) -> Vec<serde_json::Value> {
-        let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
+        let stages = self.case.stages.iter().zip(&progress.stages.starts).enumerate();
         let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
             let end = progress.stage_ends.get(number);
             let rests = stage.equilibrium.is_some()

@@ -1,3 +1,4 @@
+mod events;
 mod overwrite;
 mod resume;
 mod summary;
@@ -8,9 +9,10 @@ use std::io::{Read, Write};
 use colluvium_constitutive::SymTensor;
 
 use super::*;
-use crate::description::Reset;
+use crate::description::{Reset, Stage};
 use crate::output::Collection;
 use crate::run::output::run_folder::lock;
+use crate::run::run_loop::SUMMARY_INTERVAL;
 use crate::solver::{restore_value, save_value};
 use crate::{
     Advance, Dataset, DatasetGeometry, Equilibrium, Field, FieldData, Frame, FrameRequest, Lattice,
@@ -287,10 +289,8 @@ fn a_stable_step_longer_than_the_run_does_not_end_it_early() {
 fn a_run_without_moving_material_fails_and_the_error_names_the_stage() {
     let case = case(r#"[ { "name": "dig", "duration": 1 } ]"#);
     let error = run(&case, Oscillators::at_rest(f64::INFINITY), &RunOptions::default()).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "stage \"dig\", t = 0 s: no material is left that moves: all bodies are removed, are rigid or have left the domain"
-    );
+    let problem = "stage \"dig\", t = 0 s: no material is left that moves: all bodies are removed, are rigid or have left the domain; ";
+    assert!(error.to_string().starts_with(problem), "{error}");
 }
 
 #[test]
@@ -381,7 +381,7 @@ fn rows_contain_the_time_step_and_the_equilibrium_ratios() {
 fn a_stage_that_does_not_settle_is_an_error() {
     let case = case(r#"[ { "name": "settle", "duration": 2.0, "equilibrium": {} } ]"#);
     let error = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap_err();
-    assert!(matches!(error, RunError::NoEquilibrium { stage: 0, .. }), "{error}");
+    assert!(error.to_string().starts_with("stages[0]: no equilibrium within its duration of"), "{error}");
 }
 
 #[test]
@@ -422,20 +422,21 @@ fn a_collapse_of_the_time_step_causes_a_warning_with_its_position() {
             ..Oscillators::new(0.0, None)
         })
     };
-    static LOG: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
-    let warn: fn(&str) = |remark| LOG.lock().unwrap().push(remark.to_owned());
-    let with = RunOptions { on_warning: Some(warn), ..RunOptions::default() };
     let [(little, _), (much, reported)] = [2e-3, 5e-4].map(|share| {
-        let report = run(&case, falling(share), &with).unwrap();
-        (report.warnings_at_end, report.reported_warnings)
+        let mut run =
+            Run::with_solver(Arc::new(case.clone()), falling(share), RunOptions::default()).unwrap();
+        let mut reported = Vec::new();
+        while let Some(event) = run.advance().unwrap() {
+            reported.extend(if let RunEvent::Warning(text) = event { Some(text) } else { None });
+        }
+        (run.finish().unwrap().warnings_at_end, reported)
     });
     assert_eq!(little, [""; 0]);
     let [remark] = much.as_slice() else { panic!("{much:?}") };
     for part in ["5.000e-6 s", "1.000e-2 s", "elastic wave", "point 3", "[1.0, 2.0, 0.0] m"] {
         assert!(remark.contains(part), "{remark}");
     }
-    assert_eq!(*LOG.lock().unwrap(), much, "once, while it ran");
-    assert_eq!(reported, much, "and nobody need say it again");
+    assert_eq!(reported, much, "once, while it ran");
 }
 
 #[test]

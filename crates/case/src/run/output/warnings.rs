@@ -1,13 +1,10 @@
-//! Messages of a run to the user.
-
-use std::io::Write;
-use std::time::Instant;
+//! Warnings of a run about its state.
 
 use crate::run::progress::RunProgress;
-use crate::run::{PROGRESS_INTERVAL, RunError, RunLoop};
-use crate::{Advance, TimeStep};
+use crate::run::{Run, RunEvent};
+use crate::solver::{MissedEquilibrium, TimeStep};
 
-impl RunLoop<'_> {
+impl Run<'_> {
     /// Warnings of the run up to the current time.
     pub(crate) fn warnings_so_far(&self) -> Vec<String> {
         let RunProgress {
@@ -50,9 +47,9 @@ impl RunLoop<'_> {
     }
 
     /// Reports a stage that ended without its optional equilibrium.
-    pub(crate) fn note_missed_equilibrium(&mut self, why: &RunError) {
+    pub(crate) fn note_missed_equilibrium(&mut self, why: &MissedEquilibrium) {
         let remark = why.to_string();
-        self.progress.missed_equilibria.push((self.progress.stage, remark.clone()));
+        self.progress.missed_equilibria.push((self.progress.stages.stage, remark.clone()));
         self.report_warning(Some(remark));
     }
 
@@ -63,30 +60,8 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Shows the progress of the run, as a bar or as a line every few seconds.
-    pub(crate) fn show_progress(&mut self, &Advance { dt, limit }: &Advance) {
-        let steps = self.solver.step_count();
-        if !self.options.progress || !steps.is_multiple_of(16) {
-            return;
-        }
-        let time = self.solver.time();
-        let message = || format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})");
-        if !self.progress_bar.is_hidden() {
-            self.progress_bar.set_position((time * 1e9) as u64);
-            self.progress_bar.set_message(message());
-        } else if self.last_progress_line.elapsed() >= PROGRESS_INTERVAL {
-            // A file or a pipe gets lines. A failed write does not end the run.
-            self.last_progress_line = Instant::now();
-            let share = 100.0 * time / self.case.end_time();
-            let _ = writeln!(std::io::stderr(), "{share:.0} % of the time, {}", message());
-        }
-    }
-
-    /// Reports a warning to the user while the run goes on.
-    fn report_warning(&mut self, remark: Option<String>) {
-        if let (Some(remark), Some(warn)) = (remark, self.options.on_warning) {
-            self.progress_bar.suspend(|| warn(&remark));
-            self.reported_warnings.push(remark);
-        }
+    /// Reports a warning while the run goes on.
+    fn report_warning(&mut self, warning: Option<String>) {
+        self.events.extend(warning.map(RunEvent::Warning));
     }
 }

@@ -1,0 +1,60 @@
+//! Errors of a solver.
+
+use thiserror::Error;
+
+use crate::solver::equilibrium::MissedEquilibrium;
+use crate::solver::time_step::TimeStepError;
+
+/// Error that stops a run.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SolverError {
+    /// Point whose state the method cannot continue: NaN, excessive velocity, inverted, outside the grid.
+    #[error("step {step}, t = {time:.6} s, point {point} at {position:.4?} m: {reason}")]
+    Point {
+        /// Step of the error.
+        step: u64,
+        /// Time at the start of that step (s).
+        time: f64,
+        /// Id of the first such point.
+        point: u64,
+        /// Its position (m).
+        position: [f64; 3],
+        /// Description of the error.
+        reason: String,
+    },
+    /// Step that failed.
+    #[error("step {step}, t = {time:.6} s: {reason}")]
+    Step {
+        /// Number of the step.
+        step: u64,
+        /// Time at its start (s).
+        time: f64,
+        /// Description of the error.
+        reason: String,
+    },
+    /// Time step with which the solver cannot advance.
+    #[error(transparent)]
+    TimeStep(#[from] TimeStepError),
+    /// Quasi-static stage without equilibrium at its end.
+    #[error(transparent)]
+    NoEquilibrium(MissedEquilibrium),
+    /// Checkpoint that does not fit this case or this version.
+    #[error("checkpoint: {0}")]
+    Checkpoint(String),
+}
+
+impl SolverError {
+    /// Error with its position translated by `origin` (m).
+    pub(crate) fn on_map(mut self, origin: [f64; 3]) -> Self {
+        if let Self::Point { position, .. } = &mut self {
+            (0..3).for_each(|c| position[c] += origin[c]);
+        }
+        self
+    }
+}
+
+impl From<std::io::Error> for SolverError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Checkpoint(error.to_string())
+    }
+}
