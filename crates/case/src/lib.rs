@@ -13,6 +13,7 @@ pub mod measure;
 mod obstacle;
 pub mod output;
 pub mod rigid;
+#[cfg(feature = "output")]
 pub mod run;
 mod simulation;
 pub mod solver;
@@ -37,6 +38,7 @@ pub use obstacle::{
     MovingObstacle, MovingObstacles, OVERLAP_TOLERANCE, ObstacleLaw, ObstacleLaws, ObstacleOverlap,
     PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,
 };
+#[cfg(feature = "output")]
 pub use run::{
     Run, RunError, RunEvent, RunOptions, RunReport, SafetyResult, TrialVerdict, run, run_method,
     run_with_plan,

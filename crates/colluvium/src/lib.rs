@@ -18,14 +18,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Library users disable the default feature `cli`, which brings the command line; the feature `reports` brings pictures and reports of
-//! runs and sweeps.
+//! Library users disable the default feature `cli`, which brings the command line. Each method is a feature of its name (`mpm`, `sph`,
+//! `dem`, `depth-sph`, `snow-mpm`), and `methods` brings all; `reports` brings pictures and reports of runs and sweeps.
 
 #[cfg(feature = "reports")]
 pub mod compare;
 #[cfg(feature = "cli")]
 pub mod machine;
 mod method_choice;
+#[cfg(feature = "reports")]
 pub mod output;
 #[cfg(feature = "reports")]
 mod parallel_runs;
@@ -40,14 +41,19 @@ mod templates;
 
 pub use colluvium_case as case;
 pub use colluvium_constitutive as constitutive;
+#[cfg(feature = "dem")]
 pub use colluvium_dem as dem;
+#[cfg(feature = "depth-sph")]
 pub use colluvium_depth_sph as depth_sph;
 pub use colluvium_grid as grid;
+#[cfg(feature = "mpm")]
 pub use colluvium_mpm as mpm;
 #[cfg(feature = "reports")]
 pub use colluvium_plots as plots;
 pub use colluvium_points as points;
+#[cfg(feature = "snow-mpm")]
 pub use colluvium_snow_mpm as snow_mpm;
+#[cfg(feature = "sph")]
 pub use colluvium_sph as sph;
 
 pub use crate::method_choice::{MethodChoiceError, select_method};
@@ -65,13 +71,25 @@ pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
 /// Registers the materials of the methods for case files; [`methods`] and [`element_test`] do so as well.
 pub fn register_materials() {
+    #[cfg(feature = "dem")]
     constitutive::register_material(&dem::material::GranularCells);
 }
 
-/// All numerical methods of the program.
+/// All methods of this build, by the features of this crate.
 pub fn methods() -> &'static [&'static dyn Method] {
     register_materials();
-    &[&mpm::Mpm, &sph::Sph, &dem::Dem, &depth_sph::DepthSph, &snow_mpm::SnowMpm]
+    &[
+        #[cfg(feature = "mpm")]
+        &mpm::Mpm,
+        #[cfg(feature = "sph")]
+        &sph::Sph,
+        #[cfg(feature = "dem")]
+        &dem::Dem,
+        #[cfg(feature = "depth-sph")]
+        &depth_sph::DepthSph,
+        #[cfg(feature = "snow-mpm")]
+        &snow_mpm::SnowMpm,
+    ]
 }
 
 /// Returns the method called `name`.

@@ -9,6 +9,7 @@ use colluvium_points::{
 
 use crate::bodies::arc_layer;
 use crate::files::decimal_sum::relative_to_origin;
+use crate::files::terrain_files;
 use crate::{Case, CaseError};
 
 /// File names in the layers of a shape.
@@ -51,7 +52,7 @@ impl Case {
     /// # Errors
     /// When the file cannot be read or contains no outline, as one line.
     pub fn outline(&self, file: &str) -> Result<Outline, String> {
-        let read = colluvium_terrain::read_outlines(Path::new(file)).map_err(|error| error.to_string())?;
+        let read = terrain_files::read_outlines(Path::new(file)).map_err(|error| error.to_string())?;
         self.relative_outline(&read).map_err(|error| format!("{file}: {error}"))
     }
 
@@ -64,7 +65,7 @@ impl Case {
 
     /// Features of the outline in a file, each with the thickness (m) that the attribute gives it.
     fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<OutlineFeature>, String> {
-        let read = colluvium_terrain::read_features(Path::new(file), attribute);
+        let read = terrain_files::read_features(Path::new(file), attribute);
         let read = read.map_err(|error| error.to_string())?;
         let shifted = |feature: &OutlineFeature| {
             Ok(OutlineFeature { outline: self.relative_outline(&feature.outline)?, ..feature.clone() })
@@ -113,7 +114,7 @@ impl Case {
     /// # Errors
     /// When the file cannot be read, as one line.
     pub(crate) fn raster_of_classes(&self, file: &str) -> Result<Raster, String> {
-        let raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| error.to_string())?;
+        let raster = terrain_files::read_raster(Path::new(file)).map_err(|error| error.to_string())?;
         Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
     }
 

@@ -7,7 +7,8 @@ mod map_coordinates;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use colluvium_terrain::CoordinateReferenceSystem;
+use crate::files::terrain_files;
+use crate::files::terrain_files::CoordinateReferenceSystem;
 use schemars::Schema;
 use serde_json::{Value, json};
 
@@ -109,7 +110,7 @@ impl Case {
                 let problem = format!("{}: is not a regular file", path.display());
                 return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), problem).into());
             }
-            if let Some(system) = colluvium_terrain::read_reference_system(&path) {
+            if let Some(system) = terrain_files::read_reference_system(&path) {
                 if let Some((other, known)) = systems.iter().find(|(_, known)| known.differs(&system)) {
                     let problem = format!(
                         "{}: is in another coordinate reference system ({system}) than {other} ({known}). \
@@ -265,7 +266,7 @@ fn path_below(value: &Value, wanted: &str) -> Option<String> {
 /// Checksum of the contents of a file and its sidecar files; `None` where it cannot be read.
 fn file_checksum(file: &str) -> Option<String> {
     let mut mark = format!("{:016x}", FileChecksum::of_bytes(&std::fs::read(file).ok()?).fnv1a);
-    for beside in colluvium_terrain::sidecar_files(Path::new(file)) {
+    for beside in terrain_files::sidecar_files(Path::new(file)) {
         let ending = beside.extension().unwrap_or_default().to_string_lossy().into_owned();
         let content = std::fs::read(&beside).unwrap_or_default();
         mark += &format!(" {ending} {:016x}", FileChecksum::of_bytes(&content).fnv1a);

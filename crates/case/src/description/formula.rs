@@ -2,16 +2,10 @@
 
 use std::borrow::Cow;
 
-use exmex::{Express, FlatEx, FloatOpsFactory, MatchLiteral};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Names of the coordinates in a formula.
-const COORDINATES: [&str; 3] = ["x", "y", "z"];
-/// Largest length of a formula (bytes), since its parser is recursive.
-const MAX_LENGTH: usize = 4000;
-/// Largest depth of brackets, since its parser is recursive.
-const MAX_DEPTH: usize = 100;
+use crate::description::expression::{COORDINATES, Expression};
 
 /// Formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one), as text, or a number. Operators and
 /// functions: `+ - * / ^`, brackets, `PI`, `E` and `TAU`, and `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, `floor`,
@@ -19,37 +13,9 @@ const MAX_DEPTH: usize = 100;
 /// `"0.3 * sin(PI * x) max 0"`. Angles are in radians.
 #[derive(Clone, Debug)]
 pub struct Formula {
-    text: FormulaSource,
-    /// Parsed expression, boxed because it is large and most fields have no formula.
-    tree: Box<Expression>,
-    /// Axes of its variables, in the order of its arguments.
-    axes: Vec<usize>,
-}
-
-/// Parsed expression of the formula.
-type Expression = FlatEx<f64, FloatOpsFactory<f64>, JsonNumbers>;
-
-/// Number format of JSON, `2.5e-3`: the parser's own has no exponents.
-#[derive(Clone, Debug, Default)]
-struct JsonNumbers;
-
-impl MatchLiteral for JsonNumbers {
-    fn is_literal(text: &str) -> Option<&str> {
-        let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
-        let whole = digits(0);
-        let dot = usize::from(text[whole..].starts_with('.'));
-        let part = if dot == 1 { digits(whole + 1) } else { 0 };
-        if whole + part == 0 {
-            return None;
-        }
-        let end = whole + dot + part;
-        let exponent = text[end..].strip_prefix(['e', 'E']).map_or(0, |rest| {
-            let sign = usize::from(rest.starts_with(['+', '-']));
-            let size = digits(end + 1 + sign);
-            if size == 0 { 0 } else { 1 + sign + size }
-        });
-        Some(&text[..end + exponent])
-    }
+    source: FormulaSource,
+    /// Parsed text, boxed because it is large and most fields have no formula; `None` for a number.
+    expression: Option<Box<Expression>>,
 }
 
 /// Formula as written in the case file.
@@ -70,66 +36,39 @@ impl Formula {
     }
 
     /// Parses a formula; the error says why a text is not one.
-    fn from_source(text: FormulaSource) -> Result<Self, String> {
-        let words = match &text {
-            FormulaSource::Number(value) => Cow::Owned(format!("({value:e})")),
-            FormulaSource::Text(words) => Cow::Borrowed(words.as_str()),
+    fn from_source(source: FormulaSource) -> Result<Self, String> {
+        let expression = match &source {
+            FormulaSource::Number(_) => None,
+            FormulaSource::Text(text) => Some(Box::new(Expression::parse(text)?)),
         };
-        if !words.is_ascii() {
-            return Err(format!(
-                "{words:?} is not a formula: it has characters other than plain letters, digits and signs"
-            ));
-        }
-        let depth = words.bytes().scan(0usize, |open, byte| {
-            *open = match byte {
-                b'(' => *open + 1,
-                b')' => open.saturating_sub(1),
-                _ => *open,
-            };
-            Some(*open)
-        });
-        if words.len() > MAX_LENGTH || depth.max().unwrap_or(0) > MAX_DEPTH {
-            return Err(format!(
-                "a formula has at most {MAX_LENGTH} characters and {MAX_DEPTH} nested brackets"
-            ));
-        }
-        let tree =
-            Expression::parse(&words).map_err(|error| format!("{words:?} is not a formula: {error}"))?;
-        let axis = |name: &String| {
-            COORDINATES.iter().position(|coordinate| coordinate == name).ok_or_else(|| {
-                format!(
-                    "{name:?} in {words:?} is neither a coordinate (x, y, z) nor a function with its bracket"
-                )
-            })
-        };
-        let axes = tree.var_names().iter().map(axis).collect::<Result<_, _>>()?;
-        Ok(Self { text, tree: Box::new(tree), axes })
+        Ok(Self { source, expression })
     }
 
     /// Value at `x` (m); not finite where it is undefined.
     pub fn evaluate(&self, x: [f64; 3]) -> f64 {
-        let mut values = [0.0; 3];
-        for (value, axis) in values.iter_mut().zip(&self.axes) {
-            *value = x[*axis];
+        match (&self.source, &self.expression) {
+            (_, Some(expression)) => expression.evaluate(x),
+            (FormulaSource::Number(value), None) => *value,
+            (FormulaSource::Text(_), None) => f64::NAN,
         }
-        self.tree.eval(&values[..self.axes.len()]).unwrap_or(f64::NAN)
     }
 
     /// First coordinate of the formula that a space of `dimension` axes does not have.
     pub(crate) fn unknown_coordinate(&self, dimension: usize) -> Option<&'static str> {
-        self.axes.iter().find(|axis| **axis >= dimension).map(|axis| COORDINATES[*axis])
+        let axes = self.expression.as_deref().map_or(&[][..], Expression::axes);
+        axes.iter().find(|axis| **axis >= dimension).map(|axis| COORDINATES[*axis])
     }
 }
 
 impl PartialEq for Formula {
     fn eq(&self, other: &Self) -> bool {
-        self.text == other.text
+        self.source == other.source
     }
 }
 
 impl Serialize for Formula {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.text.serialize(serializer)
+        self.source.serialize(serializer)
     }
 }
 

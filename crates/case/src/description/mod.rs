@@ -2,6 +2,7 @@
 
 mod body;
 mod constructors;
+mod expression;
 pub(crate) mod formula;
 mod motion;
 mod obstacle;

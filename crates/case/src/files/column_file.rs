@@ -1,5 +1,6 @@
 //! Tables in text files: columns of numbers, with or without a header line.
 
+use crate::files::terrain_files;
 use std::path::Path;
 
 pub use crate::files::units::Quantity;
@@ -51,7 +52,7 @@ impl ColumnFile {
     /// # Errors
     /// Description of the error, in one line with its position.
     pub fn read(file: &Path) -> Result<Self, String> {
-        let text = colluvium_terrain::read_text(file).map_err(|error| error.problem)?;
+        let text = terrain_files::read_text(file).map_err(|error| error.problem)?;
         Self::from_text(text)
     }
 

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
+use crate::files::terrain_files;
 use crate::{CaseError, CaseErrors};
 
 /// Keys of earlier versions and their present names. A case with an old key is refused with the new name.
@@ -78,7 +79,7 @@ pub fn text(file: &Path) -> Result<String, CaseErrors> {
     let bytes = std::fs::read(file).map_err(|error| unreadable(format!("cannot be read: {error}")))?;
     // UTF-16 with its byte order mark, as some editors write it.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return colluvium_terrain::read_text(file).map_err(|error| unreadable(error.problem));
+        return terrain_files::read_text(file).map_err(|error| unreadable(error.problem));
     }
     String::from_utf8(bytes)
         .map_err(|_| unreadable("cannot be read: it is not text in UTF-8 or UTF-16".to_owned()))

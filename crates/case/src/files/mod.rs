@@ -7,4 +7,5 @@ pub mod column_file;
 pub(crate) mod decimal_sum;
 pub mod json;
 pub mod piecewise_linear;
+pub(crate) mod terrain_files;
 pub(crate) mod units;

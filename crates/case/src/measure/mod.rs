@@ -74,6 +74,7 @@ pub fn read(
 }
 
 /// Whether a measure needs the positions of points, nodes or cells.
+#[cfg(feature = "output")]
 pub(crate) fn needs_places(measure: &Measure) -> bool {
     match measure {
         Measure::Front { .. }

@@ -13,6 +13,7 @@ use crate::CaseError;
 use crate::description::{ObstacleShape, ProfilePiece};
 use crate::files::column_file::{Quantity, read_pairs};
 use crate::files::decimal_sum::relative_to_origin;
+use crate::files::terrain_files;
 
 /// Error in a shape: path below it, and description.
 type ShapeProblem = (String, String);
@@ -49,7 +50,7 @@ pub(super) fn surface<const D: usize>(
         }
         ObstacleShape::Mesh { file } => {
             let mesh =
-                colluvium_terrain::read_mesh(Path::new(file), &|axis, x| relative_to_origin(x, origin[axis]));
+                terrain_files::read_mesh(Path::new(file), &|axis, x| relative_to_origin(x, origin[axis]));
             mesh.map_err(|error| file_problem(&error)).map(FacettedSurface::into_shared).and_then(in_space)
         }
     };
@@ -173,7 +174,7 @@ fn surface_of_revolution(
 
 /// Heights of a raster file; `origin` (m) is subtracted.
 fn heights(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<Raster, ShapeProblem> {
-    let mut raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| file_problem(&error))?;
+    let mut raster = terrain_files::read_raster(Path::new(file)).map_err(|error| file_problem(&error))?;
     (0..2).for_each(|c| raster.origin[c] = relative_to_origin(raster.origin[c], origin[c]));
     raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = relative_to_origin(*z, origin[2]));
     match spacing {

@@ -45,6 +45,7 @@ pub enum SolverError {
 
 impl SolverError {
     /// Error with its position translated by `origin` (m).
+    #[cfg(feature = "output")]
     pub(crate) fn on_map(mut self, origin: [f64; 3]) -> Self {
         if let Self::Point { position, .. } = &mut self {
             (0..3).for_each(|c| position[c] += origin[c]);

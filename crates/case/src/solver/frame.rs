@@ -255,6 +255,7 @@ impl Frame {
     }
 
     /// Inserts a dataset on points before the other datasets.
+    #[cfg(feature = "output")]
     pub(crate) fn insert_points(&mut self, points: Snapshot) {
         self.datasets.splice(0..0, Self::from(points).datasets);
     }

@@ -21,6 +21,7 @@ use crate::{Capabilities, Case, CaseError, Equilibrium};
 
 pub use crate::solver::equilibrium::MissedEquilibrium;
 pub use crate::solver::error::SolverError;
+#[cfg(feature = "output")]
 pub(crate) use crate::solver::frame_points::on_nodes;
 pub use crate::solver::time_step::{Advance, StepLimit, TimeStep, TimeStepError};
 pub use frame::{

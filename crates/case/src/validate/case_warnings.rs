@@ -7,6 +7,7 @@ use colluvium_points::common_interior_point;
 use crate::Case;
 use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{Body, Boundary, Load, Stage, Wall};
+use crate::files::terrain_files;
 
 /// Sample points along each axis of a side.
 const SAMPLES: usize = 32;
@@ -62,7 +63,7 @@ impl Case {
         let systems: Vec<_> = case
             .files()
             .filter_map(|file| {
-                Some((file.clone(), colluvium_terrain::read_reference_system(Path::new(file.as_str()))?))
+                Some((file.clone(), terrain_files::read_reference_system(Path::new(file.as_str()))?))
             })
             .collect();
         let (first, known) = systems.first()?;

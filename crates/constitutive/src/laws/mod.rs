@@ -42,6 +42,7 @@ mod von_mises;
 
 pub use crate::contract::elasticity::Elasticity;
 pub use crate::laws::external::{ExternalSpec, MaterialFactory, register_material};
+#[cfg(feature = "umat")]
 pub use crate::laws::umat::shared_library::allow_libraries;
 pub use acceleration_viscous::{AccelerationViscosity, AccelerationViscous, ViscousMode, ViscousState};
 pub use bingham::{BinghamSpec, FrictionalFluidSpec, YieldForm};
