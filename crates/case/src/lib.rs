@@ -6,6 +6,7 @@ pub mod bodies;
 mod case_file;
 pub mod description;
 mod error;
+mod error_collector;
 mod features;
 pub mod files;
 pub mod loads;
@@ -28,12 +29,13 @@ pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
 pub use crate::solver::manufactured::{Manufactured, PrescribedState};
 pub use crate::validate::time_scales::{BodyDensities, TimeScales};
 pub use description::{
-    Axis, Body, Boundary, Case, Domain, EquilibriumCriterion, InitialStress, Load, Measure, MethodOptions,
-    Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile, PoreFluid, PorePressure,
-    PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
+    Axis, Body, Boundary, Case, Domain, EquilibriumCriterion, FactorOfSafety, InitialStress, Load,
+    MethodOptions, Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile,
+    PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
 pub use error::{CaseError, CaseErrors, printable, shortened};
 pub use features::{Capabilities, RequestedFeature, RequiredInput};
+pub use measure::Measure;
 pub use obstacle::{
     MovingObstacle, MovingObstacles, OVERLAP_TOLERANCE, ObstacleLaw, ObstacleLaws, ObstacleOverlap,
     PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,

@@ -4,9 +4,7 @@
 
 use colluvium_points::Shape;
 
-use crate::description::{
-    Body, InitialStress, Load, Measure, ObstacleShape, PorePressure, ProfilePiece, Velocity,
-};
+use crate::description::{Body, InitialStress, Load, ObstacleShape, PorePressure, ProfilePiece, Velocity};
 use crate::files::decimal_sum::decimal_sum;
 use crate::validate::MAX_DISTANCE_RATIO;
 use crate::{Case, CaseError, Snapshot};
@@ -150,19 +148,7 @@ impl Case {
             stage.excavate.iter_mut().for_each(|region| visit_shape(region, visit));
         }
         for measure in self.measures.values_mut() {
-            match measure {
-                Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
-                Measure::Probe { position, .. } | Measure::Gauge { position } => {
-                    visit_position(position, visit);
-                }
-                Measure::CrackTip(tip) => visit_position(&mut tip.from, visit),
-                Measure::Reaction { about, .. } => visit_position(about, visit),
-                Measure::Discharge { from, to } => {
-                    visit_position(from, visit);
-                    visit_position(to, visit);
-                }
-                _ => {}
-            }
+            measure.visit_coordinates(visit);
         }
     }
 

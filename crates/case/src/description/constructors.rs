@@ -148,8 +148,8 @@ impl Case {
 
     /// Adds a measure; a later one of the same name replaces an earlier one.
     #[must_use]
-    pub fn measure(mut self, name: impl Into<String>, measure: Measure) -> Self {
-        self.measures.insert(name.into(), measure);
+    pub fn measure(mut self, name: impl Into<String>, measure: impl Into<Measure>) -> Self {
+        self.measures.insert(name.into(), measure.into());
         self
     }
 

@@ -22,6 +22,7 @@ pub use crate::description::removal_shape::{
     AxisBounds, RemovalAction, RemovalShape, SweptRegion, min_extent,
 };
 pub use crate::description::strength_reduction::{FactorOfSafety, Weakening};
+pub use crate::measure::{BreakageCriterion, CrackTip, Measure};
 pub(crate) use body::OVERLAP_RESOLUTION;
 pub use body::{Body, InitialStress, PointFile, PoreFluid, PorePressure, Velocity};
 pub use constructors::MethodOptions;
@@ -29,7 +30,7 @@ pub use motion::PrescribedMotion;
 pub use obstacle::{
     Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall, ProfilePiece, RasterCellSelection,
 };
-pub use output::{BreakageCriterion, Compression, CrackTip, Measure, Output, Rasters};
+pub use output::{Compression, Output, Rasters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

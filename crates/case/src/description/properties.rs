@@ -114,7 +114,7 @@ impl Case {
 
     /// Whether dissipated energy is measured.
     pub fn measures_dissipation(&self) -> bool {
-        self.measures.values().any(|measure| matches!(measure, Measure::Dissipation {}))
+        self.measures.values().any(|measure| matches!(measure, Measure::Dissipation(_)))
     }
 
     /// Origin that is subtracted from coordinates (m): `domain.origin`, or zero.

@@ -1,96 +1,273 @@
-//! Measures: numbers read off a snapshot.
+//! Measures: numbers that a run records over time.
+//!
+//! A measure is a file with a structure, its key in case files, and its [`MeasureDefinition`], and a line in the list of [`Measure`].
 
-mod arc_front;
-mod crack_tip;
-mod fragments;
-mod front;
+mod points;
+mod solver_values;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
-use crate::description::{Body, BreakageCriterion, Measure, Side};
-use crate::{Case, Field, FieldData, FieldRole, Reaction, Snapshot, Solver, spatial};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-pub use crate::measure::arc_front::arc_front;
+use crate::error_collector::ErrorCollector;
+use crate::{Body, Case, FactorOfSafety, Field, FieldData, FieldRole, Reaction, Snapshot, Solver};
+
+pub use crate::measure::points::arc_front::{ArcFront, arc_front};
+pub use crate::measure::points::crack_tip::CrackTip;
+pub use crate::measure::points::fragments::{BreakageCriterion, Fragments, fragments};
+pub use crate::measure::points::front::{Front, FrontColumns, front};
+pub use crate::measure::points::probe::Probe;
+pub use crate::measure::points::profile::{Profile, profile};
+pub use crate::measure::points::run_out::RunOut;
+pub use crate::measure::solver_values::discharge::Discharge;
+pub use crate::measure::solver_values::dissipation::Dissipation;
+pub use crate::measure::solver_values::gauge::Gauge;
+pub use crate::measure::solver_values::impact_pressure::ImpactPressure;
+pub use crate::measure::solver_values::reaction::ReactionForce;
 pub use crate::solver::ScalarOutput;
-pub use fragments::fragments;
-pub use front::{FrontColumns, front};
 
-/// Evaluates all scalar measures of the case on a snapshot, in the order of their names.
-pub fn read(
-    case: &Case,
-    snapshot: &Snapshot,
-    cell: Option<f64>,
-    travels: &[Option<f64>],
-) -> Vec<ScalarOutput> {
-    let mut readings = Vec::new();
-    for (name, measure) in &case.measures {
-        let front = |side: Side, quantile: f64, own: Option<f64>, bodies: &Option<Vec<String>>| {
-            let counted = counted_points(case, snapshot, bodies.as_deref());
-            match quantile {
-                1.0 => FrontColumns::of_case(case, side, own.or(cell), &counted).front(&counted),
-                _ => front(&counted, side, quantile),
-            }
-        };
-        match measure {
-            Measure::Front { side, quantile, cell, bodies } => {
-                let front = front(*side, *quantile, *cell, bodies) + case.origin()[side.axis()];
-                readings.push((name.clone(), "m".to_owned(), front));
-            }
-            Measure::RunOut { side, origin, initial_length, quantile, cell, bodies } => {
-                let sign = if side.is_max() { 1.0 } else { -1.0 };
-                let length = sign * (front(*side, *quantile, *cell, bodies) - origin);
-                readings.push((name.clone(), String::new(), (length - initial_length) / initial_length));
-            }
-            Measure::Probe { position, radius, fields } => {
-                readings.extend(probe(name, snapshot, position, *radius, fields));
-            }
-            Measure::CrackTip(tip) => readings.extend(tip.scalar_outputs(name, case, snapshot, travels)),
-            Measure::ArcFront { obstacle: of, quantile, zero, bodies } => {
-                let counted = counted_points(case, snapshot, bodies.as_deref());
-                readings.push((
-                    name.clone(),
-                    "m".to_owned(),
-                    arc_front(case, &counted, of, *quantile) - zero,
-                ));
-            }
-            Measure::Fragments { link, least, bodies, broken } => {
-                let whole = broken
-                    .as_ref()
-                    .map_or(Cow::Borrowed(snapshot), |broken| unbroken_points(snapshot, broken));
-                let counted = counted_points(case, &whole, bodies.as_deref());
-                readings.extend(fragments::scalar_outputs(name, &counted, *link, *least));
-            }
-            Measure::Profile { .. }
-            | Measure::Reaction { .. }
-            | Measure::ImpactPressure { .. }
-            | Measure::Gauge { .. }
-            | Measure::Discharge { .. }
-            | Measure::Dissipation {}
-            | Measure::FactorOfSafety(_) => {}
-        }
-    }
-    readings
+/// Names of the axes in columns.
+pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Default fraction of the mass behind a front: all.
+pub(crate) const fn default_fraction() -> f64 {
+    1.0
 }
 
-/// Whether a measure needs the positions of points, nodes or cells.
-#[cfg(feature = "output")]
-pub(crate) fn needs_places(measure: &Measure) -> bool {
-    match measure {
-        Measure::Front { .. }
-        | Measure::RunOut { .. }
-        | Measure::Probe { .. }
-        | Measure::CrackTip(_)
-        | Measure::ArcFront { .. }
-        | Measure::Fragments { .. }
-        | Measure::Profile { .. }
-        | Measure::FactorOfSafety(_) => true,
-        Measure::Reaction { .. }
-        | Measure::ImpactPressure { .. }
-        | Measure::Gauge { .. }
-        | Measure::Discharge { .. }
-        | Measure::Dissipation {} => false,
+/// State of which measures are read.
+pub struct MeasuredState<'a> {
+    /// Case with the measures.
+    pub case: &'a Case,
+    /// Points, nodes or cells.
+    pub snapshot: &'a Snapshot,
+    /// Solver; measures that it computes are NaN without it.
+    pub solver: Option<&'a dyn Solver>,
+    /// Cell size of the grid of the method (m); `None` without one.
+    pub cell: Option<f64>,
+    /// Travelled distances of the removal shapes ([`Solver::removal_shape_travel`]).
+    pub travels: &'a [Option<f64>],
+}
+
+impl<'a> MeasuredState<'a> {
+    /// State of points without a solver.
+    #[must_use]
+    pub fn of_points(case: &'a Case, snapshot: &'a Snapshot) -> Self {
+        Self { case, snapshot, solver: None, cell: None, travels: &[] }
     }
+
+    /// Points whose mass a measure counts, as [`counted_points`].
+    fn counted_points(&self, bodies: Option<&[String]>) -> Cow<'a, Snapshot> {
+        counted_points(self.case, self.snapshot, bodies)
+    }
+
+    /// Force on a rigid body, a patch or an obstacle; `None` where the solver has none.
+    fn reaction(&self, target: &str) -> Option<Reaction> {
+        self.solver?.reaction(target)
+    }
+}
+
+/// Field that a measure reads.
+pub(crate) struct FieldUse<'a> {
+    /// Key of the name in the measure.
+    pub(crate) key: String,
+    /// Name of the field.
+    pub(crate) name: Cow<'a, str>,
+    /// Whether the field must be of numbers.
+    pub(crate) is_scalar: bool,
+}
+
+/// Definition of a measure: its checks, its columns and what it needs.
+pub(crate) trait MeasureDefinition {
+    /// Checks the rules that the schema does not contain; `path` is the JSON path of the measure.
+    fn check(&self, path: &str, errors: &mut ErrorCollector<'_>);
+
+    /// Columns of the measure `name`: name, unit and value. Their names and order are constant.
+    fn read(&self, name: &str, state: &MeasuredState<'_>) -> Vec<ScalarOutput>;
+
+    /// Whether the measure needs the positions of points, nodes or cells.
+    fn needs_points(&self) -> bool {
+        true
+    }
+
+    /// Calls `visit` with the axis of each map coordinate and with the coordinate (m).
+    fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
+        let _ = visit;
+    }
+
+    /// Fields that the measure reads.
+    fn fields(&self) -> Vec<FieldUse<'_>> {
+        Vec::new()
+    }
+
+    /// Profile at a frame: positions and heights (m on the map); `None` for measures without one.
+    fn profile(&self, state: &MeasuredState<'_>) -> Option<Vec<(f64, f64)>> {
+        let _ = state;
+        None
+    }
+
+    /// Name of the rigid body, patch or obstacle on which the force of the material is measured.
+    fn reaction_target(&self) -> Option<&str> {
+        None
+    }
+
+    /// Whether the measure is one number, in a column of its own name.
+    fn is_single_number(&self) -> bool {
+        false
+    }
+
+    /// Whether the measure is NaN in all rows where no point comes within its radius.
+    fn has_empty_radius(&self) -> bool {
+        false
+    }
+}
+
+/// Defines the enumeration of the measures from a list of its variants.
+macro_rules! measures {
+    ($($(#[$documentation:meta])* $variant:ident($definition:ty),)*) => {
+        /// Quantity recorded in time.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+        pub enum Measure {
+            $($(#[$documentation])* $variant($definition),)*
+        }
+
+        impl Measure {
+            /// Definition of the measure.
+            fn definition(&self) -> &dyn MeasureDefinition {
+                match self {
+                    $(Self::$variant(measure) => measure,)*
+                }
+            }
+
+            /// Definition of the measure, to be changed.
+            fn definition_mut(&mut self) -> &mut dyn MeasureDefinition {
+                match self {
+                    $(Self::$variant(measure) => measure,)*
+                }
+            }
+        }
+
+        $(
+            impl From<$definition> for Measure {
+                fn from(measure: $definition) -> Self {
+                    Self::$variant(measure)
+                }
+            }
+        )*
+    };
+}
+
+measures! {
+    /// Front of the mass along an axis (m). Columns of cells start at the base; those with a point at any height, counted without a gap
+    /// from the wall behind the mass, are the connected region, and the front is the farthest end of a point domain in it. Points beyond
+    /// a gap are detached and do not count. Where no column at the wall is occupied, counting begins at the rearmost occupied column.
+    /// With a quantile below 1, the front is the position behind which that fraction of the mass lies, which stray points do not change.
+    /// Rigid bodies do not count, unless `bodies` names them.
+    Front(Front),
+    /// Relative run-out `(front - initial) / initial`, both measured from `origin`; the front is that of the measure `front`.
+    RunOut(RunOut),
+    /// Height of the surface in bins along an axis, written at each frame. Rigid bodies do not count, unless `bodies` names
+    /// them.
+    Profile(Profile),
+    /// Fields averaged over the points within `radius` of a position.
+    Probe(Probe),
+    /// Length of a crack through a body (m): columns `NAME`, the end of the part that is cracked or cut without a gap from the origin,
+    /// and `NAME.farthest`, the end of the farthest cracked or cut part, as of a crack that has opened ahead.
+    CrackTip(CrackTip),
+    /// Front of a flow along the line of an obstacle in the plane, slope, arcs and all (m): the position on the line behind which a
+    /// fraction of the mass lies, each point at its nearest position on the line. Rigid bodies do not count, unless `bodies` names them.
+    ArcFront(ArcFront),
+    /// Number of fragments of broken bodies: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`, the mass of
+    /// fragments too small to count (kg). Rigid bodies do not count, unless `bodies` names them.
+    Fragments(Fragments),
+    /// Depth of a flow at a position in plan (m), along the vertical, and its velocity in plan (m/s): columns `NAME.depth`,
+    /// `NAME.velocity.x`, …; no velocity where it is dry. For methods that compute a flow over terrain.
+    Gauge(Gauge),
+    /// Discharge of a flow across a line in plan (m³/s), positive to the right, seen along the line from `from` to `to`. In 3D, for
+    /// methods that compute a flow over terrain.
+    Discharge(Discharge),
+    /// Force of the material on a rigid body, a patch or an obstacle in the last step (N; per metre in plane strain, per radian in
+    /// axisymmetry), and its impulse since the start (N s), whose slope is the mean force: columns `NAME.x`, `NAME.impulse.x`, ….
+    Reaction(ReactionForce),
+    /// Pressure of the material on a rigid body, a patch or an obstacle (Pa): the component of the force of the last step along a
+    /// direction, divided by an area. The column `NAME.impulse` (Pa s) is that of its impulse since the start, whose slope is the mean
+    /// pressure.
+    ImpactPressure(ImpactPressure),
+    /// Energy dissipated by the materials since the start (J; per metre in plane strain, per radian in axisymmetry): the work of their
+    /// stresses minus the stored energy. For a law without a defined stored energy, all work counts as dissipated.
+    Dissipation(Dissipation),
+    /// Factor of safety: the factor by which strength may be divided before the bodies no longer come to rest, by trials from the state
+    /// at the end of a stage. Computed after the run.
+    FactorOfSafety(FactorOfSafety),
+}
+
+impl Measure {
+    /// Checks the rules that the schema does not contain.
+    pub(crate) fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
+        self.definition().check(path, errors);
+    }
+
+    /// Whether the measure needs the positions of points, nodes or cells.
+    pub(crate) fn needs_points(&self) -> bool {
+        self.definition().needs_points()
+    }
+
+    /// Calls `visit` with the axis of each map coordinate and with the coordinate (m).
+    pub(crate) fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
+        self.definition_mut().visit_coordinates(visit);
+    }
+
+    /// Fields that the measure reads.
+    #[cfg(feature = "output")]
+    pub(crate) fn fields(&self) -> Vec<FieldUse<'_>> {
+        self.definition().fields()
+    }
+
+    /// Profile at a frame: positions and heights (m on the map); `None` for measures without one.
+    #[cfg(feature = "output")]
+    pub(crate) fn profile(&self, state: &MeasuredState<'_>) -> Option<Vec<(f64, f64)>> {
+        self.definition().profile(state)
+    }
+
+    /// Whether the measure is NaN in all rows where no point comes within its radius.
+    #[cfg(feature = "output")]
+    pub(crate) fn has_empty_radius(&self) -> bool {
+        self.definition().has_empty_radius()
+    }
+
+    /// Name of the rigid body, patch or obstacle on which the force of the material is measured.
+    pub fn reaction_target(&self) -> Option<&str> {
+        self.definition().reaction_target()
+    }
+
+    /// Whether the measure is one number, in a column of its own name.
+    pub fn is_single_number(&self) -> bool {
+        self.definition().is_single_number()
+    }
+}
+
+/// Reads the measures of the case: those of the points, and then those that the solver computes, each in the order of their names.
+pub fn read(state: &MeasuredState<'_>) -> Vec<ScalarOutput> {
+    let of_kind = |needs_points: bool| {
+        let measures = state.case.measures.iter();
+        measures.filter(move |(_, measure)| measure.needs_points() == needs_points)
+    };
+    let all = of_kind(true).chain(of_kind(false));
+    all.flat_map(|(name, measure)| measure.definition().read(name, state)).collect()
+}
+
+/// Reads the measures of the case from the present state of a solver, as [`read`]. Those of a run, profiles and factors of safety, have no
+/// value here.
+pub fn read_solver(case: &Case, solver: &dyn Solver) -> Vec<ScalarOutput> {
+    read_snapshot(case, solver, &solver.snapshot())
+}
+
+/// Reads the measures of the case from a solver and from the snapshot of its present state.
+pub(crate) fn read_snapshot(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<ScalarOutput> {
+    let travels = solver.removal_shape_travel();
+    let (cell, travels) = (solver.cell_size(), travels.as_slice());
+    read(&MeasuredState { case, snapshot, solver: Some(solver), cell, travels })
 }
 
 /// Points whose mass a measure counts: those of `bodies`, or of all bodies that are not rigid.
@@ -112,16 +289,8 @@ pub fn counted_points<'a>(
     Cow::Owned(point_subset(snapshot, &kept))
 }
 
-/// Points that are not broken by the criterion. All points where the snapshot lacks the field of the criterion.
-fn unbroken_points<'a>(snapshot: &'a Snapshot, broken: &BreakageCriterion) -> Cow<'a, Snapshot> {
-    let Some(values) = snapshot.scalars(&broken.field) else { return Cow::Borrowed(snapshot) };
-    // Points without the value, such as those of another law, have not broken.
-    let kept: Vec<usize> = (0..values.len()).filter(|&i| !(values[i] <= broken.max)).collect();
-    Cow::Owned(point_subset(snapshot, &kept))
-}
-
 /// Subset of the points, with their `mass`.
-fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
+pub(crate) fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
     let mass = snapshot.role_values(FieldRole::Mass).map(|values| {
         let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
         Field { name: "mass".to_owned(), unit: "kg", data }
@@ -137,224 +306,5 @@ fn point_subset(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
     }
 }
 
-/// Evaluates the measures that need the solver: forces and impulses of reactions, dissipated energy, depth and velocity at gauges,
-/// discharge across lines.
-pub fn solver_outputs(case: &Case, solver: &dyn Solver) -> Vec<ScalarOutput> {
-    let mut readings = Vec::new();
-    for (name, measure) in &case.measures {
-        if let Measure::Dissipation {} = measure {
-            readings.push((name.clone(), "J".to_owned(), solver.dissipated().unwrap_or(f64::NAN)));
-        }
-        if let Measure::Gauge { position } = measure {
-            let (depth, velocity) = solver.gauge(position).unwrap_or((f64::NAN, [f64::NAN; 3]));
-            readings.push((format!("{name}.depth"), "m".to_owned(), depth));
-            for (c, axis) in ["x", "y"].into_iter().enumerate().take(case.dimension() - 1) {
-                readings.push((format!("{name}.velocity.{axis}"), "m/s".to_owned(), velocity[c]));
-            }
-        }
-        if let Measure::Discharge { from, to } = measure {
-            let discharge = solver.discharge(*from, *to).unwrap_or(f64::NAN);
-            readings.push((name.clone(), "m3/s".to_owned(), discharge));
-        }
-        if let Measure::ImpactPressure { target: of, direction, area } = measure {
-            readings.extend(pressure(name, solver.reaction(of), direction, *area));
-        }
-        let Measure::Reaction { target: of, about } = measure else { continue };
-        let reaction = solver.reaction(of);
-        for (c, axis) in ["x", "y", "z"].into_iter().enumerate().take(case.dimension()) {
-            let of = |value: fn(&Reaction) -> [f64; 3]| reaction.as_ref().map_or(f64::NAN, |r| value(r)[c]);
-            readings.push((format!("{name}.{axis}"), "N".to_owned(), of(|r| r.force)));
-            readings.push((format!("{name}.impulse.{axis}"), "N s".to_owned(), of(|r| r.impulse)));
-        }
-        if !about.is_empty() {
-            let moment = reaction.as_ref().and_then(|reaction| reaction.moment_about(&spatial(about)));
-            readings.extend(moments(name, case.dimension(), moment.unwrap_or([f64::NAN; 3])));
-        }
-    }
-    readings
-}
-
-/// Components of a moment; in the plane only the one perpendicular to it.
-fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<ScalarOutput> {
-    let reading = |name: String, value: f64| (name, "N m".to_owned(), value);
-    if dimension < 3 {
-        return vec![reading(format!("{name}.moment"), z)];
-    }
-    let named = ["x", "y", "z"].into_iter().zip([x, y, z]);
-    named.map(|(axis, value)| reading(format!("{name}.moment.{axis}"), value)).collect()
-}
-
-/// Pressure and impulse per area of a `reaction` along `direction` over `area` (m²).
-fn pressure(name: &str, reaction: Option<Reaction>, direction: &[f64], area: f64) -> [ScalarOutput; 2] {
-    let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let over =
-        |vector: [f64; 3]| direction.iter().zip(vector).map(|(d, v)| d * v).sum::<f64>() / (length * area);
-    let of = |value: fn(&Reaction) -> [f64; 3]| reaction.as_ref().map_or(f64::NAN, |r| over(value(r)));
-    [
-        (name.to_owned(), "Pa".to_owned(), of(|r| r.force)),
-        (format!("{name}.impulse"), "Pa s".to_owned(), of(|r| r.impulse)),
-    ]
-}
-
-/// Height of the surface in bins of width `bin` (m) along `axis`: pairs of bin centre and height (m).
-pub fn profile(snapshot: &Snapshot, axis: usize, height: usize, bin: f64) -> Vec<(f64, f64)> {
-    let mut bins: BTreeMap<i64, f64> = BTreeMap::new();
-    for (position, extent) in snapshot.positions.iter().zip(&snapshot.extents) {
-        let number = (position[axis] / bin).floor() as i64;
-        let top = position[height] + 0.5 * extent[height];
-        let entry = bins.entry(number).or_insert(f64::NEG_INFINITY);
-        *entry = entry.max(top);
-    }
-    bins.into_iter().map(|(number, top)| ((number as f64 + 0.5) * bin, top)).collect()
-}
-
-/// Values of fields at a position, as means over the points within `radius`.
-fn probe(
-    name: &str,
-    snapshot: &Snapshot,
-    place: &[f64],
-    radius: f64,
-    fields: &[String],
-) -> Vec<ScalarOutput> {
-    let near = |x: &[f64; 3]| {
-        let square: f64 = place.iter().zip(x).map(|(p, x)| (p - x).powi(2)).sum();
-        square <= radius * radius
-    };
-    let inside: Vec<usize> =
-        (0..snapshot.positions.len()).filter(|&i| near(&snapshot.positions[i])).collect();
-    let mean = |value: &dyn Fn(usize) -> f64| {
-        // NaN without a point in the probe.
-        inside.iter().map(|&i| value(i)).sum::<f64>() / inside.len() as f64
-    };
-    let mut readings = Vec::new();
-    for wanted in fields {
-        let Some(field) = snapshot.field(wanted) else {
-            readings.push((format!("{name}.{wanted}"), String::new(), f64::NAN));
-            continue;
-        };
-        let unit = || field.unit.to_owned();
-        match &field.data {
-            FieldData::Integer(values) => {
-                readings.push((format!("{name}.{wanted}"), unit(), mean(&|i| values[i] as f64)));
-            }
-            FieldData::Scalar(values) => {
-                readings.push((format!("{name}.{wanted}"), unit(), mean(&|i| values[i])));
-            }
-            FieldData::Vector(values) => {
-                for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-                    readings.push((format!("{name}.{wanted}.{axis}"), unit(), mean(&|i| values[i][c])));
-                }
-            }
-            FieldData::Tensor(values) => {
-                for (c, part) in ["xx", "yy", "zz", "xy", "yz", "zx"].into_iter().enumerate() {
-                    readings.push((format!("{name}.{wanted}.{part}"), unit(), mean(&|i| values[i][c])));
-                }
-            }
-        }
-    }
-    readings
-}
-
 #[cfg(test)]
-mod tests {
-    use serde_json::{Value, json};
-
-    use super::*;
-
-    fn line(positions: &[f64]) -> Snapshot {
-        let count = positions.len();
-        Snapshot {
-            time: 0.0,
-            step: 0,
-            ids: (0..count as u64).collect(),
-            bodies: vec![0; count],
-            positions: positions.iter().map(|&x| [x, 0.5 * x, 0.0]).collect(),
-            extents: vec![[0.1; 3]; count],
-            fields: vec![Field {
-                name: "mass".into(),
-                unit: "kg",
-                data: FieldData::Scalar(vec![1.0; count]),
-            }],
-        }
-    }
-
-    #[test]
-    fn a_profile_is_the_highest_point_of_each_bin() {
-        let heights = profile(&line(&[0.05, 0.15, 0.25]), 0, 1, 0.2);
-        let expected = [(0.1, 0.125), (0.3, 0.175)];
-        assert_eq!(heights.len(), 2);
-        for (found, exact) in heights.iter().zip(expected) {
-            assert!((found.0 - exact.0).abs() < 1e-12 && (found.1 - exact.1).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn rigid_bodies_count_only_where_they_are_named() {
-        let body = |name: &str, at: f64, rigid: bool| {
-            let shape = json!({ "kind": "box", "min": [at, 0], "max": [at + 1.0, 1] });
-            json!({ "name": name, "material": "m", "rigid": rigid, "shape": shape })
-        };
-        let measure = |bodies: Value| {
-            let mut measure = json!({ "kind": "front", "side": "x-max", "quantile": 0.5 });
-            if !bodies.is_null() {
-                measure["bodies"] = bodies;
-            }
-            measure
-        };
-        let elastic =
-            json!({ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
-        let case = json!({
-            "title": "plough", "space": "plane-strain", "gravity": [0, -10],
-            "domain": { "min": [0, 0], "max": [9, 9] }, "materials": { "m": elastic },
-            "bodies": [body("soil", 0.0, false), body("stone", 2.0, false), body("plough", 4.0, true)],
-            "stages": [{ "name": "go", "duration": 1 }],
-            "measures": {
-                "loose": measure(Value::Null),
-                "plough": measure(json!(["plough"])),
-                "soil": measure(json!(["soil"])),
-                "run": { "kind": "run-out", "side": "x-max", "origin": 0, "initial_length": 2, "cell": 9 }
-            }
-        });
-        let case = Case::from_json(&case.to_string()).unwrap();
-        let snapshot = Snapshot { bodies: vec![0, 1, 2], ..line(&[0.55, 2.95, 4.95]) };
-        let readings = read(&case, &snapshot, None, &[]);
-        for (name, exact) in [("loose", 0.6), ("plough", 5.0), ("soil", 0.6), ("run", 0.5)] {
-            let found = readings.iter().find(|(n, ..)| n == name).unwrap().2;
-            assert!((found - exact).abs() < 1e-12, "{name}: {found} is not {exact}");
-        }
-        let heights = profile(&counted_points(&case, &snapshot, None), 0, 1, 9.0);
-        assert!((heights[0].1 - 1.525).abs() < 1e-12, "the plough is higher: {heights:?}");
-    }
-
-    #[test]
-    fn broken_points_do_not_connect_fragments() {
-        let mut row = line(&[0.0, 0.1, 0.2, 0.3, 0.4]);
-        let strength = FieldData::Scalar(vec![1.0, 2.0, 0.0, f64::NAN, 1.0]);
-        row.fields.push(Field { name: "strength".into(), unit: "Pa", data: strength });
-        let broken = |at_most: f64| BreakageCriterion { field: "strength".into(), max: at_most };
-        let pieces = |broken: &BreakageCriterion| {
-            let whole = unbroken_points(&row, broken);
-            fragments(&whole, 0.12, 1).unwrap().0
-        };
-        assert_eq!(pieces(&broken(0.0)), [2.0, 2.0]);
-        assert_eq!(pieces(&broken(1.0)), [1.0, 1.0]);
-        assert_eq!(pieces(&BreakageCriterion { field: "none".into(), max: 9.0 }), [5.0]);
-    }
-
-    #[test]
-    fn a_pressure_is_force_along_a_direction_over_an_area() {
-        let reaction = Reaction { force: [30.0, 40.0, 0.0], impulse: [3.0, -4.0, 0.0], moment: None };
-        let found = pressure("p", Some(reaction), &[6.0, 8.0], 2.0);
-        assert!((found[0].2 - 25.0).abs() < 1e-12 && (found[1].2 + 0.7).abs() < 1e-12, "{found:?}");
-        assert!(found[1].0 == "p.impulse" && pressure("p", None, &[1.0, 0.0], 2.0)[0].2.is_nan());
-    }
-
-    #[test]
-    fn a_probe_averages_the_points_within_its_radius() {
-        let readings =
-            probe("p", &line(&[0.0, 1.0, 5.0]), &[0.5, 0.25], 1.0, &["mass".into(), "heat".into()]);
-        assert_eq!(readings[0].0, "p.mass");
-        assert_eq!(readings[0].2, 1.0);
-        assert!(readings[1].2.is_nan());
-    }
-}
+pub(crate) mod tests;

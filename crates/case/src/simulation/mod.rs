@@ -13,10 +13,11 @@ use std::io::{Read, Write};
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
+use crate::measure::ScalarOutput;
 use crate::simulation::stage_progress::StageProgress;
 use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
 use crate::solver::{Advance, Solver, SolverError, TimeStep, restore_value, save_value};
-use crate::{Case, CaseErrors};
+use crate::{Case, CaseErrors, measure};
 
 pub use crate::simulation::body_force::{BodyForce, InvalidBodyForce, check_saved_body_force};
 pub use crate::simulation::configured_method::{ConfigurableMethod, ConfiguredMethod, TypedMethod};
@@ -66,6 +67,12 @@ impl<S: Solver> Simulation<S> {
     /// Notes of the method on parts of the case that it ignores.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Measures of the case in the present state: name, unit and value. Profiles and factors of safety, which belong to a run, are not among
+    /// them.
+    pub fn measures(&self) -> Vec<ScalarOutput> {
+        measure::read_solver(&self.case, &self.solver)
     }
 
     /// Solver, to which this type also dereferences.

@@ -5,10 +5,10 @@ use std::collections::HashSet;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::{Sampling, SamplingError, Shape, common_interior_point, overlapping_boxes};
 
-use super::ErrorCollector;
 use crate::Formula;
 use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
+use crate::error_collector::ErrorCollector;
 
 /// Sample points along each axis of a body at which its formulas are evaluated.
 const SAMPLES: usize = 7;

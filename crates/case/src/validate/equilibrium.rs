@@ -1,6 +1,6 @@
 //! Rules of stages that end at equilibrium.
 
-use super::ErrorCollector;
+use crate::error_collector::ErrorCollector;
 
 impl ErrorCollector<'_> {
     /// Checks the equilibrium criterion of a stage.

@@ -1,8 +1,8 @@
 //! Rules of loads, and of sides without a wall.
 
 use crate::description::{Boundary, Load, LoadProfile, Side, Wall};
+use crate::error_collector::ErrorCollector;
 use crate::files::piecewise_linear;
-use crate::validate::ErrorCollector;
 
 impl ErrorCollector<'_> {
     /// Checks the dashpots and springs of an absorbing boundary.

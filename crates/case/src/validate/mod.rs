@@ -15,8 +15,8 @@ pub(crate) mod time_scales;
 use std::collections::HashSet;
 
 use crate::description::{Boundary, Side, Space, Stage, Wall};
-use crate::files::json::closest;
-use crate::{Case, CaseError, CaseErrors};
+use crate::error_collector::ErrorCollector;
+use crate::{Case, CaseErrors};
 
 /// Largest distance of a domain from zero, over its size: beyond it positions lose more than three of their sixteen digits.
 pub const MAX_DISTANCE_RATIO: f64 = 1e3;
@@ -25,14 +25,6 @@ pub const MAX_DISTANCE_RATIO: f64 = 1e3;
 const MAX_NODES: f64 = 1e8;
 /// Largest number of frames of a run: more are impractical to keep.
 const MAX_FRAMES: f64 = 1e5;
-
-/// Collector of the errors of a case, with their paths.
-struct ErrorCollector<'a> {
-    case: &'a Case,
-    errors: Vec<CaseError>,
-    /// Map coordinates of the origin of the case (m).
-    origin: [f64; 3],
-}
 
 /// Checks all rules that the schema does not contain.
 ///
@@ -66,76 +58,6 @@ pub(crate) fn validate_layers(case: &Case, layered: &[usize]) -> Result<(), Case
 }
 
 impl ErrorCollector<'_> {
-    /// Adds an error at a JSON path.
-    fn report(&mut self, path: impl Into<String>, problem: impl Into<String>) {
-        self.errors.push(CaseError::new(path, problem));
-    }
-
-    /// Adds an error where a condition does not hold.
-    fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
-        if !holds {
-            self.report(path, problem);
-        }
-    }
-
-    /// Checks that a number is finite.
-    fn finite(&mut self, path: impl Into<String>, value: f64) {
-        self.require(value.is_finite(), path, format!("{value} must be finite"));
-    }
-
-    /// Checks that a number is finite and positive.
-    fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
-        let holds = value.is_finite() && value > 0.0;
-        self.require(holds, path, format!("{value} must be positive ({unit})"));
-    }
-
-    /// Checks that a number is finite and not negative.
-    fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
-        let holds = value.is_finite() && value >= 0.0;
-        self.require(holds, path, format!("{value} must not be negative{unit}"));
-    }
-
-    /// Checks that a vector has one finite component for each dimension.
-    fn vector(&mut self, path: &str, vector: &[f64]) {
-        let dimension = self.case.dimension();
-        let problem = format!("has {} entries, the space has {dimension} dimensions", vector.len());
-        self.require(vector.len() == dimension, path, problem);
-        for (number, value) in vector.iter().enumerate() {
-            self.finite(format!("{path}[{number}]"), *value);
-        }
-    }
-
-    /// Ends of the domain along an axis (m); `None` where they are missing or invalid, which [`ErrorCollector::check_domain`] reports.
-    fn extent(&self, axis: usize) -> Option<(f64, f64)> {
-        let domain = &self.case.domain;
-        let (min, max) = (*domain.min.get(axis)?, *domain.max.get(axis)?);
-        (min.is_finite() && max.is_finite() && min < max).then_some((min, max))
-    }
-
-    /// Checks that a coordinate along an axis is in the domain.
-    fn require_inside(&mut self, path: String, axis: usize, value: f64) {
-        if let Some((min, max)) = self.extent(axis) {
-            let problem = format!("{value} is outside the domain, {min} to {max} m");
-            self.require((min..=max).contains(&value), path, problem);
-        }
-    }
-
-    /// Checks that the space has the axis to which a side is normal.
-    fn check_side(&mut self, path: &str, side: Side) {
-        let dimension = self.case.dimension();
-        let problem =
-            format!("{side} is normal to an axis that a space of {dimension} dimensions does not have");
-        self.require(side.axis() < dimension, path, problem);
-    }
-
-    /// Checks that a name is one of the known ones; `what` describes those in the message.
-    fn name(&mut self, path: &str, name: &str, known: &[&str], what: &str) {
-        if !known.contains(&name) {
-            let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
-            self.report(path, format!("{name:?} is not {what}{hint}"));
-        }
-    }
-
     /// Check of the domain: corners, gravity, origin and periodic axes.
     fn check_domain(&mut self) {
         let case = self.case;

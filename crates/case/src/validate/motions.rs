@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use crate::Case;
 use crate::description::{PrescribedMotion, Space, Stage, Velocity};
 
-use super::ErrorCollector;
+use crate::error_collector::ErrorCollector;
 
 impl ErrorCollector<'_> {
     /// Checks the prescribed motions of a stage.

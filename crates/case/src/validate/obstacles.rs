@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::ErrorCollector;
 use crate::description::{Boundary, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall};
+use crate::error_collector::ErrorCollector;
 
 impl ErrorCollector<'_> {
     /// Checks the obstacles.

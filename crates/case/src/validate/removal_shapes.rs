@@ -1,10 +1,10 @@
 //! Rules of removal shapes (cuts).
 
+use crate::error_collector::ErrorCollector;
 use std::collections::HashSet;
 
 use crate::description::RemovalShape;
 use crate::output::{PLAIN_NAME_RULE, is_plain};
-use crate::validate::ErrorCollector;
 
 impl ErrorCollector<'_> {
     /// Checks the removal shapes.

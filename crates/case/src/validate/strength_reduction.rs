@@ -1,7 +1,8 @@
 //! Rules of weakened stages and of searches for a factor of safety.
 
 use crate::description::FactorOfSafety;
-use crate::validate::ErrorCollector;
+use crate::error_collector::ErrorCollector;
+use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
 
 /// Largest number of trials of a search: more would take impractically long.
 const MAX_TRIALS: f64 = 40.0;
@@ -20,7 +21,7 @@ impl ErrorCollector<'_> {
     }
 
     /// Checks a search for the factor of safety.
-    pub(super) fn factor_of_safety(&mut self, path: &str, search: &FactorOfSafety) {
+    fn factor_of_safety(&mut self, path: &str, search: &FactorOfSafety) {
         let stages: Vec<&str> = self.case.stages.iter().map(|stage| stage.name.as_str()).collect();
         self.name(&format!("{path}.after"), &search.after, &stages, "the name of a stage");
         for (key, value, unit) in [("duration", search.duration, "s"), ("height", search.height, "m")] {
@@ -56,5 +57,20 @@ impl ErrorCollector<'_> {
         for (number, name) in names.unwrap_or_default().iter().enumerate() {
             self.name(&format!("{path}.materials[{number}]"), name, &materials, "defined under materials");
         }
+    }
+}
+
+impl MeasureDefinition for FactorOfSafety {
+    fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
+        errors.factor_of_safety(path, self);
+    }
+
+    /// No columns: the factor is found after the run.
+    fn read(&self, _name: &str, _state: &MeasuredState<'_>) -> Vec<ScalarOutput> {
+        Vec::new()
+    }
+
+    fn is_single_number(&self) -> bool {
+        true
     }
 }

@@ -2,6 +2,7 @@
 
 use colluvium_case::Case;
 use colluvium_case::description::{InitialStress, Load, Measure, Velocity, Wall};
+use colluvium_case::measure;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 use serde_json::json;
@@ -85,25 +86,25 @@ const STAGES_AND_OUTPUT: &[Row] = &[
 /// Numbers of measures.
 const MEASURES: &[Row] = &[
     ("measures.front.quantile", |c, bad| {
-        inside!(Some(Measure::Front { quantile, .. }) = c.measures.get_mut("front") => quantile, bad);
+        inside!(Some(Measure::Front(measure::Front { quantile, .. })) = c.measures.get_mut("front") => quantile, bad);
     }),
     ("measures.front.cell", |c, bad| {
-        inside!(Some(Measure::Front { cell, .. }) = c.measures.get_mut("front") => cell, Some(bad));
+        inside!(Some(Measure::Front(measure::Front { cell, .. })) = c.measures.get_mut("front") => cell, Some(bad));
     }),
     ("measures.slide.origin", |c, bad| {
-        inside!(Some(Measure::RunOut { origin, .. }) = c.measures.get_mut("slide") => origin, bad);
+        inside!(Some(Measure::RunOut(measure::RunOut { origin, .. })) = c.measures.get_mut("slide") => origin, bad);
     }),
     ("measures.slide.initial_length", |c, bad| {
-        inside!(Some(Measure::RunOut { initial_length, .. }) = c.measures.get_mut("slide") => initial_length, bad);
+        inside!(Some(Measure::RunOut(measure::RunOut { initial_length, .. })) = c.measures.get_mut("slide") => initial_length, bad);
     }),
     ("measures.top.bin", |c, bad| {
-        inside!(Some(Measure::Profile { bin, .. }) = c.measures.get_mut("top") => bin, bad);
+        inside!(Some(Measure::Profile(measure::Profile { bin, .. })) = c.measures.get_mut("top") => bin, bad);
     }),
     ("measures.eye.position[0]", |c, bad| {
-        inside!(Some(Measure::Probe { position, .. }) = c.measures.get_mut("eye") => &mut position[0], bad);
+        inside!(Some(Measure::Probe(measure::Probe { position, .. })) = c.measures.get_mut("eye") => &mut position[0], bad);
     }),
     ("measures.eye.radius", |c, bad| {
-        inside!(Some(Measure::Probe { radius, .. }) = c.measures.get_mut("eye") => radius, bad);
+        inside!(Some(Measure::Probe(measure::Probe { radius, .. })) = c.measures.get_mut("eye") => radius, bad);
     }),
 ];
 

@@ -9,7 +9,6 @@ use serde_json::Value;
 use thiserror::Error;
 
 use super::{Sweep, SweepCase, SweepResults, SweepRow, exceedance, intensity};
-use crate::case::description::Measure;
 use crate::case::output::{OutputError, create_folder, read_json, write_atomically};
 use crate::case::run::{RunEnd, verify};
 use crate::case::{Case, Method, RunOptions, run_method};
@@ -126,16 +125,13 @@ pub fn run_sweep<'a>(
 /// Names of the measures that have a single column.
 fn scalar_measures(members: &[SweepCase]) -> Vec<String> {
     let Some(first) = members.first() else { return Vec::new() };
-    let number = |measure: &Measure| {
-        matches!(
-            measure,
-            Measure::Front { .. }
-                | Measure::RunOut { .. }
-                | Measure::Dissipation {}
-                | Measure::FactorOfSafety(_)
-        )
-    };
-    first.case.measures.iter().filter(|(_, measure)| number(measure)).map(|(name, _)| name.clone()).collect()
+    first
+        .case
+        .measures
+        .iter()
+        .filter(|(_, measure)| measure.is_single_number())
+        .map(|(name, _)| name.clone())
+        .collect()
 }
 
 /// Prepares the folder of the sweep.

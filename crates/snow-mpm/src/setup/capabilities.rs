@@ -1,6 +1,7 @@
 //! Supported and rejected features of a case, and warnings.
 
-use colluvium_case::description::{CrackTip, Measure, ObstacleWall, Wall, min_extent};
+use colluvium_case::description::{ObstacleWall, Wall, min_extent};
+use colluvium_case::measure::{CrackTip, Fragments, Measure};
 use colluvium_case::{Capabilities, Case, CaseError};
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
@@ -131,7 +132,7 @@ fn weak_layer_base_warning(case: &Case, number: usize, options: &SnowOptions) ->
 fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
     let cell = options.cell_size;
     match measure {
-        Measure::Fragments { link, .. } if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
+        Measure::Fragments(Fragments { link, .. }) if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
             let cells = link / cell;
             Some(format!(
                 "measures.{name}.link: {link} m is {cells:.2} cells, but points of one fragment lie up to 1 \

@@ -120,7 +120,7 @@ fn reaction_of_a_moving_obstacle_equals_the_momentum_of_the_body() {
         for c in 0..2 {
             assert!((given[c] + reaction[c]).abs() < 1e-9 * given[0], "{wall}: {given:?} {reaction:?}");
         }
-        let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
+        let readings = colluvium_case::measure::read_solver(&case, &*solver);
         let pressure = readings.iter().find(|(name, ..)| name == "pressure.impulse").unwrap().2;
         assert!((pressure + given[0] / 0.5).abs() < 1e-9 * given[0], "{pressure}");
         // Work of the ball is the energy of the block plus the numerical dissipation.

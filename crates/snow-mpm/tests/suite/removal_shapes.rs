@@ -138,9 +138,7 @@ fn a_slanted_layer_end_counts_as_uncut_until_the_saw_arrives() {
         "direction": [-1, 0], "from": [1.6, 0], "bin": 0.1 } });
     let case = read_case(&value);
     let mut solver = start_solver(&SnowMpm, &read_case(&value));
-    let tip = |solver: &dyn Solver| {
-        colluvium_case::measure::read(&case, &solver.snapshot(), None, &solver.removal_shape_travel())[0].2
-    };
+    let tip = |solver: &dyn Solver| colluvium_case::measure::read_solver(&case, solver)[0].2;
     assert_near(tip(&*solver), 0.0, 0.0);
     advance_to(&mut *solver, 0.09);
     assert_near(tip(&*solver), 0.3, 1e-12);

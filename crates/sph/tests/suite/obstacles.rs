@@ -123,7 +123,7 @@ fn block_on_slope(
         let mean = |of: &[[f64; 3]], c: usize| of.iter().map(|v| v[c]).sum::<f64>() / of.len() as f64;
         let velocity = [0, 1].map(|c| 180.0 * mean(&vectors(&snapshot, "velocity"), c));
         let middle = [0, 1, 2].map(|c| mean(&snapshot.positions, c));
-        let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
+        let readings = colluvium_case::measure::read_solver(&case, &*solver);
         let pressed = readings.iter().find(|(name, ..)| name == "under.impulse").unwrap().2;
         (solver.time(), solver.reaction("slope").unwrap(), velocity, middle, pressed)
     };

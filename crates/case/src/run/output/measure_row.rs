@@ -1,9 +1,8 @@
 //! Row of the measures, and the names of its columns that a case may use.
 
-use crate::description::Measure;
 use crate::files::json::closest;
 use crate::measure;
-use crate::measure::ScalarOutput;
+use crate::measure::{FieldUse, Measure, ScalarOutput};
 use crate::{Budget, Case, CaseError, CaseErrors, FrameRequest, Snapshot, Solver};
 
 /// Fields of every frame in addition to those of its snapshot.
@@ -52,9 +51,7 @@ fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &
 
 /// Columns of the measures of the case.
 pub(crate) fn case_outputs(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<ScalarOutput> {
-    let mut readings = measure::read(case, snapshot, solver.cell_size(), &solver.removal_shape_travel());
-    readings.extend(measure::solver_outputs(case, solver));
-    readings
+    measure::read_snapshot(case, solver, snapshot)
 }
 
 /// Names of the numbers at the end of a run: columns of its measures, and factors of safety.
@@ -67,7 +64,7 @@ pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
 
 /// Reports an error for measures at positions, where the frames of the solver are empty.
 fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
-    let of_places = case.measures.iter().filter(|(_, measure)| measure::needs_places(measure));
+    let of_places = case.measures.iter().filter(|(_, measure)| measure.needs_points());
     let error = |(name, _): (&String, &Measure)| {
         let problem = "needs points, nodes or cells, but the frames of the method have none";
         CaseError::new(format!("measures.{name}"), problem)
@@ -107,14 +104,13 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
         check(format!("output.fields[{number}]"), name, &in_frames);
     }
     for (measure, description) in &case.measures {
-        if let Measure::CrackTip(tip) = description {
-            let numbers = |name: &&str| snapshot.scalars(name).is_some();
-            let numbers: Vec<&str> = fields.iter().copied().filter(numbers).collect();
-            check(format!("measures.{measure}.field"), &tip.field, &numbers);
-        }
-        let Measure::Probe { fields: wanted, .. } = description else { continue };
-        for (number, name) in wanted.iter().enumerate() {
-            check(format!("measures.{measure}.fields[{number}]"), name, &fields);
+        for FieldUse { key, name, is_scalar } in description.fields() {
+            let known: Vec<&str> = fields
+                .iter()
+                .copied()
+                .filter(|name| !is_scalar || snapshot.scalars(name).is_some())
+                .collect();
+            check(format!("measures.{measure}.{key}"), &name, &known);
         }
     }
     let taken = run_outputs(solver, None);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use crate::description::Measure;
+use crate::measure::MeasuredState;
 use crate::output::{
     Collection, FileChecksum, OutputError, Table, WriteOptions, averages, file_extension, read_frame,
     read_json, write_atomically, write_dataset, write_frame,
@@ -22,7 +22,7 @@ use crate::run::progress::RunProgress;
 use crate::run::verify;
 use crate::run::{RunError, RunOptions};
 use crate::solver::save_value;
-use crate::{Case, Dataset, DatasetGeometry, Frame, FrameRequest, Snapshot, Solver, SolverError, measure};
+use crate::{Case, Dataset, DatasetGeometry, Frame, FrameRequest, Snapshot, Solver, SolverError};
 
 /// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
@@ -363,15 +363,11 @@ impl RunRecorder {
     fn profiles(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
         let columns = [("time", "s"), ("position", "m"), ("height", "m")];
         let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
+        let state = MeasuredState::of_points(&self.case, snapshot);
         for (name, measure) in &self.case.measures {
-            let Measure::Profile { axis, height, bin, bodies } = measure else { continue };
-            let counted = measure::counted_points(&self.case, snapshot, bodies.as_deref());
-            let from = self.case.origin();
-            let heights = measure::profile(&counted, *axis, *height, *bin);
-            let rows: Vec<Vec<f64>> = heights
-                .into_iter()
-                .map(|(x, top)| vec![snapshot.time, x + from[*axis], top + from[*height]])
-                .collect();
+            let Some(heights) = measure.profile(&state) else { continue };
+            let rows: Vec<Vec<f64>> =
+                heights.into_iter().map(|(x, top)| vec![snapshot.time, x, top]).collect();
             self.tables.append(&run_folder::profile(name), &columns, &rows)?;
         }
         Ok(())
@@ -472,8 +468,7 @@ impl RunRecorder {
                 (0..self.table.columns.len()).filter(|&k| own(&self.table.columns[k].0)).collect();
             self.table.rows.iter().any(|row| own.iter().any(|&k| row[k].is_finite()))
         };
-        let probes =
-            self.case.measures.iter().filter(|(_, measure)| matches!(measure, Measure::Probe { .. }));
+        let probes = self.case.measures.iter().filter(|(_, measure)| measure.has_empty_radius());
         let blind = probes.filter(|(name, _)| !sees(name));
         blind.map(|(name, _)| format!("measures.{name}: no point came within its radius")).collect()
     }

@@ -399,12 +399,9 @@ fn two_runs_do_not_write_into_one_folder() {
 fn a_probe_without_points_nearby_causes_a_warning() {
     let mut case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
     for (name, x) in [("near", 0.0), ("far", 9.0)] {
-        let probe = crate::description::Measure::Probe {
-            position: vec![x, 0.0],
-            radius: 2.0,
-            fields: vec!["mass".into()],
-        };
-        case.measures.insert(name.into(), probe);
+        let probe =
+            crate::measure::Probe { position: vec![x, 0.0], radius: 2.0, fields: vec!["mass".into()] };
+        case.measures.insert(name.into(), probe.into());
     }
     let report = run(&case, Oscillators::boxed(0.1, None), &RunOptions::default()).unwrap();
     assert_eq!(report.warnings_at_end, ["measures.far: no point came within its radius"]);

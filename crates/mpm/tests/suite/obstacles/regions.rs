@@ -91,7 +91,7 @@ fn the_moment_of_a_reaction_is_that_of_the_weight() {
         let mut solver = start_solver(&Mpm, &case);
         advance_to(&mut *solver, 0.5);
         let weight = 0.06 * 1000.0 * GRAVITY;
-        let readings = colluvium_case::measure::solver_outputs(&case, &*solver);
+        let readings = colluvium_case::measure::read_solver(&case, &*solver);
         let (_, unit, moment) = readings.iter().find(|(name, ..)| name == "push.moment").unwrap();
         // Half a metre to the right of the place, downwards: clockwise.
         let exact = -0.5 * weight;

@@ -1,8 +1,65 @@
 //! Crack tip: the distance that a crack has propagated (sheet: snow-mpm §3.11).
 
-use crate::description::{CrackTip, RemovalShape};
-use crate::measure::ScalarOutput;
-use crate::{Case, Snapshot};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error_collector::ErrorCollector;
+use crate::measure::{FieldUse, MeasureDefinition, MeasuredState, ScalarOutput};
+use crate::{Case, RemovalShape, Snapshot};
+
+/// Default damage at which a point counts as broken: 0.5.
+const fn default_damage() -> f64 {
+    0.5
+}
+
+/// Crack through a body, in bins along a line. A bin is cracked where one of its points has failed. It is cut where the body has been cut
+/// and no point is left. Points count in the bin of their initial position.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CrackTip {
+    /// Name of the body, the weak layer.
+    pub body: String,
+    /// Name of a scalar field that marks failure: `collapsed` of a weak layer of `cohesive-cam-clay`.
+    pub field: String,
+    /// Threshold of failure: a point has failed where the field is at least this.
+    #[serde(default = "default_damage")]
+    pub threshold: f64,
+    /// Whether a point has failed where the field is at most the threshold instead.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub below: bool,
+    /// Direction in which the crack propagates, of any length.
+    pub direction: Vec<f64>,
+    /// Origin of bins and distances (m): the end of the body at which the crack begins.
+    pub from: Vec<f64>,
+    /// Width of a bin (m), not less than that of a point: a cell of the grid of the method.
+    pub bin: f64,
+}
+
+impl MeasureDefinition for CrackTip {
+    fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
+        let bodies: Vec<&str> = errors.case.bodies.iter().map(|body| body.name.as_str()).collect();
+        errors.name(&format!("{path}.body"), &self.body, &bodies, "the name of a body");
+        errors.vector(&format!("{path}.direction"), &self.direction);
+        let is_zero = self.direction.iter().all(|c| *c == 0.0);
+        errors.require(!is_zero, format!("{path}.direction"), "must not be zero");
+        errors.vector(&format!("{path}.from"), &self.from);
+        errors.finite(format!("{path}.threshold"), self.threshold);
+        errors.positive(format!("{path}.bin"), self.bin, "m");
+    }
+
+    fn read(&self, name: &str, state: &MeasuredState<'_>) -> Vec<ScalarOutput> {
+        let [main, farthest] = self.tip_distances(state.case, state.snapshot, state.travels);
+        vec![(name.to_owned(), "m".to_owned(), main), (format!("{name}.farthest"), "m".to_owned(), farthest)]
+    }
+
+    fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
+        self.from.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+    }
+
+    fn fields(&self) -> Vec<FieldUse<'_>> {
+        vec![FieldUse { key: "field".to_owned(), name: self.field.as_str().into(), is_scalar: true }]
+    }
+}
 
 /// State of an interval along the crack path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,18 +157,6 @@ impl CrackTip {
             *bin = if failed || *bin == CrackBin::Failed { CrackBin::Failed } else { CrackBin::Intact };
         }
         Some(bins)
-    }
-
-    /// Columns of the measure `name`.
-    pub(super) fn scalar_outputs(
-        &self,
-        name: &str,
-        case: &Case,
-        snapshot: &Snapshot,
-        travels: &[Option<f64>],
-    ) -> Vec<ScalarOutput> {
-        let [main, farthest] = self.tip_distances(case, snapshot, travels);
-        vec![(name.to_owned(), "m".to_owned(), main), (format!("{name}.farthest"), "m".to_owned(), farthest)]
     }
 }
 

@@ -1,7 +1,91 @@
-//! Front of the mass.
+//! Front of the mass along an axis.
 
-use crate::description::Side;
-use crate::{Case, FieldRole, Snapshot};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error_collector::ErrorCollector;
+use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, default_fraction};
+use crate::{Case, FieldRole, Side, Snapshot};
+
+/// Front of the mass along an axis (m). Columns of cells start at the base; those with a point at any height, counted without a gap
+/// from the wall behind the mass, are the connected region, and the front is the farthest end of a point domain in it. Points beyond
+/// a gap are detached and do not count. Where no column at the wall is occupied, counting begins at the rearmost occupied column.
+/// With a quantile below 1, the front is the position behind which that fraction of the mass lies, which stray points do not change.
+/// Rigid bodies do not count, unless `bodies` names them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Front {
+    /// Direction in which the front moves.
+    pub side: Side,
+    /// Fraction of the mass behind the front.
+    #[serde(default = "default_fraction")]
+    pub quantile: f64,
+    /// Width of the columns (m), for a quantile of 1; by default the cells of the grid of the method, or two point widths for a
+    /// method without a grid.
+    #[serde(default)]
+    pub cell: Option<f64>,
+    /// Names of the bodies whose points count; all bodies that are not rigid when absent, including those that a method fixes
+    /// (`held`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<Vec<String>>,
+}
+
+impl Front {
+    /// Foremost front towards a side, of all bodies that are not rigid.
+    #[must_use]
+    pub fn new(side: Side) -> Self {
+        Self { side, quantile: default_fraction(), cell: None, bodies: None }
+    }
+}
+
+impl MeasureDefinition for Front {
+    fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
+        check_front(path, self.side, self.quantile, self.cell, errors);
+        errors.counted_bodies(path, self.bodies.as_deref());
+    }
+
+    fn read(&self, name: &str, state: &MeasuredState<'_>) -> Vec<ScalarOutput> {
+        let Self { side, quantile, cell, bodies } = self;
+        let front = front_of_bodies(state, *side, *quantile, *cell, bodies.as_deref());
+        vec![(name.to_owned(), "m".to_owned(), front + state.case.origin()[side.axis()])]
+    }
+
+    fn is_single_number(&self) -> bool {
+        true
+    }
+}
+
+/// Checks the side, the quantile and the cells of a front.
+pub(super) fn check_front(
+    path: &str,
+    side: Side,
+    quantile: f64,
+    cell: Option<f64>,
+    errors: &mut ErrorCollector<'_>,
+) {
+    errors.check_side(&format!("{path}.side"), side);
+    errors.quantile(path, quantile);
+    if let Some(cell) = cell {
+        errors.positive(format!("{path}.cell"), cell, "m");
+        let problem = "a quantile below 1 does not use cells";
+        errors.require(quantile == 1.0, format!("{path}.cell"), problem);
+    }
+}
+
+/// Front of the counted points (m from the origin of the case).
+pub(super) fn front_of_bodies(
+    state: &MeasuredState<'_>,
+    side: Side,
+    quantile: f64,
+    cell: Option<f64>,
+    bodies: Option<&[String]>,
+) -> f64 {
+    let counted = state.counted_points(bodies);
+    match quantile {
+        1.0 => FrontColumns::of_case(state.case, side, cell.or(state.cell), &counted).front(&counted),
+        _ => front(&counted, side, quantile),
+    }
+}
 
 /// Width of a column in point widths, for methods without a grid: two points per cell and direction are usual.
 const POINT_WIDTHS_PER_COLUMN: f64 = 2.0;
@@ -285,7 +369,10 @@ mod tests {
             "mass": { "kind": "front", "side": "x-max", "quantile": 0.999 },
             "run": { "kind": "run-out", "side": "x-max", "origin": 0, "initial_length": 0.1, "cell": 0.1 }
         }"#;
-        let readings = super::super::read(&case(more), &layer(&[0.05, 0.35, 0.55, 0.9, 1.6]), Some(0.4), &[]);
+        let readings = crate::measure::read(&MeasuredState {
+            cell: Some(0.4),
+            ..MeasuredState::of_points(&case(more), &layer(&[0.05, 0.35, 0.55, 0.9, 1.6]))
+        });
         let found = |name: &str| readings.iter().find(|(n, ..)| n == name).map_or(f64::NAN, |r| r.2);
         assert_near(found("own"), 0.1, 1e-12);
         assert_near(found("method"), 0.95, 1e-12);
