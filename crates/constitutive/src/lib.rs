@@ -10,6 +10,27 @@
 //! Conventions: SI units; stress and strain are tension-positive; pressure `p = -tr σ / 3` is
 //! compression-positive; stress is always the full 3D tensor, component order xx yy zz xy yz zx,
 //! with tensor (not engineering) shear.
+//!
+//! A law of the core under its parameters, in the element driver:
+//!
+//! ```
+//! use colluvium_constitutive::driver::{ElementTest, LoadingPath, TestStage};
+//! use colluvium_constitutive::MohrCoulombSpec;
+//!
+//! let sand = MohrCoulombSpec::new(1800.0, 2e7, 0.3, 32.0);
+//! let path = ElementTest::new(sand)
+//!     .stage(TestStage::new(LoadingPath::Isotropic { pressure: 1e5 }))
+//!     .stage(TestStage::new(LoadingPath::TriaxialDrained { axial_compression: 0.05 }))
+//!     .run()?;
+//! // The stress ratio at failure is (1 + sin φ) / (1 - sin φ).
+//! let stress = path.last_stress();
+//! let sine = 32_f64.to_radians().sin();
+//! assert!((stress[2] / stress[0] - (1.0 + sine) / (1.0 - sine)).abs() < 1e-6);
+//! # Ok::<(), colluvium_constitutive::driver::DriverError>(())
+//! ```
+//!
+//! A law of one's own implements [`SmallStrain`] or [`StressUpdate`]: `examples/own_law.rs`. The theory is in `docs/models.md` and in the
+//! sheet `docs/sheets/constitutive.md`.
 
 mod adapters;
 pub mod basal;
@@ -24,6 +45,7 @@ pub mod tensors;
 pub use crate::adapters::corotational::{Corotational, FirstOrderSpin};
 pub use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, SimdBatch};
 pub use crate::contract::component_arrays::spectra;
+pub use crate::contract::elasticity::Elasticity;
 pub use crate::contract::error::{BatchError, MaterialError, UnconvergedStep};
 pub use crate::contract::interface::{InterfaceLaw, InterfacePoint};
 pub use crate::contract::material::{BLOCK_SIZE, Material, StateBlock, States};

@@ -14,6 +14,8 @@ mod step_solver;
 mod test_checks;
 mod unconverged_step;
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -109,7 +111,7 @@ pub enum DriverError {
 /// Material point under test.
 #[derive(Clone)]
 struct ElementSpecimen {
-    material: std::sync::Arc<dyn Material>,
+    material: Arc<dyn Material>,
     stress: SymTensor,
     states: States,
     density: f64,
@@ -204,7 +206,36 @@ pub struct TestTrace {
     end: ElementSpecimen,
 }
 
+impl TestStage {
+    /// Stage along a path, in 200 steps over 1 s.
+    #[must_use]
+    pub fn new(path: LoadingPath) -> Self {
+        Self { path, steps: steps(), duration: duration() }
+    }
+}
+
 impl ElementTest {
+    /// Test of a stress-free point without stages. The material is the parameters of a law of this crate, or
+    /// [`ExternalSpec::from_law`](crate::ExternalSpec::from_law) of a law of the program.
+    #[must_use]
+    pub fn new(material: impl Into<MaterialSpec>) -> Self {
+        let (title, material) = ("untitled".to_owned(), material.into());
+        Self { title, material, initial_stress: [0.0; 6], stages: Vec::new() }
+    }
+
+    /// Test of a law of the program, with its initial density (kg/m³).
+    #[must_use]
+    pub fn of_law(name: impl Into<String>, density: f64, law: Arc<dyn Material>) -> Self {
+        Self::new(crate::ExternalSpec::from_law(name, density, law))
+    }
+
+    /// Adds a stage.
+    #[must_use]
+    pub fn stage(mut self, stage: TestStage) -> Self {
+        self.stages.push(stage);
+        self
+    }
+
     /// Checks the description before the test is run.
     ///
     /// # Errors
