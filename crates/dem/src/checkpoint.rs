@@ -163,7 +163,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             has_body_force: boundary.body_force.acting.is_some(),
             wall_velocities: boundary.walls.iter().map(of_wall).collect(),
             body_velocities: boundary.body_velocities.iter().map(|(body, v)| (*body, v.to_vec())).collect(),
-            cell_gradient: self.cell.imposed_gradient.as_ref().map(flattened_matrix),
+            cell_gradient: self.cell.program_gradient.as_ref().map(flattened_matrix),
         }
     }
 
@@ -177,7 +177,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let velocities: Option<BTreeMap<u32, [f64; D]>> =
             saved.body_velocities.into_iter().map(body).collect();
         self.boundary.body_velocities = velocities?;
-        self.cell.imposed_gradient =
+        self.cell.program_gradient =
             saved.cell_gradient.map_or(Some(None), |flat| matrix(&flat).map(Some))?;
         Some(())
     }

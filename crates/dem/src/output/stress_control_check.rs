@@ -67,7 +67,9 @@ pub fn record_controlled_stresses<const D: usize, const R: usize>(
     if cell.imposed_gradient.is_some() || (stage.cell.is_none() && stage.walls.is_empty()) {
         return;
     }
-    record_cell(clock, cell, grains, stresses, dt);
+    if cell.program_gradient.is_none() {
+        record_cell(clock, cell, grains, stresses, dt);
+    }
     record_walls(clock, cell, grains, boundary, stresses, dt);
 }
 

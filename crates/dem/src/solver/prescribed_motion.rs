@@ -135,13 +135,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 }
             }
         }
-        self.cell.imposed_gradient = Some(gradient);
+        self.cell.program_gradient = Some(gradient);
         Ok(())
     }
 
     /// Returns the periodic cell to the control of its stage.
     pub fn release_cell(&mut self) {
-        self.cell.imposed_gradient = None;
+        self.cell.program_gradient = None;
     }
 
     /// Stress of the periodic cell at the last forces (Pa, tension-positive; N/m in the plane): that of the contacts over the volume of the
