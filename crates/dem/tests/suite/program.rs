@@ -6,6 +6,7 @@ use colluvium_case::{
 use colluvium_constitutive::LinearElasticSpec;
 use colluvium_dem::{
     BodyGrains, Dem, DemOptions, DemSolver, Diameters, Fill, GrainKind, LatticePacking, NormalLaw, PairSpec,
+    Pluviation,
 };
 use colluvium_testkit::{assert_near, scalar_output};
 use serde_json::json;
@@ -264,6 +265,29 @@ fn a_uniform_body_force_is_free_fall() {
     let before = pulled.grains().velocity()[0];
     pulled.step().unwrap();
     assert_eq!(before, pulled.grains().velocity()[0]);
+}
+
+/// Grains that enter during the run have the body force from their first step on.
+#[test]
+fn a_body_force_acts_on_entering_grains() {
+    let gravity = [3.0, -10.0];
+    let case =
+        || space().body(Body::block("rain", "sand", [0.0, 2.0], [1.0, 2.5])).stage(Stage::new("rain", 0.4));
+    let rain = BodyGrains { pluviation: Some(Pluviation::new(400.0)), ..BodyGrains::default() };
+    let options = DemOptions { bodies: [("rain".to_owned(), rain)].into(), ..options() };
+    let start = |gravity: [f64; 2]| Dem::new(options.clone()).solver::<2>(&case().gravity(gravity)).unwrap();
+    let (mut fallen, mut pulled) = (start(gravity), start([0.0; 2]));
+    pulled.set_body_force(move |_, _, _| gravity);
+    while !fallen.is_complete() {
+        let dt = fallen.limit().dt.min(pulled.limit().dt).min(2e-3);
+        fallen.step_at_most(dt).unwrap();
+        pulled.step_at_most(dt).unwrap();
+    }
+    let (a, b) = (fallen.grains(), pulled.grains());
+    assert!(a.len() > 4 && a.id() == b.id());
+    for i in 0..a.len() {
+        (0..2).for_each(|c| assert_near(a.position()[i][c], b.position()[i][c], 1e-9));
+    }
 }
 
 #[test]
