@@ -1,11 +1,13 @@
 //! Checkpoints of the solver, and its implementation of the `Solver` trait.
 
+use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep, spatial,
+    Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
+    check_saved_body_force, spatial,
 };
 use colluvium_points::struct_of_arrays::{invalid_data, read_column, write_column};
 use serde::{Deserialize, Serialize};
@@ -22,7 +24,7 @@ use crate::specimen::pluviation::EnteredGrains;
 use crate::specimen::pluviation_entry::full_source_warning;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 12;
+const FORMAT: u32 = 13;
 
 /// State of the solver in a checkpoint, except the columns.
 #[derive(Serialize, Deserialize)]
@@ -40,10 +42,23 @@ struct CheckpointState {
     cell: Vec<f64>,
     since_list_build: Option<(Vec<f64>, f64, f64)>,
     walls: Vec<(u32, Vec<f64>)>,
+    program: ProgramState,
     broken: Vec<BrokenBond>,
     entered_grains: Vec<EnteredGrains>,
     next_id: u32,
     controlled_stresses: Vec<ControlledStress>,
+}
+
+/// Motions that a program prescribes, and the presence of its body force, in a checkpoint.
+#[derive(Serialize, Deserialize)]
+struct ProgramState {
+    has_body_force: bool,
+    /// Velocity of each wall that a program moves (m/s).
+    wall_velocities: Vec<Option<Vec<f64>>>,
+    /// Velocities of the bodies that a program moves (m/s).
+    body_velocities: Vec<(u32, Vec<f64>)>,
+    /// Velocity gradient of the cell, where a program prescribes it (1/s).
+    cell_gradient: Option<Vec<f64>>,
 }
 
 /// Entries of a matrix, one row after another.
@@ -97,8 +112,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         cell.extend(flattened_matrix(&geometry.velocity_gradient));
         cell.extend(flattened_matrix(&geometry.mean_velocity_gradient));
         let wall = |wall: &RigidWall<D>| {
-            let velocity = wall.velocity.get(wall.axis).copied().unwrap_or(0.0);
-            let mut numbers = vec![wall.position, velocity];
+            let mut numbers = vec![wall.position];
+            numbers.extend(wall.velocity);
             numbers.extend(wall.reaction.as_flattened());
             numbers.extend(&wall.moment);
             (wall.boundary as u32, numbers)
@@ -109,7 +124,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             time: self.clock.time,
             step: self.clock.step,
             last_step: self.clock.last_step,
-            max_speed: self.extremes.max_speed,
+            max_speed: self.extremes.with_changed_velocities(&self.grains).max_speed,
             deep_share: self.clock.deep_contact_factor,
             energy_balance: self.records.energy_balance,
             virial: self.cell.virial.iter().flat_map(flattened_matrix).collect(),
@@ -118,6 +133,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 .cell
                 .map(|then| (flattened_matrix(&then), since_build.grain_travel, since_build.wall_travel)),
             walls: self.boundary.walls.iter().map(wall).collect(),
+            program: self.program_state(),
             broken: self.records.broken_bonds.clone(),
             entered_grains: self.specimen.sources.iter().map(|source| source.entered_grains).collect(),
             next_id: self.specimen.next_id,
@@ -139,6 +155,33 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         near.history.write(out)
     }
 
+    /// Actions of a program for a checkpoint.
+    fn program_state(&self) -> ProgramState {
+        let boundary = &self.boundary;
+        let of_wall = |wall: &RigidWall<D>| wall.program_velocity.map(|velocity| velocity.to_vec());
+        ProgramState {
+            has_body_force: boundary.body_force.acting.is_some(),
+            wall_velocities: boundary.walls.iter().map(of_wall).collect(),
+            body_velocities: boundary.body_velocities.iter().map(|(body, v)| (*body, v.to_vec())).collect(),
+            cell_gradient: self.cell.program_gradient.as_ref().map(flattened_matrix),
+        }
+    }
+
+    /// Restores the motions that a program prescribes; `None` if they do not match the case.
+    fn restore_program(&mut self, saved: ProgramState) -> Option<()> {
+        let vector = |numbers: Vec<f64>| <[f64; D]>::try_from(numbers).ok();
+        for (wall, saved) in self.boundary.walls.iter_mut().zip(saved.wall_velocities) {
+            wall.program_velocity = saved.map_or(Some(None), |numbers| vector(numbers).map(Some))?;
+        }
+        let body = |(body, numbers)| Some((body, vector(numbers)?));
+        let velocities: Option<BTreeMap<u32, [f64; D]>> =
+            saved.body_velocities.into_iter().map(body).collect();
+        self.boundary.body_velocities = velocities?;
+        self.cell.program_gradient =
+            saved.cell_gradient.map_or(Some(None), |flat| matrix(&flat).map(Some))?;
+        Some(())
+    }
+
     /// Reads the state of the solver from a checkpoint; an error if it is of another format, dimension or case.
     pub(crate) fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         let mut bytes: Vec<u8> = Vec::new();
@@ -147,6 +190,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if head.format != FORMAT || head.dimension != D {
             return Err(invalid_data("was written by another version or for another case"));
         }
+        check_saved_body_force(head.program.has_body_force, self.boundary.body_force.acting.is_some())
+            .map_err(io::Error::other)?;
         self.boundary.membranes.clear();
         self.grains.read(input)?;
         let GrainNeighbours { pairs, walls: near, .. } = &mut self.neighbours;
@@ -198,9 +243,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return None;
         }
         for (wall, (_, numbers)) in self.boundary.walls.iter_mut().zip(&head.walls) {
-            let ([position, velocity], reaction) = numbers.split_first_chunk()?;
+            let ([position], motion) = numbers.split_first_chunk()?;
+            let (velocity, reaction) = motion.split_at_checked(D)?;
             wall.position = *position;
-            wall.velocity[wall.axis] = *velocity;
+            wall.velocity = <[f64; D]>::try_from(velocity).ok()?;
             if let Some(moving) = &mut wall.motion {
                 moving.move_to(head.time);
                 moving.set_mean_velocity(head.time, head.last_step);
@@ -210,6 +256,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.moment = <[f64; 3]>::try_from(moment).ok()?;
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];
         }
+        self.restore_program(head.program)?;
+        self.extremes.is_outdated = false;
         (self.clock.time, self.clock.step, self.clock.last_step, self.extremes.max_speed) =
             (head.time, head.step, head.last_step, head.max_speed);
         (self.clock.deep_contact_factor, self.records.energy_balance) =
@@ -242,7 +290,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn limit(&mut self) -> TimeStep {
-        self.critical_step()
+        self.present_limit()
     }
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
@@ -353,6 +401,8 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
-        self.read(input).map_err(|error| SolverError::Checkpoint(error.to_string()))
+        self.read(input).map_err(|error| {
+            error.downcast().unwrap_or_else(|error| SolverError::Checkpoint(error.to_string()))
+        })
     }
 }

@@ -1,11 +1,13 @@
 //! Boundary conditions: walls, obstacles and membranes.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{MovingObstacle, ObstacleLaws};
 use colluvium_points::Surface;
 
+use crate::boundary::body_force::ProgramForce;
 use crate::boundary::membranes::Membranes;
 use crate::boundary::periodic_cell::PeriodicCell;
 use crate::boundary::walls::RigidWall;
@@ -13,8 +15,7 @@ use crate::clock::Clock;
 use crate::config::WallServo;
 use crate::points::grains::Grains;
 
-/// Walls, obstacles and membranes.
-#[derive(Debug)]
+/// Walls, obstacles and membranes, and the actions of a program on the grains.
 pub struct BoundaryConditions<const D: usize> {
     /// Walls and obstacles of the present stage.
     pub walls: Vec<RigidWall<D>>,
@@ -22,6 +23,10 @@ pub struct BoundaryConditions<const D: usize> {
     pub obstacles: Vec<(Arc<dyn Surface<D>>, ObstacleLaws)>,
     /// Grains of membranes.
     pub membranes: Membranes,
+    /// Body force of a program.
+    pub body_force: ProgramForce<D>,
+    /// Velocities of bodies that a program prescribes (m/s), by the index of the body.
+    pub body_velocities: BTreeMap<u32, [f64; D]>,
 }
 
 impl<const D: usize> BoundaryConditions<D> {
@@ -62,7 +67,7 @@ impl<const D: usize> BoundaryConditions<D> {
     }
 
     /// Area of walls across an axis (m², a length in the plane).
-    fn wall_area(&self, clock: &Clock, cell: &PeriodicCell<D>, axis: usize) -> f64 {
+    pub fn wall_area(&self, clock: &Clock, cell: &PeriodicCell<D>, axis: usize) -> f64 {
         (0..D).filter(|other| *other != axis).map(|other| self.extent(clock, cell, other)).product()
     }
 

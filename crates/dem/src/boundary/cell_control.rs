@@ -56,7 +56,7 @@ pub(crate) fn control_cell<const D: usize, const R: usize>(
     dt: f64,
 ) -> [[f64; D]; D] {
     let now = cell.geometry.velocity_gradient;
-    if let Some(rate) = cell.imposed_gradient {
+    if let Some(rate) = cell.given_gradient() {
         cell.geometry.mean_velocity_gradient = [[0.0; D]; D];
         return std::array::from_fn(|i| std::array::from_fn(|j| rate[i][j] - now[i][j]));
     }

@@ -11,14 +11,21 @@ pub struct ControlledCell<const D: usize> {
     pub geometry: PeriodicCell<D>,
     /// Contact and kinetic part of the stress times volume in the last step (J).
     pub virial: [Virial<D>; 2],
-    /// Imposed velocity gradient (1/s), which replaces that of the stage.
+    /// Velocity gradient that a material law imposes (1/s), which replaces that of the stage.
     pub imposed_gradient: Option<[[f64; D]; D]>,
+    /// Velocity gradient that a program prescribes (1/s), which replaces that of the stage.
+    pub program_gradient: Option<[[f64; D]; D]>,
 }
 
 impl<const D: usize> ControlledCell<D> {
     /// Periodic cell with zero stress.
     pub fn new(geometry: PeriodicCell<D>) -> Self {
-        Self { geometry, virial: [[[0.0; D]; D]; 2], imposed_gradient: None }
+        Self { geometry, virial: [[[0.0; D]; D]; 2], imposed_gradient: None, program_gradient: None }
+    }
+
+    /// Velocity gradient that replaces that of the stage (1/s).
+    pub fn given_gradient(&self) -> Option<[[f64; D]; D]> {
+        self.imposed_gradient.or(self.program_gradient)
     }
 
     /// Stress of the cell: contact stress plus kinetic stress of the grains (Pa, tension-positive; N/m in the plane).

@@ -26,6 +26,8 @@ pub struct RigidWall<const D: usize> {
     pub position: f64,
     /// Velocity (m/s).
     pub velocity: [f64; D],
+    /// Velocity that a program prescribes (m/s), which replaces that of the boundary and of a servo from the next forces on.
+    pub program_velocity: Option<[f64; D]>,
     /// Contact law for each kind of grains; for an obstacle with regions, that outside the regions.
     pub laws: Vec<PairLaw>,
     /// Regions of an obstacle, which select the law by position.

@@ -32,6 +32,30 @@ pub struct PairSpec {
     pub bond: Option<BondSpec>,
 }
 
+impl PairSpec {
+    /// Law of two kinds of grains, or of a kind and a wall, by their names, with a normal law: without friction, rolling resistance,
+    /// attraction and bonds.
+    #[must_use]
+    pub fn new(between: [&str; 2], normal: NormalLaw) -> Self {
+        Self {
+            between: between.map(str::to_owned),
+            normal,
+            tangential: TangentialSpec::default(),
+            friction: None,
+            rolling: None,
+            twisting: None,
+            adhesion: None,
+            bond: None,
+        }
+    }
+
+    /// Sets a Coulomb friction coefficient (-).
+    #[must_use]
+    pub fn friction(self, coefficient: f64) -> Self {
+        Self { friction: Some(Friction::new(coefficient)), ..self }
+    }
+}
+
 /// Contact law along the line of centres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
@@ -82,6 +106,42 @@ pub enum NormalLaw {
     },
 }
 
+impl NormalLaw {
+    /// Linear spring of a stiffness (N/m; in the plane per metre of thickness), without dashpot.
+    #[must_use]
+    pub fn linear(stiffness: f64) -> Self {
+        Self::Linear {
+            stiffness: Some(stiffness),
+            grain_modulus: None,
+            restitution: None,
+            damping_ratio: None,
+            clamp: default_true(),
+        }
+    }
+
+    /// Elastic spheres of a Young's modulus (Pa) and a Poisson's ratio (-), without dashpot.
+    #[must_use]
+    pub fn hertz(youngs_modulus: f64, poissons_ratio: f64) -> Self {
+        Self::Hertz {
+            youngs_modulus,
+            poissons_ratio,
+            other_youngs_modulus: None,
+            other_poissons_ratio: None,
+            restitution: None,
+            damping_ratio: None,
+            clamp: default_true(),
+        }
+    }
+
+    /// Sets a coefficient of restitution (-), above 0 up to 1.
+    #[must_use]
+    pub fn restitution(mut self, coefficient: f64) -> Self {
+        let (Self::Linear { restitution, .. } | Self::Hertz { restitution, .. }) = &mut self;
+        *restitution = Some(coefficient);
+        self
+    }
+}
+
 /// Tangential spring and dashpot, across the line of centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -117,6 +177,14 @@ pub struct Friction {
     pub at_rest: Option<f64>,
 }
 
+impl Friction {
+    /// Friction of a coefficient (-), at rest and in motion.
+    #[must_use]
+    pub fn new(coefficient: f64) -> Self {
+        Self { coefficient, at_rest: None }
+    }
+}
+
 /// Rolling or torsional resistance: a spring and a dashpot, with an upper bound of the moment (sheet: dem §2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -130,6 +198,14 @@ pub struct RollingSpec {
     /// Damping ratio (-); the dashpot is the tangential one with this ratio times the square of the effective radius.
     #[serde(default)]
     pub damping_ratio: f64,
+}
+
+impl RollingSpec {
+    /// Resistance of a rolling friction coefficient (-), without dashpot.
+    #[must_use]
+    pub fn new(friction: f64) -> Self {
+        Self { friction, stiffness_ratio: default_one(), damping_ratio: 0.0 }
+    }
 }
 
 /// Attractive force between grains.
@@ -166,6 +242,20 @@ pub enum Adhesion {
     },
 }
 
+impl Adhesion {
+    /// Tensile and shear strength of the contacts at the start (N/m in the plane, Pa in space), which shear does not break.
+    #[must_use]
+    pub fn cohesive(tension: f64, shear: f64) -> Self {
+        Self::Cohesive { tension, shear, fragile: false, new_contacts: false }
+    }
+
+    /// Liquid bridges of a surface tension (N/m) and a volume over the cube of the effective radius (-), with a contact angle of zero.
+    #[must_use]
+    pub fn capillary(surface_tension: f64, volume_ratio: f64) -> Self {
+        Self::Capillary { surface_tension, contact_angle: 0.0, volume_ratio }
+    }
+}
+
 /// Parallel bond: a beam between two grains, in parallel with their contact (Potyondy and Cundall 2004; sheet: dem §2.7).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -197,6 +287,24 @@ pub struct BondSpec {
     pub gap: f64,
 }
 
+impl BondSpec {
+    /// Bonds of a normal and a shear stiffness per area (Pa/m) that do not break.
+    #[must_use]
+    pub fn new(normal_stiffness: f64, shear_stiffness: f64) -> Self {
+        Self {
+            normal_stiffness,
+            shear_stiffness,
+            radius_factor: default_one(),
+            moment_factor: default_one(),
+            tensile_strength: None,
+            cohesion: None,
+            friction_angle: 0.0,
+            scatter: 0.0,
+            gap: default_bond_gap(),
+        }
+    }
+}
+
 /// Parameters of a pair that differ in a stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -215,6 +323,20 @@ pub struct PairOverride {
     /// Rolling resistance in the stage; its `friction` may be 0.
     #[serde(default)]
     pub rolling: Option<RollingSpec>,
+}
+
+impl PairOverride {
+    /// Pair by its names, with the laws that it has in the other stages.
+    #[must_use]
+    pub fn new(between: [&str; 2]) -> Self {
+        Self {
+            between: between.map(str::to_owned),
+            normal: None,
+            tangential: None,
+            friction: None,
+            rolling: None,
+        }
+    }
 }
 
 /// Default value of an option that is on unless the case turns it off.

@@ -17,6 +17,20 @@ pub struct GrainKind {
     pub fill: Option<Fill>,
 }
 
+impl GrainKind {
+    /// Kind of a density of the grains themselves (kg/m³), without diameters and fill.
+    #[must_use]
+    pub fn new(density: f64) -> Self {
+        Self { density, diameter: None, fill: None }
+    }
+
+    /// Kind of a density (kg/m³) whose bodies are filled with grains of a distribution of diameters.
+    #[must_use]
+    pub fn filled(density: f64, diameter: Diameters, fill: Fill) -> Self {
+        Self { density, diameter: Some(diameter), fill: Some(fill) }
+    }
+}
+
 /// Distribution of grain diameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "distribution", rename_all = "kebab-case", deny_unknown_fields)]
@@ -112,6 +126,14 @@ pub enum Fill {
     },
 }
 
+impl Fill {
+    /// Grains on a lattice at the distance of the largest diameter, without random displacements.
+    #[must_use]
+    pub fn lattice(packing: LatticePacking) -> Self {
+        Self::Lattice { packing, pitch: None, jitter: 0.0 }
+    }
+}
+
 /// Lattice type of a packing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -154,4 +176,12 @@ pub struct Pluviation {
     /// Time after which no grain enters (s), after the start; when absent the end of the run.
     #[serde(default)]
     pub end: Option<f64>,
+}
+
+impl Pluviation {
+    /// Grains that enter at a mass rate (kg/s; in the plane per metre of thickness) from the start to the end of the run.
+    #[must_use]
+    pub fn new(rate: f64) -> Self {
+        Self { rate, start: 0.0, end: None }
+    }
 }

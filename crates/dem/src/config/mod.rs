@@ -7,6 +7,7 @@ mod stages;
 
 use std::collections::BTreeMap;
 
+use colluvium_case::MethodOptions;
 use colluvium_case::description::Body;
 pub use contact::{
     Adhesion, BondSpec, Friction, NormalLaw, PairOverride, PairSpec, RollingSpec, SpringReset, TangentialSpec,
@@ -95,7 +96,50 @@ pub struct MeasuringRegion {
     pub radius: f64,
 }
 
+impl MethodOptions for DemOptions {
+    const METHOD: &'static str = "dem";
+    const REQUIRED: &'static [&'static str] = &["grains", "pairs"];
+
+    fn default_options(&self) -> Self {
+        Self::new(self.grains.clone(), self.pairs.clone())
+    }
+}
+
+impl MeasuringRegion {
+    /// Region about a centre (m) of a radius (m).
+    #[must_use]
+    pub fn new(centre: impl Into<Vec<f64>>, radius: f64) -> Self {
+        Self { centre: centre.into(), radius }
+    }
+}
+
 impl DemOptions {
+    /// Options with kinds of grains, each with its name, and the contact laws of their pairs; all others as a case file without them.
+    pub fn new<N: Into<String>>(
+        grains: impl IntoIterator<Item = (N, GrainKind)>,
+        pairs: impl Into<Vec<PairSpec>>,
+    ) -> Self {
+        Self {
+            grains: grains.into_iter().map(|(name, kind)| (name.into(), kind)).collect(),
+            pairs: pairs.into(),
+            bodies: BTreeMap::new(),
+            specimen: None,
+            stages: BTreeMap::new(),
+            mix: false,
+            lever_arm: LeverArm::default(),
+            velocity: ContactVelocity::default(),
+            skin: skin(),
+            step_fraction: step_fraction(),
+            time_step: None,
+            initial_overlap: initial_overlap(),
+            orientation: false,
+            voronoi: false,
+            coarse_graining: coarse_graining(),
+            regions: BTreeMap::new(),
+            seed: 0,
+        }
+    }
+
     /// Fill of a body: that of the body, or else that of its kind.
     pub fn fill_of_body(&self, body: &Body) -> Option<Fill> {
         let own = self.bodies.get(&body.name).and_then(|own| own.fill);

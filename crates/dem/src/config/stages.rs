@@ -72,7 +72,21 @@ pub struct Shaking {
     pub last_frequency: Option<f64>,
 }
 
+impl Membrane {
+    /// Row of grains under a pressure (Pa; N/m in the plane) on the body of a name.
+    #[must_use]
+    pub fn new(pressure: f64, against: impl Into<String>) -> Self {
+        Self { pressure, against: against.into(), columns: None, closed: false }
+    }
+}
+
 impl Shaking {
+    /// Shaking of an acceleration amplitude along each axis (m/s²) at a constant frequency (Hz).
+    #[must_use]
+    pub fn new(acceleration: impl Into<Vec<f64>>, frequency: f64) -> Self {
+        Self { acceleration: acceleration.into(), frequency, last_frequency: None }
+    }
+
     /// Factor on the acceleration at time `elapsed` of a stage of `duration` (s).
     pub fn factor(&self, elapsed: f64, duration: f64) -> f64 {
         let change = self.last_frequency.map_or(0.0, |last| (last - self.frequency) / duration);
@@ -101,6 +115,14 @@ pub struct WallServo {
     /// currently enclose, to the centres of their grains.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sleeve: Option<String>,
+}
+
+impl WallServo {
+    /// Servo of a stress (Pa, tension-positive; N/m in the plane) with a largest speed of the wall (m/s).
+    #[must_use]
+    pub fn new(stress: f64, speed: f64) -> Self {
+        Self { stress, speed, gain: default_gain(), area: None, sleeve: None }
+    }
 }
 
 /// Default value (sheet: dem §3.7, half of the largest).

@@ -39,18 +39,33 @@ use jkr::Jkr;
 /// Contact with its force at the current time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact<const D: usize> {
-    /// Index of the first grain.
+    /// Index of the first grain in the present order of the grains.
     pub grain: usize,
-    /// Second grain; `None` for a wall.
+    /// Index of the second grain; `None` for a wall.
     pub second: Option<usize>,
+    /// Ids of the two grains, constant during a run; `None` for a wall.
+    pub ids: (u32, Option<u32>),
+    /// Index of a wall in the boundaries of the case, and after them the obstacles; `None` for two grains.
+    pub wall: Option<usize>,
+    /// Unit normal from the second grain, or the wall, to the first.
+    pub unit_normal: [f64; D],
     /// Branch vector from the centre of the second grain, or the contact point on the wall, to the centre of the first (m).
     pub branch: [f64; D],
     /// Force on the first grain (N).
     pub force: [f64; D],
-    /// Normal component of the force, repulsion positive (N).
+    /// Normal component of the force (N; N/m in the plane), repulsion positive.
     pub normal: f64,
-    /// Overlap (m).
+    /// Overlap (m); negative across a gap.
     pub overlap: f64,
+    /// Whether an unbroken bond or cohesion acts.
+    pub is_bonded: bool,
+}
+
+impl<const D: usize> Contact<D> {
+    /// Tangential part of the force on the first grain (N; N/m in the plane).
+    pub fn tangential(&self) -> [f64; D] {
+        std::array::from_fn(|c| self.force[c] - self.normal * self.unit_normal[c])
+    }
 }
 
 /// Contact data for the fabric.

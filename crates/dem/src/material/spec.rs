@@ -73,6 +73,22 @@ pub struct Preparation {
     pub solid_fraction: Option<f64>,
 }
 
+impl CellContact {
+    /// Contacts of a normal law and a friction, without rolling resistance.
+    #[must_use]
+    pub fn new(normal: NormalLaw, friction: Friction) -> Self {
+        Self { normal, tangential: TangentialSpec::default(), friction, rolling: None }
+    }
+}
+
+impl Preparation {
+    /// Compression without friction to a pressure (Pa).
+    #[must_use]
+    pub fn new(pressure: f64) -> Self {
+        Self { pressure, friction: None, porosity: None, solid_fraction: None }
+    }
+}
+
 /// Default dimension of the cell: disks in the plane.
 fn default_dimension() -> usize {
     2
@@ -100,6 +116,28 @@ pub fn parameter_error(field: &str, rule: impl Into<String>) -> MaterialError {
 }
 
 impl GranularCellSpec {
+    /// Cell of disks of a density (kg/m³), with their diameters, contacts and preparation.
+    #[must_use]
+    pub fn new(
+        grain_density: f64,
+        diameter: Diameters,
+        contact: CellContact,
+        preparation: Preparation,
+    ) -> Self {
+        Self {
+            dimension: default_dimension(),
+            grains: default_grains(),
+            grain_density,
+            diameter,
+            contact,
+            preparation,
+            inertial_number: inertial_number(),
+            damping: damping(),
+            tolerance: tolerance(),
+            seed: 0,
+        }
+    }
+
     /// Checks the ranges; the discrete element method checks its own options when the cell is made.
     ///
     /// # Errors

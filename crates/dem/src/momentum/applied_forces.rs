@@ -1,4 +1,4 @@
-//! Applied forces on grains: on bodies, and on membranes (sheet: dem §2.1).
+//! Applied forces on grains: on bodies, on membranes, and by the body force of a program (sheet: dem §2.1).
 
 use crate::boundary::membranes::Membranes;
 use crate::clock::Clock;
@@ -12,12 +12,13 @@ pub fn applied_forces<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
     membranes: &Membranes,
 ) -> Vec<[f64; D]> {
+    let of_program = &grains.body_force;
     let Some(stage) =
         clock.stage_options().filter(|own| !(own.forces.is_empty() && own.membranes.is_empty()))
     else {
-        return Vec::new();
+        return of_program.clone();
     };
-    let mut applied = vec![[0.0; D]; grains.len()];
+    let mut applied = if of_program.is_empty() { vec![[0.0; D]; grains.len()] } else { of_program.clone() };
     add_body_forces(clock, grains, stage, &mut applied);
     for (name, membrane) in &stage.membranes {
         add_membrane_pressure(clock, grains, membranes, (name, membrane), &mut applied);

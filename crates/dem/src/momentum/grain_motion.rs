@@ -1,5 +1,7 @@
 //! Motion of the grains in a step: prescribed velocities, prediction, integration and growth.
 
+use std::collections::BTreeMap;
+
 use colluvium_case::SolverError;
 
 use crate::boundary::controlled_cell::ControlledCell;
@@ -15,21 +17,25 @@ use crate::points::grain_extremes::GrainExtremes;
 use crate::points::grains::Grains;
 use crate::points::vector::add;
 
-/// Imposes the velocities of rigid bodies that the stage prescribes, for a step of `dt` (s).
+/// Imposes the velocities of rigid bodies that the stage prescribes, and those of bodies that a program prescribes, for a step of `dt` (s).
 pub fn impose_body_velocities<const D: usize, const R: usize>(
     clock: &Clock,
     grains: &mut Grains<D, R>,
+    of_program: &BTreeMap<u32, [f64; D]>,
     dt: f64,
 ) {
     let case = &clock.case;
-    if !case.bodies.iter().any(|body| body.rigid) {
+    if !case.bodies.iter().any(|body| body.rigid) && of_program.is_empty() {
         return;
     }
     let elapsed = clock.time + 0.5 * dt - clock.stage_start;
     let motions = &case.stages[clock.stage].motions;
     for (velocity, body) in grains.velocity.iter_mut().zip(&grains.body) {
+        let imposed = of_program.get(body);
         let body = &case.bodies[*body as usize];
-        if body.rigid {
+        if let Some(imposed) = imposed {
+            *velocity = *imposed;
+        } else if body.rigid {
             let motion = motions.iter().find(|motion| motion.target == body.name);
             let prescribed = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
             *velocity = std::array::from_fn(|c| prescribed[c].unwrap_or(0.0));

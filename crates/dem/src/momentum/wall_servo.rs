@@ -1,4 +1,4 @@
-//! Rigid-wall servo: walls that follow a stress (sheet: dem §3.7).
+//! Velocities of controlled walls: those that a program prescribes, and those of servos that follow a stress (sheet: dem §3.7).
 
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::controlled_cell::ControlledCell;
@@ -8,7 +8,7 @@ use crate::force_loop::ContactInput;
 use crate::neighbours::wall_list::WallList;
 use crate::points::grains::Grains;
 
-/// Updates the velocities of servo-controlled walls for a step of `dt` (s). The inward velocity is `(α (F - F_w) + Δt Σ k_n v_n + Σ γ_n v)
+/// Updates the velocities of walls that a program moves, and of servo-controlled walls, for a step of `dt` (s). The inward velocity is `(α (F - F_w) + Δt Σ k_n v_n + Σ γ_n v)
 /// / (Δt Σ k_n + Σ γ_n)`, limited to the given speed, and that speed without contact. `v` is the old wall velocity, as the wall force
 /// includes dashpots. Without dashpots in the rule, a wall with `α Σ γ_n > Δt Σ k_n` reverses every step. `v_n` are the velocities of the
 /// grains in contact with the wall: the wall moves with them, and also corrects a share of the missing force (sheet: dem §3.7).
@@ -22,6 +22,11 @@ pub fn update_servo_walls<const D: usize, const R: usize>(
     dt: f64,
 ) {
     for number in 0..boundary.walls.len() {
+        let wall = &mut boundary.walls[number];
+        if let Some(velocity) = wall.program_velocity {
+            wall.velocity = velocity;
+            continue;
+        }
         let wall = &boundary.walls[number];
         let Some(servo) = clock.stage_options().and_then(|stage| stage.walls.get(&wall.name)) else {
             continue;

@@ -11,7 +11,7 @@ use crate::config::LeverArm;
 use crate::contact::bond::Bond;
 use crate::contact::contact_histories::PairList;
 use crate::contact::contact_laws::ContactLaws;
-use crate::contact::{Contact, ContactEnergies, ContactForce};
+use crate::contact::{Contact, ContactEnergies, ContactForce, ContactState};
 use crate::force_loop::{ContactInput, probe_contact};
 use crate::neighbours::grain_neighbours::GrainNeighbours;
 use crate::output::records::Records;
@@ -37,91 +37,132 @@ pub struct PackingView<'a, const D: usize, const R: usize> {
     pub records: &'a Records,
 }
 
-impl<const D: usize, const R: usize> PackingView<'_, D, R> {
+/// Contact, its force in tangent coordinates, and its energies.
+pub(crate) type ProbedContact<const D: usize, const R: usize> =
+    (Contact<D>, ContactForce<R>, ContactEnergies);
+
+impl<'a, const D: usize, const R: usize> PackingView<'a, D, R> {
     /// Calls `visit` for every present contact, with its force and energies.
     pub(crate) fn for_each_contact(
         &self,
         mut visit: impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
     ) {
+        let input = self.contact_input();
         let mut shifts = Vec::new();
         self.cell.geometry.shifts(&mut shifts);
-        let mut input = ContactInput::new(self.grains.view(), &self.laws.stage.pairs, self.laws.kinds.len());
-        input.shifts = &shifts;
-        input.radii = self.clock.options.lever_arm == LeverArm::Radius;
-        for pairs in [&self.neighbours.pairs.slab_pairs, &self.neighbours.pairs.periodic_pairs] {
-            self.visit_pairs(&input, pairs, &mut visit);
+        let mut show = |found: Option<ProbedContact<D, R>>| {
+            if let Some((contact, force, energies)) = found {
+                visit(contact, &force, &energies);
+            }
+        };
+        for pairs in self.pair_lists() {
+            pairs.first_grains().for_each(|pair| show(self.pair_contact(&input, &shifts, pairs, pair)));
         }
         let mut facets = ContactQuery::default();
-        for k in 0..self.neighbours.walls.grain.len() {
-            let (i, wall) = (
-                self.neighbours.walls.grain[k] as usize,
-                &self.boundary.walls[self.neighbours.walls.wall[k] as usize],
-            );
-            let nearest = match wall.current_surface() {
-                None => wall.distance(&self.grains.position[i]),
-                Some(surface) => {
-                    facets.clear();
-                    surface.query_contacts(
-                        &self.grains.position[i],
-                        self.grains.radius[i] + self.laws.stage.rupture_distance,
-                        &mut facets,
-                    );
-                    let own = facets
-                        .contacts()
-                        .iter()
-                        .find(|place| place.feature_id == self.neighbours.walls.facet_key[k]);
-                    let Some(place) = own else { continue };
-                    (place.distance, place.normal)
-                }
-            };
-            let (geometry, _) = input.wall_contact_geometry(i, wall, nearest);
-            let law = wall.law(self.grains.kind[i] as usize, &self.grains.position[i], &nearest);
-            let Some((contact, energies)) = probe_contact(
-                law,
-                &geometry,
-                self.neighbours.walls.history.get(k),
-                None,
-                self.clock.last_step,
-            ) else {
-                continue;
-            };
-            let mut force = from_tangential(&contact.tangential, &geometry.normal);
-            add(&mut force, contact.normal, &geometry.normal);
-            let branch = scaled(self.grains.radius[i] - geometry.overlap, &geometry.normal);
-            let (normal, overlap) = (contact.normal, geometry.overlap);
-            visit(Contact { grain: i, second: None, branch, force, normal, overlap }, &contact, &energies);
-        }
+        (0..self.neighbours.walls.grain.len()).for_each(|k| show(self.wall_contact(&input, &mut facets, k)));
     }
 
-    /// Visits all contacts of a pair list with their forces and energies.
-    fn visit_pairs(
+    /// Iterator over the present contacts, each computed when it is reached.
+    pub(crate) fn contact_iter(&self) -> impl Iterator<Item = Contact<D>> + use<'a, D, R> {
+        let view = *self;
+        let mut shifts = Vec::new();
+        view.cell.geometry.shifts(&mut shifts);
+        let mut facets = ContactQuery::default();
+        let pairs = view
+            .pair_lists()
+            .into_iter()
+            .flat_map(|pairs| pairs.first_grains().map(move |pair| (pairs, pair)));
+        let of_pairs = pairs
+            .filter_map(move |(pairs, pair)| view.pair_contact(&view.contact_input(), &shifts, pairs, pair));
+        let of_walls = (0..view.neighbours.walls.grain.len())
+            .filter_map(move |k| view.wall_contact(&view.contact_input(), &mut facets, k));
+        of_pairs.chain(of_walls).map(|(contact, _, _)| contact)
+    }
+
+    /// Lists of the pairs of grains.
+    fn pair_lists(&self) -> [&'a PairList<R>; 2] {
+        [&self.neighbours.pairs.slab_pairs, &self.neighbours.pairs.periodic_pairs]
+    }
+
+    /// Input of the contact laws, without images.
+    fn contact_input(&self) -> ContactInput<'a, D, R> {
+        let mut input = ContactInput::new(self.grains.view(), &self.laws.stage.pairs, self.laws.kinds.len());
+        input.radii = self.clock.options.lever_arm == LeverArm::Radius;
+        input
+    }
+
+    /// Contact of entry `k` of the list of grains near walls; `None` without a force.
+    fn wall_contact(
         &self,
         input: &ContactInput<'_, D, R>,
+        facets: &mut ContactQuery<D>,
+        k: usize,
+    ) -> Option<ProbedContact<D, R>> {
+        let near = &self.neighbours.walls;
+        let (i, wall) = (near.grain[k] as usize, &self.boundary.walls[near.wall[k] as usize]);
+        let x = &self.grains.position[i];
+        let nearest = match wall.current_surface() {
+            None => wall.distance(x),
+            Some(surface) => {
+                facets.clear();
+                surface.query_contacts(x, self.grains.radius[i] + self.laws.stage.rupture_distance, facets);
+                let place = facets.contacts().iter().find(|place| place.feature_id == near.facet_key[k])?;
+                (place.distance, place.normal)
+            }
+        };
+        let (geometry, _) = input.wall_contact_geometry(i, wall, nearest);
+        let law = wall.law(self.grains.kind[i] as usize, x, &nearest);
+        let history = near.history.get(k);
+        let is_bonded = history.state == ContactState::Bonded;
+        let (contact, energies) = probe_contact(law, &geometry, history, None, self.clock.last_step)?;
+        let branch = scaled(self.grains.radius[i] - geometry.overlap, &geometry.normal);
+        let found = Contact {
+            grain: i,
+            second: None,
+            ids: (self.grains.id[i], None),
+            wall: Some(wall.boundary),
+            unit_normal: geometry.normal,
+            branch,
+            force: total_force(&contact, &geometry.normal),
+            normal: contact.normal,
+            overlap: geometry.overlap,
+            is_bonded,
+        };
+        Some((found, contact, energies))
+    }
+
+    /// Contact of the grain `i` of the pair `k` of a list; `None` without a force. `shifts` are those of the images.
+    fn pair_contact(
+        &self,
+        input: &ContactInput<'_, D, R>,
+        shifts: &[([f64; D], [f64; D])],
         pairs: &PairList<R>,
-        visit: &mut impl FnMut(Contact<D>, &ContactForce<R>, &ContactEnergies),
-    ) {
-        for (i, k) in pairs.first_grains() {
-            let j = pairs.second[k] as usize;
-            let code = pairs.image.get(k).map_or(0, |code| *code as usize);
-            let mut apart = difference(&self.grains.position[i], &self.grains.position[j]);
-            apart = difference(&apart, &input.shifts[code].0);
-            let distance = dot(&apart, &apart).sqrt();
-            let (geometry, _) = input.contact_geometry(i, j, &apart, distance, code);
-            let bond: Option<&Bond<R>> = pairs.histories.bond.get(k);
-            let Some((contact, energies)) =
-                probe_contact(input.law(i, j), &geometry, pairs.histories.get(k), bond, self.clock.last_step)
-            else {
-                continue;
-            };
-            let mut force = from_tangential(&contact.tangential, &geometry.normal);
-            add(&mut force, contact.normal, &geometry.normal);
-            let (normal, overlap) = (contact.normal, geometry.overlap);
-            visit(
-                Contact { grain: i, second: Some(j), branch: apart, force, normal, overlap },
-                &contact,
-                &energies,
-            );
-        }
+        (i, k): (usize, usize),
+    ) -> Option<ProbedContact<D, R>> {
+        let j = pairs.second[k] as usize;
+        let code = pairs.image.get(k).map_or(0, |code| *code as usize);
+        let mut apart = difference(&self.grains.position[i], &self.grains.position[j]);
+        apart = difference(&apart, &shifts[code].0);
+        let distance = dot(&apart, &apart).sqrt();
+        let (geometry, _) = ContactInput { shifts, ..*input }.contact_geometry(i, j, &apart, distance, code);
+        let bond: Option<&Bond<R>> = pairs.histories.bond.get(k);
+        let history = pairs.histories.get(k);
+        let is_bonded = history.state == ContactState::Bonded || bond.is_some_and(Bond::is_intact);
+        let (contact, energies) =
+            probe_contact(input.law(i, j), &geometry, history, bond, self.clock.last_step)?;
+        let found = Contact {
+            grain: i,
+            second: Some(j),
+            ids: (self.grains.id[i], Some(self.grains.id[j])),
+            wall: None,
+            unit_normal: geometry.normal,
+            branch: apart,
+            force: total_force(&contact, &geometry.normal),
+            normal: contact.normal,
+            overlap: geometry.overlap,
+            is_bonded,
+        };
+        Some((found, contact, energies))
     }
 
     /// Overlap of a contact over the smaller radius.
@@ -133,9 +174,7 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
 
     /// All current contacts with their forces.
     pub fn contacts(&self) -> Vec<Contact<D>> {
-        let mut all = Vec::new();
-        self.for_each_contact(|contact, _, _| all.push(contact));
-        all
+        self.contact_iter().collect()
     }
 
     /// Stress of each grain from its contacts, over the volume of the grain (Pa), and its number of contacts.
@@ -170,4 +209,11 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         });
         (stress.collect(), counts)
     }
+}
+
+/// Force of a contact on its first grain (N), from its normal and tangential parts.
+fn total_force<const D: usize, const R: usize>(contact: &ContactForce<R>, normal: &[f64; D]) -> [f64; D] {
+    let mut force = from_tangential(&contact.tangential, normal);
+    add(&mut force, contact.normal, normal);
+    force
 }

@@ -67,7 +67,9 @@ pub fn record_controlled_stresses<const D: usize, const R: usize>(
     if cell.imposed_gradient.is_some() || (stage.cell.is_none() && stage.walls.is_empty()) {
         return;
     }
-    record_cell(clock, cell, grains, stresses, dt);
+    if cell.program_gradient.is_none() {
+        record_cell(clock, cell, grains, stresses, dt);
+    }
     record_walls(clock, cell, grains, boundary, stresses, dt);
 }
 
@@ -124,7 +126,7 @@ fn record_walls<const D: usize, const R: usize>(
     let Some(stage) = clock.stage_options() else { return };
     let mut rates = [0.0f64; D];
     for wall in boundary.walls.iter().filter(|wall| wall.surface.is_none()) {
-        if !stage.walls.contains_key(&wall.name) {
+        if wall.program_velocity.is_some() || !stage.walls.contains_key(&wall.name) {
             let towards = if wall.is_upper { -1.0 } else { 1.0 } * wall.velocity[wall.axis];
             rates[wall.axis] += towards / boundary.extent(clock, &cell.geometry, wall.axis);
         }
@@ -133,7 +135,7 @@ fn record_walls<const D: usize, const R: usize>(
     if strain == 0.0 {
         return;
     }
-    for wall in &boundary.walls {
+    for wall in boundary.walls.iter().filter(|wall| wall.program_velocity.is_none()) {
         let Some(servo) = stage.walls.get(&wall.name) else { continue };
         let (slot, stress) = (D * D + wall.boundary, servo.stress);
         let area = boundary.servo_area(clock, &cell.geometry, grains, servo, wall.axis);

@@ -38,6 +38,8 @@ struct_of_arrays! {
         pub torque: [f64; R],
         /// Rotation since the start as an angle (rad) or a quaternion; empty unless the case requests it.
         pub orientation: [f64; 4],
+        /// Body force of a program at the start of the last step (N); empty without one.
+        pub body_force: [f64; D],
     }
 }
 
@@ -90,6 +92,9 @@ impl<const D: usize, const R: usize> Grains<D, R> {
         self.spin.push([0.0; R]);
         self.force.push([0.0; D]);
         self.torque.push([0.0; R]);
+        if !self.body_force.is_empty() {
+            self.body_force.push([0.0; D]);
+        }
     }
 
     /// View of the columns for the contact forces.

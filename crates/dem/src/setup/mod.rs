@@ -12,11 +12,14 @@ mod stress_checks;
 mod walls;
 mod warnings;
 
+use std::collections::BTreeMap;
+
 use colluvium_case::{Case, CaseError, PlacedObstacle, Plan, Solver};
 
 pub(crate) use crate::setup::capabilities::capabilities;
 pub(crate) use crate::setup::problem_size::problem_size;
 
+use crate::boundary::body_force::ProgramForce;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::controlled_cell::ControlledCell;
 use crate::boundary::membranes::Membranes;
@@ -129,7 +132,13 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let mut solver = DemSolver {
         extremes: GrainExtremes::at_start(&grains),
         cell: ControlledCell::new(cell),
-        boundary: BoundaryConditions { walls, obstacles, membranes: Membranes::default() },
+        boundary: BoundaryConditions {
+            walls,
+            obstacles,
+            membranes: Membranes::default(),
+            body_force: ProgramForce::default(),
+            body_velocities: BTreeMap::new(),
+        },
         neighbours: GrainNeighbours {
             skin: options.skin * mean_diameter(case, &options, &grains),
             ..GrainNeighbours::default()

@@ -75,9 +75,9 @@ fn update_walls<const D: usize, const R: usize>(
         wall.laws.clone_from(&laws.stage.walls[wall.boundary]);
         let Some(own) = next.iter().find(|other| other.boundary == wall.boundary) else { continue };
         wall.regions.clone_from(&own.regions);
-        // A wall that was servo-controlled in the last stage takes the velocity of its boundary.
+        // A wall that was servo-controlled in the last stage takes the velocity of its boundary, unless a program moves it.
         let is_controlled = clock.stage_options().is_some_and(|stage| stage.walls.contains_key(&wall.name));
-        if !is_controlled {
+        if !is_controlled && wall.program_velocity.is_none() {
             wall.velocity = own.velocity;
         }
     }

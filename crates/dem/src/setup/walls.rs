@@ -38,6 +38,7 @@ pub(super) fn stage_walls<const D: usize>(
             let v = spatial(v);
             std::array::from_fn(|c| v[c])
         }),
+        program_velocity: None,
         laws: laws.walls[number].clone(),
         obstacle_laws: None,
         regions: Vec::new(),
@@ -58,6 +59,7 @@ pub(super) fn stage_walls<const D: usize>(
             is_upper: false,
             position: 0.0,
             velocity: [0.0; D],
+            program_velocity: None,
             laws: laws.walls[case.boundaries.len() + number].clone(),
             reaction: [[0.0; D]; 2],
             moment: [0.0; 3],

@@ -1,6 +1,5 @@
 //! Measures of the packing at present, and choices of kernels and searches, for users of the crate.
 
-use crate::contact::Contact;
 use crate::output::coarse_graining::{CoarseFields, CoarseGrainingNodes};
 use crate::output::fabric::Fabric;
 use crate::output::laguerre_tessellation::Tessellation;
@@ -29,11 +28,6 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Number of contacts with a force in the last step.
     pub fn contact_count(&self) -> u64 {
         self.records.energy_balance.contacts[0]
-    }
-
-    /// All current contacts with their forces.
-    pub fn contacts(&self) -> Vec<Contact<D>> {
-        self.view().contacts()
     }
 
     /// Fabric of the present contacts; `None` without contacts between grains. Held grains are never rattlers and are not counted.

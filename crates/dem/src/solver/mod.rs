@@ -2,6 +2,8 @@
 
 mod critical_step;
 mod measures;
+mod prescribed_motion;
+mod program_access;
 
 use colluvium_case::{Advance, SolverError, TimeStep};
 
@@ -24,6 +26,8 @@ use crate::output::stress_control_check::record_controlled_stresses;
 use crate::points::grain_extremes::GrainExtremes;
 use crate::points::grains::Grains;
 use crate::solver::critical_step::{critical_step, deep_contact_factor};
+pub use crate::solver::prescribed_motion::DemWall;
+pub use crate::solver::program_access::{DemContacts, DemGrains};
 use crate::specimen::pluviation_entry::add_entering_grains;
 use crate::specimen::specimen_preparation::SpecimenPreparation;
 
@@ -63,7 +67,7 @@ pub struct Workspace<const D: usize, const R: usize> {
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Takes a step of at most `at_most` (s).
     pub(crate) fn take_step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
-        let limit = self.critical_step();
+        let limit = self.present_limit();
         let dt = limit.limited_to(at_most);
         self.advance(dt)?;
         Ok(Advance { dt, limit: limit.limit })
@@ -74,13 +78,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let Self { clock, laws, grains, extremes, cell, boundary, neighbours, records, specimen, workspace } =
             self;
         let Workspace { contacts, grain_sums } = workspace;
+        boundary.body_force.update(clock, grains)?;
         clock.deep_contact_factor = deep_contact_factor(clock, laws, extremes, &records.energy_balance); // 1
+        let count = grains.len();
         add_entering_grains(clock, cell, boundary, (grains, extremes), neighbours, specimen, records);
+        if grains.len() != count {
+            boundary.body_force.update(clock, grains)?;
+        }
         if neighbours.is_stale(laws, cell, extremes) {
             let work = &mut records.energy_balance.boundary;
             build_lists(clock, laws, cell, (grains, extremes), boundary, neighbours, work)?; // 2
         }
-        impose_body_velocities(clock, grains, dt);
+        impose_body_velocities(clock, grains, &boundary.body_velocities, dt);
         let owners = (&mut *grains, &*extremes);
         let energies = contact_forces(clock, laws, cell, owners, boundary, neighbours, (contacts, dt)); // 3, 4
         records.add_contacts(clock, grains, &mut neighbours.pairs, &energies); // 4
@@ -101,6 +110,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let Self { clock, laws, grains, extremes, cell, boundary, neighbours, records, .. } = self;
         let work = &mut records.energy_balance.boundary;
         build_lists(clock, laws, cell, (grains, extremes), boundary, neighbours, work)
+    }
+
+    /// Critical step at present, after changes of velocities by a program.
+    pub(crate) fn present_limit(&mut self) -> TimeStep {
+        self.extremes = self.extremes.with_changed_velocities(&self.grains);
+        self.critical_step()
     }
 
     /// Critical step at present (sheet: dem §3.5).

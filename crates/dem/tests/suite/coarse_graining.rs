@@ -28,7 +28,7 @@ fn fields_integrate_to_mass_momentum_and_the_stress_of_the_branch() {
     assert_near(fields.iter().map(|field| field.density).sum::<f64>() * area / budget.mass, 1.0, 1e-4);
     let momentum = fields.iter().map(|field| field.density * field.velocity[0]).sum::<f64>() * area;
     assert_near(momentum / budget.momentum[0], 1.0, 1e-3);
-    let contact = solver.contacts()[0];
+    let contact = solver.contacts().first().unwrap();
     let whole = fields.iter().map(|field| field.contact.component(0, 0)).sum::<f64>() * area;
     assert_near(whole / -(contact.force[0] * contact.branch[0]), 1.0, 1e-4);
     assert!(whole < 0.0, "grains that push each other are under pressure");

@@ -21,7 +21,7 @@ fn rolling_grains_and_rigidly_rotating_grains_have_no_slip() {
         for _ in 0..20 {
             solver.step(1e-6).unwrap();
         }
-        let contact = solver.contacts()[0];
+        let contact = solver.contacts().first().unwrap();
         contact.force[1] / contact.force[0]
     };
     // Gears: opposite spins without sliding.

@@ -19,7 +19,7 @@ fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {
             Scene::new(pair.clone()).disk([0.0; 2], a, [0.0; 2], 0.0).disk([apart, 0.0], b, [0.0; 2], 0.0);
         let mut flat = flat.solver();
         flat.step(1e-9).unwrap();
-        assert_near(flat.contacts()[0].normal / force, 1.0, 1e-6);
+        assert_near(flat.contacts().first().unwrap().normal / force, 1.0, 1e-6);
         let solid = Scene::new(pair.clone()).sphere([0.0; 3], a, [0.0; 3], [0.0; 3]).sphere(
             [apart, 0.0, 0.0],
             b,
@@ -30,7 +30,7 @@ fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {
         solid.gravity = vec![0.0; 3];
         let mut solid = begun(spheres(&solid.case()).unwrap());
         solid.step(1e-9).unwrap();
-        assert_near(solid.contacts()[0].normal / force, 1.0, 1e-6);
+        assert_near(solid.contacts().first().unwrap().normal / force, 1.0, 1e-6);
     }
 }
 

@@ -117,8 +117,9 @@ fn rows_under_above_average_stress_are_force_chains() {
     let contacts = rows.contacts();
     let inside = |i: usize| chains[0].contains(&i);
     // All contacts of the chain are those of the row with the largest pressure.
-    let overlaps = contacts.iter().filter(|contact| inside(contact.grain)).map(|contact| contact.overlap);
-    assert!(overlaps.clone().count() == 5 && overlaps.fold(f64::INFINITY, f64::min) > 1e-4);
+    let overlaps: Vec<f64> =
+        contacts.iter().filter(|contact| inside(contact.grain)).map(|contact| contact.overlap).collect();
+    assert!(overlaps.len() == 5 && overlaps.iter().copied().fold(f64::INFINITY, f64::min) > 1e-4);
     let read =
         colluvium_case::Solver::scalar_outputs(&rows).into_iter().find(|(name, ..)| name == "chains.grains");
     assert_near(read.unwrap().2, 6.0 / 16.0, 1e-12);

@@ -16,6 +16,8 @@ mod piles_and_bonds;
 mod pluviation;
 mod prescribed_loads;
 mod problem_size;
+mod program;
+mod program_motion;
 mod restitution;
 mod servo_walls;
 mod single_grains;

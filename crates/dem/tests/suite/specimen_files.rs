@@ -41,7 +41,7 @@ fn kept(folder: &tempfile::TempDir, text: &str) -> PathBuf {
 
 /// Normal force and magnitude of the force of each contact (N), sorted.
 fn forces<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<[f64; 2]> {
-    let of = |contact: &Contact<D>| [contact.normal, contact.force.iter().map(|c| c * c).sum::<f64>().sqrt()];
+    let of = |contact: Contact<D>| [contact.normal, contact.force.iter().map(|c| c * c).sum::<f64>().sqrt()];
     let mut all: Vec<[f64; 2]> = solver.contacts().iter().map(of).collect();
     all.sort_by(|a, b| a[0].total_cmp(&b[0]));
     all

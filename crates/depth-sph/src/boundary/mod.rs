@@ -2,6 +2,7 @@
 //!
 //! The module reads nodes near a side and adds or removes nodes beyond it (sheet: depth-sph §3.9).
 
+pub(crate) mod body_force;
 pub(crate) mod inflow_nodes;
 pub(crate) mod open;
 pub(crate) mod stages;

@@ -2,6 +2,7 @@
 
 mod checks;
 pub mod choices;
+mod constructors;
 pub mod settings;
 
 use std::collections::BTreeMap;
@@ -153,7 +154,7 @@ pub struct DepthOptions {
 }
 
 /// Region of the bed with its own properties.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BedRegion {
     /// Region in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this, `outline` or `raster`.
@@ -407,12 +408,6 @@ pub struct StopOptions {
     pub kinetic_ratio: f64,
     /// Time (s) for which all conditions must be fulfilled.
     pub hold: f64,
-}
-
-impl Default for StopOptions {
-    fn default() -> Self {
-        Self { speed: 0.05, share: 0.99, kinetic_ratio: 0.01, hold: 1.0 }
-    }
 }
 
 /// Default value of an option that is on unless the case turns it off.

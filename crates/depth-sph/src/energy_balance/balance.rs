@@ -51,6 +51,10 @@ pub struct EnergyBalance {
     last_pressure_work: f64,
     /// Energy of the inflow minus that of the outflow (J).
     pub inflow: f64,
+    /// Work of a body force of a program (J).
+    pub applied_work: f64,
+    /// Energy before a program has changed velocities, until the next step (J).
+    before_change: Option<f64>,
     /// Largest kinetic energy so far.
     peak: f64,
 }
@@ -156,6 +160,8 @@ impl EnergyBalance {
         settings: &FlowSettings<D>,
         mut current_energy: FlowEnergies,
     ) -> EnergyBalanceSummary {
+        let changed = self.before_change.map_or(0.0, |before| current_energy.total() - before);
+        let input = self.inflow + self.applied_work + changed;
         // Heights are those of the middle of the last step.
         current_energy.pressure -= 0.5 * self.last_pressure_work;
         let start = self.start.unwrap_or(current_energy);
@@ -166,9 +172,8 @@ impl EnergyBalance {
             start.pressure - self.pressure_work
         };
         let lost = self.friction + self.viscosity;
-        let error =
-            current_energy.kinetic + current_energy.bed + pressure + lost - start.total() - self.inflow;
-        let drop = start.bed + start.pressure - current_energy.bed - current_energy.pressure + self.inflow;
+        let error = current_energy.kinetic + current_energy.bed + pressure + lost - start.total() - input;
+        let drop = start.bed + start.pressure - current_energy.bed - current_energy.pressure + input;
         let largest = drop.max(lost).max(self.peak).max(current_energy.kinetic);
         EnergyBalanceSummary {
             current_energy,
@@ -181,6 +186,20 @@ impl EnergyBalance {
     /// Adds an external change of the flow to the balance; its energy counts as inflow.
     pub fn add_external_change(&mut self, before: f64, after: f64) {
         self.inflow += after - before;
+    }
+
+    /// Records the energy before a program changes velocities, once the balance has started.
+    pub fn begin_program_change(&mut self, energy: impl FnOnce() -> f64) {
+        if self.has_started() && self.before_change.is_none() {
+            self.before_change = Some(energy());
+        }
+    }
+
+    /// Adds the change of velocities by a program to the balance before a step; its energy counts as inflow.
+    pub fn end_program_change(&mut self, energy: impl FnOnce() -> f64) {
+        if let Some(before) = self.before_change.take() {
+            self.add_external_change(before, energy());
+        }
     }
 
     /// Adds an inflow to the balance: energy of the material, and an equal work of the pressure at the inlet.

@@ -19,6 +19,11 @@ pub(crate) fn add_step_work<const D: usize>(
     balance: &mut EnergyBalance,
     dt: f64,
 ) {
+    let mean_velocity = |set: &PhaseSet<D>, i: usize| -> PlanVector<D> {
+        let (old, new) = (&set.stored_velocity[i], &set.nodes.velocity[i]);
+        std::array::from_fn(|c| 0.5 * (old[c] + new[c]))
+    };
+    balance.applied_work += body_force_work(settings, boundary, sets, dt, mean_velocity);
     let works = sum_works(settings, boundary, sets, |set, i| {
         let slope = metric_slope(settings, &set.bed[i]);
         let (old, new) = (&set.stored_velocity[i], &set.nodes.velocity[i]);
@@ -38,6 +43,7 @@ pub(crate) fn add_stage_work<const D: usize>(
     balance: &mut EnergyBalance,
     dt: f64,
 ) {
+    balance.applied_work += body_force_work(settings, boundary, sets, dt, |set, i| set.nodes.velocity[i]);
     let works = sum_works(settings, boundary, sets, |set, i| {
         let [viscous, pressure] = force_works(settings, set, i, dt, &set.nodes.velocity[i]);
         [0.0, viscous, pressure]
@@ -61,6 +67,28 @@ pub(crate) fn add_resistance_work<const D: usize>(
     balance.add_works(works);
 }
 
+/// Work of the body force of a program over `dt` (s) at velocities (m/s) of the nodes (J), summed in their order.
+fn body_force_work<const D: usize>(
+    settings: &FlowSettings<D>,
+    boundary: &FlowBoundaries<D>,
+    sets: &[PhaseSet<D>],
+    dt: f64,
+    velocity: impl Fn(&PhaseSet<D>, usize) -> PlanVector<D>,
+) -> f64 {
+    let mut sum = 0.0;
+    for (number, set) in sets.iter().enumerate() {
+        let density = settings.set_density(sets.len(), number);
+        for (i, acceleration) in set.nodes.body_acceleration.iter().enumerate() {
+            if !boundary.is_outside(set.nodes.id[i]) {
+                let slope = metric_slope(settings, &set.bed[i]);
+                let power = dot_along_bed(&slope, acceleration, &velocity(set, i));
+                sum += dt * density * set.nodes.volume[i] * power;
+            }
+        }
+    }
+    sum
+}
+
 /// Work per mass of viscosity and pressure over `dt` (s) at a velocity (J/kg).
 #[inline]
 fn force_works<const D: usize>(
@@ -73,8 +101,11 @@ fn force_works<const D: usize>(
     let (bed, viscous) = (&set.bed[i], &set.viscous[i]);
     let (all, reaction) = (&set.acceleration[i], set.reaction[i]);
     let slope = metric_slope(settings, bed);
-    let pressure: PlanVector<D> =
+    let mut pressure: PlanVector<D> =
         std::array::from_fn(|c| all[c] - viscous[c] + reaction * bed.slope[c] - settings.plan_gravity[c]);
+    if let Some(of_program) = set.nodes.body_acceleration.get(i) {
+        (0..D).for_each(|c| pressure[c] -= of_program[c]);
+    }
     [dt * dot_along_bed(&slope, viscous, velocity), dt * dot_along_bed(&slope, &pressure, velocity)]
 }
 

@@ -1,6 +1,7 @@
 //! Initial state of a flow: heights, depths and bed below its nodes (sheet: depth-sph §3.2).
 
 use crate::bed::Bed;
+use crate::boundary::body_force::ProgramForce;
 use crate::boundary::inflow_nodes::{add_first_rows, count_nodes_behind, initial_state_at_inflow};
 use crate::boundary::open::pore_columns::initialise_far_field_columns;
 use crate::boundary::{FlowBoundaries, OutsideNodes};
@@ -41,6 +42,7 @@ impl<const D: usize> Flow<D> {
             nodes,
             limits: FlowLimits::default(),
             records: FlowRecords::default(),
+            body_force: ProgramForce::default(),
         };
         flow.initialise_thickness()?;
         flow.boundary.outside = OutsideNodes::Remove;

@@ -11,6 +11,7 @@ mod opening;
 mod single_phase_energy_tests;
 
 use crate::bed::{Bed, BedPoint};
+use crate::boundary::body_force::ProgramForce;
 use crate::boundary::inflow_nodes::reset_inflow_columns;
 use crate::clock::Clock;
 use crate::config::settings::FlowSettings;
@@ -53,6 +54,8 @@ pub struct Flow<const D: usize> {
     pub limits: FlowLimits,
     /// Energy balance, and volumes that have left the flow or have been eroded.
     pub records: FlowRecords,
+    /// Body force of a program.
+    pub(crate) body_force: ProgramForce<D>,
 }
 
 impl<const D: usize> Flow<D> {
@@ -61,10 +64,15 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// The first node that has failed.
     pub fn advance(&mut self, dt: f64) -> Result<(), FlowFailure> {
-        let Self { clock, settings, bed, boundary, nodes, limits, records } = self;
+        let Self { clock, settings, bed, boundary, nodes, limits, records, body_force } = self;
         let balance = &mut records.energy_balance;
+        body_force.update(clock, &mut nodes.sets[0])?;
         balance.start_with(|| energies(settings, bed, boundary, &nodes.sets));
+        balance.end_program_change(|| energies(settings, bed, boundary, &nodes.sets).total());
         update_openings(clock, settings, bed, boundary, nodes, balance, dt)?; // 10
+        if boundary.has_openings() {
+            body_force.update(clock, &mut nodes.sets[0])?;
+        }
         reset_inflow_columns(boundary, nodes); // 9
         nodes.sort(settings, clock.step)?;
         integrate(&FlowContext { clock, settings, bed, boundary, limits }, nodes, balance, dt)?; // 1 to 7, 9
@@ -72,6 +80,13 @@ impl<const D: usize> Flow<D> {
         clock.end(dt);
         check_nodes(settings, bed, limits, &nodes.sets)?;
         remove_outside(settings, bed, boundary, nodes, records) // 10
+    }
+
+    /// Records the energy before a program changes velocities.
+    pub(crate) fn begin_program_change(&mut self) {
+        let Self { settings, bed, boundary, nodes, records, .. } = self;
+        let energy = || energies(settings, bed, boundary, &nodes.sets).total();
+        records.energy_balance.begin_program_change(energy);
     }
 
     /// Read-only view of the flow for outputs.

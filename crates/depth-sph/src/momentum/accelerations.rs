@@ -35,7 +35,15 @@ pub(super) fn evaluate<const D: usize>(
         Phases::One | Phases::Layers => find_single_pressures(settings, sets, pore_columns),
     }
     accelerate(settings, sets, dt); // 4
+    sets.iter_mut().for_each(add_body_force);
     Ok(())
+}
+
+/// Adds the acceleration by a body force of a program, which is that at the start of the step.
+fn add_body_force<const D: usize>(set: &mut PhaseSet<D>) {
+    for (acceleration, of_program) in set.acceleration.iter_mut().zip(&set.nodes.body_acceleration) {
+        (0..D).for_each(|c| acceleration[c] += of_program[c]);
+    }
 }
 
 /// Computes the accelerations of all nodes.

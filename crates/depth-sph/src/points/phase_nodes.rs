@@ -52,6 +52,8 @@ struct_of_arrays! {
         pub path: f64,
         /// Volume eroded from the bed (m³; m² in one dimension).
         pub eroded_volume: f64,
+        /// Acceleration in plan by a body force of a program in the step (m/s²); empty without one.
+        pub body_acceleration: [f64; D],
     }
 }
 
@@ -85,6 +87,9 @@ impl<const D: usize> PhaseNodes<D> {
         self.first_length.push(node.length);
         self.scale.push(node.scale);
         self.slope.push([f64::NAN; D]);
+        if !self.body_acceleration.is_empty() {
+            self.body_acceleration.push([0.0; D]);
+        }
         let Self {
             partial_thickness: height,
             depth,

@@ -51,12 +51,17 @@ pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
 
 /// Builds the solver of `case`.
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    Ok(match case.space {
+        Space::PlaneStrain => Box::new(typed_solver::<1>(case)?),
+        _ => Box::new(typed_solver::<2>(case)?),
+    })
+}
+
+/// Builds the solver of `case`, which has `D` dimensions in plan.
+pub fn typed_solver<const D: usize>(case: &Case) -> Result<DepthSolver<D>, CaseError> {
     let options = options(case)?;
     capabilities::check_supported(case, &options)?;
-    Ok(match case.space {
-        Space::PlaneStrain => Box::new(solver::<1>(case, &options)?),
-        _ => Box::new(solver::<2>(case, &options)?),
-    })
+    solver(case, &options)
 }
 
 /// Plan of `case`.

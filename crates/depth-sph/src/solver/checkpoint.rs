@@ -14,7 +14,7 @@ use crate::solver::DepthSolver;
 use crate::solver::stop_detection::StopDetection;
 
 /// Version of the layout of a checkpoint.
-pub(super) const FORMAT: u32 = 12;
+pub(super) const FORMAT: u32 = 13;
 
 /// Saved state of a run.
 #[derive(Serialize, Deserialize)]
@@ -23,6 +23,8 @@ pub(super) struct CheckpointState {
     pub(super) format: u32,
     /// Number of plan dimensions.
     pub(super) dimension: usize,
+    /// Whether a body force of the program acts.
+    pub(super) has_body_force: bool,
     time: f64,
     steps: u64,
     flow_time: f64,
@@ -57,6 +59,7 @@ impl<const D: usize> DepthSolver<D> {
         CheckpointState {
             format: FORMAT,
             dimension: D,
+            has_body_force: self.flow.body_force.acting.is_some(),
             time: self.time,
             steps: self.steps,
             flow_time: clock.time,

@@ -1,6 +1,7 @@
 //! Solver of a case: a flow with the outputs and stages of a run.
 
 mod checkpoint;
+mod program_access;
 mod stop_detection;
 
 use std::io::{Read, Write};
@@ -18,13 +19,14 @@ use crate::output::snapshot::snapshot;
 use crate::output::warnings::warnings_at_end;
 use crate::points::phase_nodes::{PhaseNodes, PlanVector};
 use crate::solver::checkpoint::{CheckpointState, FORMAT};
+pub use crate::solver::program_access::DepthNodes;
 use crate::solver::stop_detection::{FlowMotion, StopDetection};
 use colluvium_case::description::{Domain, Reset, Stage};
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
     Advance, Budget, Case, Dataset, Equilibrium, Frame, FrameRequest, PlanRaster, Solver, SolverError,
-    StepLimit, TimeStep, spatial,
+    StepLimit, TimeStep, check_saved_body_force, spatial,
 };
 
 /// Steps for each check of the criterion, in a stage without motion.
@@ -270,6 +272,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
             let problem = "was written by another version or for another case";
             return Err(SolverError::Checkpoint(problem.to_owned()));
         }
+        check_saved_body_force(saved.has_body_force, self.flow.body_force.acting.is_some())?;
         self.restore_state(saved)
             .ok_or_else(|| SolverError::Checkpoint("its arrays do not fit together or the case".to_owned()))
     }

@@ -14,6 +14,7 @@ mod mapped_outline;
 mod open_ends;
 mod open_sides;
 mod pore_fluid;
+mod program;
 mod small_waves;
 mod terrain;
 mod time_integration;

@@ -68,7 +68,7 @@ fn gears(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         for _ in 0..20 {
             step(&mut solver, 1e-6)?;
         }
-        let contact = solver.contacts().first().copied().ok_or("no contact")?;
+        let contact = solver.contacts().first().ok_or("no contact")?;
         let share = (contact.force[1] / contact.force[0]).abs();
         if slips {
             let reason = "friction of 0.5 is reached: says that the two rows above could fail";
