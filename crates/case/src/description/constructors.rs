@@ -7,6 +7,7 @@ use std::sync::Arc;
 use colluvium_constitutive::{ExternalSpec, Material, MaterialSpec};
 use colluvium_points::{Sampling, Shape};
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::description::{
@@ -16,7 +17,7 @@ use crate::description::{
 };
 
 /// Options of a method as values of a program.
-pub trait MethodOptions: Serialize + Sized {
+pub trait MethodOptions: Serialize + DeserializeOwned + PartialEq {
     /// Name of the method, the key under `methods` in a case file.
     const METHOD: &'static str;
     /// Keys that a case file must contain.
@@ -162,10 +163,22 @@ impl Case {
     }
 }
 
-/// Options as a case file contains them: without those at the values of [`MethodOptions::default_options`].
+/// Options as a case file contains them: without those at the values of [`MethodOptions::default_options`]. JSON has no NaN and no
+/// infinity: such a number becomes a text, which the check of the case refuses at its path.
 fn given_options<O: MethodOptions>(options: &O) -> Value {
     let to_value = |options: &O| serde_json::to_value(options).expect("options are plain data");
     let (mut given, defaults) = (to_value(options), to_value(&options.default_options()));
+    let is_changed = |given: &Value| {
+        let again = O::deserialize(given);
+        again.is_ok_and(|again| again != *options)
+    };
+    if let Value::Object(values) = &given
+        && is_changed(&given)
+    {
+        let lost: Vec<String> =
+            values.iter().filter(|(_, value)| value.is_null()).map(|(key, _)| key.clone()).collect();
+        lost.into_iter().for_each(|key| given[key] = Value::from("not a finite number"));
+    }
     if let Value::Object(given) = &mut given {
         given.retain(|key, value| O::REQUIRED.contains(&key.as_str()) || defaults.get(key) != Some(value));
     }

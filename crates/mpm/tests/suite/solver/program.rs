@@ -65,6 +65,19 @@ fn options_of_a_program_are_those_of_a_file() {
     assert_eq!(read, MpmOptions::new(0.05));
 }
 
+/// JSON has no such numbers: they must not become absent.
+#[test]
+fn options_that_are_not_finite_are_refused() {
+    for options in [
+        MpmOptions { time_step: Some(f64::NAN), ..options() },
+        MpmOptions { time_step: Some(f64::INFINITY), ..options() },
+        MpmOptions { cell_size: f64::NAN, ..options() },
+    ] {
+        let error = Mpm::new(options).solver::<2>(&falling_block()).err().unwrap().to_string();
+        assert!(error.starts_with("methods.mpm.") && error.contains("not a finite number"), "{error}");
+    }
+}
+
 #[test]
 fn bits_are_the_same_on_two_threads_and_after_a_restart_in_the_loop() {
     let case = falling_block();
