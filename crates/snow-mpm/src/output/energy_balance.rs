@@ -169,8 +169,8 @@ impl EnergyBalance {
 
     /// Numerical dissipation since the start, the remainder of the balance (J).
     pub fn numerical(&self, stored: &StoredEnergies) -> f64 {
-        let external = self.gravity + self.body_force + self.boundary + self.damping;
-        let came = self.start + external - self.removed_energy;
+        let external = self.start + self.gravity + self.boundary + self.damping + self.body_force;
+        let came = external - self.removed_energy;
         came - stored.total() - self.dissipated_of_removed
     }
 
