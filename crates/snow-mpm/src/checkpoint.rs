@@ -8,18 +8,19 @@ use colluvium_case::measure::ScalarOutput;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
     Advance, Budget, Dataset, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
+    check_saved_body_force,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::walls::BoundaryConditions;
 use crate::momentum::MomentumTerms;
-use crate::output::energy_balance::{CutRemoval, EnergyBalance};
+use crate::output::energy_balance::{CutRemoval, EnergyBalance, StoredEnergies};
 use crate::output::hazard_rasters::HazardCell;
 use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::solver::SnowSolver;
 
 /// Version of the checkpoint format.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 
 /// Penetration of a point into an obstacle above which the run reports it (cells).
 const REPORTED_DEPTH: f64 = 0.1;
@@ -38,6 +39,9 @@ struct CheckpointState {
     travel_since_sort: f64,
     energy_balance: EnergyBalance,
     hazard_cells: Option<Vec<HazardCell>>,
+    /// Whether a body force of the program acts.
+    has_body_force: bool,
+    energies_before_changes: Option<StoredEnergies>,
     /// Number, slabs and serialised law states of each body.
     bodies: Vec<(u32, Vec<usize>, Vec<u8>)>,
 }
@@ -63,6 +67,8 @@ impl<const D: usize> SnowSolver<D> {
             travel_since_sort: self.bodies.travel_since_sort,
             energy_balance: self.energy_balance.clone(),
             hazard_cells: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
+            has_body_force: self.body_force.is_some(),
+            energies_before_changes: self.energies_before_changes,
             bodies: self.bodies.bodies.iter().map(body).collect(),
         }
     }
@@ -95,11 +101,12 @@ impl<const D: usize> Solver for SnowSolver<D> {
     }
 
     fn limit(&mut self) -> TimeStep {
+        self.settle_changes();
         self.clock.limit
     }
 
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
-        let limit = self.clock.limit;
+        let limit = self.limit();
         let dt = limit.limited_to(at_most);
         self.advance(dt)?;
         Ok(Advance { dt, limit: limit.limit })
@@ -206,6 +213,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
         if head.format != FORMAT || head.dimension != D || head.shape != self.background.basis_1d.name {
             return Err(checkpoint_error("was written by another version or for another case"));
         }
+        check_saved_body_force(head.has_body_force, self.body_force.is_some())?;
         self.nodes.reset(&self.background.layout);
         self.bodies.bodies.retain(|body| head.bodies.iter().any(|(number, ..)| *number == body.number));
         if self.bodies.bodies.len() != head.bodies.len() {
@@ -239,6 +247,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
         }
         self.bodies.travel_since_sort = head.travel_since_sort;
         self.energy_balance = head.energy_balance;
+        self.energies_before_changes = head.energies_before_changes;
         let clock = &mut self.clock;
         (clock.time, clock.step, clock.limit) = (head.time, head.step, head.limit);
         (clock.sums, clock.external_work) = (head.sums, head.external);

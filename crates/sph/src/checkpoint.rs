@@ -8,6 +8,7 @@ use colluvium_case::rigid::unconverged_warning;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
     Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
+    check_saved_body_force,
 };
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +23,7 @@ use crate::solver::{EquilibriumTerms, SphSolver};
 use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the checkpoint format.
-const FORMAT: u32 = 12;
+const FORMAT: u32 = 13;
 
 /// State of the solver in a checkpoint.
 #[derive(Serialize, Deserialize)]
@@ -48,6 +49,8 @@ struct CheckpointState {
     loads: (Vec<f64>, Vec<Vec<f64>>),
     /// Reactions of rigid bodies and obstacles.
     reactions: Vec<ReactionSum>,
+    /// Whether a body force of the program acts.
+    has_body_force: bool,
 }
 
 impl<const D: usize> SphSolver<D> {
@@ -57,6 +60,8 @@ impl<const D: usize> SphSolver<D> {
         // Neither images nor walls.
         let mut particles = bodies.particles.clone();
         particles.truncate(particles.len());
+        // Computed at the beginning of each step.
+        particles.body_force.clear();
         let mut of = rates.derivatives.clone();
         let predicts = setting.options.integration == TimeIntegration::LeapfrogRates
             || setting.options.hourglass_viscosity > 0.0;
@@ -84,6 +89,7 @@ impl<const D: usize> SphSolver<D> {
             is_current: rates.is_current,
             loads: bodies.loads.checkpoint_state(),
             reactions: rates.reactions.clone(),
+            has_body_force: bodies.loads.body_force.is_some(),
         }
     }
 
@@ -282,6 +288,7 @@ impl<const D: usize> Solver for SphSolver<D> {
             let problem = "was written by another version or for another case";
             return Err(SolverError::Checkpoint(problem.to_owned()));
         }
+        check_saved_body_force(saved.has_body_force, self.bodies.loads.body_force.is_some())?;
         self.restore_state(&saved).ok_or_else(|| {
             SolverError::Checkpoint("its arrays do not fit together or the case".to_owned())
         })?;

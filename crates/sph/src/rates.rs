@@ -44,7 +44,7 @@ pub struct Rates<const D: usize> {
     pub is_current: bool,
     /// Difference of the XSPH velocity and the velocity of each particle (m/s); empty without XSPH.
     pub xsph_velocity: Vec<[f64; D]>,
-    /// Accelerations by loads and a confining pressure (m/s²); empty without.
+    /// Accelerations by loads, a body force and a confining pressure (m/s²); empty without.
     pub external_accelerations: Vec<[f64; D]>,
     /// Accelerations by obstacles (m/s²); empty without.
     pub obstacle_accelerations: Vec<[f64; D]>,

@@ -4,6 +4,8 @@ mod checks;
 mod choices;
 
 pub use choices::{DeformationUpdate, SnowTransfer, SplineShape};
+use colluvium_case::MethodOptions;
+use colluvium_constitutive::with_defaults;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -51,7 +53,22 @@ pub struct SnowOptions {
     pub node_mass_cutoff: f64,
 }
 
+impl MethodOptions for SnowOptions {
+    const METHOD: &'static str = NAME;
+    const REQUIRED: &'static [&'static str] = &["cell_size"];
+
+    fn default_options(&self) -> Self {
+        Self::new(self.cell_size)
+    }
+}
+
 impl SnowOptions {
+    /// Options with a cell size (m) and the defaults of a case file.
+    #[must_use]
+    pub fn new(cell_size: f64) -> Self {
+        with_defaults(&[("cell_size", cell_size)])
+    }
+
     /// FLIP fraction of a step of `dt` (s).
     pub(crate) fn flip_share(&self, dt: f64) -> f64 {
         match (self.transfer, self.blend_time) {

@@ -1,5 +1,7 @@
 //! Nodal momentum equation with damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and its energy terms.
 
+pub(crate) mod body_force;
+
 use std::ops::Range;
 
 use colluvium_grid::{Layout, NodalState, NodeWalls, Vector4};

@@ -19,6 +19,8 @@ pub struct EnergyBalance {
     nodes: f64,
     /// Work of gravity.
     gravity: f64,
+    /// Work of the body force of a program.
+    body_force: f64,
     /// Work of walls on the nodes, with friction and inelastic stops; negative where energy is lost.
     boundary: f64,
     /// Frictional dissipation at obstacles, a part of the work of walls.
@@ -54,7 +56,7 @@ impl CutRemoval {
 }
 
 /// Current energies (J).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StoredEnergies {
     /// Kinetic energy of the point velocities.
     pub kinetic: f64,
@@ -134,7 +136,17 @@ impl EnergyBalance {
         self.friction += sums.friction;
     }
 
-    /// Adds a sudden change of energy, by removed points or resets, from the energies `before` and `after`.
+    /// Adds the work of the body force of a program in a step (J).
+    pub fn add_body_force_work(&mut self, work: f64) {
+        self.body_force += work;
+    }
+
+    /// Work of the body force of a program since the start (J).
+    pub fn body_force_work(&self) -> f64 {
+        self.body_force
+    }
+
+    /// Adds a sudden change of energy, by removed points, resets or a program, from the energies `before` and `after`.
     pub fn add_change(&mut self, before: &StoredEnergies, after: &StoredEnergies) {
         self.removed_energy += before.total() - after.total();
         self.kinetic_at_start -= before.kinetic_total() - after.kinetic_total();
@@ -157,7 +169,8 @@ impl EnergyBalance {
 
     /// Numerical dissipation since the start, the remainder of the balance (J).
     pub fn numerical(&self, stored: &StoredEnergies) -> f64 {
-        let came = self.start + self.gravity + self.boundary + self.damping - self.removed_energy;
+        let external = self.start + self.gravity + self.boundary + self.damping + self.body_force;
+        let came = external - self.removed_energy;
         came - stored.total() - self.dissipated_of_removed
     }
 

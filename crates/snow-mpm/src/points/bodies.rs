@@ -34,6 +34,8 @@ struct_of_arrays! {
         pub stress: SymTensor as [f64; 6],
         /// Stored energy at the start plus work of the stress since then (J).
         pub work: f64,
+        /// Accelerations by the body force of the program (m/s²); empty without.
+        pub body_force: [f64; D],
     }
 }
 

@@ -54,6 +54,7 @@ pub(super) fn body_points<const D: usize>(
         work: Vec::new(),
         position,
         volume,
+        body_force: Vec::new(),
     };
     let mean = points.volume.iter().sum::<f64>() / count as f64;
     let mut body = BodyPoints {

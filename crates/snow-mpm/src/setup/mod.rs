@@ -4,6 +4,7 @@ mod body_points;
 mod capabilities;
 pub(crate) mod manufactured;
 
+use std::any::Any;
 use std::sync::Arc;
 
 use colluvium_case::{
@@ -46,23 +47,32 @@ pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
 
 /// Solver of a case, with a manufactured solution if one is given.
 pub(crate) fn build(case: &Case, solution: Option<Manufactured>) -> Result<Box<dyn Solver>, CaseError> {
-    let options = options(case)?;
-    let shape = shape_function_kind(options.shape);
     match case.dimension() {
-        1 => build_in(case, &options, shape.on_line(), solution),
-        2 => build_in(case, &options, shape.in_plane(), solution),
-        _ => build_in(case, &options, shape.in_space(), solution),
+        1 => build_in::<1>(case, solution),
+        2 => build_in::<2>(case, solution),
+        _ => build_in::<3>(case, solution),
     }
 }
 
-/// Solver of a case with the selected transfers, in the initial state of a manufactured solution if one is given.
+/// Solver of a case of `D` dimensions, with its type.
+pub(crate) fn typed_solver<const D: usize>(case: &Case) -> Result<SnowSolver<D>, CaseError> {
+    let options = options(case)?;
+    let shape = shape_function_kind(options.shape);
+    let solver: Box<dyn Any> = match case.dimension() {
+        1 => Box::new(solver(case, &options, shape.on_line())?),
+        2 => Box::new(solver(case, &options, shape.in_plane())?),
+        _ => Box::new(solver(case, &options, shape.in_space())?),
+    };
+    let other_dimension = |_| CaseError::new("space", format!("has not {D} dimensions"));
+    solver.downcast().map(|solver| *solver).map_err(other_dimension)
+}
+
+/// Solver of a case of `D` dimensions, in the initial state of a manufactured solution if one is given.
 fn build_in<const D: usize>(
     case: &Case,
-    options: &SnowOptions,
-    chosen: SelectedTransfers<D>,
     solution: Option<Manufactured>,
 ) -> Result<Box<dyn Solver>, CaseError> {
-    let mut solver = solver(case, options, chosen)?;
+    let mut solver = typed_solver::<D>(case)?;
     if let Some(solution) = solution {
         solver.begin_manufactured(solution)?;
     }
@@ -159,6 +169,20 @@ fn periodic_background<const D: usize>(
     })
 }
 
+/// Clock at the start of the first stage.
+fn initial_clock() -> Clock {
+    Clock {
+        stage: 0,
+        stage_start: 0.0,
+        time: 0.0,
+        step: 0,
+        limit: TimeStep { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, point: None, position: [0.0; 3] },
+        sums: MomentumTerms::default(),
+        external_work: 0.0,
+        rest_checks: RestChecks::default(),
+    }
+}
+
 /// Returns a solver with its concrete type, at time zero.
 fn solver<const D: usize>(
     case: &Case,
@@ -184,17 +208,6 @@ fn solver<const D: usize>(
         all.push(body);
     }
     let obstacles = NodeObstacles::new(case, &standing, &background)?;
-    let limit = TimeStep { dt: f64::INFINITY, limit: StepLimit::NO_MOTION, point: None, position: [0.0; 3] };
-    let clock = Clock {
-        stage: 0,
-        stage_start: 0.0,
-        time: 0.0,
-        step: 0,
-        limit,
-        sums: MomentumTerms::default(),
-        external_work: 0.0,
-        rest_checks: RestChecks::default(),
-    };
     let mut solver = SnowSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
@@ -206,8 +219,10 @@ fn solver<const D: usize>(
         energy_balance: EnergyBalance::default(),
         hazard_rasters: HazardRasters::of_case(case, options.cell_size)?,
         manufactured_solution: None,
+        body_force: None,
+        energies_before_changes: None,
         cut_bounds: case.removal_shapes.iter().map(|cut| cut.bounds(D)).collect(),
-        clock,
+        clock: initial_clock(),
     };
     solver.bodies.sort(&mut solver.background);
     solver.energy_balance = EnergyBalance::new(&solver.stored_energies(), case.removal_shapes.len());

@@ -1,5 +1,6 @@
 //! Solver: its components and one step.
 
+mod program_access;
 mod removal_shapes;
 pub(crate) mod report;
 mod rest_checks;
@@ -7,12 +8,13 @@ pub(crate) mod saw_test;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, Manufactured, SolverError, TimeStep, spatial};
+use colluvium_case::{BodyForce, Case, Manufactured, SolverError, TimeStep, spatial};
 
 use crate::background_grid::BackgroundGrid;
 use crate::boundary::walls::BoundaryConditions;
 use crate::config::SnowOptions;
 use crate::critical_step::{StepCoefficients, time_step};
+use crate::momentum::body_force::{body_force_potential, update_body_forces};
 use crate::momentum::{GridNodes, MomentumSolve, MomentumTerms};
 use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::output::energy_balance::{EnergyBalance, StoredEnergies};
@@ -20,6 +22,7 @@ use crate::output::hazard_rasters::HazardRasters;
 use crate::points::bodies::{Bodies, PointFailure};
 use crate::transfer::{PointUpdater, p2g};
 
+pub use crate::solver::program_access::SnowPoints;
 pub(crate) use crate::solver::rest_checks::RestChecks;
 
 /// Time and stage of a run, with the momentum sums of the last step.
@@ -37,7 +40,7 @@ pub struct Clock {
     pub limit: TimeStep,
     /// Sums over the nodes of the last step.
     pub sums: MomentumTerms,
-    /// Work of gravity and walls since the start of the stage (J).
+    /// Work of gravity, walls and a body force since the start of the stage (J).
     pub external_work: f64,
     /// Results of the checks of rest.
     pub rest_checks: RestChecks,
@@ -67,6 +70,10 @@ pub struct SnowSolver<const D: usize> {
     pub(crate) cut_bounds: Vec<colluvium_case::description::AxisBounds>,
     /// Manufactured solution for verification, whose force acts on the points.
     pub(crate) manufactured_solution: Option<Manufactured>,
+    /// Body force of the program.
+    pub(crate) body_force: Option<BodyForce<D>>,
+    /// Energies before changes by the program since the last step; `None` without changes.
+    pub(crate) energies_before_changes: Option<StoredEnergies>,
     /// Time, step and stage of the run.
     pub(crate) clock: Clock,
 }
@@ -75,6 +82,7 @@ impl<const D: usize> SnowSolver<D> {
     /// Advances the solver by a step of `dt` (s); step numbers in the code are those of `sheet: snow-mpm §3.5`.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
+        self.update_body_forces()?;
         let (gravity, damping) = self.body_forces(dt);
         let Self {
             options,
@@ -122,9 +130,20 @@ impl<const D: usize> SnowSolver<D> {
             nodes: &nodes.nodes,
             boundaries,
         };
+        let start = body_force_potential(bodies);
         bodies.bodies.iter_mut().for_each(|body| update.body(body));
         ledger.add(&sums, dt);
+        let work = body_force_potential(bodies) - start;
+        ledger.add_body_force_work(work);
+        clock.external_work += work;
         self.end_step(dt, sums)
+    }
+
+    /// Computes the body force of the program on the points at the start of a step.
+    fn update_body_forces(&mut self) -> Result<(), SolverError> {
+        let Some(force) = &self.body_force else { return Ok(()) };
+        let updated = update_body_forces(force, &mut self.bodies, self.clock.time);
+        updated.map_err(|(number, failure)| self.point_error(number, &failure))
     }
 
     /// Evaluates the reports of the points and advances the clock.

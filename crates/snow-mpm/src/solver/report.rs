@@ -84,7 +84,14 @@ impl<const D: usize> SnowSolver<D> {
     /// Energy balance, speed of the fastest point, total volume, and values of obstacles and cuts.
     pub(crate) fn collect_scalar_outputs(&self) -> Vec<ScalarOutput> {
         let stored = self.stored_energies();
-        let mut readings = self.energy_balance.scalar_outputs(&stored);
+        let mut balance = self.energy_balance.clone();
+        if let Some(before) = &self.energies_before_changes {
+            balance.add_change(before, &stored);
+        }
+        let mut readings = balance.scalar_outputs(&stored);
+        if self.body_force.is_some() || balance.body_force_work() != 0.0 {
+            readings.push(("work_of_body_force".to_owned(), "J".to_owned(), balance.body_force_work()));
+        }
         let squares = self
             .bodies
             .bodies

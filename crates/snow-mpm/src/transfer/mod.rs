@@ -20,8 +20,8 @@ use crate::stress::step_motion::{StressWork, find_motions};
 /// Least number of groups of points in a parallel task.
 const BLOCKS_PER_TASK: usize = 4;
 
-/// Transfers mass, momentum and forces of the points to the grid (steps 1 and 2), with affine momentum and the force of a manufactured
-/// solution at a time (s).
+/// Transfers mass, momentum and forces of the points to the grid (steps 1 and 2), with affine momentum, the body force of a
+/// program, or the force of a manufactured solution at a time (s).
 pub fn p2g<const D: usize>(
     background: &BackgroundGrid<D>,
     bodies: &Bodies<D>,
@@ -47,6 +47,11 @@ pub fn p2g<const D: usize>(
                     for (force, p) in forces.iter_mut().zip(block.clone()) {
                         let rate = (solution.force)(spatial(&points.origin[p]), time);
                         *force = vector4(&rate, points.mass[p], 0.0);
+                    }
+                } else if !points.body_force.is_empty() {
+                    pushed = block.len();
+                    for (force, p) in forces.iter_mut().zip(block.clone()) {
+                        *force = vector4(&points.body_force[p], points.mass[p], 0.0);
                     }
                 }
                 let affine = AffineFields {
@@ -179,6 +184,13 @@ impl<const D: usize> PointUpdater<'_, D> {
             PointFailure { index, reason: error.source.to_string() }
         })?;
         work.add::<D>(motions, &stretches, (block.volume, block.stress), block.work);
+        // The work of a stress that is not finite is not finite either.
+        if let Some(p) = block.work.iter().position(|work| !work.is_finite()) {
+            return Err(PointFailure {
+                index: block.first + p,
+                reason: "its stress is not finite".to_owned(),
+            });
+        }
         let points = (&*block.velocity, block.mass, &*block.volume);
         let pace = self.bounds.step_bound(block.first, material, points, (block.stress, block.states));
         Ok(StepBound { max_move: moved, any_outside: left, ..pace })

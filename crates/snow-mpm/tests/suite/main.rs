@@ -8,4 +8,5 @@ mod hazard_rasters;
 mod motion;
 mod obstacles;
 mod periodic_domain;
+mod program;
 mod removal_shapes;

@@ -1,5 +1,6 @@
 //! Enumerated options.
 
+use colluvium_constitutive::with_defaults;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -267,6 +268,14 @@ pub struct ConfiningPressure {
     /// Particles of these bodies on which the pressure acts.
     #[serde(default)]
     pub on: ConfiningPressureTarget,
+}
+
+impl ConfiningPressure {
+    /// Pressure (Pa) from the start on, on the surfaces of all bodies that are not `held`.
+    #[must_use]
+    pub fn new(pressure: f64) -> Self {
+        with_defaults(&[("pressure", pressure)])
+    }
 }
 
 /// Particles on which a confining pressure acts: those of the surface, or all of a body.

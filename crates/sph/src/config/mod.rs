@@ -6,6 +6,8 @@ mod time_history;
 
 use std::collections::BTreeMap;
 
+use colluvium_case::MethodOptions;
+use colluvium_constitutive::with_defaults;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -187,7 +189,22 @@ pub struct SphOptions {
     pub ranks: u32,
 }
 
+impl MethodOptions for SphOptions {
+    const METHOD: &'static str = "sph";
+    const REQUIRED: &'static [&'static str] = &["spacing"];
+
+    fn default_options(&self) -> Self {
+        Self::new(self.spacing)
+    }
+}
+
 impl SphOptions {
+    /// Options with a spacing of the particles (m) and the defaults of a case file.
+    #[must_use]
+    pub fn new(spacing: f64) -> Self {
+        with_defaults(&[("spacing", spacing)])
+    }
+
     /// Smoothing length (m) of the initial spacing.
     pub fn smoothing_length_value(&self) -> f64 {
         self.smoothing * self.spacing

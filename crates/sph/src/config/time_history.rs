@@ -15,6 +15,12 @@ pub struct TimeHistory {
 }
 
 impl TimeHistory {
+    /// Factors (-) at times of the run (s) in ascending order.
+    #[must_use]
+    pub fn new(times: impl Into<Vec<f64>>, factors: impl Into<Vec<f64>>) -> Self {
+        Self { times: times.into(), factors: factors.into() }
+    }
+
     /// Checks the history: not empty, as many factors as times, finite values, increasing times.
     ///
     /// # Errors

@@ -1,10 +1,11 @@
-//! Forces of loads on particles, follower loads and reactions of obstacles ([`loads`](crate::points::body_loads)).
+//! Forces of loads and the body force on particles, follower loads and reactions of obstacles ([`loads`](crate::points::body_loads)).
 
 use colluvium_case::loads::load_vectors::{cofactor, nanson};
 
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::kernel::Smoothing;
+use crate::momentum::body_force::apply_body_forces;
 use crate::neighbours::verlet_lists::VerletLists;
 use crate::pairs::PairSums;
 use crate::points::body_loads::BodyLoads;
@@ -13,7 +14,7 @@ use crate::points::vector_algebra::{dot, separation};
 use crate::rates::{Rates, ReactionSample, ReactionSum};
 use crate::walls::{ObstacleEnergies, Walls};
 
-/// Adds the acceleration by loads at the end of a step of `dt` (s).
+/// Adds the acceleration by loads at the end of a step of `dt` (s), and that by the body force of the program.
 pub fn apply_loads<const D: usize>(
     setting: &SolverContext<D>,
     clock: &Clock,
@@ -21,11 +22,11 @@ pub fn apply_loads<const D: usize>(
     rates: &mut Rates<D>,
     dt: f64,
 ) {
-    let BodyLoads { loads, start_times } = &bodies.loads;
-    if loads.is_empty() {
+    let BodyLoads { loads, start_times, .. } = &bodies.loads;
+    let p = &bodies.particles;
+    if loads.is_empty() && p.body_force.is_empty() {
         return;
     }
-    let p = &bodies.particles;
     if setting.options.confining.is_none() {
         rates.external_accelerations.clear();
         rates.external_accelerations.resize(p.len(), [0.0; D]);
@@ -48,6 +49,7 @@ pub fn apply_loads<const D: usize>(
             }
         }
     }
+    apply_body_forces(p, rates);
 }
 
 /// Records the forces of particles on obstacles with measured reactions, and the power of moving obstacles. The sum is serial, so that it

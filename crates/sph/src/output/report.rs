@@ -140,7 +140,9 @@ impl<const D: usize> SphSolver<D> {
         let open = |group: &ParticleGroup| {
             group.prescribed_velocity.is_some() || group.is_confined || !p.law_points(group).defines_energy()
         };
-        self.setting.case.is_isolated(self.clock.stage) && !bodies.groups.iter().any(open)
+        self.setting.case.is_isolated(self.clock.stage)
+            && bodies.loads.body_force.is_none()
+            && !bodies.groups.iter().any(open)
     }
 
     /// Energy and momentum totals over the particles.

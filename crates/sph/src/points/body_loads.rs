@@ -3,7 +3,9 @@
 //! The force of a load is that of the case on the area next to a particle, independent of the kernel sums at the surface:
 //! resultants are exact, and the load is smeared over the kernel of the outermost particles.
 
-use colluvium_case::{Case, CaseError};
+use std::sync::Arc;
+
+use colluvium_case::{BodyForce, Case, CaseError};
 
 /// Load of the case on the particles of a body.
 #[derive(Clone)]
@@ -37,13 +39,15 @@ pub struct LoadedBody<'a, const D: usize> {
     pub positions: &'a [[f64; D]],
 }
 
-/// All loads of a case with their bodies.
+/// All loads of a case with their bodies, and the body force of a program.
 #[derive(Clone, Default)]
 pub struct BodyLoads<const D: usize> {
     /// Loads on bodies.
     pub loads: Vec<BodyLoad<D>>,
     /// Start time of each load of the case (s).
     pub start_times: Vec<f64>,
+    /// Body force of the program.
+    pub body_force: Option<Arc<BodyForce<D>>>,
 }
 
 impl<const D: usize> BodyLoads<D> {
@@ -65,7 +69,7 @@ impl<const D: usize> BodyLoads<D> {
             let carried = case.load_vectors(number, positions, &[spacing; D])?;
             loads.push(BodyLoad { number, body, first, vectors: carried });
         }
-        Ok(Self { loads, start_times: case.load_starts() })
+        Ok(Self { loads, start_times: case.load_starts(), body_force: None })
     }
 
     /// Begins the loads of a stage that starts at `start` (s).

@@ -60,9 +60,14 @@ impl ParticleGroup {
         self.start..self.end
     }
 
+    /// Whether the body deforms and moves by itself: neither rigid nor of prescribed motion.
+    pub fn is_free(&self) -> bool {
+        self.prescribed_velocity.is_none() && self.rigid.is_none()
+    }
+
     /// Whether the body is a fluid that moves by itself.
     pub fn is_free_fluid(&self) -> bool {
-        self.fluid && self.prescribed_velocity.is_none() && self.rigid.is_none()
+        self.fluid && self.is_free()
     }
 
     /// Returns the body without particles.
@@ -95,6 +100,8 @@ struct_of_arrays! {
         pub previous: [f64; D],
         /// Delayed pressures for friction on faces (Pa), zero without contact; empty without friction.
         pub delayed_pressure: f64,
+        /// Accelerations by the body force of the program (m/s²), zero where it does not act; empty without.
+        pub body_force: [f64; D],
         /// Masses (kg).
         pub mass: f64,
         /// Densities (kg/m³).

@@ -23,6 +23,7 @@ use crate::config::{
     WallStress,
 };
 use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
+use crate::momentum::body_force::update_body_forces;
 use crate::ranks::particle_message::{ParticleMessage, assemble};
 use crate::rates::{ReactionSample, ReactionSum};
 use crate::solver::{EquilibriumTerms, SphSolver, equilibrium_terms};
@@ -196,6 +197,13 @@ impl<const D: usize> RankedSolver<D> {
 
     /// Advances the solver by one step.
     fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.first().bodies.loads.body_force.is_some() {
+            let of_rank = |rank: &mut Rank<D>| {
+                let SphSolver { clock, bodies, .. } = &mut rank.domain;
+                update_body_forces(clock, bodies)
+            };
+            on_all(&mut self.ranks, of_rank)?;
+        }
         if self.first().clock.limit.is_none() {
             self.critical_step();
         }

@@ -62,6 +62,25 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     })
 }
 
+/// Solver of a case of `D` dimensions, with its type.
+///
+/// # Errors
+/// The first unsupported part of the case; more than one rank; a case of other dimensions.
+pub fn typed_solver<const D: usize>(case: &Case) -> Result<SphSolver<D>, CaseError> {
+    let options = options(case)?;
+    if case.dimension() != D {
+        return Err(CaseError::new("space", format!("has not {D} dimensions")));
+    }
+    if options.ranks > 1 {
+        let problem = format!(
+            "{} ranks are available in a run only, not in a solver that a program steps",
+            options.ranks
+        );
+        return Err(CaseError::new("methods.sph.ranks", problem));
+    }
+    solver(case, &options)
+}
+
 /// Solver of a case in `D` dimensions, distributed over ranks.
 fn boxed_solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<Box<dyn Solver>, CaseError> {
     Ok(distributed_solver(solver::<D>(case, options)?, options.ranks))

@@ -10,9 +10,11 @@
 //! | [`Rates`] | accelerations, velocity gradients, … | the sums over neighbours |
 
 mod particle_motion;
+mod program_access;
 mod time_integration;
 
 pub use crate::solver::particle_motion::equilibrium_terms;
+pub use crate::solver::program_access::SphParticles;
 pub use crate::solver::time_integration::SavedState;
 
 #[cfg(test)]
@@ -26,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::clock::Clock;
 use crate::context::SolverContext;
 use crate::critical_step::{critical_step, limit_by_obstacle_motion, to_time_step};
+use crate::momentum::body_force::update_body_forces;
 use crate::momentum::external_forces::{stop_at_obstacles, update_follower_loads};
 use crate::momentum::shifting::Shifting;
 use crate::neighbours::verlet_lists::{ListedPositions, VerletLists};
@@ -44,7 +47,7 @@ pub struct EquilibriumTerms {
     pub external: f64,
     /// Kinetic energy (J).
     pub kinetic: f64,
-    /// Work of gravity, loads and confining pressure since the start of the stage (J).
+    /// Work of gravity, loads, body force and confining pressure since the start of the stage (J).
     pub work: f64,
 }
 
@@ -126,6 +129,7 @@ impl<const D: usize> SphSolver<D> {
     /// # Errors
     /// When the state of a particle becomes invalid.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        update_body_forces(&self.clock, &mut self.bodies)?;
         if self.clock.limit.is_none() {
             self.critical_step();
         }
@@ -164,6 +168,9 @@ impl<const D: usize> SphSolver<D> {
             rates.is_current = false;
         }
         shifting.shift(setting, clock, bodies, walls, lists, rates);
+        if setting.options.shifting > 0.0 {
+            update_body_forces(clock, bodies)?;
+        }
         self.integrate(dt)?;
         let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
         rates.reactions.iter_mut().for_each(|reaction| reaction.add_impulse(dt));

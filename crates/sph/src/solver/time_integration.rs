@@ -6,6 +6,7 @@ use colluvium_constitutive::{States, SymTensor};
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::context::SolverContext;
+use crate::momentum::body_force::update_body_forces;
 use crate::momentum::external_forces::apply_loads;
 use crate::momentum::rate_sums::{accelerate, diffuse_stress, find_rates};
 use crate::neighbours::verlet_lists::VerletLists;
@@ -208,6 +209,7 @@ impl<const D: usize> SphSolver<D> {
             let half = 0.5 * clock.last_step;
             add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
             update_stress(setting, clock, bodies, &rates.derivatives, half, StageTime::Start)?;
+            update_body_forces(clock, bodies)?;
         }
         update_accelerations(setting, clock, bodies, walls, lists, rates, dt);
         find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
@@ -231,6 +233,7 @@ impl<const D: usize> SphSolver<D> {
         update_stress(setting, clock, bodies, &rates.derivatives, half, StageTime::Start)?;
         let middle = Clock { time: clock.time + half, ..*clock };
         lists.refresh(setting, &middle, bodies, walls, rates, false)?;
+        update_body_forces(&middle, bodies)?;
         update_accelerations(setting, &middle, bodies, walls, lists, rates, half);
         find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
         let len = bodies.particles.len();
@@ -252,6 +255,7 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, half)?;
         let middle = Clock { time: clock.time + half, ..*clock };
         lists.refresh(setting, &middle, bodies, walls, rates, false)?;
+        update_body_forces(&middle, bodies)?;
         update_accelerations(setting, &middle, bodies, walls, lists, rates, half);
         add_accelerations(setting, &middle, bodies, &rates.derivatives.acceleration, dt, dt);
         update_strain(setting, &middle, bodies, walls, lists, rates, half)?;
@@ -272,6 +276,7 @@ impl<const D: usize> SphSolver<D> {
         drift(setting, clock, bodies, walls, lists, rates, dt)?;
         let end = Clock { time: clock.time + dt, ..*clock };
         lists.refresh(setting, &end, bodies, walls, rates, false)?;
+        update_body_forces(&end, bodies)?;
         update_accelerations(setting, &end, bodies, walls, lists, rates, 0.0);
         add_accelerations(setting, clock, bodies, &rates.derivatives.acceleration, half, half);
         Ok(())
@@ -326,6 +331,7 @@ impl<const D: usize> SphSolver<D> {
             }
             let now = Clock { time: clock.time + fraction * dt, ..*clock };
             lists.refresh(setting, &now, bodies, walls, rates, false)?;
+            update_body_forces(&now, bodies)?;
             update_accelerations(setting, &now, bodies, walls, lists, rates, 0.0);
             find_rates(setting, bodies, walls, lists, rates, (dt, 0.0));
             kept.add_rates(share, &bodies.particles.velocity[..len], rates);

@@ -9,6 +9,8 @@ mod localisation_bands;
 mod moving_obstacles;
 mod obstacles;
 mod operators;
+mod program;
+mod program_errors;
 mod ranks;
 mod regularisation;
 mod round_edges;
