@@ -54,7 +54,7 @@ pub mod specimen;
 
 use colluvium_case::{
     Capabilities, Case, CaseError, ConfigurableMethod, ConfiguredMethod, Method, Plan, ProblemSize, Solver,
-    TypedMethod,
+    typed_method,
 };
 use schemars::Schema;
 
@@ -84,21 +84,7 @@ impl ConfigurableMethod for Dem {
     type Options = DemOptions;
 }
 
-impl TypedMethod<2> for Dem {
-    type Solver = DemSolver<2, 1>;
-
-    fn typed_solver(&self, case: &Case) -> Result<DemSolver<2, 1>, CaseError> {
-        setup::solver(case)
-    }
-}
-
-impl TypedMethod<3> for Dem {
-    type Solver = DemSolver<3, 3>;
-
-    fn typed_solver(&self, case: &Case) -> Result<DemSolver<3, 3>, CaseError> {
-        setup::solver(case)
-    }
-}
+typed_method!(Dem, setup::solver, 2 => DemSolver<2, 1>, 3 => DemSolver<3, 3>);
 
 impl Method for Dem {
     fn name(&self) -> &'static str {

@@ -60,7 +60,7 @@ pub mod solver;
 
 use colluvium_case::{
     Capabilities, Case, CaseError, ConfigurableMethod, ConfiguredMethod, Method, Plan, PointList,
-    ProblemSize, Snapshot, Solver, TypedMethod,
+    ProblemSize, Snapshot, Solver, typed_method,
 };
 use schemars::Schema;
 
@@ -100,21 +100,7 @@ impl ConfigurableMethod for DepthSph {
     }
 }
 
-impl TypedMethod<1> for DepthSph {
-    type Solver = DepthSolver<1>;
-
-    fn typed_solver(&self, case: &Case) -> Result<DepthSolver<1>, CaseError> {
-        setup::typed_solver(case)
-    }
-}
-
-impl TypedMethod<2> for DepthSph {
-    type Solver = DepthSolver<2>;
-
-    fn typed_solver(&self, case: &Case) -> Result<DepthSolver<2>, CaseError> {
-        setup::typed_solver(case)
-    }
-}
+typed_method!(DepthSph, setup::typed_solver, 1 => DepthSolver<1>, 2 => DepthSolver<2>);
 
 impl Method for DepthSph {
     fn name(&self) -> &'static str {

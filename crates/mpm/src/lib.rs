@@ -59,7 +59,7 @@ mod transfer;
 
 use colluvium_case::{
     Capabilities, Case, CaseError, ConfigurableMethod, ConfiguredMethod, Method, Plan, ProblemSize, Solver,
-    TypedMethod,
+    typed_method,
 };
 use schemars::Schema;
 
@@ -85,13 +85,7 @@ impl ConfigurableMethod for Mpm {
     type Options = MpmOptions;
 }
 
-impl<const D: usize> TypedMethod<D> for Mpm {
-    type Solver = MpmSolver<D>;
-
-    fn typed_solver(&self, case: &Case) -> Result<MpmSolver<D>, CaseError> {
-        setup::typed_solver(case)
-    }
-}
+typed_method!(Mpm, setup::typed_solver, 1 => MpmSolver<1>, 2 => MpmSolver<2>, 3 => MpmSolver<3>);
 
 impl Method for Mpm {
     fn name(&self) -> &'static str {

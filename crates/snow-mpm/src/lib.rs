@@ -60,7 +60,7 @@ mod transfer;
 
 use colluvium_case::{
     Capabilities, Case, CaseError, ConfigurableMethod, ConfiguredMethod, Method, Plan, ProblemSize, Solver,
-    TypedMethod,
+    typed_method,
 };
 use schemars::Schema;
 
@@ -82,13 +82,7 @@ impl ConfigurableMethod for SnowMpm {
     type Options = SnowOptions;
 }
 
-impl<const D: usize> TypedMethod<D> for SnowMpm {
-    type Solver = SnowSolver<D>;
-
-    fn typed_solver(&self, case: &Case) -> Result<SnowSolver<D>, CaseError> {
-        setup::typed_solver(case)
-    }
-}
+typed_method!(SnowMpm, setup::typed_solver, 1 => SnowSolver<1>, 2 => SnowSolver<2>, 3 => SnowSolver<3>);
 
 impl Method for SnowMpm {
     fn name(&self) -> &'static str {

@@ -64,7 +64,7 @@ mod walls;
 
 use colluvium_case::{
     Capabilities, Case, CaseError, ConfigurableMethod, ConfiguredMethod, Method, Plan, ProblemSize, Solver,
-    TypedMethod,
+    typed_method,
 };
 use schemars::Schema;
 
@@ -93,13 +93,7 @@ impl ConfigurableMethod for Sph {
     type Options = SphOptions;
 }
 
-impl<const D: usize> TypedMethod<D> for Sph {
-    type Solver = SphSolver<D>;
-
-    fn typed_solver(&self, case: &Case) -> Result<SphSolver<D>, CaseError> {
-        setup::typed_solver(case)
-    }
-}
+typed_method!(Sph, setup::typed_solver, 1 => SphSolver<1>, 2 => SphSolver<2>, 3 => SphSolver<3>);
 
 impl Method for Sph {
     fn name(&self) -> &'static str {

@@ -29,6 +29,34 @@ pub trait TypedMethod<const D: usize>: ConfigurableMethod {
     /// # Errors
     /// See [`Method::build`].
     fn typed_solver(&self, case: &Case) -> Result<Self::Solver, CaseError>;
+
+    /// Solver as a trait object. Through it the steps are compiled in the crate of the method, and not again in that of the program.
+    fn as_solver(solver: &Self::Solver) -> &dyn Solver;
+
+    /// Solver as a trait object that can be changed.
+    fn as_solver_mut(solver: &mut Self::Solver) -> &mut dyn Solver;
+}
+
+/// Implements [`TypedMethod`] in each dimension of a method, by a function that builds the solver of a case.
+#[macro_export]
+macro_rules! typed_method {
+    ($method:ty, $build:path, $($dimension:literal => $solver:ty),+) => {$(
+        impl $crate::TypedMethod<$dimension> for $method {
+            type Solver = $solver;
+
+            fn typed_solver(&self, case: &$crate::Case) -> Result<$solver, $crate::CaseError> {
+                $build(case)
+            }
+
+            fn as_solver(solver: &$solver) -> &dyn $crate::Solver {
+                solver
+            }
+
+            fn as_solver_mut(solver: &mut $solver) -> &mut dyn $crate::Solver {
+                solver
+            }
+        }
+    )+};
 }
 
 /// Method with its options.
@@ -85,6 +113,6 @@ impl<M: ConfigurableMethod> ConfiguredMethod<M> {
             Ok((TypedMethod::<D>::typed_solver(method, &case)?, notes))
         };
         let (solver, notes) = build().map_err(CaseErrors::from_error)?;
-        Simulation::new(Arc::new(case), solver, notes)
+        Simulation::new(Arc::new(case), solver, (M::as_solver, M::as_solver_mut), notes)
     }
 }

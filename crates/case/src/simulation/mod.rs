@@ -31,22 +31,33 @@ pub use crate::simulation::point_column::PointColumn;
 pub struct Simulation<S> {
     case: Arc<Case>,
     solver: S,
+    /// Functions that return the solver as a trait object.
+    access: SolverAccess<S>,
     progress: StageProgress,
     /// Notes of the method on ignored parts of the case.
     notes: Vec<String>,
     has_failed: bool,
 }
 
-impl<S: Solver> Simulation<S> {
+/// Functions that return a solver as a trait object: shared, and to be changed.
+type SolverAccess<S> = (fn(&S) -> &dyn Solver, fn(&mut S) -> &mut dyn Solver);
+
+impl<S> Simulation<S> {
     /// Solver at the start of the first stage; `notes` are those of the method on ignored parts of the case.
-    pub(crate) fn new(case: Arc<Case>, mut solver: S, notes: Vec<String>) -> Result<Self, CaseErrors> {
-        let start = solver.time();
-        solver
+    pub(crate) fn new(
+        case: Arc<Case>,
+        mut solver: S,
+        access: SolverAccess<S>,
+        notes: Vec<String>,
+    ) -> Result<Self, CaseErrors> {
+        let dynamic = access.1(&mut solver);
+        let start = dynamic.time();
+        dynamic
             .begin_stage(0, start)
             .map_err(|error| CaseErrors::from_error(crate::CaseError::new("stages[0]", error.to_string())))?;
         let mut progress = StageProgress::default();
-        progress.begin(0, &solver);
-        Ok(Self { case, solver, progress, notes, has_failed: false })
+        progress.begin(0, dynamic);
+        Ok(Self { case, solver, access, progress, notes, has_failed: false })
     }
 
     /// Case of the simulation.
@@ -54,9 +65,19 @@ impl<S: Solver> Simulation<S> {
         &self.case
     }
 
+    /// Solver as a trait object.
+    fn dynamic(&self) -> &dyn Solver {
+        self.access.0(&self.solver)
+    }
+
+    /// Solver as a trait object that can be changed.
+    fn dynamic_mut(&mut self) -> &mut dyn Solver {
+        self.access.1(&mut self.solver)
+    }
+
     /// Time (s).
     pub fn time(&self) -> f64 {
-        self.solver.time()
+        self.dynamic().time()
     }
 
     /// Index of the current stage.
@@ -72,7 +93,7 @@ impl<S: Solver> Simulation<S> {
     /// Measures of the case in the present state: name, unit and value. Profiles and factors of safety, which belong to a run, are not among
     /// them.
     pub fn measures(&self) -> Vec<ScalarOutput> {
-        measure::read_solver(&self.case, &self.solver)
+        measure::read_solver(&self.case, self.dynamic())
     }
 
     /// Solver, to which this type also dereferences.
@@ -87,7 +108,7 @@ impl<S: Solver> Simulation<S> {
 
     /// Largest stable step from the current state (s), with its limit. It is constant until the next step.
     pub fn limit(&mut self) -> TimeStep {
-        self.solver.limit()
+        self.dynamic_mut().limit()
     }
 
     /// Takes the largest stable step, shortened to the end of the stage.
@@ -129,11 +150,11 @@ impl<S: Solver> Simulation<S> {
         if time < self.time() {
             return Err(self.refusal(format!("the time {time} s has passed")));
         }
-        let first = self.solver.step_count();
+        let first = self.dynamic().step_count();
         while !is_negligible(time - self.time(), self.shortest_span()) {
             self.step_at_most(time - self.time())?;
         }
-        Ok(self.solver.step_count() - first)
+        Ok(self.dynamic().step_count() - first)
     }
 
     /// Saves the state. A simulation of the same case continues from it bit-identically.
@@ -145,7 +166,7 @@ impl<S: Solver> Simulation<S> {
             return Err(self.refusal("the state after a failed step cannot be saved".to_owned()));
         }
         save_value(&self.progress, out)?;
-        self.solver.save(out)
+        self.dynamic().save(out)
     }
 
     /// Restores a state of [`Simulation::save`] of the same case.
@@ -165,8 +186,8 @@ impl<S: Solver> Simulation<S> {
         let (Some(start), true) = (progress.starts.get(progress.stage).copied(), known) else {
             return Err(SolverError::Checkpoint("it is of a case with other stages".to_owned()));
         };
-        self.solver.restore(input)?;
-        self.solver.begin_stage(progress.stage, start)?;
+        self.dynamic_mut().restore(input)?;
+        self.dynamic_mut().begin_stage(progress.stage, start)?;
         self.progress = progress;
         Ok(())
     }
@@ -174,38 +195,38 @@ impl<S: Solver> Simulation<S> {
     /// Takes a step within a stage, after the start of the next stage where one has ended.
     fn step_in_stage(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let case = Arc::clone(&self.case);
-        if self.progress.has_ended {
-            let next = self.progress.stage + 1;
-            self.solver.begin_stage(next, self.solver.time())?;
-            self.progress.begin(next, &self.solver);
+        let (progress, solver) = (&mut self.progress, self.access.1(&mut self.solver));
+        if progress.has_ended {
+            let next = progress.stage + 1;
+            solver.begin_stage(next, solver.time())?;
+            progress.begin(next, solver);
         }
-        let (solver, end) = (&mut self.solver, self.progress.end(&case));
-        let stage = &case.stages[self.progress.stage];
+        let (stage, end) = (&case.stages[progress.stage], progress.end(&case));
         // Runs on a thread of the pool: from any other thread each loop of a step would wake a thread of the pool and wait for it.
         let done = rayon::scope(|_| {
             stable_step(solver, stage, end)?;
             let left = end - solver.time();
             step_solver(solver, at_most.min(left), end)
         })?;
-        let is_over = is_negligible(end - self.time(), self.shortest_span());
-        let is_at_rest = self.progress.is_at_rest(&case, &self.solver);
+        let is_over = is_negligible(end - solver.time(), solver.limit().dt.min(stage.duration));
+        let is_at_rest = progress.is_at_rest(&case, solver);
         if is_over && !is_at_rest {
-            self.progress.missed_equilibrium(&case, &self.solver)?;
+            progress.missed_equilibrium(&case, solver)?;
         }
         if is_over || is_at_rest {
-            self.progress.end_stage(&case, &mut self.solver)?;
+            progress.end_stage(&case, solver)?;
         }
         Ok(done)
     }
 
     /// Duration (s) beside which the rest of a stage is negligible.
     fn shortest_span(&mut self) -> f64 {
-        self.solver.limit().dt.min(self.case.stages[self.progress.stage].duration)
+        self.dynamic_mut().limit().dt.min(self.case.stages[self.progress.stage].duration)
     }
 
     /// Error at the current step and time.
     fn refusal(&self, reason: String) -> SolverError {
-        SolverError::Step { step: self.solver.step_count(), time: self.solver.time(), reason }
+        SolverError::Step { step: self.dynamic().step_count(), time: self.dynamic().time(), reason }
     }
 }
 

@@ -75,10 +75,11 @@ impl<const D: usize> MpmSolver<D> {
         budget.liquid = Some(liquid);
     }
 
-    /// Whether the energy of the points is conserved apart from recorded dissipation, which excludes external work, mass scaling and
-    /// obstacle springs.
+    /// Whether the energy of the points is conserved apart from recorded dissipation, which excludes external work, a body force of
+    /// the program, mass scaling and obstacle springs.
     pub(crate) fn is_energetically_closed(&self) -> bool {
         self.clock.options.mass_scaling <= 1.0
+            && self.boundary.body_force.is_none()
             && self.clock.case.obstacles.is_empty()
             && self.clock.case.is_isolated(self.clock.stage)
             && self.bodies.sets.iter().all(|set| set.law_points().defines_energy())
