@@ -4,6 +4,7 @@ mod analysis;
 mod benchmarks;
 mod compare;
 mod coverage;
+mod downstream;
 mod fuzz;
 mod report;
 mod same_bits;
@@ -32,6 +33,8 @@ enum Task {
     Bench(speed::mpm::BenchArguments),
     /// Writes docs/coverage.md: every row of the checklists of specification sheets, with its files, tests and benchmarks.
     Coverage(coverage::CoverageArguments),
+    /// Measures the speed of the solvers in a program outside the repository.
+    Downstream(downstream::DownstreamArguments),
     /// Tests broken case files, or kills runs and resumes them.
     Fuzz(fuzz::FuzzArguments),
     /// Runs short cases over all pairs of options with the program of another revision and with that of the working tree, and compares
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         Task::Compare(arguments) => compare::run(&arguments),
         Task::Bench(arguments) => speed::mpm::run(&arguments),
         Task::Coverage(arguments) => coverage::run(&arguments),
+        Task::Downstream(arguments) => downstream::run(&arguments),
         Task::Fuzz(arguments) => fuzz::run(&arguments),
         Task::SameBits(arguments) => same_bits::run(&arguments),
         Task::Tidy(arguments) => tidy::run(&arguments),
