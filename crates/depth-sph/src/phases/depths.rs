@@ -7,6 +7,7 @@ use crate::phases::limits::FlowLimits;
 use crate::phases::node_checks::check_numbers;
 use crate::phases::phase::PhaseSet;
 use crate::points::image_nodes::{PlanBoundaries, copy_with_images};
+use crate::points::phase_nodes::PlanVector;
 
 /// Lists neighbours and computes heights and smoothing lengths from them.
 ///
@@ -45,6 +46,30 @@ pub fn find_neighbours<const D: usize>(
     let search = settings.numerics.search;
     for set in sets {
         set.pack(support, search).map_err(|error| FlowFailure::of_search(set, &error))?;
+    }
+    Ok(())
+}
+
+/// Makes the images and lists of neighbours again that were made at `listed`: positions (m) and smoothing lengths (m) of the nodes of each
+/// set, which may have moved since. The cells of later sums, and with them the order of these sums, depend on the images.
+///
+/// # Errors
+/// The first node that a neighbour search cannot locate.
+pub fn remake_lists<const D: usize>(
+    settings: &FlowSettings<D>,
+    walls: &PlanBoundaries<D>,
+    sets: &mut [PhaseSet<D>],
+    mut listed: Vec<Vec<(PlanVector<D>, f64)>>,
+) -> Result<(), FlowFailure> {
+    let support = settings.numerics.kernel.support();
+    for (set, places) in sets.iter_mut().zip(&mut listed) {
+        set.exchange_places(places);
+        set.make_images_in_place(walls, support);
+    }
+    list_neighbours(sets, support)?;
+    for (set, places) in sets.iter_mut().zip(&mut listed) {
+        set.exchange_places(places);
+        set.place_images();
     }
     Ok(())
 }

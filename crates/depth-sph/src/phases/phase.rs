@@ -85,9 +85,14 @@ impl<const D: usize> PhaseSet<D> {
         self.nodes.is_empty()
     }
 
+    /// Whether the images and lists are those of the present nodes. A set whose nodes have all left may have images of them.
+    pub fn has_lists(&self) -> bool {
+        self.listed_nodes.len() == self.len() && !(self.is_empty() && !self.images.is_empty())
+    }
+
     /// Whether the neighbour lists still contain all pairs within the supports.
     pub fn is_listed(&self, support: f64) -> bool {
-        if self.listed_nodes.len() != self.len() {
+        if !self.has_lists() {
             return false;
         }
         // Without images all nodes may move together.
@@ -111,14 +116,22 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Creates image nodes behind walls and periodic boundaries.
     pub fn make_images(&mut self, ends: &PlanBoundaries<D>, support: f64) {
-        self.clear_lists();
-        if ends.are_open() {
-            self.images.clear();
-        } else {
+        if !ends.are_open() {
             let nodes = &mut self.nodes;
             for (position, origin) in nodes.position.iter_mut().zip(&mut nodes.origin) {
                 ends.wrap_into_period(position, origin);
             }
+        }
+        self.make_images_in_place(ends, support);
+    }
+
+    /// Creates image nodes as [`PhaseSet::make_images`], of nodes that are within the periods.
+    pub fn make_images_in_place(&mut self, ends: &PlanBoundaries<D>, support: f64) {
+        self.clear_lists();
+        if ends.are_open() {
+            self.images.clear();
+        } else {
+            let nodes = &self.nodes;
             let longest = nodes.length.iter().copied().fold(0.0, f64::max);
             image_nodes(ends, &nodes.position, (1.0 + SKIN) * support * longest, &mut self.images);
         }
@@ -176,6 +189,20 @@ impl<const D: usize> PhaseSet<D> {
             0.5 * (1.0 + SKIN) * median_radius(support, &own.length),
             |i, j| search.is_near(own, i, other, j),
         )
+    }
+
+    /// Positions (m) and smoothing lengths (m) of the nodes at which the lists and images were made; none without lists.
+    pub fn listed_nodes(&self) -> &[(PlanVector<D>, f64)] {
+        &self.listed_nodes
+    }
+
+    /// Exchanges positions and smoothing lengths of the nodes with those of `others`.
+    pub fn exchange_places(&mut self, others: &mut [(PlanVector<D>, f64)]) {
+        let places = self.nodes.position.iter_mut().zip(&mut self.nodes.length);
+        for ((x, length), (other, other_length)) in places.zip(others) {
+            std::mem::swap(x, other);
+            std::mem::swap(length, other_length);
+        }
     }
 
     /// Clears the lists, as nodes have been added or removed.

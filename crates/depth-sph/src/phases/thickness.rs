@@ -26,6 +26,10 @@ impl<const D: usize> PhaseSet<D> {
             self.solve_thickness(numerics);
             return;
         }
+        let has_heights = self.nodes.partial_thickness.iter().all(|height| *height > 0.0);
+        if numerics.continuity == ThicknessEquation::Normalised && has_heights {
+            self.update_image_thickness();
+        }
         self.max_smoothing_length.update(
             &self.neighbour_data.position,
             &self.neighbour_data.length,
@@ -67,6 +71,10 @@ impl<const D: usize> PhaseSet<D> {
         );
         packed_neighbours.check_complete();
         if numerics.continuity == ThicknessEquation::Normalised {
+            if !has_heights {
+                // There are no heights before the first sum.
+                self.update_image_thickness();
+            }
             self.normalise(kernel);
         }
     }
@@ -92,10 +100,6 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Divides heights by `Σ (m/h) W`, with the heights before.
     fn normalise(&mut self, kernel: Kernel) {
-        if self.neighbour_data.height.len() != self.neighbour_data.position.len() {
-            // There are no heights before the first sum.
-            self.update_image_thickness();
-        }
         let (data, nearby, nodes) = (&self.neighbour_data, &self.same_phase_neighbours, &self.nodes);
         let share = |i: usize| {
             let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / data.height[i];

@@ -5,16 +5,20 @@ use serde::{Deserialize, Serialize};
 use crate::bed::{Bed, ErosionState};
 use crate::boundary::FlowBoundaries;
 use crate::boundary::open::FarField;
-use crate::flow::{EnergyBalance, Flow, PhaseSet};
+use crate::boundary::stages::plan_boundaries;
+use crate::config::settings::FlowSettings;
+use crate::flow::{EnergyBalance, Flow, PhaseSet, PlanBoundaries};
 use crate::flow_nodes::FlowNodes;
 use crate::inflow::InflowState;
 use crate::momentum::effective_gravity::resample_bed;
 use crate::output::hazard_rasters::HazardCell;
+use crate::phases::depths::remake_lists;
+use crate::points::phase_nodes::PlanVector;
 use crate::solver::DepthSolver;
 use crate::solver::stop_detection::StopDetection;
 
 /// Version of the layout of a checkpoint.
-pub(super) const FORMAT: u32 = 13;
+pub(super) const FORMAT: u32 = 14;
 
 /// Saved state of a run.
 #[derive(Serialize, Deserialize)]
@@ -25,6 +29,8 @@ pub(super) struct CheckpointState {
     pub(super) dimension: usize,
     /// Whether a body force of the program acts.
     pub(super) has_body_force: bool,
+    /// Number of the stage.
+    stage: usize,
     time: f64,
     steps: u64,
     flow_time: f64,
@@ -39,6 +45,8 @@ pub(super) struct CheckpointState {
     stop_detection: StopDetection,
     energy_balance: EnergyBalance,
     nodes: Vec<Vec<u8>>,
+    /// Positions and smoothing lengths of the nodes of each set at which images and lists of neighbours were made; empty without lists.
+    listed_nodes: Vec<Vec<f64>>,
     maps: Option<Vec<HazardCell>>,
     inflows: Vec<InflowState>,
     erosion: Option<[Vec<f64>; 2]>,
@@ -60,6 +68,7 @@ impl<const D: usize> DepthSolver<D> {
             format: FORMAT,
             dimension: D,
             has_body_force: self.flow.body_force.acting.is_some(),
+            stage: self.stage,
             time: self.time,
             steps: self.steps,
             flow_time: clock.time,
@@ -74,6 +83,7 @@ impl<const D: usize> DepthSolver<D> {
             stop_detection: self.stop_detection,
             energy_balance: records.energy_balance,
             nodes: nodes.sets.iter().map(bytes).collect(),
+            listed_nodes: listed_nodes(&nodes.sets),
             maps: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
             inflows: boundary.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
             far_fields: boundary.open_sides.iter().map(|end| end.state.clone()).collect(),
@@ -87,16 +97,19 @@ impl<const D: usize> DepthSolver<D> {
     /// Restores a saved state; `None` if its parts are inconsistent.
     pub(super) fn restore_state(&mut self, saved: CheckpointState) -> Option<()> {
         self.limit = None;
-        if saved.maps.is_some() != self.hazard_rasters.is_some() {
+        if saved.maps.is_some() != self.hazard_rasters.is_some() || saved.stage >= self.case.stages.len() {
             return None;
         }
-        let Flow { clock, bed, boundary, nodes, records, .. } = &mut self.flow;
+        (self.stage, self.restored_stage) = (saved.stage, Some(saved.stage));
+        let Flow { clock, settings, bed, boundary, nodes, records, .. } = &mut self.flow;
+        boundary.walls = plan_boundaries(&self.case, saved.stage);
         restore_boundary(boundary, saved.inflows, saved.far_fields, &saved.waiting_nodes)?;
         restore_bed(bed, saved.erosion)?;
         if let (Some(maps), Some(cells)) = (&mut self.hazard_rasters, saved.maps) {
             maps.restore(cells)?;
         }
         restore_sets(nodes, &saved.nodes)?;
+        restore_lists(settings, &boundary.walls, &mut nodes.sets, &saved.listed_nodes)?;
         resample_bed(bed, &mut nodes.sets);
         restore_pore_columns(nodes, saved.pore_heads, saved.heads_depth, saved.heads_time)?;
         (clock.time, clock.step, nodes.next_id) = (saved.flow_time, saved.flow_step, saved.next_id);
@@ -145,6 +158,35 @@ fn restore_sets<const D: usize>(nodes: &mut FlowNodes<D>, saved: &[Vec<u8>]) -> 
         set.clear_lists();
     }
     Some(())
+}
+
+/// Positions and smoothing lengths at which the lists of all sets were made; empty where there are none, or where the next step makes new
+/// ones because a set has changed.
+fn listed_nodes<const D: usize>(sets: &[PhaseSet<D>]) -> Vec<Vec<f64>> {
+    if !sets.iter().all(PhaseSet::has_lists) {
+        return Vec::new();
+    }
+    let numbers = |(x, length): &(PlanVector<D>, f64)| x.iter().copied().chain([*length]).collect::<Vec<_>>();
+    sets.iter().map(|set| set.listed_nodes().iter().flat_map(numbers).collect()).collect()
+}
+
+/// Makes images and lists at the saved positions again; `None` if their sizes do not fit or a position is not finite.
+fn restore_lists<const D: usize>(
+    settings: &FlowSettings<D>,
+    walls: &PlanBoundaries<D>,
+    sets: &mut [PhaseSet<D>],
+    saved: &[Vec<f64>],
+) -> Option<()> {
+    if saved.is_empty() || !settings.needs_neighbour_list() {
+        return Some(());
+    }
+    let is_of_set = |(set, numbers): (&PhaseSet<D>, &Vec<f64>)| numbers.len() == (D + 1) * set.len();
+    if saved.len() != sets.len() || !sets.iter().zip(saved).all(is_of_set) {
+        return None;
+    }
+    let place = |numbers: &[f64]| (std::array::from_fn(|c| numbers[c]), numbers[D]);
+    let listed = saved.iter().map(|numbers| numbers.chunks_exact(D + 1).map(place).collect()).collect();
+    remake_lists(settings, walls, sets, listed).ok()
 }
 
 /// Restores the pore-pressure columns; `None` if their sizes do not fit.

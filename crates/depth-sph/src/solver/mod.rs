@@ -38,6 +38,8 @@ pub struct DepthSolver<const D: usize> {
     options: DepthOptions,
     flow: Flow<D>,
     stage: usize,
+    /// Stage of the checkpoint that has been restored, until the next stage begins.
+    restored_stage: Option<usize>,
     time: f64,
     steps: u64,
     stop_detection: StopDetection,
@@ -62,6 +64,7 @@ impl<const D: usize> DepthSolver<D> {
             options,
             flow,
             stage: 0,
+            restored_stage: None,
             time: 0.0,
             steps: 0,
             stop_detection: StopDetection::default(),
@@ -199,7 +202,10 @@ impl<const D: usize> Solver for DepthSolver<D> {
         let case = Arc::clone(&self.case);
         let removed = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
         self.flow.change_nodes_externally(|nodes| nodes.remove_where(|nodes, i| removed(nodes.body[i])));
-        self.flow.nodes.sets.iter_mut().for_each(PhaseSet::clear_lists);
+        // A restored stage continues with the lists of the checkpoint.
+        if self.restored_stage.take() != Some(stage) {
+            self.flow.nodes.sets.iter_mut().for_each(PhaseSet::clear_lists);
+        }
         Ok(())
     }
 

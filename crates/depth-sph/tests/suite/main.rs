@@ -15,6 +15,7 @@ mod open_ends;
 mod open_sides;
 mod pore_fluid;
 mod program;
+mod restarts;
 mod small_waves;
 mod terrain;
 mod time_integration;
