@@ -43,7 +43,7 @@ fn ball() -> Case {
 }
 
 fn solver(case: &Case) -> Simulation<SnowSolver<2>> {
-    SnowMpm::new(options()).solver(case).unwrap()
+    SnowMpm::new(options()).solver::<2>(case).unwrap()
 }
 
 /// Hash after all stages, stepped by the program.
@@ -239,7 +239,7 @@ fn velocities_and_stresses_that_are_not_finite_fail_the_next_step() {
 #[test]
 fn nonsense_is_refused_with_the_path_of_a_file() {
     let refusal = |case: &Case, options: SnowOptions| -> String {
-        let result: Result<Simulation<SnowSolver<2>>, CaseErrors> = SnowMpm::new(options).solver(case);
+        let result: Result<Simulation<SnowSolver<2>>, CaseErrors> = SnowMpm::new(options).solver::<2>(case);
         result.err().expect("an error").to_string()
     };
     let elastic = |density: f64| LinearElasticSpec::new(density, 1e6, 0.3);

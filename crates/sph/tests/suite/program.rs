@@ -50,7 +50,7 @@ fn ball() -> Case {
 }
 
 pub(crate) fn solver(case: &Case) -> Simulation<SphSolver<2>> {
-    Sph::new(options()).solver(case).unwrap()
+    Sph::new(options()).solver::<2>(case).unwrap()
 }
 
 /// Hash after all stages, stepped by the program.

@@ -14,7 +14,7 @@ use crate::program::{falling_block, options, solver};
 
 /// Message of the refusal of a case with options.
 fn refusal(case: &Case, options: SphOptions) -> String {
-    let result: Result<Simulation<SphSolver<2>>, CaseErrors> = Sph::new(options).solver(case);
+    let result: Result<Simulation<SphSolver<2>>, CaseErrors> = Sph::new(options).solver::<2>(case);
     result.err().expect("an error").to_string()
 }
 

@@ -35,7 +35,7 @@ fn ball() -> Case {
 }
 
 fn solver(case: &Case) -> Simulation<MpmSolver<2>> {
-    Mpm::new(options()).solver(case).unwrap()
+    Mpm::new(options()).solver::<2>(case).unwrap()
 }
 
 /// Hash after all stages, stepped by the program.
@@ -204,7 +204,7 @@ fn a_stage_without_its_equilibrium_is_an_error() {
 #[test]
 fn nonsense_is_refused_with_the_path_of_a_file() {
     let refusal = |case: &Case, options: MpmOptions| -> String {
-        let result: Result<Simulation<MpmSolver<2>>, CaseErrors> = Mpm::new(options).solver(case);
+        let result: Result<Simulation<MpmSolver<2>>, CaseErrors> = Mpm::new(options).solver::<2>(case);
         result.err().expect("an error").to_string()
     };
     let soil = LinearElasticSpec::new(-1.0, 1e6, 0.3);
