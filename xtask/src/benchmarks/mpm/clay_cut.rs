@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use colluvium::case::description::Measure;
-use colluvium::case::measure::profile;
+use colluvium::case::measure::{Dissipation, Measure, Probe, profile};
 use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use serde_json::json;
@@ -69,7 +68,7 @@ fn slope(angle: f64, depth: f64) -> Result<Case, String> {
         [0.0, depth + HEIGHT]] });
     case.bodies[0].shape = serde_json::from_value(shape).map_err(|error| error.to_string())?;
     case.domain.max = vec![cells(length), cells(depth + HEIGHT + 0.2)];
-    let Some(Measure::Probe { position, .. }) = case.measures.get_mut("crest") else {
+    let Some(Measure::Probe(Probe { position, .. })) = case.measures.get_mut("crest") else {
         return Err("no probe at the crest".to_owned());
     };
     *position = vec![crest - 0.05, depth + HEIGHT - 0.05];
@@ -238,7 +237,7 @@ fn failing_cut(number: f64, cell: f64) -> Result<Case, String> {
                         { "name": "still", "duration": REST_DURATION }]);
     case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;
     case.output.frames = Some(FRAME);
-    case.measures.insert("lost".into(), Measure::Dissipation {});
+    case.measures.insert("lost".into(), Dissipation {}.into());
     Ok(case)
 }
 
