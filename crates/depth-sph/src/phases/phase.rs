@@ -87,7 +87,8 @@ impl<const D: usize> PhaseSet<D> {
 
     /// Whether the images and lists are those of the present nodes. A set whose nodes have all left may have images of them.
     pub fn has_lists(&self) -> bool {
-        self.listed_nodes.len() == self.len() && !(self.is_empty() && !self.images.is_empty())
+        let are_images_of_nodes = !self.is_empty() || self.images.is_empty();
+        are_images_of_nodes && self.listed_nodes.len() == self.len()
     }
 
     /// Whether the neighbour lists still contain all pairs within the supports.
