@@ -10,10 +10,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::Measure;
 use crate::description::{
-    Body, Boundary, Case, Domain, InitialStress, Load, Measure, Obstacle, ObstacleShape, ObstacleWall,
-    Output, Patch, PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity,
-    Wall,
+    Body, Boundary, Case, Domain, InitialStress, Load, Obstacle, ObstacleShape, ObstacleWall, Output, Patch,
+    PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
 
 /// Options of a method as values of a program.

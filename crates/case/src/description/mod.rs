@@ -18,11 +18,12 @@ use std::fmt;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
+use crate::Measure;
+
 pub use crate::description::removal_shape::{
     AxisBounds, RemovalAction, RemovalShape, SweptRegion, min_extent,
 };
 pub use crate::description::strength_reduction::{FactorOfSafety, Weakening};
-pub use crate::measure::{BreakageCriterion, CrackTip, Measure};
 pub(crate) use body::OVERLAP_RESOLUTION;
 pub use body::{Body, InitialStress, PointFile, PoreFluid, PorePressure, Velocity};
 pub use constructors::MethodOptions;

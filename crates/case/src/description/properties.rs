@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::json;
 
-use crate::description::{Boundary, Domain, Measure, PrescribedMotion, Velocity};
+use crate::description::{Boundary, Domain, PrescribedMotion, Velocity};
 use crate::files::json;
-use crate::{Case, CaseError};
+use crate::{Case, CaseError, Measure};
 
 impl Case {
     /// Number of nodes along an axis of cells of edge `cell` (m) over the domain, a whole number.

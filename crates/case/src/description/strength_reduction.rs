@@ -5,8 +5,8 @@ use colluvium_constitutive::{MaterialError, MaterialSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::description::{EquilibriumCriterion, Measure, Stage};
-use crate::{Case, CaseError};
+use crate::description::{EquilibriumCriterion, Stage};
+use crate::{Case, CaseError, Measure};
 
 /// Strength reduction of materials: `c → c/F`, `tan φ → tan φ/F`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -64,7 +64,7 @@ impl StageProgress {
         self.checks_at_rest >= criterion.hold
     }
 
-    /// Equilibrium that the stage asks for and has missed at the end of its duration; `None` where it asks for none.
+    /// Equilibrium that the stage requests and has missed at the end of its duration; `None` where it requests none.
     ///
     /// # Errors
     /// When the stage requires it.

@@ -62,7 +62,7 @@ fn ratio(value: f64, scale: f64) -> f64 {
     }
 }
 
-/// End of a stage without the equilibrium that it asks for.
+/// End of a stage without the equilibrium that it requests.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
     "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \

@@ -1,7 +1,8 @@
 //! Numbers that are not finite: each is refused by its path.
 
 use colluvium_case::Case;
-use colluvium_case::description::{InitialStress, Load, Measure, Velocity, Wall};
+use colluvium_case::Measure;
+use colluvium_case::description::{InitialStress, Load, Velocity, Wall};
 use colluvium_case::measure;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;

@@ -75,11 +75,22 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let mut progress = RunProgress::new(&case, !files.quiet, on_warning);
     let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
     let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
+    report_end(&case, &report, &progress, files, &out)
+}
+
+/// Draws the map of a run that has ended, and prints its warnings and its report.
+fn report_end(
+    case: &Case,
+    report: &RunReport,
+    progress: &RunProgress,
+    files: &OutputArguments,
+    out: &Path,
+) -> Result<(), CommandError> {
     if report.ending == RunEnd::Interrupted {
         return Err(CommandError::Interrupted);
     }
     if case.output.rasters.is_some()
-        && let Err(problem) = draw_map(&out)
+        && let Err(problem) = draw_map(out)
     {
         print_error_line!("warning: no map is drawn: {problem}");
     }
@@ -90,7 +101,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         for fact in &report.notes {
             print_error_line!("note: {fact}");
         }
-        print_report(&report, &out)?;
+        print_report(report, out)?;
     }
     Ok(())
 }

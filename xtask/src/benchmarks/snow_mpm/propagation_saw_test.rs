@@ -1,6 +1,6 @@
 //! Propagation saw tests (sheet: snow-mpm A5): critical cut length, its parameters, and crack speed.
 
-use colluvium::case::description::Measure;
+use colluvium::case::Measure;
 use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 use colluvium::points::Shape;

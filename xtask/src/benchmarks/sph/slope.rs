@@ -1,6 +1,6 @@
 //! Factor of safety of a slope, and its run-out after failure (sheet: sph V-40, V-41).
 
-use colluvium::case::description::Measure;
+use colluvium::case::Measure;
 use colluvium::case::{Case, RunReport, SafetyResult, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
