@@ -1,6 +1,6 @@
 //! Measures: numbers that a run records over time.
 //!
-//! A measure is a file with a structure, its key in case files, and its [`MeasureDefinition`], and a line in the list of [`Measure`].
+//! A measure is a file with a structure, its key in case files, and its `MeasureDefinition`, and a line in the list of [`Measure`].
 
 mod points;
 mod solver_values;
