@@ -6,6 +6,7 @@ use colluvium_points::Shape;
 
 use crate::description::{Body, InitialStress, Load, ObstacleShape, PorePressure, ProfilePiece, Velocity};
 use crate::files::decimal_sum::decimal_sum;
+use crate::measure::visit_position;
 use crate::validate::MAX_DISTANCE_RATIO;
 use crate::{Case, CaseError, Snapshot};
 
@@ -15,11 +16,6 @@ const MAX_ORIGIN_RATIO: f64 = 1e9;
 
 /// Function that is called with the axis of each coordinate of a case and with the coordinate (m).
 type CoordinateVisitor<'a> = dyn FnMut(usize, &mut f64) + 'a;
-
-/// Calls `visit` for the coordinates of a position.
-fn visit_position(values: &mut [f64], visit: &mut CoordinateVisitor<'_>) {
-    values.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
-}
 
 /// Calls `visit` for the coordinates of a shape.
 fn visit_shape(of: &mut Shape, visit: &mut CoordinateVisitor<'_>) {

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use colluvium_constitutive::{ExternalSpec, Material, MaterialSpec};
 use colluvium_points::{Sampling, Shape};
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::Measure;
@@ -15,9 +14,10 @@ use crate::description::{
     Body, Boundary, Case, Domain, InitialStress, Load, Obstacle, ObstacleShape, ObstacleWall, Output, Patch,
     PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
+use crate::files::finite_numbers::mark_first_non_finite;
 
 /// Options of a method as values of a program.
-pub trait MethodOptions: Serialize + DeserializeOwned + PartialEq {
+pub trait MethodOptions: Serialize + Sized {
     /// Name of the method, the key under `methods` in a case file.
     const METHOD: &'static str;
     /// Keys that a case file must contain.
@@ -168,17 +168,7 @@ impl Case {
 fn given_options<O: MethodOptions>(options: &O) -> Value {
     let to_value = |options: &O| serde_json::to_value(options).expect("options are plain data");
     let (mut given, defaults) = (to_value(options), to_value(&options.default_options()));
-    let is_changed = |given: &Value| {
-        let again = O::deserialize(given);
-        again.is_ok_and(|again| again != *options)
-    };
-    if let Value::Object(values) = &given
-        && is_changed(&given)
-    {
-        let lost: Vec<String> =
-            values.iter().filter(|(_, value)| value.is_null()).map(|(key, _)| key.clone()).collect();
-        lost.into_iter().for_each(|key| given[key] = Value::from("an optional number is not finite"));
-    }
+    mark_first_non_finite(options, &mut given);
     if let Value::Object(given) = &mut given {
         given.retain(|key, value| O::REQUIRED.contains(&key.as_str()) || defaults.get(key) != Some(value));
     }

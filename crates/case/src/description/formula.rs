@@ -12,14 +12,17 @@ use crate::description::expression::{COORDINATES, Expression};
 /// `ceil`, `round`, `sin`, `cos`, `tan`, their inverses and their hyperbolic forms, and, between two numbers, `min`, `max` and `atan2`:
 /// `"0.3 * sin(PI * x) max 0"`. Angles are in radians.
 #[derive(Clone, Debug)]
-pub struct Formula {
-    source: FormulaSource,
-    /// Parsed text, boxed because it is large and most fields have no formula; `None` for a number.
-    expression: Option<Box<Expression>>,
+pub struct Formula(FormulaContent);
+
+/// Number, or text with its parsed expression, boxed because it is large and most fields have no formula.
+#[derive(Clone, Debug)]
+enum FormulaContent {
+    Number(f64),
+    Text(String, Box<Expression>),
 }
 
 /// Formula as written in the case file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(untagged)]
 enum FormulaSource {
     Number(f64),
@@ -32,52 +35,53 @@ impl Formula {
     /// # Errors
     /// Description of the error, or the name in it that is not a coordinate.
     pub fn new(text: &str) -> Result<Self, String> {
-        Self::from_source(FormulaSource::Text(text.to_owned()))
-    }
-
-    /// Parses a formula; the error says why a text is not one.
-    fn from_source(source: FormulaSource) -> Result<Self, String> {
-        let expression = match &source {
-            FormulaSource::Number(_) => None,
-            FormulaSource::Text(text) => Some(Box::new(Expression::parse(text)?)),
-        };
-        Ok(Self { source, expression })
+        let expression = Box::new(Expression::parse(text)?);
+        Ok(Self(FormulaContent::Text(text.to_owned(), expression)))
     }
 
     /// Value at `x` (m); not finite where it is undefined.
     pub fn evaluate(&self, x: [f64; 3]) -> f64 {
-        match (&self.source, &self.expression) {
-            (_, Some(expression)) => expression.evaluate(x),
-            (FormulaSource::Number(value), None) => *value,
-            (FormulaSource::Text(_), None) => f64::NAN,
+        match &self.0 {
+            FormulaContent::Number(value) => *value,
+            FormulaContent::Text(_, expression) => expression.evaluate(x),
         }
     }
 
     /// First coordinate of the formula that a space of `dimension` axes does not have.
     pub(crate) fn unknown_coordinate(&self, dimension: usize) -> Option<&'static str> {
-        let axes = self.expression.as_deref().map_or(&[][..], Expression::axes);
-        axes.iter().find(|axis| **axis >= dimension).map(|axis| COORDINATES[*axis])
+        let FormulaContent::Text(_, expression) = &self.0 else { return None };
+        expression.axes().iter().find(|axis| **axis >= dimension).map(|axis| COORDINATES[*axis])
     }
 }
 
 impl PartialEq for Formula {
     fn eq(&self, other: &Self) -> bool {
-        self.source == other.source
+        match (&self.0, &other.0) {
+            (FormulaContent::Number(own), FormulaContent::Number(other)) => own == other,
+            (FormulaContent::Text(own, _), FormulaContent::Text(other, _)) => own == other,
+            _ => false,
+        }
     }
 }
 
 impl Serialize for Formula {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.source.serialize(serializer)
+        match &self.0 {
+            FormulaContent::Number(value) => value.serialize(serializer),
+            FormulaContent::Text(text, _) => text.serialize(serializer),
+        }
     }
 }
 
 impl<'de> Deserialize<'de> for Formula {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = FormulaSource::deserialize(deserializer).map_err(|_| {
+        let source = FormulaSource::deserialize(deserializer).map_err(|_| {
             serde::de::Error::custom("is neither a formula of x, y and z (a text) nor a number")
         })?;
-        Self::from_source(text).map_err(serde::de::Error::custom)
+        match source {
+            FormulaSource::Number(value) => Ok(Self(FormulaContent::Number(value))),
+            FormulaSource::Text(text) => Self::new(&text).map_err(serde::de::Error::custom),
+        }
     }
 }
 

@@ -112,6 +112,12 @@ impl Case {
         json::from_value(value, &format!("methods.{name}")).map_err(|errors| errors.first().clone())
     }
 
+    /// Names of rigid bodies and patches, whose motion can be prescribed.
+    pub(crate) fn movable_names(&self) -> Vec<&str> {
+        let rigid = self.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
+        rigid.chain(self.patches.iter().map(|patch| patch.name.as_str())).collect()
+    }
+
     /// Whether dissipated energy is measured.
     pub fn measures_dissipation(&self) -> bool {
         self.measures.values().any(|measure| matches!(measure, Measure::Dissipation(_)))

@@ -5,6 +5,7 @@
 pub mod checksum;
 pub mod column_file;
 pub(crate) mod decimal_sum;
+pub(crate) mod finite_numbers;
 pub mod json;
 pub mod piecewise_linear;
 pub(crate) mod terrain_files;

@@ -30,6 +30,11 @@ pub use crate::solver::ScalarOutput;
 /// Names of the axes in columns.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// Calls `visit` with the axis of each coordinate of a position, and with the coordinate (m).
+pub(crate) fn visit_position(position: &mut [f64], visit: &mut dyn FnMut(usize, &mut f64)) {
+    position.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+}
+
 /// Default fraction of the mass behind a front: all.
 pub(crate) const fn default_fraction() -> f64 {
     1.0

@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 
-use crate::Case;
 use crate::description::{PrescribedMotion, Space, Stage, Velocity};
 
 use crate::error_collector::ErrorCollector;
@@ -11,7 +10,7 @@ impl ErrorCollector<'_> {
     /// Checks the prescribed motions of a stage.
     pub(super) fn motions(&mut self, path: &str, stage: &Stage) {
         let case = self.case;
-        let driven = movable_names(case);
+        let driven = case.movable_names();
         let mut known_targets = HashSet::new();
         for (number, motion) in stage.motions.iter().enumerate() {
             let path = format!("{path}.motions[{number}]");
@@ -129,10 +128,4 @@ impl ErrorCollector<'_> {
             }
         }
     }
-}
-
-/// Names of rigid bodies and patches, whose motion can be prescribed.
-pub(super) fn movable_names(case: &Case) -> Vec<&str> {
-    let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
-    rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
 }

@@ -2,13 +2,12 @@
 
 use colluvium_case::MethodOptions;
 use colluvium_case::description::Side;
+use colluvium_constitutive::with_defaults;
 
 use crate::config::{
     ColumnOptions, DamOptions, DepthOptions, DilatancyOptions, EarthPressureOptions, InflowOptions,
-    MixtureOptions, SkeletonConfinement, SkeletonOptions, StopOptions, courant, default_column_cells,
-    default_factor, default_passes, default_porosity, default_smoothing_passes, default_true, water,
+    MixtureOptions, SkeletonConfinement, SkeletonOptions, StopOptions, default_column_cells, default_factor,
 };
-use crate::kernel::Kernel;
 use crate::laws::interphase_drag::InterphaseDrag;
 
 impl MethodOptions for DepthOptions {
@@ -24,45 +23,7 @@ impl DepthOptions {
     /// Options with an initial distance of neighbouring nodes (m), and all others as a case file without them.
     #[must_use]
     pub fn new(spacing: f64) -> Self {
-        Self {
-            spacing,
-            kernel: Kernel::default(),
-            smoothing: None,
-            variable_smoothing: default_true(),
-            shortest_smoothing: None,
-            passes: default_passes(),
-            continuity: Default::default(),
-            momentum: Default::default(),
-            surface_gradient: false,
-            integration: Default::default(),
-            viscosity_linear: default_factor(),
-            viscosity_quadratic: 0.0,
-            xsph: 0.0,
-            search: Default::default(),
-            absorbing_layer: None,
-            courant: courant(),
-            max_time_step: None,
-            frame: None,
-            metric: Default::default(),
-            curvature_in_friction: default_true(),
-            terrain_smoothing: default_smoothing_passes(),
-            terrain_spacing: None,
-            basal: None,
-            regions: Vec::new(),
-            dams: Vec::new(),
-            inflows: Vec::new(),
-            drainage: Default::default(),
-            erosion: None,
-            erodible_depth: None,
-            erodible_depth_raster: None,
-            lower_bed: false,
-            phases: Default::default(),
-            mixture: None,
-            column: None,
-            earth_pressure: None,
-            stop: StopOptions::default(),
-            leaving_is_an_error: false,
-        }
+        with_defaults(&[("spacing", spacing)])
     }
 }
 
@@ -109,16 +70,7 @@ impl MixtureOptions {
     /// Mixture of grains, or a lower layer, of a density (kg/m³), with water.
     #[must_use]
     pub fn new(grain_density: f64) -> Self {
-        Self {
-            grain_density,
-            fluid_density: water(),
-            porosity: default_porosity(),
-            porosities: Default::default(),
-            drag: InterphaseDrag::default(),
-            fluid_resistance: Default::default(),
-            upper: Vec::new(),
-            interface_friction: 0.0,
-        }
+        with_defaults(&[("grain_density", grain_density)])
     }
 }
 

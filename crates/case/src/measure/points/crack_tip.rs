@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error_collector::ErrorCollector;
-use crate::measure::{FieldUse, MeasureDefinition, MeasuredState, ScalarOutput};
+use crate::measure::{FieldUse, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 use crate::{Case, RemovalShape, Snapshot};
 
 /// Default damage at which a point counts as broken: 0.5.
@@ -53,7 +53,7 @@ impl MeasureDefinition for CrackTip {
     }
 
     fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
-        self.from.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+        visit_position(&mut self.from, visit);
     }
 
     fn fields(&self) -> Vec<FieldUse<'_>> {

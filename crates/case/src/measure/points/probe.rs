@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error_collector::ErrorCollector;
-use crate::measure::{FieldUse, MeasureDefinition, MeasuredState, ScalarOutput};
+use crate::measure::{AXES, FieldUse, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 use crate::output::is_plain;
 use crate::{FieldData, Snapshot};
 
@@ -52,7 +52,7 @@ impl MeasureDefinition for Probe {
     }
 
     fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
-        self.position.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+        visit_position(&mut self.position, visit);
     }
 
     fn fields(&self) -> Vec<FieldUse<'_>> {
@@ -99,7 +99,7 @@ fn probe(
                 readings.push((format!("{name}.{wanted}"), unit(), mean(&|i| values[i])));
             }
             FieldData::Vector(values) => {
-                for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+                for (c, axis) in AXES.into_iter().enumerate() {
                     readings.push((format!("{name}.{wanted}.{axis}"), unit(), mean(&|i| values[i][c])));
                 }
             }

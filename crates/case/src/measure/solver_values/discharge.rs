@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error_collector::ErrorCollector;
-use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
+use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 
 /// Discharge of a flow across a line in plan (m³/s), positive to the right, seen along the line from `from` to `to`. In 3D, for
 /// methods that compute a flow over terrain.
@@ -46,7 +46,7 @@ impl MeasureDefinition for Discharge {
 
     fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
         for end in [&mut self.from, &mut self.to] {
-            end.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+            visit_position(end, visit);
         }
     }
 }

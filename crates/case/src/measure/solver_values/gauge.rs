@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error_collector::ErrorCollector;
-use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput};
+use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 
 /// Depth of a flow at a position in plan (m), along the vertical, and its velocity in plan (m/s): columns `NAME.depth`,
 /// `NAME.velocity.x`, …; no velocity where it is dry. For methods that compute a flow over terrain.
@@ -44,6 +44,6 @@ impl MeasureDefinition for Gauge {
     }
 
     fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
-        self.position.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+        visit_position(&mut self.position, visit);
     }
 }

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error_collector::ErrorCollector;
-use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput};
-use crate::{Case, Space, spatial};
+use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
+use crate::{Space, spatial};
 
 /// Force of the material on a rigid body, a patch or an obstacle in the last step (N; per metre in plane strain, per radian in
 /// axisymmetry), and its impulse since the start (N s), whose slope is the mean force: columns `NAME.x`, `NAME.impulse.x`, ….
@@ -69,7 +69,7 @@ impl MeasureDefinition for ReactionForce {
     }
 
     fn visit_coordinates(&mut self, visit: &mut dyn FnMut(usize, &mut f64)) {
-        self.about.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+        visit_position(&mut self.about, visit);
     }
 
     fn reaction_target(&self) -> Option<&str> {
@@ -79,16 +79,10 @@ impl MeasureDefinition for ReactionForce {
 
 /// Checks that the target of a force is a rigid body, a patch or an obstacle.
 pub(super) fn check_target(path: &str, of: &str, errors: &mut ErrorCollector<'_>) {
-    let mut known = movable_names(errors.case);
+    let mut known = errors.case.movable_names();
     known.extend(errors.case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
     let what = "the name of a rigid body, a patch or an obstacle";
     errors.name(&format!("{path}.target"), of, &known, what);
-}
-
-/// Names of rigid bodies and patches, whose motion can be prescribed.
-fn movable_names(case: &Case) -> Vec<&str> {
-    let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
-    rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
 }
 
 /// Components of a moment; in the plane only the one perpendicular to it.
@@ -97,6 +91,6 @@ fn moments(name: &str, dimension: usize, [x, y, z]: [f64; 3]) -> Vec<ScalarOutpu
     if dimension < 3 {
         return vec![reading(format!("{name}.moment"), z)];
     }
-    let named = ["x", "y", "z"].into_iter().zip([x, y, z]);
+    let named = AXES.into_iter().zip([x, y, z]);
     named.map(|(axis, value)| reading(format!("{name}.moment.{axis}"), value)).collect()
 }

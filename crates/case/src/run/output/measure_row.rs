@@ -2,7 +2,7 @@
 
 use crate::files::json::closest;
 use crate::measure;
-use crate::measure::{FieldUse, Measure, ScalarOutput};
+use crate::measure::{AXES, FieldUse, Measure, ScalarOutput};
 use crate::{Budget, Case, CaseError, CaseErrors, FrameRequest, Snapshot, Solver};
 
 /// Fields of every frame in addition to those of its snapshot.
@@ -30,7 +30,7 @@ pub(crate) fn run_outputs(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Sc
 /// Adds columns of totals, with the dissipated energy (J).
 fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &str, f64)) {
     push("mass", "kg", budget.mass);
-    for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+    for (c, axis) in AXES.into_iter().enumerate() {
         push(&format!("momentum.{axis}"), "kg m/s", budget.momentum[c]);
     }
     push("angular_momentum.z", "kg m2/s", budget.angular_momentum[2]);
@@ -40,7 +40,7 @@ fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &
     push("total_energy", "J", budget.total() + dissipated.unwrap_or(0.0));
     if let Some(liquid) = &budget.liquid {
         push("liquid_mass", "kg", liquid.mass);
-        for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        for (c, axis) in AXES.into_iter().enumerate() {
             push(&format!("liquid_momentum.{axis}"), "kg m/s", liquid.momentum[c]);
         }
         push("liquid_kinetic_energy", "J", liquid.kinetic);

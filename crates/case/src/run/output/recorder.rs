@@ -64,7 +64,7 @@ pub(crate) struct RunRecorder {
     /// Frames that the report of the run contains.
     pub(crate) kept_frames: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by name.
-    states: BTreeMap<String, Vec<u8>>,
+    states: BTreeMap<String, Arc<Vec<u8>>>,
     /// Fingerprint of the case.
     fingerprint: u64,
     /// Checksums of the files that the case names, by path.
@@ -394,22 +394,23 @@ impl RunRecorder {
         if let Some(path) = self.state_file(stage) {
             run_folder::write_state(&path, |file| Ok(file.write_all(&bytes)?))?;
         }
-        self.states.insert(stage.to_owned(), bytes);
+        self.states.insert(stage.to_owned(), Arc::new(bytes));
         Ok(())
     }
 
-    /// State of the solver at the end of a stage, also of one before a restart.
-    pub(crate) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
-        match (self.states.get(stage), self.state_file(stage)) {
-            (Some(bytes), _) => Ok(bytes.clone()),
-            (None, Some(path)) => {
-                let mut bytes = Vec::new();
-                let mut file = run_folder::read_state(&path)?;
-                file.read_to_end(&mut bytes).map_err(|error| OutputError::new(&path, error))?;
-                Ok(bytes)
-            }
-            (None, None) => Ok(Vec::new()),
+    /// State of the solver at the end of a stage, also of one before a restart, which is read once.
+    pub(crate) fn state(&mut self, stage: &str) -> Result<Arc<Vec<u8>>, RunError> {
+        if let Some(bytes) = self.states.get(stage) {
+            return Ok(Arc::clone(bytes));
         }
+        let mut bytes = Vec::new();
+        if let Some(path) = self.state_file(stage) {
+            let mut file = run_folder::read_state(&path)?;
+            file.read_to_end(&mut bytes).map_err(|error| OutputError::new(&path, error))?;
+        }
+        let bytes = Arc::new(bytes);
+        self.states.insert(stage.to_owned(), Arc::clone(&bytes));
+        Ok(bytes)
     }
 
     /// Path of the state at the end of a stage, from which the trials of a search start.

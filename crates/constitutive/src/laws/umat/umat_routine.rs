@@ -99,7 +99,7 @@ impl Routine {
     }
 }
 
-/// Law of a user material. See the module's head for source and limits.
+/// Law of a user material. The comment of [`umat`](super) has its source and its limits.
 struct Umat {
     spec: UmatSpec,
     routine: Routine,

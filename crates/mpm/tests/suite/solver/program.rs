@@ -68,13 +68,13 @@ fn options_of_a_program_are_those_of_a_file() {
 /// JSON has no such numbers: they must not become absent.
 #[test]
 fn options_that_are_not_finite_are_refused() {
-    for options in [
-        MpmOptions { time_step: Some(f64::NAN), ..options() },
-        MpmOptions { time_step: Some(f64::INFINITY), ..options() },
-        MpmOptions { cell_size: f64::NAN, ..options() },
+    for (path, options) in [
+        ("methods.mpm.time_step", MpmOptions { time_step: Some(f64::NAN), ..options() }),
+        ("methods.mpm.time_step", MpmOptions { time_step: Some(f64::INFINITY), ..options() }),
+        ("methods.mpm.cell_size", MpmOptions { cell_size: f64::NAN, ..options() }),
     ] {
         let error = Mpm::new(options).solver::<2>(&falling_block()).err().unwrap().to_string();
-        assert!(error.starts_with("methods.mpm."), "{error}");
+        assert!(error.starts_with(path) && error.contains("not a finite number"), "{error}");
     }
 }
 
