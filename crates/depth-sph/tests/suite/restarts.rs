@@ -1,7 +1,7 @@
 //! Restored solvers continue with equal bits where sums use neighbour lists, which are older than the positions of the nodes.
 
 use colluvium_depth_sph::DepthSph;
-use colluvium_testkit::{advance_exactly_to, read_case, resume_solver, set_value, start_solver, take_steps};
+use colluvium_testkit::{read_case, resume_solver, set_value, start_solver, take_steps};
 use serde_json::{Value, json};
 
 /// Steps before a restart: the first step, steps between two sorts by cell, and the step of a sort.
@@ -143,15 +143,4 @@ fn two_phases_are_equal_after_a_restart() {
     let mixture = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 0.05 } });
     assert_restarts_with(&json!({ "phases": "two", "xsph": 0.1, "mixture": mixture,
         "column": { "cells": 6, "consolidation": 0.05, "excess_ratio": 0.8 } }));
-}
-
-#[test]
-fn a_flow_that_leaves_along_a_wall_ends_without_nodes() {
-    let mut value = with_options(block(true), &json!({ "xsph": 0.1 }));
-    set_value(&mut value, "/domain/max/0", &json!(3.5));
-    set_value(&mut value, "/bodies/0/shape/max/1", &json!(4));
-    set_value(&mut value, "/bodies/0/velocity/value", &json!([8, 0, 0]));
-    let mut solver = start_solver(&DepthSph, &read_case(&value));
-    advance_exactly_to(&mut *solver, 2.0);
-    assert_eq!(solver.point_count(), 0);
 }

@@ -165,6 +165,18 @@ fn a_flow_that_has_left_the_domain_completely_is_no_error() {
 }
 
 #[test]
+fn a_smoothed_flow_that_leaves_along_a_wall_ends_without_nodes() {
+    let folder = tempfile::tempdir().unwrap();
+    grid(folder.path(), [0.0, 0.0], [16, 11], 2.0, |x, _| 40.0 - x);
+    let shape = json!({ "kind": "box", "min": [24, 14, 0], "max": [28, 20, 17] });
+    let mut value = over_raster(&shape, &json!({ "kind": "smooth" }));
+    value["domain"]["max"] = json!([30, 20, 60]);
+    value["boundaries"] = json!([{ "side": "y-max", "wall": { "kind": "smooth" } }]);
+    value["methods"]["depth-sph"]["xsph"] = json!(0.1);
+    assert_eq!(run(&case(folder.path(), &value), 30.0).point_count(), 0);
+}
+
+#[test]
 fn invalid_terrain_is_refused_by_path() {
     let folder = tempfile::tempdir().unwrap();
     grid(folder.path(), [0.0, 0.0], [16, 11], 2.0, |x, y| {
