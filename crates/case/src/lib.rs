@@ -21,6 +21,7 @@ pub mod solver;
 mod validate;
 
 pub use crate::bodies::plan_region::PlanRegion;
+pub use crate::bodies::point_changes::removed_points;
 pub use crate::bodies::point_file::{GrainColumns, PointList};
 pub use crate::description::formula::Formula;
 pub use crate::description::properties::spatial;
@@ -38,7 +39,7 @@ pub use features::{Capabilities, RequestedFeature, RequiredInput};
 pub use measure::Measure;
 pub use obstacle::{
     MovingObstacle, MovingObstacles, OVERLAP_TOLERANCE, ObstacleLaw, ObstacleLaws, ObstacleOverlap,
-    PlacedObstacle, constraining_obstacles, limit_step_by_obstacles, normal_inside,
+    PlacedObstacle, ProgramMotion, constraining_obstacles, limit_step_by_obstacles, normal_inside,
 };
 #[cfg(feature = "output")]
 pub use run::{

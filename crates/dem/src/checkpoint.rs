@@ -6,8 +6,8 @@ use std::io::{self, Read, Write};
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
-    check_saved_body_force, spatial,
+    Advance, Budget, Equilibrium, Frame, FrameRequest, ProgramMotion, Reaction, Solver, SolverError,
+    TimeStep, check_saved_body_force, spatial,
 };
 use colluvium_points::struct_of_arrays::{invalid_data, read_column, write_column};
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ use crate::specimen::pluviation::EnteredGrains;
 use crate::specimen::pluviation_entry::full_source_warning;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 13;
+const FORMAT: u32 = 14;
 
 /// State of the solver in a checkpoint, except the columns.
 #[derive(Serialize, Deserialize)]
@@ -55,6 +55,8 @@ struct ProgramState {
     has_body_force: bool,
     /// Velocity of each wall that a program moves (m/s).
     wall_velocities: Vec<Option<Vec<f64>>>,
+    /// Motion of each wall that is a moving obstacle, where a program prescribes it.
+    obstacle_motions: Vec<Option<ProgramMotion>>,
     /// Velocities of the bodies that a program moves (m/s).
     body_velocities: Vec<(u32, Vec<f64>)>,
     /// Velocity gradient of the cell, where a program prescribes it (1/s).
@@ -162,6 +164,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         ProgramState {
             has_body_force: boundary.body_force.acting.is_some(),
             wall_velocities: boundary.walls.iter().map(of_wall).collect(),
+            obstacle_motions: boundary.walls.iter().map(RigidWall::program_motion).collect(),
             body_velocities: boundary.body_velocities.iter().map(|(body, v)| (*body, v.to_vec())).collect(),
             cell_gradient: self.cell.program_gradient.as_ref().map(flattened_matrix),
         }
@@ -241,6 +244,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             .retain(|wall| head.walls.iter().any(|(boundary, _)| *boundary as usize == wall.boundary));
         if self.boundary.walls.len() != head.walls.len() {
             return None;
+        }
+        for (wall, motion) in self.boundary.walls.iter_mut().zip(&head.program.obstacle_motions) {
+            wall.set_program_motion(*motion);
         }
         for (wall, (_, numbers)) in self.boundary.walls.iter_mut().zip(&head.walls) {
             let ([position], motion) = numbers.split_first_chunk()?;

@@ -85,6 +85,20 @@ impl<const D: usize> FlowNodes<D> {
         Ok(())
     }
 
+    /// Adds a node to a set, with the thickness (m) and the effective gravity (m/s²) that it has until the next sums.
+    pub fn add(&mut self, number: usize, node: &NewNode<D>, thickness: f64, gravity: f64) {
+        let set = &mut self.sets[number];
+        set.nodes.push(self.next_id, node);
+        self.next_id += 1;
+        let last = set.nodes.len() - 1;
+        (set.nodes.partial_thickness[last], set.nodes.depth[last]) = (thickness, thickness);
+        set.nodes.effective_gravity[last] = gravity;
+        set.clear_lists();
+        if number == 0 {
+            self.pore_columns.push();
+        }
+    }
+
     /// Removes nodes, with their columns of pore pressure.
     pub fn remove_where(&mut self, is_removed: impl Fn(&PhaseNodes<D>, usize) -> bool) {
         for number in 0..self.sets.len() {

@@ -7,8 +7,8 @@ use colluvium_case::measure::ScalarOutput;
 use colluvium_case::rigid::unconverged_warning;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
-    check_saved_body_force,
+    Advance, Budget, Equilibrium, Frame, FrameRequest, ProgramMotion, Reaction, Solver, SolverError,
+    TimeStep, check_saved_body_force,
 };
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ use crate::solver::MpmSolver;
 use crate::stress::stress_work::dissipated_energy;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 20;
+const FORMAT: u32 = 21;
 
 /// Penetration of a point into an obstacle (cells) above which the run reports it.
 const REPORTED_DEPTH: f64 = 0.1;
@@ -39,6 +39,7 @@ struct CheckpointState {
     time: f64,
     step: u64,
     travel_since_sort: f64,
+    next_id: u32,
     limit: Option<TimeStep>,
     courant: f64,
     limit_age: u64,
@@ -55,6 +56,8 @@ struct CheckpointState {
     /// Reactions and energies of obstacles on the points.
     obstacle_reactions: Vec<ObstacleReaction>,
     obstacle_history: ObstacleHistory,
+    /// Motions of the moving obstacles by the program.
+    program_motions: Vec<Option<ProgramMotion>>,
     /// Whether a body force of the program acts.
     has_body_force: bool,
     /// Index of the body of each set of points.
@@ -215,6 +218,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             time: self.clock.time,
             step: self.clock.step,
             travel_since_sort: self.bodies.travel_since_sort,
+            next_id: self.bodies.next_id,
             limit: self.clock.limit,
             courant: self.clock.courant,
             limit_age: self.clock.limit_age,
@@ -237,6 +241,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
                 .penalty_obstacles
                 .as_ref()
                 .map_or(ObstacleHistory::default(), |all| all.history),
+            program_motions: self.boundary.moving_obstacles().map(|moving| moving.program_motion).collect(),
             has_body_force: self.boundary.body_force.is_some(),
             bodies: self.bodies.sets.iter().map(|set| set.body).collect(),
         };
@@ -275,6 +280,8 @@ impl<const D: usize> Solver for MpmSolver<D> {
                 .for_each(|(obstacle, state)| obstacle.state = state);
             all.history = saved.obstacle_history;
         }
+        let moving = self.boundary.moving_obstacles_mut();
+        moving.zip(&saved.program_motions).for_each(|(moving, motion)| moving.program_motion = *motion);
         if let (Some(recorder), Some(reactions)) = (&mut self.boundary.reaction_recorder, saved.reactions) {
             recorder.state = reactions;
         }
@@ -290,6 +297,8 @@ impl<const D: usize> Solver for MpmSolver<D> {
         (self.clock.limit, self.clock.limit_age) = (saved.limit, saved.limit_age);
         self.clock.courant = saved.courant;
         self.boundary.absorbing.displacements = saved.absorbing_displacements.into_iter().collect();
+        self.bodies.next_id = saved.next_id;
+        self.resize_point_buffers();
         self.restore_layout(saved.travel_since_sort);
         Ok(())
     }

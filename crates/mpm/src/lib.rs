@@ -68,7 +68,7 @@ pub use config::{
     MeshSource, MpmOptions, NodalMass, ObstacleCoupling, PenaltyContact, ShapeFunctions, StepCriterion,
     StressScheme, VelocityTransfer, VolumetricStrain, WallFriction,
 };
-pub use solver::{MpmPoints, MpmSolver};
+pub use solver::{MpmNode, MpmPoints, MpmSolver};
 
 /// The explicit material point method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

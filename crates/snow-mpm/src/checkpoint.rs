@@ -7,8 +7,8 @@ use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Dataset, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
-    check_saved_body_force,
+    Advance, Budget, Dataset, Equilibrium, Frame, FrameRequest, ProgramMotion, Reaction, Solver, SolverError,
+    TimeStep, check_saved_body_force,
 };
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::solver::SnowSolver;
 
 /// Version of the checkpoint format.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 
 /// Penetration of a point into an obstacle above which the run reports it (cells).
 const REPORTED_DEPTH: f64 = 0.1;
@@ -37,8 +37,11 @@ struct CheckpointState {
     sums: MomentumTerms,
     external: f64,
     travel_since_sort: f64,
+    next_id: u32,
     energy_balance: EnergyBalance,
     hazard_cells: Option<Vec<HazardCell>>,
+    /// Motions of the moving obstacles by the program.
+    program_motions: Vec<Option<ProgramMotion>>,
     /// Whether a body force of the program acts.
     has_body_force: bool,
     energies_before_changes: Option<StoredEnergies>,
@@ -65,8 +68,10 @@ impl<const D: usize> SnowSolver<D> {
             sums: self.clock.sums,
             external: self.clock.external_work,
             travel_since_sort: self.bodies.travel_since_sort,
+            next_id: self.bodies.next_id,
             energy_balance: self.energy_balance.clone(),
             hazard_cells: self.hazard_rasters.as_ref().map(|maps| maps.cells().to_vec()),
+            program_motions: self.obstacles.moving().map(|moving| moving.program_motion).collect(),
             has_body_force: self.body_force.is_some(),
             energies_before_changes: self.energies_before_changes,
             bodies: self.bodies.bodies.iter().map(body).collect(),
@@ -245,7 +250,9 @@ impl<const D: usize> Solver for SnowSolver<D> {
         if !restored {
             return Err(checkpoint_error("has rasters with other cells than the case"));
         }
-        self.bodies.travel_since_sort = head.travel_since_sort;
+        (self.bodies.travel_since_sort, self.bodies.next_id) = (head.travel_since_sort, head.next_id);
+        let moving = self.obstacles.moving_mut();
+        moving.zip(&head.program_motions).for_each(|(moving, motion)| moving.program_motion = *motion);
         self.energy_balance = head.energy_balance;
         self.energies_before_changes = head.energies_before_changes;
         let clock = &mut self.clock;

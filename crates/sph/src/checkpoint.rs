@@ -7,8 +7,8 @@ use colluvium_case::measure::ScalarOutput;
 use colluvium_case::rigid::unconverged_warning;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Frame, FrameRequest, Reaction, Solver, SolverError, TimeStep,
-    check_saved_body_force,
+    Advance, Budget, Equilibrium, Frame, FrameRequest, ProgramMotion, Reaction, Solver, SolverError,
+    TimeStep, check_saved_body_force,
 };
 use serde::{Deserialize, Serialize};
 
@@ -23,13 +23,14 @@ use crate::solver::{EquilibriumTerms, SphSolver};
 use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the checkpoint format.
-const FORMAT: u32 = 13;
+const FORMAT: u32 = 14;
 
 /// State of the solver in a checkpoint.
 #[derive(Serialize, Deserialize)]
 struct CheckpointState {
     format: u32,
     dimension: usize,
+    next_id: u32,
     clock: Clock,
     equilibrium_terms: EquilibriumTerms,
     obstacle_energies: ObstacleEnergies,
@@ -49,6 +50,8 @@ struct CheckpointState {
     loads: (Vec<f64>, Vec<Vec<f64>>),
     /// Reactions of rigid bodies and obstacles.
     reactions: Vec<ReactionSum>,
+    /// Motions of the moving obstacles by the program.
+    program_motions: Vec<Option<ProgramMotion>>,
     /// Whether a body force of the program acts.
     has_body_force: bool,
 }
@@ -76,6 +79,7 @@ impl<const D: usize> SphSolver<D> {
         CheckpointState {
             format: FORMAT,
             dimension: D,
+            next_id: bodies.next_id,
             clock: self.clock,
             equilibrium_terms: self.equilibrium_terms,
             obstacle_energies: self.obstacle_energies,
@@ -89,6 +93,12 @@ impl<const D: usize> SphSolver<D> {
             is_current: rates.is_current,
             loads: bodies.loads.checkpoint_state(),
             reactions: rates.reactions.clone(),
+            program_motions: self
+                .walls
+                .obstacles
+                .moving_obstacles()
+                .map(|moving| moving.program_motion)
+                .collect(),
             has_body_force: bodies.loads.body_force.is_some(),
         }
     }
@@ -124,6 +134,9 @@ impl<const D: usize> SphSolver<D> {
             (group.start, group.end, group.states) = (start, start + count, states);
             start += count;
         }
+        bodies.next_id = saved.next_id;
+        let moving = self.walls.obstacles.moving_obstacles_mut();
+        moving.zip(&saved.program_motions).for_each(|(moving, motion)| moving.program_motion = *motion);
         bodies.loads.restore_state(&saved.loads)?;
         bodies.pair_data.grad_h_factor.clear();
         bodies.resize(n);

@@ -120,6 +120,26 @@ impl LawPoints<'_> {
     }
 }
 
+/// Values of an output of the laws, by its name, at the points of bodies, one body after another; NaN where the law of a body has no such
+/// output, `None` where no law has.
+pub fn law_output<'a>(bodies: impl Iterator<Item = LawPoints<'a>>, name: &str) -> Option<Vec<f64>> {
+    let (mut values, mut is_known) = (Vec::new(), false);
+    for body in bodies {
+        let names = body.material.output_names();
+        match names.iter().position(|own| *own == name) {
+            Some(column) => {
+                is_known = true;
+                let table = body.law_values(names.len(), |stress, states, out| {
+                    body.material.outputs(stress, states, out)
+                });
+                values.extend(table.chunks(names.len()).map(|row| row[column]));
+            }
+            None => values.resize(values.len() + body.stress.len(), f64::NAN),
+        }
+    }
+    is_known.then_some(values)
+}
+
 /// Scalar output fields of the laws at the points of `order`, each given by the index of its body and its index in the body. NaN where the
 /// law of a point has no such output.
 pub fn law_fields(bodies: &[LawPoints<'_>], order: &[(usize, usize)]) -> Vec<Field> {

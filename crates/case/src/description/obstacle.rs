@@ -59,8 +59,9 @@ pub struct RasterCellSelection {
     pub value: Option<f64>,
 }
 
-/// Prescribed motion of an obstacle: rotation about a line that moves with the velocity.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// Prescribed motion of an obstacle: rotation about a line that moves with the velocity. The default is no motion, for an obstacle that a
+/// program moves.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleMotion {
     /// Velocity (m/s); none when absent.

@@ -8,7 +8,7 @@ mod surface_builder;
 
 use std::sync::Arc;
 
-pub use crate::obstacle::moving_obstacle::{MovingObstacle, limit_step_by_obstacles};
+pub use crate::obstacle::moving_obstacle::{MovingObstacle, ProgramMotion, limit_step_by_obstacles};
 pub use crate::obstacle::node_constraints::{MovingObstacles, constraining_obstacles, normal_inside};
 pub use crate::obstacle::obstacle_laws::{ObstacleLaw, ObstacleLaws};
 
@@ -107,6 +107,48 @@ impl Case {
             self.obstacles[deepest.obstacle].name
         );
         Err(CaseError::new(format!("bodies[{body}].shape"), problem))
+    }
+
+    /// Checks the velocity (m/s) that a program gives an obstacle, by its name; returns the number of the obstacle among those with a motion.
+    ///
+    /// # Errors
+    /// A name that no obstacle has, an obstacle without a motion in the case, and a velocity that is not finite.
+    pub fn check_obstacle_velocity(&self, name: &str, velocity: &[f64]) -> Result<usize, CaseError> {
+        let Some(number) = self.obstacles.iter().position(|obstacle| obstacle.name == name) else {
+            return Err(CaseError::new("obstacles", format!("{name:?} is not the name of an obstacle")));
+        };
+        let path = format!("obstacles[{number}].motion");
+        if self.obstacles[number].motion.is_none() {
+            let problem =
+                "is missing: a program can move an obstacle with a motion in the case, which may be zero";
+            return Err(CaseError::new(path, problem));
+        }
+        if !velocity.iter().all(|v| v.is_finite()) {
+            return Err(CaseError::new(
+                format!("{path}.velocity"),
+                format!("{velocity:?} must be finite (m/s)"),
+            ));
+        }
+        Ok(self.obstacles[..number].iter().filter(|obstacle| obstacle.motion.is_some()).count())
+    }
+
+    /// Reports an error where points that a program adds lie deeper than `slack` (m) in an obstacle without a motion.
+    ///
+    /// # Errors
+    /// The deepest point.
+    pub fn reject_added_in_obstacles<const D: usize>(
+        &self,
+        places: &[[f64; D]],
+        slack: f64,
+    ) -> Result<(), CaseError> {
+        let mut at_rest: Vec<PlacedObstacle<'_, D>> = self.placed_obstacles()?;
+        at_rest.retain(|placed| placed.obstacle.motion.is_none());
+        let Some(deepest) = deepest_overlap(&at_rest, places, slack) else { return Ok(()) };
+        let problem = format!(
+            "lies {:.3e} m inside the obstacle {:?}",
+            deepest.depth, self.obstacles[deepest.obstacle].name
+        );
+        Err(CaseError::new(format!("points.positions[{}]", deepest.point_index), problem))
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use colluvium_points::Surface;
 use colluvium_points::surface::{PlacedSurface, RigidTransform};
+use serde::{Deserialize, Serialize};
 
 use crate::description::ObstacleMotion;
 use crate::obstacle::normal_inside;
@@ -12,11 +13,41 @@ use crate::{StepLimit, TimeStep};
 /// Step limit by the displacement of an obstacle.
 const MOTION: StepLimit = StepLimit::new("motion of an obstacle");
 
+/// Velocity that a program gives an obstacle from a time on, in place of its motion in the case. Its rotation stops.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ProgramMotion {
+    /// Time until which the obstacle has the motion of the case (s).
+    start: f64,
+    /// Time since which the velocity applies (s).
+    since: f64,
+    /// Displacement from `start` to `since` (m).
+    displacement: [f64; 3],
+    /// Velocity from `start` to `since`, of the last change before (m/s).
+    previous_velocity: [f64; 3],
+    /// Velocity (m/s).
+    velocity: [f64; 3],
+}
+
+impl ProgramMotion {
+    /// Displacement from the start to a time (s) (m).
+    fn displacement_at(&self, time: f64) -> [f64; 3] {
+        let (velocity, span) = (self.velocity_at(time), time - self.since);
+        std::array::from_fn(|c| self.displacement[c] + span * velocity[c])
+    }
+
+    /// Velocity at a time (s) (m/s).
+    fn velocity_at(&self, time: f64) -> [f64; 3] {
+        if time < self.since { self.previous_velocity } else { self.velocity }
+    }
+}
+
 /// Obstacle with a prescribed motion.
 #[derive(Clone, Debug)]
 pub struct MovingObstacle<const D: usize> {
-    /// Prescribed motion of the obstacle.
-    pub motion: ObstacleMotion,
+    /// Motion of the obstacle in the case.
+    motion: ObstacleMotion,
+    /// Motion that a program prescribes instead; in checkpoints.
+    pub program_motion: Option<ProgramMotion>,
     /// Surface at its current position.
     pub surface: PlacedSurface<D>,
     /// Point on the axis of rotation (m).
@@ -31,6 +62,11 @@ pub struct MovingObstacle<const D: usize> {
     domain: ([f64; D], [f64; D]),
 }
 
+/// Length of a vector.
+fn norm(vector: &[f64]) -> f64 {
+    vector.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
 /// Distance of the farthest corner of a box from a position (m).
 fn farthest_corner<const D: usize>(centre: &[f64; D], (low, high): &([f64; D], [f64; D])) -> f64 {
     let far = |c: usize| (low[c] - centre[c]).abs().max((high[c] - centre[c]).abs());
@@ -43,6 +79,7 @@ impl<const D: usize> MovingObstacle<D> {
         let centre: [f64; D] = std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(0.0));
         let mut moving = Self {
             motion: motion.clone(),
+            program_motion: None,
             surface: PlacedSurface { surface: Arc::clone(surface), transform: motion.transform(0.0) },
             centre,
             velocity: [0.0; D],
@@ -55,17 +92,56 @@ impl<const D: usize> MovingObstacle<D> {
         moving
     }
 
+    /// Gives it a velocity (m/s) from `time` (s) on.
+    pub fn set_program_velocity(&mut self, time: f64, velocity: &[f64; D]) {
+        let first = ProgramMotion { start: time, since: time, ..ProgramMotion::default() };
+        let before = self.program_motion.unwrap_or(first);
+        let is_same_time = before.since == time;
+        self.program_motion = Some(ProgramMotion {
+            start: before.start,
+            since: time,
+            displacement: before.displacement_at(time),
+            previous_velocity: if is_same_time { before.previous_velocity } else { before.velocity },
+            velocity: std::array::from_fn(|c| velocity.get(c).copied().unwrap_or(0.0)),
+        });
+    }
+
+    /// Motion of a program that acts at `time` (s).
+    fn program_motion_at(&self, time: f64) -> Option<&ProgramMotion> {
+        self.program_motion.as_ref().filter(|program| time >= program.start)
+    }
+
+    /// Position and rotation at `time` (s).
+    pub fn transform(&self, time: f64) -> RigidTransform<D> {
+        match self.program_motion_at(time) {
+            None => self.motion.transform(time),
+            Some(program) => {
+                let displacement = program.displacement_at(time);
+                self.motion.transform(program.start).shifted(&std::array::from_fn(|c| displacement[c]))
+            }
+        }
+    }
+
     /// Moves it to its position at `time` (s).
     pub fn move_to(&mut self, time: f64) {
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
-        let full = self.motion.equivalent_full_speed_time(time);
-        self.surface.transform = self.motion.transform(time);
-        self.centre =
-            std::array::from_fn(|c| at(&self.motion.centre, c) + full * at(&self.motion.velocity, c));
+        let program = self.program_motion_at(time);
+        let displacement = program.map_or([0.0; 3], |program| program.displacement_at(time));
+        let full = self.motion.equivalent_full_speed_time(program.map_or(time, |program| program.start));
+        self.surface.transform = self.transform(time);
+        self.centre = std::array::from_fn(|c| {
+            at(&self.motion.centre, c) + full * at(&self.motion.velocity, c) + displacement[c]
+        });
     }
 
     /// Sets the mean velocity over a step of `step` (s) that ends at `end` (s): the work of a force is then force times displacement.
     pub fn set_mean_velocity(&mut self, end: f64, step: f64) {
+        // A program changes velocities between two steps.
+        if let Some(program) = self.program_motion_at(end - step) {
+            let velocity = program.velocity_at(end - step);
+            (self.velocity, self.spin) = (std::array::from_fn(|c| velocity[c]), [0.0; 3]);
+            return;
+        }
         let motion = &self.motion;
         let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
         let pace = if step > 0.0 {
@@ -83,15 +159,33 @@ impl<const D: usize> MovingObstacle<D> {
 
     /// Largest speed of its surface in the domain once its motion has its full rate (m/s).
     pub fn max_speed(&self) -> f64 {
+        self.program_motion.map_or_else(|| self.max_speed_of_case(), |program| norm(&program.velocity))
+    }
+
+    /// Largest speed of its surface in the domain by its motion in the case at its full rate (m/s).
+    fn max_speed_of_case(&self) -> f64 {
         let reach = self.max_radius.min(farthest_corner(&self.centre, &self.domain));
-        let along = self.motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-        along + self.motion.rotation.to_radians().abs() * reach
+        norm(&self.motion.velocity) + self.motion.rotation.to_radians().abs() * reach
+    }
+
+    /// Share of its largest speed at `time` (s), 0 to 1.
+    fn ramp_factor(&self, time: f64) -> f64 {
+        if self.program_motion.is_some() { 1.0 } else { self.motion.ramp_factor(time) }
     }
 
     /// Upper bound of the displacement of its surface in the domain from `start` to `end` (s) (m).
     pub fn max_displacement(&self, start: f64, end: f64) -> f64 {
-        self.max_speed()
-            * (self.motion.equivalent_full_speed_time(end) - self.motion.equivalent_full_speed_time(start))
+        if let Some(program) = self.program_motion_at(start) {
+            return (end - start) * norm(&program.velocity).max(norm(&program.previous_velocity));
+        }
+        let (until, program_speed) = match &self.program_motion {
+            Some(program) => (end.min(program.start), norm(&program.velocity)),
+            None => (end, 0.0),
+        };
+        let motion = &self.motion;
+        self.max_speed_of_case()
+            * (motion.equivalent_full_speed_time(until) - motion.equivalent_full_speed_time(start))
+            + program_speed * (end - until)
     }
 
     /// Velocity of the obstacle at the position `x` (m/s).
@@ -146,7 +240,7 @@ pub fn limit_step_by_obstacles<'a, const D: usize>(
     (time, upper_limit, steps): (f64, f64, u64),
 ) -> TimeStep {
     let until = time + steps as f64 * critical.dt;
-    let fastest = moving.map(|own| own.motion.ramp_factor(until) * own.max_speed()).fold(0.0, f64::max);
+    let fastest = moving.map(|own| own.ramp_factor(until) * own.max_speed()).fold(0.0, f64::max);
     if fastest == 0.0 || fastest * critical.dt <= upper_limit {
         return critical;
     }
@@ -179,12 +273,32 @@ mod tests {
         own.move_to(time);
         own.set_mean_velocity(time + step, step);
         let x = [2.0, 0.5];
-        let after = own.material_position(&x, &own.motion.transform(time + step));
-        let before = own.material_position(&x, &own.motion.transform(time - step));
+        let after = own.material_position(&x, &own.transform(time + step));
+        let before = own.material_position(&x, &own.transform(time - step));
         for c in 0..2 {
             let slope = (after[c] - before[c]) / (2.0 * step);
             assert!((own.velocity(&x)[c] - slope).abs() < 1e-8, "{slope}");
         }
+    }
+
+    /// The position is continuous where a program takes over and where it changes the velocity; before it, the motion is that of the case.
+    #[test]
+    fn a_velocity_of_a_program_follows_the_motion_of_the_case() {
+        let mut own = moving_ball(&[0.3, -0.2], 40.0, 0.1);
+        let by_case = own.transform(0.4);
+        own.set_program_velocity(0.5, &[1.0, 0.0]);
+        own.set_program_velocity(0.7, &[0.0, 2.0]);
+        assert_eq!(own.transform(0.4), by_case);
+        let start = own.motion.transform::<2>(0.5);
+        for (time, x, y) in [(0.5, 0.0, 0.0), (0.6, 0.1, 0.0), (0.7, 0.2, 0.0), (0.8, 0.2, 0.2)] {
+            let (found, expected) = (own.transform(time), start.shifted(&[x, y]));
+            assert_eq!(found.rotation, expected.rotation);
+            (0..2).for_each(|c| assert!((found.translation[c] - expected.translation[c]).abs() < 1e-14));
+        }
+        own.move_to(0.8);
+        own.set_mean_velocity(0.8, 0.1);
+        assert_eq!((own.velocity(&[3.0, 3.0]), own.max_speed()), ([0.0, 2.0], 2.0));
+        assert!((own.max_displacement(0.7, 0.8) - 0.2).abs() < 1e-15);
     }
 
     #[test]

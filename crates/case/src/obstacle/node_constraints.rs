@@ -73,12 +73,17 @@ impl<F: Copy, const D: usize> MovingObstacles<F, D> {
         self.obstacles.iter().map(|(_, own, _)| own)
     }
 
+    /// Iterates over the moving obstacles, to be changed.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut MovingObstacle<D>> {
+        self.obstacles.iter_mut().map(|(_, own, _)| own)
+    }
+
     /// Moves them to the start of a step of `dt` (s) from `time` (s), with the mean velocity of the step.
     pub fn update_positions(&mut self, (time, dt): (f64, f64)) {
         self.step = dt;
         for (_, own, next) in &mut self.obstacles {
             own.move_to(time);
-            *next = own.motion.transform(time + dt);
+            *next = own.transform(time + dt);
         }
     }
 

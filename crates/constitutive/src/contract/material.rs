@@ -247,6 +247,14 @@ impl States {
         Self::gather_from_blocks(&all, &order)
     }
 
+    /// States of `self`, followed by those of `other` of the same material.
+    #[must_use]
+    pub fn followed_by(&self, other: &Self) -> Self {
+        let picks = |part: u32, len: usize| (0..len as u32).map(move |k| (part, k));
+        let picks: Vec<(u32, u32)> = picks(0, self.len).chain(picks(1, other.len)).collect();
+        Self::gathered(&[self, other], &picks)
+    }
+
     /// States of the points with indices `order`, where each block has [`BLOCK_SIZE`] indices, even if it has fewer points.
     fn gather_from_blocks(all: &[&StateBlock], order: &[u32]) -> Self {
         let Some(first) = all.first() else { return Self::default() };

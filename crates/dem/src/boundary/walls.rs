@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use colluvium_case::{MovingObstacle, ObstacleLaws};
+use colluvium_case::{MovingObstacle, ObstacleLaws, ProgramMotion};
 use colluvium_points::Surface;
 
 use crate::contact::PairLaw;
@@ -62,6 +62,18 @@ impl<const D: usize> RigidWall<D> {
         let sign = if self.is_upper { -1.0 } else { 1.0 };
         normal[self.axis] = sign;
         (sign * (x[self.axis] - self.position), normal)
+    }
+
+    /// Motion that a program prescribes for a moving obstacle.
+    pub fn program_motion(&self) -> Option<ProgramMotion> {
+        self.motion.as_ref().and_then(|moving| moving.program_motion)
+    }
+
+    /// Sets the motion that a program prescribes for a moving obstacle.
+    pub fn set_program_motion(&mut self, motion: Option<ProgramMotion>) {
+        if let Some(moving) = &mut self.motion {
+            moving.program_motion = motion;
+        }
     }
 
     /// Surface of an obstacle at its current position; `None` for a plane across an axis.

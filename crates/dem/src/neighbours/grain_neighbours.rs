@@ -107,16 +107,15 @@ impl<const D: usize, const R: usize> GrainNeighbours<D, R> {
         }
     }
 
-    /// Removes the grains for whose body and position the condition is false, with their contacts. The lists must be rebuilt afterwards.
+    /// Removes the grains for whose index the condition is false, with their contacts. The lists must be rebuilt afterwards.
     pub fn retain_grains(
         &mut self,
         laws: &ContactLaws,
         grains: &mut Grains<D, R>,
         walls: usize,
-        keep: impl Fn(u32, &[f64; D]) -> bool,
+        keep: impl Fn(&Grains<D, R>, usize) -> bool,
     ) {
-        let kept: Vec<bool> =
-            grains.body.iter().zip(&grains.position).map(|(body, x)| keep(*body, x)).collect();
+        let kept: Vec<bool> = (0..grains.len()).map(|i| keep(grains, i)).collect();
         let mut index = vec![u32::MAX; kept.len()];
         for (next, (old, _)) in (0u32..).zip(kept.iter().enumerate().filter(|(_, kept)| **kept)) {
             index[old] = next;

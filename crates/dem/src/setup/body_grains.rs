@@ -90,8 +90,7 @@ pub(super) fn fill<const D: usize, const R: usize>(
     }
     assign_ids(&ids, count, grains)?;
     if options.orientation {
-        let start = if D == 2 { [0.0; 4] } else { [1.0, 0.0, 0.0, 0.0] };
-        grains.orientation.resize(grains.len(), start);
+        grains.orientation.resize(grains.len(), initial_orientation::<D>());
     }
     Ok(())
 }
@@ -105,6 +104,36 @@ pub(super) fn next_id<const D: usize, const R: usize>(grains: &Grains<D, R>) -> 
 fn radius_of<const D: usize>(amount: f64) -> f64 {
     let unit = amount / volume(D, 1.0);
     if D == 2 { unit.sqrt() } else { unit.cbrt() }
+}
+
+/// Grains that a program adds to body number `number`, with numbers from 0 on.
+///
+/// # Errors
+/// An unknown kind of grains, and columns that the body excludes.
+pub(super) fn added_grains<const D: usize, const R: usize>(
+    case: &Case,
+    options: &DemOptions,
+    number: usize,
+    list: &PointList,
+) -> Result<Grains<D, R>, CaseError> {
+    let (body, mut grains) = (&case.bodies[number], Grains::default());
+    let kind = &options.grains[&body.material];
+    let index = options.grains.keys().position(|name| *name == body.material).unwrap_or(0) as u32;
+    for (position, radius) in listed_grains(list) {
+        grains.push(number as u32, index, position, radius, kind.density);
+    }
+    let own = options.bodies.get(&body.name).cloned().unwrap_or_default();
+    initialise_motion(number, body, &own, 0, Some(list), &mut grains)?;
+    kinds_as_listed(list, options, &format!("bodies[{number}]"), 0, &mut grains)?;
+    if options.orientation {
+        grains.orientation.resize(grains.len(), initial_orientation::<D>());
+    }
+    Ok(grains)
+}
+
+/// Orientation of a grain at the start: an angle, or a quaternion.
+fn initial_orientation<const D: usize>() -> [f64; 4] {
+    if D == 2 { [0.0; 4] } else { [1.0, 0.0, 0.0, 0.0] }
 }
 
 /// Grains of a point list; a point without a radius has that of its volume.

@@ -4,6 +4,7 @@ mod body_grains;
 mod capabilities;
 mod initial_bonds;
 mod pair_laws;
+mod point_changes;
 mod problem_size;
 mod sleeve_rings;
 pub(crate) mod stage_changes;

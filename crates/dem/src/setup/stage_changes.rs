@@ -97,7 +97,9 @@ fn remove_grains<const D: usize, const R: usize>(
         case.bodies.iter().map(|body| case.is_removed(&body.name, clock.stage)).collect();
     let keeps = |body: u32, x: &[f64; D]| !removed[body as usize] && !pits.iter().any(|pit| pit.contains(x));
     if !grains.body.iter().zip(&grains.position).all(|(body, x)| keeps(*body, x)) {
-        neighbours.retain_grains(laws, grains, boundary.walls.len(), keeps);
+        neighbours.retain_grains(laws, grains, boundary.walls.len(), |grains, i| {
+            keeps(grains.body[i], &grains.position[i])
+        });
         boundary.membranes.clear();
     }
 }

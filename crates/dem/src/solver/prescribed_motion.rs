@@ -53,7 +53,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// step is not limited by the speed of a wall: a wall should move by a small part of a radius in a step.
     ///
     /// # Errors
-    /// When there is no such wall in the current stage, for an obstacle, which has the motion of the case only, and when the velocity is
+    /// When there is no such wall in the current stage, for an obstacle ([`DemSolver::set_obstacle_velocity`] moves it), and when the velocity is
     /// not finite.
     pub fn set_wall_velocity(&mut self, name: &str, velocity: [f64; D]) -> Result<(), CaseError> {
         let wall = self.plane_wall_mut(name)?;
@@ -78,6 +78,23 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.velocity = velocity;
         }
         self.records.energy_balance.begin_stage();
+        Ok(())
+    }
+
+    /// Gives an obstacle with a `motion` in the case a velocity (m/s) from the present time on, in place of that motion; a rotation stops. A
+    /// checkpoint contains it.
+    ///
+    /// # Errors
+    /// When there is no such obstacle, when it has no motion in the case, and when the velocity is not finite.
+    pub fn set_obstacle_velocity(&mut self, name: &str, velocity: [f64; D]) -> Result<(), CaseError> {
+        self.clock.case.check_obstacle_velocity(name, &velocity)?;
+        let time = self.clock.time;
+        let of_obstacle = |wall: &&mut RigidWall<D>| wall.motion.is_some() && wall.name == name;
+        if let Some(moving) =
+            self.boundary.walls.iter_mut().find(of_obstacle).and_then(|wall| wall.motion.as_mut())
+        {
+            moving.set_program_velocity(time, &velocity);
+        }
         Ok(())
     }
 
@@ -159,7 +176,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         match wall.boundary.checked_sub(boundaries) {
             None => Ok(wall),
             Some(obstacle) => {
-                let problem = "is an obstacle, which has the motion of the case only: a wall can be moved";
+                let problem = "is an obstacle, not a wall: use `set_obstacle_velocity`";
                 Err(CaseError::new(format!("obstacles[{obstacle}]"), problem))
             }
         }

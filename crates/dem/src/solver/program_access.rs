@@ -136,18 +136,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// finite fails the next step. That of a grain with prescribed motion is its motion, except in a body whose velocity the case or
     /// [`DemSolver::set_body_velocity`] prescribes. The change of energy counts as one between stages (`work.stages`).
     pub fn velocities_mut(&mut self) -> &mut [[f64; D]] {
-        self.count_changed_velocities();
+        self.count_changes();
         &mut self.grains.velocity
     }
 
     /// Angular velocities of the grains (rad/s), half of the last step before the positions, to be changed between two steps.
     pub fn angular_velocities_mut(&mut self) -> &mut [[f64; R]] {
-        self.count_changed_velocities();
+        self.count_changes();
         &mut self.grains.spin
     }
 
-    /// Records that a program changes velocities: the energy balance continues with them, and the step limit follows.
-    pub(super) fn count_changed_velocities(&mut self) {
+    /// Records that a program changes grains or their velocities: the energy balance continues with them, and the step limit follows.
+    pub(crate) fn count_changes(&mut self) {
         self.extremes.is_outdated = true;
         self.records.energy_balance.begin_stage();
     }

@@ -121,7 +121,7 @@ fn free_position<const D: usize, const R: usize>(
 }
 
 /// Grains that can be in contact with a grain of a radius (m) in a box (m). In a periodic cell these are all grains, because of images.
-fn nearby_grains<const D: usize, const R: usize>(
+pub fn nearby_grains<const D: usize, const R: usize>(
     cell: &PeriodicCell<D>,
     g: &Grains<D, R>,
     (low, high): (&[f64], &[f64]),
@@ -144,13 +144,22 @@ fn is_clear_of_walls<const D: usize>(walls: &[RigidWall<D>], x: &[f64; D], radiu
 
 /// Whether a grain at `x` (m) would have no contact with grain `i`; the inverse of the cell matrix is given.
 fn is_clear_of_grain<const D: usize, const R: usize>(
-    (cell, unit): (&PeriodicCell<D>, &[[f64; D]; D]),
+    cell: (&PeriodicCell<D>, &[[f64; D]; D]),
     g: &Grains<D, R>,
     i: usize,
     x: &[f64; D],
     radius: f64,
 ) -> bool {
-    let mut apart = difference(x, &g.position[i]);
+    distance_in_cell(cell, x, &g.position[i]) > radius + g.radius[i]
+}
+
+/// Distance of two positions (m), or of the nearest of their images in a periodic cell; the inverse of the cell matrix is given.
+pub fn distance_in_cell<const D: usize>(
+    (cell, unit): (&PeriodicCell<D>, &[[f64; D]; D]),
+    a: &[f64; D],
+    b: &[f64; D],
+) -> f64 {
+    let mut apart = difference(a, b);
     if cell.is_periodic() {
         let mut s = apply(unit, &apart);
         for c in (0..D).filter(|&c| cell.periodic[c]) {
@@ -158,7 +167,7 @@ fn is_clear_of_grain<const D: usize, const R: usize>(
         }
         apart = apply(&cell.h, &s);
     }
-    dot(&apart, &apart) > (radius + g.radius[i]).powi(2)
+    dot(&apart, &apart).sqrt()
 }
 
 /// Warning for a source whose grains find no space in time.

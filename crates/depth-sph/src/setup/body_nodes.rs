@@ -48,7 +48,7 @@ pub fn body_nodes<const D: usize>(
         {
             let first = sets[0].len();
             transferred.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
-            assign_to_phases(options, &mut sets, own, body, upper(body));
+            assign_to_phases(options, &mut sets, own, body);
             continue;
         }
         let mut own = Vec::new();
@@ -82,7 +82,7 @@ pub fn body_nodes<const D: usize>(
                  only the part above the bed flows"
             ));
         }
-        assign_to_phases(options, &mut sets, own, body, upper(body));
+        assign_to_phases(options, &mut sets, own, body);
     }
     if sets.iter().all(Vec::is_empty) {
         let problem = "no body covers a point of the lattice: make methods.depth-sph.spacing smaller";
@@ -198,7 +198,7 @@ fn transferred_nodes<const D: usize>(
 }
 
 /// Node of a body at a position, with its volume (m³).
-fn new_node<const D: usize>(
+pub(super) fn new_node<const D: usize>(
     body: &Body,
     number: usize,
     x: [f64; D],
@@ -272,13 +272,13 @@ fn check_hydrostatic<const D: usize>(
 }
 
 /// Assigns the nodes of a body to the node sets of its phases.
-fn assign_to_phases<const D: usize>(
+pub(super) fn assign_to_phases<const D: usize>(
     options: &DepthOptions,
     sets: &mut [Vec<NewNode<D>>],
     nodes: Vec<NewNode<D>>,
     body: &Body,
-    upper: bool,
 ) {
+    let upper = options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
     match options.phases {
         Phases::One => sets[0].extend(nodes),
         Phases::Layers => sets[usize::from(upper)].extend(nodes),

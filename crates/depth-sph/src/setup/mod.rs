@@ -7,6 +7,7 @@ mod hazard_rasters;
 mod inflows;
 mod material;
 mod open_boundaries;
+mod point_changes;
 mod pore_fluid;
 
 use std::sync::Arc;

@@ -34,10 +34,14 @@ const CHECKS: f64 = 4.0;
 
 /// Depth-integrated SPH over a profile (`D` = 1) or over terrain (`D` = 2).
 pub struct DepthSolver<const D: usize> {
-    case: Arc<Case>,
-    options: DepthOptions,
-    flow: Flow<D>,
-    stage: usize,
+    /// Case of the run.
+    pub(crate) case: Arc<Case>,
+    /// Options of the method.
+    pub(crate) options: DepthOptions,
+    /// Flow: its nodes, its bed and its boundaries.
+    pub(crate) flow: Flow<D>,
+    /// Index of the current stage.
+    pub(crate) stage: usize,
     /// Stage of the checkpoint that has been restored, until the next stage begins.
     restored_stage: Option<usize>,
     time: f64,
@@ -47,7 +51,7 @@ pub struct DepthSolver<const D: usize> {
     /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
     fit_errors: Option<[f64; 2]>,
     /// Limit of the next step, once it has been computed.
-    limit: Option<LimitingNode>,
+    pub(crate) limit: Option<LimitingNode>,
 }
 
 impl<const D: usize> DepthSolver<D> {

@@ -13,6 +13,7 @@ mod inflow_lines;
 mod mapped_outline;
 mod open_ends;
 mod open_sides;
+mod point_changes;
 mod pore_fluid;
 mod program;
 mod restarts;

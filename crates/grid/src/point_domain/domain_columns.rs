@@ -69,6 +69,15 @@ macro_rules! domain_kinds {
                 }
             }
 
+            /// Moves the domains of `other` to the end; false, without a change, where they are of another kind.
+            pub fn append(&mut self, other: &mut Self) -> bool {
+                match (self, other) {
+                    $((Self::$kind(domains), Self::$kind(other)) => domains.append(other),)+
+                    _ => return false,
+                }
+                true
+            }
+
             /// Restores the domains of `count` points from the numbers of [`Domains::checkpoint_numbers`]; `None` for a wrong number.
             pub fn restore(&mut self, numbers: &[f64], count: usize, right_stretch: RightStretchDiagonal<D>) -> Option<()> {
                 match self {

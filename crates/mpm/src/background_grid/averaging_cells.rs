@@ -298,7 +298,9 @@ mod tests {
     fn forces<const D: usize>(options: &Value, gap: impl Fn(&[f64; D]) -> bool) -> Vec<[f64; 4]> {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
         let mut solver = solver::<D>(options, &stress);
-        solver.bodies.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x), &mut ScratchBuffers::default()));
+        solver.bodies.sets.iter_mut().for_each(|set| {
+            set.retain_where(|points, i| !gap(&points.position[i]), &mut ScratchBuffers::default())
+        });
         solver.sort();
         solver.p2g_for_tests();
         solver.nodes.nodal_states.iter().map(|node| node.force.to_array()).collect()

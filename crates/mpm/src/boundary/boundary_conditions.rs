@@ -1,6 +1,6 @@
 //! External actions on nodes and points: walls, obstacles, driven bodies, contact, loads, absorbing boundaries.
 
-use colluvium_case::BodyForce;
+use colluvium_case::{BodyForce, MovingObstacle};
 use colluvium_grid::NodeWalls;
 
 use crate::background_grid::BackgroundGrid;
@@ -46,6 +46,18 @@ pub struct BoundaryConditions<const D: usize> {
 }
 
 impl<const D: usize> BoundaryConditions<D> {
+    /// Moving obstacles, in the order of the case.
+    pub fn moving_obstacles(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        let on_points = self.penalty_obstacles.iter().flat_map(|all| all.moving_obstacles());
+        on_points.chain(self.node_obstacles.moving_obstacles.iter())
+    }
+
+    /// Moving obstacles, in the order of the case, to be changed.
+    pub fn moving_obstacles_mut(&mut self) -> impl Iterator<Item = &mut MovingObstacle<D>> {
+        let on_points = self.penalty_obstacles.iter_mut().flat_map(|all| all.moving_obstacles_mut());
+        on_points.chain(self.node_obstacles.moving_obstacles.iter_mut())
+    }
+
     /// Sets the walls of a stage.
     pub fn set_walls(&mut self, background: &BackgroundGrid<D>, walls: NodeWalls) {
         let (nodes, ghosts) = (background.layout.nodes(), background.basis_1d.ghosts);

@@ -30,21 +30,33 @@ pub fn initialise_penalty<const D: usize>(
     obstacles: &mut Option<Box<PenaltyObstacles<D>>>,
 ) {
     let Some(obstacles) = obstacles else { return };
-    let mut blocks = 0;
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
-        let half = |p: usize| {
-            let radius = if background.axisymmetric { set.points.position[p][0] } else { 1.0 };
-            0.5 * (set.points.initial_volume[p] / radius).powf(1.0 / D as f64)
-        };
-        set.points.obstacle_contact = (0..set.len())
-            .map(|p| obstacles.initial_penalty_state(&set.points.position[p], half(p)))
-            .collect();
-        if let Some(pore) = &mut set.pore {
-            pore.points.obstacle_contact = vec![PoreContactState::NEW; pore.points.len()];
-        }
-        blocks = blocks.max(set.len().div_ceil(BLOCK_SIZE));
+        initialise_contact_states(background, obstacles, set);
     }
-    obstacles.resize_workspaces(blocks);
+    fit_workspaces(bodies, obstacles);
+}
+
+/// Initialises the contact states of the points of a deformable body.
+pub fn initialise_contact_states<const D: usize>(
+    background: &BackgroundGrid<D>,
+    obstacles: &PenaltyObstacles<D>,
+    set: &mut PointSet<D>,
+) {
+    let half = |p: usize| {
+        let radius = if background.axisymmetric { set.points.position[p][0] } else { 1.0 };
+        0.5 * (set.points.initial_volume[p] / radius).powf(1.0 / D as f64)
+    };
+    set.points.obstacle_contact =
+        (0..set.len()).map(|p| obstacles.initial_penalty_state(&set.points.position[p], half(p))).collect();
+    if let Some(pore) = &mut set.pore {
+        pore.points.obstacle_contact = vec![PoreContactState::NEW; pore.points.len()];
+    }
+}
+
+/// Resizes the workspaces of the obstacles to the largest body.
+pub fn fit_workspaces<const D: usize>(bodies: &Bodies<D>, obstacles: &mut PenaltyObstacles<D>) {
+    let blocks = bodies.deformable_sets().map(|set| set.len().div_ceil(BLOCK_SIZE)).max();
+    obstacles.resize_workspaces(blocks.unwrap_or(0));
 }
 
 /// Computes the forces of obstacles on points at the start of a step of `dt` (s).

@@ -252,6 +252,11 @@ impl<const D: usize> PenaltyObstacles<D> {
         self.obstacles.iter().filter_map(|obstacle| obstacle.motion.as_ref()).map(|moving| &moving.obstacle)
     }
 
+    /// Returns the moving obstacles, to be changed.
+    pub fn moving_obstacles_mut(&mut self) -> impl Iterator<Item = &mut MovingObstacle<D>> {
+        self.obstacles.iter_mut().filter_map(|own| own.motion.as_mut()).map(|moving| &mut moving.obstacle)
+    }
+
     /// Moves the obstacles to `time` (s), and resets their forces of the step.
     pub fn advance(&mut self, time: f64) {
         let at = std::mem::replace(&mut self.history.force_time, time);
@@ -264,7 +269,7 @@ impl<const D: usize> PenaltyObstacles<D> {
             else {
                 continue;
             };
-            *before = own.motion.transform(at);
+            *before = own.transform(at);
             own.move_to(time);
             max_displacement = max_displacement.max(own.max_displacement(at, time));
         }
@@ -319,7 +324,7 @@ impl<const D: usize> PenaltyObstacle<D> {
     /// Displacement of the obstacle at `x` until `time` (m).
     pub fn displacement_until(&self, x: &[f64; D], time: f64) -> [f64; D] {
         self.motion.as_ref().map_or([0.0; D], |ObstacleMotionState { obstacle: own, .. }| {
-            let end = own.material_position(x, &own.motion.transform(time));
+            let end = own.material_position(x, &own.transform(time));
             std::array::from_fn(|c| end[c] - x[c])
         })
     }

@@ -371,7 +371,10 @@ mod tests {
         });
         let case = Case::from_json(&text.to_string()).unwrap();
         let mut solver = initial_solver::<1>(&case);
-        solver.bodies.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9, &mut ScratchBuffers::default());
+        solver.bodies.sets[0].retain_where(
+            |points, i| (points.position[i][0] - 1.5).abs() > 1e-9,
+            &mut ScratchBuffers::default(),
+        );
         solver.sort();
         let MpmSolver { clock, background, bodies, boundary, averages, two_phase, .. } = &mut solver;
         let phases = two_phase.as_deref_mut().unwrap();

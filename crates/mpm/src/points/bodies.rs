@@ -9,7 +9,7 @@ use colluvium_points::ScratchBuffers;
 use crate::background_grid::BackgroundGrid;
 use crate::clock::Clock;
 use crate::points::point_blocks::{BlockReport, BlockUpdateTask, PointBlock, SetProperties, Workspace};
-use crate::points::point_set::PointSet;
+use crate::points::point_set::{PointColumns, PointSet};
 
 /// Points, body by body.
 pub struct Bodies<const D: usize> {
@@ -22,17 +22,21 @@ pub struct Bodies<const D: usize> {
     pub(crate) any_outside: Box<AtomicBool>,
     /// Largest mass of a point (kg).
     pub(crate) max_point_mass: f64,
+    /// Number of the next point that is added.
+    pub(crate) next_id: u32,
     scratch: ScratchBuffers,
 }
 
 impl<const D: usize> Bodies<D> {
     /// Returns points that are not sorted yet.
     pub fn new(sets: Vec<PointSet<D>>) -> Self {
+        let count: usize = sets.iter().map(PointSet::len).sum();
         Self {
             sets,
             travel_since_sort: 0.0,
             any_outside: Box::default(),
             max_point_mass: 0.0,
+            next_id: count as u32,
             scratch: ScratchBuffers::default(),
         }
     }
@@ -74,7 +78,12 @@ impl<const D: usize> Bodies<D> {
 
     /// Removes the points for whose positions (m) the condition is false, and bodies without points.
     pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
-        self.sets.iter_mut().for_each(|set| set.retain(&keep, &mut self.scratch));
+        self.retain_where(|points, i| keep(&points.position[i]));
+    }
+
+    /// Removes the points for whose index in the columns of their set the condition is false, and bodies without points.
+    pub fn retain_where(&mut self, keep: impl Fn(&PointColumns<D>, usize) -> bool) {
+        self.sets.iter_mut().for_each(|set| set.retain_where(&keep, &mut self.scratch));
         self.sets.retain(|set| set.len() > 0);
     }
 

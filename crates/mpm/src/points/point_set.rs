@@ -162,9 +162,23 @@ impl<const D: usize> PointSet<D> {
         self.reorder(&order, spare);
     }
 
-    /// Removes the points for whose positions the condition is false.
-    pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool, spare: &mut ScratchBuffers) {
-        let kept = |i: &u32| keep(&self.points.position[*i as usize]);
+    /// Adds the points of `other`, of the same body, at the end.
+    pub fn append(&mut self, mut other: Self) {
+        self.states = self.states.followed_by(&other.states);
+        self.domain.append(&mut other.domain);
+        if let (Some(pore), Some(other)) = (&mut self.pore, &mut other.pore) {
+            pore.points.append(&mut other.points);
+        }
+        self.points.append(&mut other.points);
+    }
+
+    /// Removes the points for whose index in the columns the condition is false.
+    pub fn retain_where(
+        &mut self,
+        keep: impl Fn(&PointColumns<D>, usize) -> bool,
+        spare: &mut ScratchBuffers,
+    ) {
+        let kept = |i: &u32| keep(&self.points, *i as usize);
         let order: Vec<u32> = (0..self.len() as u32).filter(kept).collect();
         if order.len() < self.len() {
             self.reorder(&order, spare);

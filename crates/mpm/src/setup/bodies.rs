@@ -15,32 +15,30 @@ use crate::{MpmOptions, StressScheme};
 /// Maximum number of points, by the range of ids.
 const MAX_POINTS: usize = u32::MAX as usize;
 
-/// Returns the points of body `number`, with ids from `first_id` on; `wet` where any body has a pore fluid.
+/// Returns the points of body `number`, with ids from `first_id` on; `listed` are those of a list. `wet` where any body has a pore fluid.
 pub(super) fn point_set<const D: usize>(
     case: &Case,
     options: &MpmOptions,
     background: &BackgroundGrid<D>,
-    number: usize,
+    (number, listed): (usize, Option<&PointList>),
     first_id: usize,
     wet: bool,
 ) -> Result<PointSet<D>, CaseError> {
     let view = &background.grid_view();
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
-    let listed = case.point_list(number)?;
-    let samples = samples(options, view, case, (number, listed.as_ref()), first_id)?;
+    let samples = samples(options, view, case, (number, listed), first_id)?;
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
-    let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed.as_ref(), i)?));
+    let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed, i)?));
     let mass = mass.collect::<Result<Vec<f64>, CaseError>>()?;
-    let pore = wet.then(|| phases::pore_set(case, body, listed.as_ref(), &position));
-    let InitialLawState { material, stress, states } =
-        case.initialise_law(number, listed.as_ref(), &position)?;
+    let pore = wet.then(|| phases::pore_set(case, body, listed, &position));
+    let InitialLawState { material, stress, states } = case.initialise_law(number, listed, &position)?;
     let domain = domains(background, &position, &path)?;
     let follows_later = domain.stretch() && options.stress_update == StressScheme::Usf;
     let used = |used: bool| if used { samples.len() } else { 0 };
-    let velocity = velocities(body, listed.as_ref(), &position);
+    let velocity = velocities(body, listed, &position);
     let is_affine = options.transfer_of(number).is_affine();
     Ok(PointSet {
         body: number as u32,

@@ -161,7 +161,8 @@ fn point_sets<const D: usize>(
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let (mut sets, mut first_id) = (Vec::new(), 0);
     for (number, body) in case.bodies.iter().enumerate() {
-        let mut set = point_set(case, options, background, number, first_id, wet)?;
+        let listed = case.point_list(number)?;
+        let mut set = point_set(case, options, background, (number, listed.as_ref()), first_id, wet)?;
         first_id += set.len();
         set.rigid = body.rigid.then(|| rigid_number(driven, body)).flatten();
         if set.rigid.is_none() || case.moves_freely(&body.name) {

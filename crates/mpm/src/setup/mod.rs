@@ -10,6 +10,7 @@ mod capabilities;
 mod defaults;
 pub(crate) mod fall_time;
 pub(crate) mod manufactured;
+mod point_changes;
 pub(crate) mod problem_size;
 mod warnings;
 

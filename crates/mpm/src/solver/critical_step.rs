@@ -4,7 +4,6 @@ use colluvium_case::{StepLimit, TimeStep, limit_step_by_obstacles, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, StateBlock, States, SymTensor};
 use rayon::prelude::*;
 
-use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::config::{StepCoefficients, StepCriterion};
 use crate::points::pore_fluid::{PoreFluidConstants, critical_step, simple_steps};
 use crate::points::vectors::square;
@@ -69,17 +68,9 @@ impl<const D: usize> MpmSolver<D> {
 
     /// Reduces the critical step so that no obstacle moves farther than [`MAX_OBSTACLE_MOVE`].
     fn limit_by_obstacle_motion(&self, critical: TimeStep) -> TimeStep {
-        let BoundaryConditions { penalty_obstacles, node_obstacles, .. } = &self.boundary;
-        let moving = penalty_obstacles
-            .iter()
-            .flat_map(|penalty_obstacles| penalty_obstacles.moving_obstacles())
-            .chain(node_obstacles.moving_obstacles.iter());
         let max_displacement = MAX_OBSTACLE_MOVE * self.clock.options.cell_size;
-        limit_step_by_obstacles(
-            critical,
-            moving,
-            (self.clock.time, max_displacement, STEPS_PER_TIME_STEP + 1),
-        )
+        let until = (self.clock.time, max_displacement, STEPS_PER_TIME_STEP + 1);
+        limit_step_by_obstacles(critical, self.boundary.moving_obstacles(), until)
     }
 
     /// Largest step that waves, motion and viscosity of the points permit at a Courant number; at 1 it is the critical step.

@@ -5,6 +5,7 @@
 
 mod critical_step;
 mod equilibrium;
+mod grid_nodes;
 mod program_access;
 
 use std::sync::Arc;
@@ -21,14 +22,17 @@ use crate::config::StressScheme;
 use crate::momentum::consistent_mass::ConsistentMass;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::momentum::velocity_fields::VelocitySource::{EndOfStep, Remapped};
+use crate::obstacles::obstacle_penalty::fit_workspaces;
 use crate::phases::nodal_phases::NodalPhases;
 use crate::phases::one_phase::OnePhase;
 use crate::phases::{SkeletonAndFluid, TwoPhase};
 use crate::points::bodies::Bodies;
+use crate::points::point_set::PointSet;
 use crate::stress::averages::CellAverages;
 use crate::transfer::p2g::P2gContent;
 use crate::transfer::point_update::UpdateSelection;
 
+pub use crate::solver::grid_nodes::MpmNode;
 pub use crate::solver::program_access::MpmPoints;
 
 /// Explicit MPM in `D` dimensions.
@@ -115,6 +119,17 @@ impl<const D: usize> MpmSolver<D> {
         }
         bodies.sort(background);
         self.find_active_nodes();
+    }
+
+    /// Resizes the buffers of obstacles and of the free surface to the number of points.
+    pub(crate) fn resize_point_buffers(&mut self) {
+        let Self { bodies, boundary, averages, .. } = self;
+        if let Some(obstacles) = &mut boundary.penalty_obstacles {
+            fit_workspaces(bodies, obstacles);
+        }
+        if let Some(surface) = &mut averages.free_surface {
+            surface.resize_point_buffers(bodies.sets.iter().map(PointSet::len).max().unwrap_or(0));
+        }
     }
 
     /// Finds active nodes and slab bounds from the sorted points.

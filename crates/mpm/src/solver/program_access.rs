@@ -1,5 +1,6 @@
 //! Reading and changing the solver between steps of a program.
 
+use colluvium_case::bodies::law_points::law_output;
 use colluvium_case::{BodyForce, CaseError, PointColumn};
 use colluvium_constitutive::SymTensor;
 
@@ -74,6 +75,12 @@ impl<'a, const D: usize> MpmPoints<'a, D> {
         })
     }
 
+    /// Values of an output of the material laws by its name, such as `plastic_strain`, in the order of the points; NaN in
+    /// bodies whose law has no such output, `None` where no law has. They are computed by the call.
+    pub fn field(&self, name: &str) -> Option<Vec<f64>> {
+        law_output(self.sets.iter().map(PointSet::law_points), name)
+    }
+
     /// Column of all sets.
     fn column<T>(&self, of_set: impl Fn(&'a PointSet<D>) -> &'a Vec<T>) -> PointColumn<'a, T> {
         PointColumn::new(self.sets.iter().map(|set| of_set(set).as_slice()))
@@ -119,6 +126,21 @@ impl<const D: usize> MpmSolver<D> {
         for set in self.deformable_sets() {
             set.points.body_force.resize(set.points.len(), [0.0; D]);
         }
+        Ok(())
+    }
+
+    /// Gives an obstacle with a `motion` in the case a velocity (m/s) from the present time on, in place of that motion; a rotation stops. A
+    /// checkpoint contains it.
+    ///
+    /// # Errors
+    /// When there is no such obstacle, when it has no motion in the case, and when the velocity is not finite.
+    pub fn set_obstacle_velocity(&mut self, name: &str, velocity: [f64; D]) -> Result<(), CaseError> {
+        let number = self.clock.case.check_obstacle_velocity(name, &velocity)?;
+        if let Some(moving) = self.boundary.moving_obstacles_mut().nth(number) {
+            moving.set_program_velocity(self.clock.time, &velocity);
+        }
+        // The limit of the step depends on the velocity.
+        self.clock.limit = None;
         Ok(())
     }
 

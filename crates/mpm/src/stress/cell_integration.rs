@@ -351,7 +351,10 @@ mod tests {
         for (case, wet) in resettable_bars().iter().zip([false, true]) {
             let mut solver = initial_solver::<1>(case);
             // Two of three points are left in the last cell.
-            solver.bodies.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9, &mut ScratchBuffers::default());
+            solver.bodies.sets[0].retain_where(
+                |points, i| (points.position[i][0] - 8.5 / 3.0).abs() > 1e-9,
+                &mut ScratchBuffers::default(),
+            );
             solver.sort();
             let set = &mut solver.bodies.sets[0];
             for (p, stress) in set.points.stress.iter_mut().enumerate() {

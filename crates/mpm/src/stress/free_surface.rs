@@ -82,6 +82,13 @@ impl<const D: usize> FreeSurface<D> {
         GridView::new(&background.grid, &background.mesh, &self.layout)
     }
 
+    /// Resizes the arrays of points to a number of points of the largest body.
+    pub fn resize_point_buffers(&mut self, max_points: usize) {
+        if let Some(domains) = &mut self.zero_width_domains {
+            domains.resize(max_points, FixedDomain);
+        }
+    }
+
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
         size_of_val(&self.sums[..]) + size_of_val(&self.has_point[..]) + size_of_val(&self.fill[..])

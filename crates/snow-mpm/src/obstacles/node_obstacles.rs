@@ -2,8 +2,8 @@
 
 use colluvium_case::description::Obstacle;
 use colluvium_case::{
-    Case, CaseError, MovingObstacles, ObstacleLaw, PlacedObstacle, TimeStep, constraining_obstacles,
-    limit_step_by_obstacles,
+    Case, CaseError, MovingObstacle, MovingObstacles, ObstacleLaw, PlacedObstacle, TimeStep,
+    constraining_obstacles, limit_step_by_obstacles,
 };
 use colluvium_grid::{NodeFace, NodeFaces};
 
@@ -63,6 +63,16 @@ impl<const D: usize> NodeObstacles<D> {
     /// Whether any obstacle moves.
     pub fn are_moving(&self) -> bool {
         !self.moving_obstacles.is_empty()
+    }
+
+    /// Moving obstacles, in the order of the case.
+    pub fn moving(&self) -> impl Iterator<Item = &MovingObstacle<D>> {
+        self.moving_obstacles.iter()
+    }
+
+    /// Moving obstacles, in the order of the case, to be changed.
+    pub fn moving_mut(&mut self) -> impl Iterator<Item = &mut MovingObstacle<D>> {
+        self.moving_obstacles.iter_mut()
     }
 
     /// Critical step, reduced so that no obstacle moves by more than half a cell in the step from `time` on (s).

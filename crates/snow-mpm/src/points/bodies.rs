@@ -117,6 +117,12 @@ impl<const D: usize> BodyPoints<D> {
         self.points.bytes() + self.points.len() * (2 * state + 16 + size_of::<SquareMatrix<D>>())
     }
 
+    /// Adds the points of `other`, of the same body, at the end. They are sorted afterwards.
+    pub fn append(&mut self, mut other: Self) {
+        self.states = self.states.followed_by(&other.states);
+        self.points.append(&mut other.points);
+    }
+
     /// Moves point `order[i]` to index `i`; points that `order` does not contain are removed.
     fn reorder(&mut self, order: &[u32], spare: &mut ScratchBuffers) {
         self.points.reorder(order, spare);
@@ -133,13 +139,16 @@ pub struct Bodies<const D: usize> {
     pub travel_since_sort: f64,
     /// Mean mass of a point (kg).
     pub mean_mass: f64,
+    /// Number of the next point that is added.
+    pub next_id: u32,
     scratch: ScratchBuffers,
 }
 
 impl<const D: usize> Bodies<D> {
     /// Creates the set of bodies.
     pub fn new(bodies: Vec<BodyPoints<D>>) -> Self {
-        Self { bodies, ..Self::default() }
+        let count: usize = bodies.iter().map(|body| body.points.len()).sum();
+        Self { bodies, next_id: count as u32, ..Self::default() }
     }
 
     /// Number of points.

@@ -13,29 +13,27 @@ use crate::setup::option_error;
 /// Largest number of points, by the range of the ids.
 const MAX_POINTS: usize = u32::MAX as usize;
 
-/// Returns the points of body number `number`, with ids from `first_id` on.
+/// Returns the points of body number `number`, with ids from `first_id` on; `listed` are those of a list.
 pub(super) fn body_points<const D: usize>(
     case: &Case,
     options: &SnowOptions,
     background: &BackgroundGrid<D>,
-    number: usize,
+    (number, listed): (usize, Option<&PointList>),
     first_id: usize,
 ) -> Result<BodyPoints<D>, CaseError> {
     let of_case = &case.bodies[number];
-    let listed = case.point_list(number)?;
-    let samples = sample_body(case, options, background, number, listed.as_ref())?;
+    let samples = sample_body(case, options, background, number, listed)?;
     let count = samples.len();
     if first_id + count > MAX_POINTS {
         return Err(option_error("cell_size", format!("gives more than {MAX_POINTS} points")));
     }
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume).collect();
-    let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed.as_ref(), i)?));
+    let mass = volume.iter().enumerate().map(|(i, v)| Ok(v * case.density_at(number, listed, i)?));
     let mass = mass.collect::<Result<Vec<f64>, CaseError>>()?;
-    let InitialLawState { material, stress, states } =
-        case.initialise_law(number, listed.as_ref(), &position)?;
+    let InitialLawState { material, stress, states } = case.initialise_law(number, listed, &position)?;
     let velocity_of = |(point, x): (usize, &[f64; D])| {
-        let given = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
+        let given = listed.and_then(|list| Some(list.velocities.as_ref()?[point]));
         let velocity = given.unwrap_or_else(|| of_case.velocity.velocity_at(spatial(x)));
         std::array::from_fn(|c| velocity[c])
     };

@@ -3,6 +3,7 @@
 mod body_points;
 mod capabilities;
 pub(crate) mod manufactured;
+mod point_changes;
 
 use std::any::Any;
 use std::sync::Arc;
@@ -201,7 +202,8 @@ fn solver<const D: usize>(
     let mut all = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let body = body_points::body_points(case, options, &background, number, next)?;
+        let listed = case.point_list(number)?;
+        let body = body_points::body_points(case, options, &background, (number, listed.as_ref()), next)?;
         next += body.points.len();
         let slack = OVERLAP_TOLERANCE * options.cell_size;
         case.reject_overlapping_points(&standing, number, &body.points.position, slack)?;

@@ -8,5 +8,7 @@ mod hazard_rasters;
 mod motion;
 mod obstacles;
 mod periodic_domain;
+mod point_changes;
 mod program;
+mod program_obstacles;
 mod removal_shapes;

@@ -252,6 +252,11 @@ impl<const D: usize> ObstacleFaces<D> {
         self.solids.iter().filter_map(|own| own.motion.as_ref())
     }
 
+    /// Moving obstacles, to be changed.
+    pub fn moving_obstacles_mut(&mut self) -> impl Iterator<Item = &mut MovingObstacle<D>> {
+        self.solids.iter_mut().filter_map(|own| own.motion.as_mut())
+    }
+
     /// Whether any obstacle moves.
     pub fn are_moving(&self) -> bool {
         self.moving_obstacles().next().is_some()
@@ -259,13 +264,12 @@ impl<const D: usize> ObstacleFaces<D> {
 
     /// Moves the obstacles to `time` (s).
     pub fn move_to(&mut self, time: f64) {
-        self.solids.iter_mut().filter_map(|own| own.motion.as_mut()).for_each(|moving| moving.move_to(time));
+        self.moving_obstacles_mut().for_each(|moving| moving.move_to(time));
     }
 
     /// Sets the mean obstacle velocities of a step of `dt` (s) that ends at `end` (s).
     pub fn set_mean_velocity(&mut self, end: f64, dt: f64) {
-        let moving = self.solids.iter_mut().filter_map(|own| own.motion.as_mut());
-        moving.for_each(|moving| moving.set_mean_velocity(end, dt));
+        self.moving_obstacles_mut().for_each(|moving| moving.set_mean_velocity(end, dt));
     }
 
     /// Largest displacement of an obstacle between two times (m).

@@ -203,6 +203,8 @@ pub struct Bodies<const D: usize> {
     pub ghost_particles: Vec<bool>,
     /// Surface loads.
     pub loads: BodyLoads<D>,
+    /// Number of the next particle that is added.
+    pub next_id: u32,
 }
 
 impl<const D: usize> Bodies<D> {
@@ -281,18 +283,67 @@ impl<const D: usize> Bodies<D> {
 
     /// Removes the bodies that are inactive in the stage, and their entries in `rates`.
     pub fn remove_inactive(&mut self, case: &Case, stage: usize, rates: &mut Derivatives<D>) {
-        let is_gone = |group: &ParticleGroup| case.is_removed(&case.bodies[group.body as usize].name, stage);
-        while let Some(number) = self.groups.iter().position(is_gone) {
-            let range = self.groups.remove(number).range();
-            for group in &mut self.groups[number..] {
-                group.start -= range.len();
-                group.end -= range.len();
-            }
-            // No images or walls follow here.
-            self.resize(self.particles.len());
-            self.particles.reorder_range(range.clone(), &[], &mut ScratchBuffers::default());
-            rates.reorder_range(range, &[], &mut ScratchBuffers::default());
-            self.resize(self.particles.len());
+        self.retain_where(|group, _| !case.is_removed(&case.bodies[group.body as usize].name, stage), rates);
+    }
+
+    /// Removes the particles for whose body and number the condition is false, bodies without particles, and their entries in `rates`.
+    /// Images and wall particles are removed with them. Returns whether there are any.
+    pub fn retain_where(
+        &mut self,
+        keep: impl Fn(&ParticleGroup, u32) -> bool,
+        rates: &mut Derivatives<D>,
+    ) -> bool {
+        let Self { particles, groups, .. } = self;
+        let kept_in = |group: &ParticleGroup| -> Vec<u32> {
+            let ids = particles.id[group.range()].iter().zip(0u32..);
+            ids.filter(|(id, _)| keep(group, **id)).map(|(_, i)| i).collect()
+        };
+        let kept: Vec<Vec<u32>> = groups.iter().map(kept_in).collect();
+        if groups.iter().zip(&kept).all(|(group, kept)| group.range().len() == kept.len()) {
+            return false;
         }
+        particles.truncate(particles.len());
+        let (mut start, mut scratch) = (0, ScratchBuffers::default());
+        for (group, kept) in groups.iter_mut().zip(&kept) {
+            let range = start..start + group.range().len();
+            if kept.len() < range.len() {
+                particles.reorder_range(range.clone(), kept, &mut scratch);
+                rates.reorder_range(range, kept, &mut scratch);
+                group.states = group.states.permuted(kept);
+            }
+            (group.start, group.end) = (start, start + kept.len());
+            start = group.end;
+        }
+        groups.retain(|group| !group.range().is_empty());
+        self.resize(self.particles.len());
+        true
+    }
+
+    /// Adds the particles of `added` and their states at the end of the group at `index`. Both must use the same columns. Images and wall
+    /// particles are removed.
+    pub fn insert(
+        &mut self,
+        index: usize,
+        (added, states): (&Particles<D>, &States),
+        rates: &mut Derivatives<D>,
+    ) {
+        let (end, count) = (self.groups[index].end, added.len());
+        self.particles.truncate(self.particles.len());
+        let picks: Vec<(u32, u32)> = (0..end as u32)
+            .map(|i| (0, i))
+            .chain((0..count as u32).map(|i| (1, i)))
+            .chain((end as u32..self.particles.len() as u32).map(|i| (0, i)))
+            .collect();
+        let old = std::mem::take(&mut self.particles);
+        self.particles.gather(&[&old, added], &picks);
+        let (old, mut at_rest) = (std::mem::take(rates), Derivatives::default());
+        at_rest.resize(count);
+        rates.gather(&[&old, &at_rest], &picks);
+        self.groups[index].states = self.groups[index].states.followed_by(states);
+        self.groups[index].end += count;
+        for group in &mut self.groups[index + 1..] {
+            (group.start, group.end) = (group.start + count, group.end + count);
+        }
+        self.resize(self.particles.len());
     }
 }

@@ -17,35 +17,33 @@ use crate::points::rigid_body::RigidBody;
 /// Largest number of particles, limited by the ids.
 const MAX_PARTICLES: usize = u32::MAX as usize;
 
-/// Adds the particles of a body, in their initial state.
+/// Adds the particles of body `number` in their initial state, with ids from `first_id` on; `listed` are those of a list.
 pub(super) fn add_body<const D: usize>(
     case: &Case,
     options: &SphOptions,
-    number: usize,
-    body: &Body,
+    (number, listed): (usize, Option<&PointList>),
+    first_id: u32,
     particles: &mut Particles<D>,
 ) -> Result<ParticleGroup, CaseError> {
-    let path = format!("bodies[{number}]");
+    let (body, path) = (&case.bodies[number], format!("bodies[{number}]"));
     let low: [f64; D] = leading_components(&case.domain.min);
-    let listed = case.point_list(number)?;
-    let samples = match &listed {
+    let samples = match listed {
         Some(list) => list.samples(),
         None => case.samples(number, low, options.spacing)?,
     };
     let (start, count) = (particles.len(), samples.len());
-    check_count(options, &path, start, count)?;
+    check_count(options, &path, first_id as usize, count)?;
     let positions: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     check_places(case, &path, &positions)?;
     let spec = &case.materials[&body.material];
     let youngs_modulus = youngs_modulus_of_speed(case, options, body)?;
-    let densities = (0..count).map(|i| case.density_at(number, listed.as_ref(), i));
+    let densities = (0..count).map(|i| case.density_at(number, listed, i));
     let densities = densities.collect::<Result<Vec<f64>, CaseError>>()?;
-    let InitialLawState { material, stress, states } =
-        case.initialise_law(number, listed.as_ref(), &positions)?;
-    particles.id.extend(start as u32..(start + count) as u32);
+    let InitialLawState { material, stress, states } = case.initialise_law(number, listed, &positions)?;
+    particles.id.extend(first_id..first_id + count as u32);
     let history = options.held_history.get(&body.name).cloned();
     let factor = history.as_ref().map_or(1.0, |history| history.factor_at(0.0));
-    let velocities = initial_velocities(options, body, &path, (listed.as_ref(), factor), &positions)?;
+    let velocities = initial_velocities(options, body, &path, (listed, factor), &positions)?;
     particles.velocity.extend(velocities);
     particles.mass.extend(samples.iter().zip(&densities).map(|(sample, density)| sample.volume * density));
     particles.density.extend(densities);
@@ -154,16 +152,16 @@ fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]])
 
 /// Checks that no two particles coincide.
 pub(super) fn check_distances<const D: usize>(
-    particles: &Particles<D>,
+    position: &[[f64; D]],
     options: &SphOptions,
 ) -> Result<(), CaseError> {
     let mut list = HalfNeighbourList::<D>::new();
     let smallest = 1e-6 * options.spacing;
     // Search cells must not be much smaller than the spacing.
-    list.build(&particles.position, 0.5 * options.spacing)
+    list.build(position, 0.5 * options.spacing)
         .map_err(|error| CaseError::new("bodies", error.to_string()))?;
     let close = |&(i, j): &(u32, u32)| {
-        let (a, b) = (&particles.position[i as usize], &particles.position[j as usize]);
+        let (a, b) = (&position[i as usize], &position[j as usize]);
         (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < smallest * smallest
     };
     match list.pairs().find(close) {
@@ -171,7 +169,7 @@ pub(super) fn check_distances<const D: usize>(
         Some((i, _)) => {
             let problem = format!(
                 "two particles have the same position, {:?} m: check whether bodies overlap",
-                particles.position[i as usize]
+                position[i as usize]
             );
             Err(CaseError::new("bodies", problem))
         }

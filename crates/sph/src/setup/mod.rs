@@ -4,6 +4,7 @@ mod band_checks;
 mod bodies;
 mod capabilities;
 mod defaults;
+mod point_changes;
 pub mod rates_only;
 
 use std::f64::consts::PI;
@@ -230,13 +231,15 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     }
     check_walls::<D>(case, options, smoothing.radius())?;
     let mut bodies = Bodies::default();
-    for (number, body) in case.bodies.iter().enumerate() {
-        let group = add_body(case, options, number, body, &mut bodies.particles)?;
+    for number in 0..case.bodies.len() {
+        let (listed, first_id) = (case.point_list(number)?, bodies.particles.len() as u32);
+        let group = add_body(case, options, (number, listed.as_ref()), first_id, &mut bodies.particles)?;
         bodies.groups.push(group);
     }
     let count = bodies.particles.len();
+    bodies.next_id = count as u32;
     check_stress_forms(&bodies.groups, options)?;
-    check_distances(&bodies.particles, options)?;
+    check_distances(&bodies.particles.position, options)?;
     if options.ranks as usize > count {
         let problem = format!("{} is more than the {count} particles", options.ranks);
         return Err(CaseError::new("methods.sph.ranks", problem));

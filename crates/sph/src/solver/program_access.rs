@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use colluvium_case::bodies::law_points::law_output;
 use colluvium_case::{BodyForce, CaseError};
 use colluvium_constitutive::SymTensor;
 
@@ -75,6 +76,12 @@ impl<'a, const D: usize> SphParticles<'a, D> {
     /// Densities (kg/m³). With `integration` `leapfrog-rates` they are those at [`SphSolver::velocity_time`].
     pub fn density(&self) -> &'a [f64] {
         &self.particles.density[self.range()]
+    }
+
+    /// Values of an output of the material laws by its name, such as `plastic_strain`, in the order of the particles; NaN in
+    /// bodies whose law has no such output, `None` where no law has. They are computed by the call.
+    pub fn field(&self, name: &str) -> Option<Vec<f64>> {
+        law_output(self.groups.iter().map(|group| self.particles.law_points(group)), name)
     }
 
     /// Index range in the arrays.
@@ -150,8 +157,22 @@ impl<const D: usize> SphSolver<D> {
         self.state_has_changed();
     }
 
+    /// Gives an obstacle with a `motion` in the case a velocity (m/s) from the present time on, in place of that motion; a rotation stops. A
+    /// checkpoint contains it.
+    ///
+    /// # Errors
+    /// When there is no such obstacle, when it has no motion in the case, and when the velocity is not finite.
+    pub fn set_obstacle_velocity(&mut self, name: &str, velocity: [f64; D]) -> Result<(), CaseError> {
+        let number = self.setting.case.check_obstacle_velocity(name, &velocity)?;
+        if let Some(moving) = self.walls.obstacles.moving_obstacles_mut().nth(number) {
+            moving.set_program_velocity(self.clock.time, &velocity);
+        }
+        self.state_has_changed();
+        Ok(())
+    }
+
     /// Discards the stable step and the accelerations of the state before.
-    fn state_has_changed(&mut self) {
+    pub(crate) fn state_has_changed(&mut self) {
         self.clock.limit = None;
         self.rates.is_current = false;
     }

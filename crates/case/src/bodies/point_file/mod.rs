@@ -402,6 +402,14 @@ impl PointFileRow<'_> {
 
 /// Rejects coinciding points; `lines` are their line numbers in the file.
 fn check_distinct(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
+    match coinciding_points(positions) {
+        Some([a, b]) => Err(format!("line {}: has the same position as line {}", lines[b], lines[a])),
+        None => Ok(()),
+    }
+}
+
+/// Two points with the same position, by their indices; `None` if all positions differ.
+pub(crate) fn coinciding_points(positions: &[[f64; 3]]) -> Option<[usize; 2]> {
     // Zero and minus zero are the same coordinate.
     let key = |number: &usize| positions[*number].map(|x| x + 0.0);
     let mut order: Vec<usize> = (0..positions.len()).collect();
@@ -410,12 +418,7 @@ fn check_distinct(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
         (0..3).map(|c| a[c].total_cmp(&b[c])).find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     };
     order.sort_by(compare);
-    match order.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])) {
-        Some(pair) => {
-            Err(format!("line {}: has the same position as line {}", lines[pair[1]], lines[pair[0]]))
-        }
-        None => Ok(()),
-    }
+    order.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])).map(|pair| [pair[0], pair[1]])
 }
 
 #[cfg(test)]

@@ -123,6 +123,33 @@ fn views_are_slices_of_the_solver() {
     assert!(solver.points().velocity().iter().all(|v| *v == [0.0, 0.25]));
 }
 
+/// Shape functions are a partition of unity: the nodes have the mass and, in free flight, the momentum of the points.
+#[test]
+fn nodes_have_the_mass_and_the_momentum_of_the_points() {
+    let case = Case { gravity: Vec::new(), ..ball() };
+    let mut solver = Mpm::new(options()).solver::<2>(&case).unwrap();
+    solver.velocities_mut().for_each(|v| *v = [0.7, -0.2]);
+    assert_eq!(solver.nodes().count(), 0, "before the first step");
+    solver.step().unwrap();
+    let mass: f64 = solver.points().mass().iter().sum();
+    let sum = |of: fn(&colluvium_mpm::MpmNode<2>) -> f64| {
+        solver.nodes().map(|node| node.mass * of(&node)).sum::<f64>()
+    };
+    assert!((sum(|_| 1.0) / mass - 1.0).abs() < 1e-12);
+    assert!((sum(|node| node.velocity[0]) / (0.7 * mass) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn outputs_of_laws_are_fields() {
+    let mut solver = solver(&falling_block());
+    solver.step_to(0.02).unwrap();
+    let strains = solver.points().field("plastic_strain").unwrap();
+    assert_eq!(strains.len(), solver.points().len());
+    let largest = strains.iter().copied().fold(0.0, f64::max);
+    assert!(strains.iter().all(|strain| *strain >= 0.0) && largest > 0.0, "{largest}");
+    assert_eq!(solver.points().field("temperature"), None);
+}
+
 /// A uniform acceleration moves all points alike, with the velocity `g t`, as gravity does.
 #[test]
 fn a_uniform_body_force_is_free_fall() {

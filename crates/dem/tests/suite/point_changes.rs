@@ -1,0 +1,123 @@
+//! Points that a program adds and removes while it steps.
+
+use colluvium_case::{
+    Body, Boundary, Case, Domain, GrainColumns, PointList, Side, Simulation, Solver, Space, Stage, Wall,
+};
+use colluvium_constitutive::LinearElasticSpec;
+use colluvium_dem::{
+    Dem, DemOptions, DemSolver, Diameters, Fill, GrainKind, LatticePacking, NormalLaw, PairSpec,
+};
+use colluvium_testkit::{assert_near, scalar_output};
+
+/// Block of disks that falls on a floor.
+fn solver() -> Simulation<DemSolver<2, 1>> {
+    let case = Case::new(Space::PlaneStrain, Domain::new([-2.0, -2.0], [4.0, 4.0]))
+        .gravity([0.0, -10.0])
+        .material("sand", LinearElasticSpec::new(2650.0, 1e7, 0.3))
+        .body(Body::block("block", "sand", [0.0, 0.05], [1.5, 1.0]).velocity([0.5, -1.0]))
+        .boundary(Boundary { position: Some(0.0), ..Boundary::new(Side::YMin, Wall::frictional(0.5)) })
+        .stage(Stage::new("fall", 0.1));
+    let fill = Fill::Lattice { packing: LatticePacking::Hexagonal, pitch: None, jitter: 0.02 };
+    let sand = GrainKind::filled(2650.0, Diameters::Equal { value: 0.1 }, fill);
+    let pair = PairSpec::new(["sand", "sand"], NormalLaw::linear(1e6).restitution(0.5)).friction(0.4);
+    let options = DemOptions { seed: 3, ..DemOptions::new([("sand", sand)], [pair]) };
+    Dem::new(options).solver::<2>(&case).unwrap()
+}
+
+/// Grains beside the block.
+fn grains() -> PointList {
+    PointList {
+        positions: vec![[3.0, 2.0, 0.0], [3.2, 2.0, 0.0]],
+        volumes: vec![0.01; 2],
+        velocities: Some(vec![[0.0; 3]; 2]),
+        grains: GrainColumns { radii: Some(vec![0.05, 0.08]), ..GrainColumns::default() },
+        ..PointList::default()
+    }
+}
+
+/// Solver to which grains have been added at 50 ms.
+fn grown() -> Simulation<DemSolver<2, 1>> {
+    let mut solver = solver();
+    solver.step_to(0.05).unwrap();
+    solver.add_points(0, &grains()).unwrap();
+    solver
+}
+
+/// Hash after all stages.
+fn hash_at_end(mut solver: Simulation<DemSolver<2, 1>>) -> u64 {
+    while !solver.is_complete() {
+        solver.step().unwrap();
+    }
+    solver.snapshot().hash()
+}
+
+#[test]
+fn added_grains_have_their_radii_and_fall_freely() {
+    let mut solver = grown();
+    let count = solver.grains().len();
+    let at = |solver: &Simulation<DemSolver<2, 1>>, id: usize| {
+        solver.grains().id().iter().position(|own| *own as usize == id).unwrap()
+    };
+    let last = at(&solver, count - 1);
+    let mass = 2650.0 * std::f64::consts::PI * 0.08f64.powi(2);
+    assert_near(solver.grains().mass()[last], mass, 1e-12 * mass);
+    let (start, first_step) = (solver.time(), solver.step().unwrap().dt);
+    solver.step_to(0.1).unwrap();
+    let velocity = solver.grains().velocity()[at(&solver, count - 1)];
+    // Velocities are half a step before the positions.
+    let slack = 10.0 * first_step;
+    assert!((velocity[1] + 10.0 * (solver.time() - start)).abs() < slack, "{velocity:?}");
+    let outputs = solver.scalar_outputs();
+    assert!(scalar_output(&outputs, "energy_error").abs() < 1e-3, "{outputs:?}");
+}
+
+#[test]
+fn bits_with_added_grains_are_the_same_on_two_threads_and_after_a_restart() {
+    let whole = hash_at_end(grown());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    assert_eq!(whole, pool.install(|| hash_at_end(grown())));
+    let mut bytes = Vec::new();
+    grown().save(&mut bytes).unwrap();
+    let mut restored = solver();
+    restored.restore(&mut bytes.as_slice()).unwrap();
+    assert_eq!(whole, hash_at_end(restored));
+}
+
+#[test]
+fn removed_grains_are_gone_with_their_contacts() {
+    let mut solver = solver();
+    solver.step_to(0.1).unwrap();
+    let contact = solver.contacts().first().unwrap();
+    let id = solver.grains().id()[contact.grain];
+    let (count, contacts) = (solver.grains().len(), solver.contacts().len());
+    solver.remove_points(&[id]).unwrap();
+    assert_eq!(solver.grains().len(), count - 1);
+    assert!(solver.contacts().len() < contacts && !solver.grains().id().contains(&id));
+    let all = solver.grains().id().to_vec();
+    solver.remove_points(&all).unwrap();
+    assert!(solver.grains().is_empty() && solver.contacts().is_empty());
+}
+
+#[test]
+fn invalid_changes_are_refused_and_leave_the_state_as_it_was() {
+    let mut solver = grown();
+    let before = solver.snapshot().hash();
+    let taken = solver.grains().position()[0];
+    let on_grain =
+        PointList { positions: vec![[3.0, 3.0, 0.0], [taken[0], taken[1] + 1e-3, 0.0]], ..grains() };
+    let together = PointList { positions: vec![[3.0, 3.0, 0.0], [3.01, 3.0, 0.0]], ..grains() };
+    let in_floor = PointList { positions: vec![[3.0, 0.01, 0.0], [3.0, 3.0, 0.0]], ..grains() };
+    let numbered = GrainColumns { ids: Some(vec![7, 8]), ..grains().grains };
+    let unknown = GrainColumns { grain_types: Some(vec!["ice".to_owned(); 2]), ..grains().grains };
+    for (list, path) in [
+        (on_grain, "points.positions[1]"),
+        (together, "points.positions[1]"),
+        (in_floor, "points.positions[0]"),
+        (PointList { grains: numbered, ..grains() }, "points.grains.ids"),
+        (PointList { grains: unknown, ..grains() }, "bodies[0].points.file"),
+    ] {
+        assert_eq!(solver.add_points(0, &list).unwrap_err().path, path);
+    }
+    assert_eq!(solver.remove_points(&[3, 4000]).unwrap_err().path, "ids[1]");
+    assert_eq!(before, solver.snapshot().hash());
+}
