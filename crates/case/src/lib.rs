@@ -7,6 +7,7 @@ mod case_file;
 pub mod description;
 mod error;
 mod error_collector;
+mod feature_list;
 mod features;
 pub mod files;
 pub mod loads;
@@ -34,6 +35,7 @@ pub use description::{
     PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
 pub use error::{CaseError, CaseErrors, printable, shortened};
+pub use feature_list::Feature;
 pub use features::{Capabilities, RequestedFeature, RequiredInput};
 pub use measure::Measure;
 pub use obstacle::{

@@ -1,7 +1,7 @@
 //! Capabilities of SPH: refused features of a case, by path, and warnings.
 
 use colluvium_case::description::{Body, ObstacleShape, Wall};
-use colluvium_case::{Capabilities, Case, CaseError};
+use colluvium_case::{Capabilities, Case, CaseError, Feature};
 use colluvium_constitutive::{MaterialSpec, ModelFamily};
 
 use crate::config::{
@@ -24,60 +24,65 @@ pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
     let in_total = |problem: &str| format!("{problem}, in the total-Lagrangian form");
     Capabilities::for_point_methods("sph")
         .supports(&[
-            "domain.origin",
-            "domain.periodic*",
-            "boundaries",
-            "boundaries.name",
-            "boundaries.side=*",
-            "boundaries.position",
-            "boundaries.velocity",
-            "boundaries.wall=rough",
-            "boundaries.wall=smooth",
-            "boundaries.wall=frictional",
-            "stages.damping",
-            "stages.motions*",
-            "bodies.rigid",
-            "measures=reaction",
-            "measures=impact-pressure",
-            "loads*",
-            "obstacles",
-            "obstacles.shape=*",
-            "obstacles.shape.*",
-            "obstacles.wall=rough",
-            "obstacles.wall=smooth",
-            "obstacles.wall=frictional",
-            "obstacles.wall.adhesion",
-            "obstacles.separation",
-            "obstacles.regions*",
-            "obstacles.motion*",
+            Feature::DomainOrigin,
+            Feature::Boundaries,
+            Feature::BoundariesName,
+            Feature::BoundariesPosition,
+            Feature::BoundariesVelocity,
+            Feature::BoundariesWallRough,
+            Feature::BoundariesWallSmooth,
+            Feature::BoundariesWallFrictional,
+            Feature::StagesDamping,
+            Feature::BodiesRigid,
+            Feature::MeasuresReaction,
+            Feature::MeasuresImpactPressure,
+            Feature::Obstacles,
+            Feature::ObstaclesWallRough,
+            Feature::ObstaclesWallSmooth,
+            Feature::ObstaclesWallFrictional,
+            Feature::ObstaclesWallAdhesion,
+            Feature::ObstaclesSeparation,
         ])
-        .rejects("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
-        .rejects_if(total, "bodies.rigid", in_total("bodies are deformable or held"))
+        .supports_all_of(&[
+            Feature::DomainPeriodic,
+            Feature::BoundariesSide,
+            Feature::StagesMotions,
+            Feature::Loads,
+            Feature::ObstaclesShape,
+            Feature::ObstaclesRegions,
+            Feature::ObstaclesMotion,
+        ])
+        .rejects(Feature::SpaceAxisymmetric, "sph has no axisymmetric form: use plane-strain or 3d")
+        .rejects_if(total, Feature::BodiesRigid, in_total("bodies are deformable or held"))
         .rejects_if(
             options.ranks > 1,
-            "bodies.rigid",
+            Feature::BodiesRigid,
             "a rigid body cannot be distributed over ranks: use one rank",
         )
-        .rejects("bodies.remove_outside", "sph has no sides through which points can leave")
+        .rejects(Feature::BodiesRemoveOutside, "sph has no sides through which points can leave")
         .rejects(
-            "bodies.pore_fluid",
+            Feature::BodiesPoreFluid,
             "sph has one phase: where no fluid flows out, use the material undrained",
         )
-        .rejects("boundaries.group", "sph has no mesh with groups of nodes")
-        .rejects("boundaries.wall=absorbing", "sph has no absorbing boundaries")
-        .rejects("boundaries.separation", "material cannot lift off the rough and smooth walls of sph")
-        .rejects("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
-        .rejects("loads=pore-pressure", "sph has one phase: give a total pressure as a `pressure`")
-        .rejects("loads.applied_to", "sph has no nodes: loads act on its particles")
-        .rejects("patches", "sph has no nodes with a prescribed motion")
-        .rejects("stages.damping_axes", "sph has the same damping along all axes")
-        .rejects("stages.rayleigh_damping", "sph has no Rayleigh damping")
-        .rejects("stages.excavate", "sph removes whole bodies only: use remove_bodies")
-        .rejects("measures=dissipation", "sph does not count dissipation")
-        .rejects_if(total, "obstacles", in_total("obstacles have no effect: use a held body as a clamp"))
-        .rejects_if(total, "boundaries", in_total("walls have no effect: use a held body as a clamp"))
-        .rejects_if(total, "stages.remove_bodies", in_total("bodies cannot be removed"))
-        .rejects_if(total, "domain.periodic", in_total("a periodic domain is not available"))
+        .rejects(Feature::BoundariesGroup, "sph has no mesh with groups of nodes")
+        .rejects(Feature::BoundariesWallAbsorbing, "sph has no absorbing boundaries")
+        .rejects(Feature::BoundariesSeparation, "material cannot lift off the rough and smooth walls of sph")
+        .rejects(Feature::BoundariesWallBilateral, "material can always lift off the frictional walls of sph")
+        .rejects(Feature::LoadsPorePressure, "sph has one phase: give a total pressure as a `pressure`")
+        .rejects(Feature::LoadsAppliedTo, "sph has no nodes: loads act on its particles")
+        .rejects(Feature::Patches, "sph has no nodes with a prescribed motion")
+        .rejects(Feature::StagesDampingAxes, "sph has the same damping along all axes")
+        .rejects(Feature::StagesRayleighDamping, "sph has no Rayleigh damping")
+        .rejects(Feature::StagesExcavate, "sph removes whole bodies only: use remove_bodies")
+        .rejects(Feature::MeasuresDissipation, "sph does not count dissipation")
+        .rejects_if(
+            total,
+            Feature::Obstacles,
+            in_total("obstacles have no effect: use a held body as a clamp"),
+        )
+        .rejects_if(total, Feature::Boundaries, in_total("walls have no effect: use a held body as a clamp"))
+        .rejects_if(total, Feature::StagesRemoveBodies, in_total("bodies cannot be removed"))
+        .rejects_if(total, Feature::DomainPeriodic, in_total("a periodic domain is not available"))
 }
 
 /// Refuses features that SPH does not support (yet), by name.
