@@ -34,7 +34,7 @@ pub use description::{
     MethodOptions, Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile,
     PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
-pub use error::{CaseError, CaseErrors, printable, shortened};
+pub use error::{CaseError, CaseErrorKind, CaseErrors, printable, shortened};
 pub use feature_list::Feature;
 pub use features::{Capabilities, RequestedFeature, RequiredInput};
 pub use measure::Measure;
@@ -52,7 +52,7 @@ pub use simulation::{
     check_saved_body_force,
 };
 pub use solver::{
-    Advance, Budget, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Frame, FrameRequest, Lattice,
-    Method, MissedEquilibrium, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot,
-    Solver, SolverError, StepLimit, TimeStep, TimeStepError,
+    Advance, Budget, Dataset, DatasetGeometry, FailureReason, Field, FieldData, FieldRole, Frame,
+    FrameRequest, Lattice, Method, MissedEquilibrium, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction,
+    Resolution, Snapshot, Solver, SolverError, StepLimit, TimeStep, TimeStepError,
 };

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::{Case, CaseError, Feature, RequestedFeature};
+use crate::{Case, CaseError, CaseErrorKind, Feature, RequestedFeature};
 
 /// Inputs that a method requires of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -229,23 +229,26 @@ impl Capabilities {
                         notes.push(note);
                     }
                 }
-                Some(Capability::Rejected(reason)) => return Err(CaseError::new(path, reason.clone())),
-                None => {
-                    let what = match feature.variant() {
-                        Some(variant) => format!("{variant:?} is"),
-                        None => "is".to_owned(),
-                    };
-                    return Err(CaseError::new(path, format!("{what} not available with {}", self.method)));
+                Some(Capability::Rejected(reason)) => {
+                    return Err(self.rejection(feature, path, Some(reason.clone())));
                 }
+                None => return Err(self.rejection(feature, path, None)),
             }
         }
         Ok(notes)
     }
 
+    /// Error of a feature at `path` that the method does not support, for a reason if it has a rule.
+    fn rejection(&self, feature: Feature, path: String, reason: Option<String>) -> CaseError {
+        let method = self.method.clone().into_owned();
+        CaseError::new(path, CaseErrorKind::NotSupported { feature, method, reason })
+    }
+
     /// Reports an error where the case lacks an input that the method requires: bodies, materials or gravity.
     fn check_needs(&self, case: &Case) -> Result<(), CaseError> {
         let lacks = |path: &str, what: &str| {
-            Err(CaseError::new(path, format!("{what}, but {} needs it", self.method)))
+            let problem = format!("{what}, but {} needs it", self.method);
+            Err(CaseError::new(path, CaseErrorKind::missing_input(&*self.method, problem)))
         };
         if self.required_input.bodies && case.bodies.is_empty() {
             return lacks("bodies", "there is none");

@@ -255,15 +255,15 @@ mod tests {
         use serde_json::json;
         let ball = json!({ "kind": "ball", "centre": [0.2, 0.2], "radius": 0.1 });
         let inner = json!({ "kind": "union", "shapes": [ball] });
-        let shape =
-            json!({ "kind": "difference", "from": inner, "cut": [{ "kind": "union", "shapes": [inner] }] });
+        let cut = json!({ "kind": "union", "shapes": [inner] });
+        let shape = json!({ "kind": "difference", "from": inner, "cut": cut });
         assert_eq!(
             requested(&[("/bodies/0/shape", shape)]),
             [
                 "bodies.shape=difference at bodies[0].shape",
-                "bodies.shape.cut=union at bodies[0].shape.cut[0]",
-                "bodies.shape.shapes=union at bodies[0].shape.cut[0].shapes[0]",
-                "bodies.shape.shapes=ball at bodies[0].shape.cut[0].shapes[0].shapes[0]",
+                "bodies.shape.cut=union at bodies[0].shape.cut",
+                "bodies.shape.shapes=union at bodies[0].shape.cut.shapes[0]",
+                "bodies.shape.shapes=ball at bodies[0].shape.cut.shapes[0].shapes[0]",
                 "bodies.shape.from=union at bodies[0].shape.from",
                 "bodies.shape.shapes=ball at bodies[0].shape.from.shapes[0]",
             ]

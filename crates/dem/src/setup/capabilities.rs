@@ -1,7 +1,6 @@
 //! Capabilities of DEM: features of a case that are supported or rejected, by path.
 
-use colluvium_case::files::json::closest;
-use colluvium_case::{Capabilities, Case, CaseError, Feature, RequiredInput};
+use colluvium_case::{Capabilities, Case, CaseError, CaseErrorKind, Feature, RequiredInput};
 use colluvium_points::Shape;
 use serde_json::Value;
 
@@ -32,39 +31,45 @@ pub fn reject_clumps(options: &Value) -> Result<(), CaseError> {
     }
 }
 
+/// Features that DEM supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesSeparation,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::Obstacles,
+    Feature::ObstaclesWallRough,
+    Feature::ObstaclesWallSmooth,
+    Feature::ObstaclesWallFrictional,
+    Feature::ObstaclesSeparation,
+    Feature::MeasuresReaction,
+    Feature::MeasuresImpactPressure,
+    Feature::StagesDamping,
+    Feature::StagesRayleighDamping,
+    Feature::MeasuresDissipation,
+    Feature::OutputContacts,
+];
+
+/// Features that DEM supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::BoundariesSide,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesMotion,
+    Feature::ObstaclesRegions,
+    Feature::StagesExcavate,
+];
+
 /// Capabilities of DEM for the features of a case.
 pub fn capabilities() -> Capabilities {
     Capabilities::for_point_methods("dem")
-        .supports(&[
-            Feature::DomainOrigin,
-            Feature::Boundaries,
-            Feature::BoundariesName,
-            Feature::BoundariesPosition,
-            Feature::BoundariesSeparation,
-            Feature::BoundariesVelocity,
-            Feature::BoundariesWallRough,
-            Feature::BoundariesWallSmooth,
-            Feature::BoundariesWallFrictional,
-            Feature::Obstacles,
-            Feature::ObstaclesWallRough,
-            Feature::ObstaclesWallSmooth,
-            Feature::ObstaclesWallFrictional,
-            Feature::ObstaclesSeparation,
-            Feature::MeasuresReaction,
-            Feature::MeasuresImpactPressure,
-            Feature::StagesDamping,
-            Feature::StagesRayleighDamping,
-            Feature::MeasuresDissipation,
-            Feature::OutputContacts,
-        ])
-        .supports_all_of(&[
-            Feature::DomainPeriodic,
-            Feature::BoundariesSide,
-            Feature::ObstaclesShape,
-            Feature::ObstaclesMotion,
-            Feature::ObstaclesRegions,
-            Feature::StagesExcavate,
-        ])
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
         .requires(RequiredInput { materials: false, ..RequiredInput::default() })
         .rejects(Feature::SpaceOneD, SPACES)
         .rejects(Feature::SpaceAxisymmetric, SPACES)
@@ -156,8 +161,7 @@ fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> 
 
 /// Returns the error of an unknown name.
 fn missing(path: String, name: &str, known: &[&str], what: &str) -> Result<(), CaseError> {
-    let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
-    Err(CaseError::new(path, format!("{name:?} is not {what}{hint}")))
+    Err(CaseError::new(path, CaseErrorKind::unknown_name(name, known, what)))
 }
 
 /// Names allowed in a pair.

@@ -1,7 +1,7 @@
 //! Capabilities of depth-integrated SPH: rejected features of a case, by path, and warnings.
 
 use colluvium_case::description::{Body, Boundary, Velocity, Wall};
-use colluvium_case::{Capabilities, Case, CaseError, Feature, RequiredInput};
+use colluvium_case::{Capabilities, Case, CaseError, CaseErrorKind, Feature, RequiredInput};
 
 use crate::boundary::stages::is_equilibration_stage;
 use crate::config::DepthOptions;
@@ -19,35 +19,41 @@ const LATTICE: &str = "is ignored, because depth-sph nodes lie on a lattice";
 const SPACES: &str = "depth-sph computes flow along a profile (plane-strain, gravity along y) or over \
                       terrain (3d, gravity along z)";
 
+/// Features that depth-integrated SPH supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::Obstacles,
+    Feature::MeasuresGauge,
+    Feature::MeasuresDischarge,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesSeparation,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesDrained,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::BoundariesWallAbsorbing,
+    Feature::StagesDamping,
+];
+
+/// Features that depth-integrated SPH supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesWall,
+    Feature::ObstaclesRegions,
+    Feature::OutputRasters,
+    Feature::BodiesPoreFluid,
+    Feature::BoundariesSide,
+];
+
 /// Capabilities of the method for the features of a case.
 pub(crate) fn capabilities() -> Capabilities {
     Capabilities::for_point_methods(NAME)
-        .supports(&[
-            Feature::DomainOrigin,
-            Feature::Obstacles,
-            Feature::MeasuresGauge,
-            Feature::MeasuresDischarge,
-            Feature::Boundaries,
-            Feature::BoundariesName,
-            Feature::BoundariesPosition,
-            Feature::BoundariesSeparation,
-            Feature::BoundariesVelocity,
-            Feature::BoundariesDrained,
-            Feature::BoundariesWallRough,
-            Feature::BoundariesWallSmooth,
-            Feature::BoundariesWallFrictional,
-            Feature::BoundariesWallAbsorbing,
-            Feature::StagesDamping,
-        ])
-        .supports_all_of(&[
-            Feature::DomainPeriodic,
-            Feature::ObstaclesShape,
-            Feature::ObstaclesWall,
-            Feature::ObstaclesRegions,
-            Feature::OutputRasters,
-            Feature::BodiesPoreFluid,
-            Feature::BoundariesSide,
-        ])
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
         .requires(RequiredInput { gravity: true, ..RequiredInput::default() })
         .rejects(Feature::SpaceOneD, SPACES)
         .rejects(Feature::SpaceAxisymmetric, SPACES)
@@ -224,7 +230,8 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     }
     let named = |key: &str, name: &String| {
         let known = case.bodies.iter().any(|body| body.name == *name);
-        let problem = || crate::setup::option_error(key, format!("{name:?} is not the name of a body"));
+        let problem =
+            || crate::setup::option_error(key, CaseErrorKind::other_name(name, "the name of a body"));
         if known { Ok(()) } else { Err(problem()) }
     };
     let Some(mixture) = &options.mixture else { return Ok(()) };

@@ -12,41 +12,47 @@ use crate::solver::saw_test;
 /// Message for adhesion to an obstacle whose coupling has no contact area.
 const ADHESION: &str = "snow-mpm has no contact area for obstacles on nodes: leave out the adhesion";
 
+/// Features that the method supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::BodiesRemoveOutside,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesSeparation,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::BoundariesWallBilateral,
+    Feature::Obstacles,
+    Feature::ObstaclesWallRough,
+    Feature::ObstaclesWallSmooth,
+    Feature::ObstaclesWallFrictional,
+    Feature::ObstaclesSeparation,
+    Feature::StagesDamping,
+    Feature::StagesDampingAxes,
+    Feature::MeasuresDissipation,
+    Feature::MeasuresReaction,
+    Feature::MeasuresImpactPressure,
+];
+
+/// Features that the method supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::BoundariesSide,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesMotion,
+    Feature::ObstaclesRegions,
+    Feature::RemovalShapes,
+    Feature::OutputRasters,
+];
+
 /// Support of the features of a case.
 pub(crate) fn capabilities(case: &Case) -> Capabilities {
     let honours = Capabilities::for_point_methods(NAME)
-        .supports(&[
-            Feature::DomainOrigin,
-            Feature::BodiesRemoveOutside,
-            Feature::Boundaries,
-            Feature::BoundariesName,
-            Feature::BoundariesPosition,
-            Feature::BoundariesSeparation,
-            Feature::BoundariesVelocity,
-            Feature::BoundariesWallRough,
-            Feature::BoundariesWallSmooth,
-            Feature::BoundariesWallFrictional,
-            Feature::BoundariesWallBilateral,
-            Feature::Obstacles,
-            Feature::ObstaclesWallRough,
-            Feature::ObstaclesWallSmooth,
-            Feature::ObstaclesWallFrictional,
-            Feature::ObstaclesSeparation,
-            Feature::StagesDamping,
-            Feature::StagesDampingAxes,
-            Feature::MeasuresDissipation,
-            Feature::MeasuresReaction,
-            Feature::MeasuresImpactPressure,
-        ])
-        .supports_all_of(&[
-            Feature::DomainPeriodic,
-            Feature::BoundariesSide,
-            Feature::ObstaclesShape,
-            Feature::ObstaclesMotion,
-            Feature::ObstaclesRegions,
-            Feature::RemovalShapes,
-            Feature::OutputRasters,
-        ])
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
         .rejects(Feature::OutputRastersMapped, "only depth-sph compares rasters with a mapped outline")
         .rejects(Feature::SpaceAxisymmetric, "snow-mpm has no axisymmetric form: use plane-strain or 3d")
         .rejects(Feature::BodiesRigid, "snow-mpm has no rigid bodies: use a boundary with a velocity")

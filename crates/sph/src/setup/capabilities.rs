@@ -1,7 +1,7 @@
 //! Capabilities of SPH: refused features of a case, by path, and warnings.
 
 use colluvium_case::description::{Body, ObstacleShape, Wall};
-use colluvium_case::{Capabilities, Case, CaseError, Feature};
+use colluvium_case::{Capabilities, Case, CaseError, CaseErrorKind, Feature};
 use colluvium_constitutive::{MaterialSpec, ModelFamily};
 
 use crate::config::{
@@ -18,40 +18,46 @@ use crate::walls::is_mirror;
 /// Relative difference of the width of listed particles from `spacing` above which there is a warning.
 const LISTED_SLACK: f64 = 0.1;
 
+/// Features that SPH supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::StagesDamping,
+    Feature::BodiesRigid,
+    Feature::MeasuresReaction,
+    Feature::MeasuresImpactPressure,
+    Feature::Obstacles,
+    Feature::ObstaclesWallRough,
+    Feature::ObstaclesWallSmooth,
+    Feature::ObstaclesWallFrictional,
+    Feature::ObstaclesWallAdhesion,
+    Feature::ObstaclesSeparation,
+];
+
+/// Features that SPH supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::BoundariesSide,
+    Feature::StagesMotions,
+    Feature::Loads,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesRegions,
+    Feature::ObstaclesMotion,
+];
+
 /// Capabilities of SPH for the features of a case.
 pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
     let total = options.formulation == LagrangianFormulation::TotalLagrangian;
     let in_total = |problem: &str| format!("{problem}, in the total-Lagrangian form");
     Capabilities::for_point_methods("sph")
-        .supports(&[
-            Feature::DomainOrigin,
-            Feature::Boundaries,
-            Feature::BoundariesName,
-            Feature::BoundariesPosition,
-            Feature::BoundariesVelocity,
-            Feature::BoundariesWallRough,
-            Feature::BoundariesWallSmooth,
-            Feature::BoundariesWallFrictional,
-            Feature::StagesDamping,
-            Feature::BodiesRigid,
-            Feature::MeasuresReaction,
-            Feature::MeasuresImpactPressure,
-            Feature::Obstacles,
-            Feature::ObstaclesWallRough,
-            Feature::ObstaclesWallSmooth,
-            Feature::ObstaclesWallFrictional,
-            Feature::ObstaclesWallAdhesion,
-            Feature::ObstaclesSeparation,
-        ])
-        .supports_all_of(&[
-            Feature::DomainPeriodic,
-            Feature::BoundariesSide,
-            Feature::StagesMotions,
-            Feature::Loads,
-            Feature::ObstaclesShape,
-            Feature::ObstaclesRegions,
-            Feature::ObstaclesMotion,
-        ])
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
         .rejects(Feature::SpaceAxisymmetric, "sph has no axisymmetric form: use plane-strain or 3d")
         .rejects_if(total, Feature::BodiesRigid, in_total("bodies are deformable or held"))
         .rejects_if(
@@ -115,7 +121,7 @@ fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         let path = format!("methods.sph.wall_history.{name}");
         match case.boundaries.iter().find(|boundary| boundary.name() == name) {
             None => {
-                return Err(CaseError::new(path, format!("{name:?} is not the name of a wall")));
+                return Err(CaseError::new(path, CaseErrorKind::other_name(name, "the name of a wall")));
             }
             Some(wall) if wall.velocity.is_none() => {
                 return Err(CaseError::new(
@@ -200,20 +206,20 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for (number, name) in options.held.iter().enumerate() {
         if !case.bodies.iter().any(|body| body.name == *name) {
-            let problem = format!("{name:?} is not the name of a body");
+            let problem = CaseErrorKind::other_name(name, "the name of a body");
             return Err(CaseError::new(format!("methods.sph.held[{number}]"), problem));
         }
     }
     for (number, name) in options.smooth_bodies.iter().enumerate() {
         if !options.held.contains(name) {
-            let problem = format!("{name:?} is not among the held bodies: only these can be smooth");
+            let problem = CaseErrorKind::other_name(name, "among the held bodies: only these can be smooth");
             return Err(CaseError::new(format!("methods.sph.smooth_bodies[{number}]"), problem));
         }
     }
     for (name, history) in &options.held_history {
         let path = format!("methods.sph.held_history.{name}");
         if !options.held.contains(name) {
-            let problem = format!("{name:?} is not among the held bodies");
+            let problem = CaseErrorKind::other_name(name, "among the held bodies");
             return Err(CaseError::new(path, problem));
         }
         history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
@@ -223,7 +229,7 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     }
     for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
         if !case.bodies.iter().any(|body| body.name == *name) {
-            let problem = format!("{name:?} is not the name of a body");
+            let problem = CaseErrorKind::other_name(name, "the name of a body");
             return Err(CaseError::new(format!("methods.sph.confining.bodies[{number}]"), problem));
         }
     }
