@@ -1,7 +1,6 @@
 //! Collector of the errors of a case, and the checks that its parts share.
 
-use crate::files::json::closest;
-use crate::{Case, CaseError, Side};
+use crate::{Case, CaseError, CaseErrorKind, Side};
 
 /// Collector of the errors of a case, with their paths.
 pub(crate) struct ErrorCollector<'a> {
@@ -13,39 +12,48 @@ pub(crate) struct ErrorCollector<'a> {
 
 impl ErrorCollector<'_> {
     /// Adds an error at a JSON path.
-    pub(crate) fn report(&mut self, path: impl Into<String>, problem: impl Into<String>) {
-        self.errors.push(CaseError::new(path, problem));
+    pub(crate) fn report(&mut self, path: impl Into<String>, kind: impl Into<CaseErrorKind>) {
+        self.errors.push(CaseError::new(path, kind));
     }
 
     /// Adds an error where a condition does not hold.
-    pub(crate) fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
+    pub(crate) fn require(&mut self, holds: bool, path: impl Into<String>, kind: impl Into<CaseErrorKind>) {
         if !holds {
-            self.report(path, problem);
+            self.report(path, kind);
         }
+    }
+
+    /// Adds an error about a number where a rule does not hold.
+    pub(crate) fn rule(&mut self, holds: bool, path: impl Into<String>, value: f64, rule: impl Into<String>) {
+        self.require(holds, path, CaseErrorKind::out_of_range(value, rule));
     }
 
     /// Checks that a number is finite.
     pub(crate) fn finite(&mut self, path: impl Into<String>, value: f64) {
-        self.require(value.is_finite(), path, format!("{value} must be finite"));
+        self.rule(value.is_finite(), path, value, "must be finite");
     }
 
     /// Checks that a number is finite and positive.
     pub(crate) fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
         let holds = value.is_finite() && value > 0.0;
-        self.require(holds, path, format!("{value} must be positive ({unit})"));
+        self.rule(holds, path, value, format!("must be positive ({unit})"));
     }
 
     /// Checks that a number is finite and not negative.
     pub(crate) fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
         let holds = value.is_finite() && value >= 0.0;
-        self.require(holds, path, format!("{value} must not be negative{unit}"));
+        self.rule(holds, path, value, format!("must not be negative{unit}"));
     }
 
     /// Checks that a vector has one finite component for each dimension.
     pub(crate) fn vector(&mut self, path: &str, vector: &[f64]) {
         let dimension = self.case.dimension();
-        let problem = format!("has {} entries, the space has {dimension} dimensions", vector.len());
-        self.require(vector.len() == dimension, path, problem);
+        let rule = format!("the space has {dimension} dimensions");
+        self.require(
+            vector.len() == dimension,
+            path,
+            CaseErrorKind::WrongLength { length: vector.len(), rule },
+        );
         for (number, value) in vector.iter().enumerate() {
             self.finite(format!("{path}[{number}]"), *value);
         }
@@ -61,8 +69,8 @@ impl ErrorCollector<'_> {
     /// Checks that a coordinate along an axis is in the domain.
     pub(crate) fn require_inside(&mut self, path: String, axis: usize, value: f64) {
         if let Some((min, max)) = self.extent(axis) {
-            let problem = format!("{value} is outside the domain, {min} to {max} m");
-            self.require((min..=max).contains(&value), path, problem);
+            let rule = format!("is outside the domain, {min} to {max} m");
+            self.rule((min..=max).contains(&value), path, value, rule);
         }
     }
 
@@ -77,15 +85,14 @@ impl ErrorCollector<'_> {
     /// Checks that a name is one of the known ones; `what` describes those in the message.
     pub(crate) fn name(&mut self, path: &str, name: &str, known: &[&str], what: &str) {
         if !known.contains(&name) {
-            let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
-            self.report(path, format!("{name:?} is not {what}{hint}"));
+            self.report(path, CaseErrorKind::unknown_name(name, known, what));
         }
     }
 
     /// Checks that a quantile of mass is in 0..=1, 0 excluded.
     pub(crate) fn quantile(&mut self, path: &str, quantile: f64) {
-        let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
-        self.require(quantile > 0.0 && quantile <= 1.0, format!("{path}.quantile"), problem);
+        let holds = quantile > 0.0 && quantile <= 1.0;
+        self.rule(holds, format!("{path}.quantile"), quantile, "is not in 0..=1 (0 excluded)");
     }
 
     /// Checks that a position is in the domain.

@@ -7,6 +7,7 @@ mod case_file;
 pub mod description;
 mod error;
 mod error_collector;
+mod feature_list;
 mod features;
 pub mod files;
 pub mod loads;
@@ -34,7 +35,8 @@ pub use description::{
     MethodOptions, Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile,
     PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
-pub use error::{CaseError, CaseErrors, printable, shortened};
+pub use error::{CaseError, CaseErrorKind, CaseErrors, printable, shortened};
+pub use feature_list::Feature;
 pub use features::{Capabilities, RequestedFeature, RequiredInput};
 pub use measure::Measure;
 pub use obstacle::{
@@ -51,7 +53,7 @@ pub use simulation::{
     check_saved_body_force,
 };
 pub use solver::{
-    Advance, Budget, Dataset, DatasetGeometry, Field, FieldData, FieldRole, Frame, FrameRequest, Lattice,
-    Method, MissedEquilibrium, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction, Resolution, Snapshot,
-    Solver, SolverError, StepLimit, TimeStep, TimeStepError,
+    Advance, Budget, Dataset, DatasetGeometry, FailureReason, Field, FieldData, FieldRole, Frame,
+    FrameRequest, Lattice, Method, MissedEquilibrium, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction,
+    Resolution, Snapshot, Solver, SolverError, StepLimit, TimeStep, TimeStepError,
 };

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, SolverError, spatial};
+use colluvium_case::{Case, FailureReason, SolverError, spatial};
 
 use crate::config::{DemOptions, GrainStage};
 use crate::points::grains::Grains;
@@ -86,14 +86,14 @@ impl Clock {
         &self,
         grains: &Grains<D, R>,
         grain: usize,
-        reason: String,
+        reason: impl Into<FailureReason>,
     ) -> SolverError {
         SolverError::Point {
             step: self.step,
             time: self.time,
             point: u64::from(grains.id.get(grain).copied().unwrap_or(0)),
             position: grains.position.get(grain).map_or([0.0; 3], |x| spatial(x)),
-            reason,
+            reason: reason.into(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use colluvium_case::description::Stage;
-use colluvium_case::{Case, SolverError, TimeStep};
+use colluvium_case::{Case, FailureReason, SolverError, TimeStep};
 
 use crate::MpmOptions;
 
@@ -89,13 +89,15 @@ impl Clock {
     pub fn begin_step(&mut self, dt: f64) -> Result<(), SolverError> {
         self.dt = dt;
         match self.limit.as_ref().and_then(|limit| limit.fixed_step_problem(self.options.time_step)) {
-            Some(problem) => Err(self.step_error(format!("methods.mpm.time_step: {problem}"))),
+            Some(problem) => {
+                Err(self.step_error(FailureReason::FixedStep(format!("methods.mpm.time_step: {problem}"))))
+            }
             None => Ok(()),
         }
     }
 
     /// Returns the error of a step.
-    pub fn step_error(&self, reason: String) -> SolverError {
-        SolverError::Step { step: self.step, time: self.time, reason }
+    pub fn step_error(&self, reason: impl Into<FailureReason>) -> SolverError {
+        SolverError::Step { step: self.step, time: self.time, reason: reason.into() }
     }
 }

@@ -83,8 +83,9 @@ impl<const D: usize> SnowSolver<D> {
         for number in 0..self.bodies.bodies.len() {
             let body = &self.bodies.bodies[number];
             let begun = body.law_points().restarted_states(|i| body.points.mass[i] / body.points.volume[i]);
-            let (stress, states) =
-                begun.map_err(|(index, reason)| self.point_error(number, &PointFailure { index, reason }))?;
+            let (stress, states) = begun.map_err(|(index, reason)| {
+                self.point_error(number, &PointFailure { index, reason: reason.into() })
+            })?;
             self.bodies.bodies[number].points.stress = stress;
             self.bodies.bodies[number].states = states;
         }

@@ -1,6 +1,6 @@
 //! Time, stage and time step.
 
-use colluvium_case::{SolverError, TimeStep};
+use colluvium_case::{FailureReason, SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
 /// Steps between two evaluations of the speeds of sound and the time step.
@@ -61,7 +61,7 @@ impl Clock {
     }
 
     /// Error of a step that failed.
-    pub fn step_error(&self, reason: String) -> SolverError {
-        SolverError::Step { step: self.step, time: self.time, reason }
+    pub fn step_error(&self, reason: impl Into<FailureReason>) -> SolverError {
+        SolverError::Step { step: self.step, time: self.time, reason: reason.into() }
     }
 }

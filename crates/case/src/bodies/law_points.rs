@@ -37,9 +37,8 @@ impl Case {
             return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
         }
         let spec = &self.materials[&body.material];
-        let material = spec
-            .build()
-            .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
+        let material =
+            spec.build().map_err(|error| CaseError::new(format!("materials.{}", body.material), error))?;
         let initial: Vec<InitialCondition> = positions
             .iter()
             .enumerate()

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use colluvium_points::{Outline, Raster, Shape};
 
-use crate::Case;
 use crate::description::RasterCellSelection;
+use crate::{Case, CaseErrorKind};
 
 /// Largest number of raster values in a message.
 const MAX_LISTED_VALUES: usize = 12;
@@ -87,45 +87,45 @@ impl Case {
         shape: Option<Shape>,
         outline: Option<&str>,
         raster: Option<&RasterCellSelection>,
-    ) -> Result<PlanRegion, (String, String)> {
-        let wrong = |key: &str, problem: String| Err((key.to_owned(), problem));
+    ) -> Result<PlanRegion, (String, CaseErrorKind)> {
+        let wrong = |key: &str, kind: CaseErrorKind| Err((key.to_owned(), kind));
         match (shape, outline, raster) {
             (Some(shape), None, None) => match shape.validate(self.dimension() - 1) {
                 Ok(()) => {
                     let (low, high) = shape.bounds(self.dimension() - 1);
                     match self.outside_domain_problem(&low, &high) {
-                        Some(problem) => wrong("shape", problem),
+                        Some(problem) => wrong("shape", problem.into()),
                         None => Ok(PlanRegion::Shape(shape)),
                     }
                 }
-                Err(error) => wrong(&format!("shape.{}", error.path), error.problem),
+                Err(error) => wrong(&format!("shape.{}", error.path), error.problem.into()),
             },
             (None, Some(_), None) if self.dimension() != 3 => {
-                wrong("outline", "an outline in plan needs a space of 3d: give a shape".to_owned())
+                wrong("outline", "an outline in plan needs a space of 3d: give a shape".into())
             }
             (None, Some(file), None) => match self.outline(file) {
                 Ok(outline) => {
                     let (low, high) = outline.bounds();
                     match self.outside_domain_problem(&low, &high) {
-                        Some(problem) => wrong("outline", format!("{file}: {problem}")),
+                        Some(problem) => wrong("outline", CaseErrorKind::file(file, problem)),
                         None => Ok(PlanRegion::Outline(Arc::new(outline))),
                     }
                 }
                 Err(problem) => wrong("outline", problem),
             },
             (None, None, Some(_)) if self.dimension() != 3 => {
-                wrong("raster", "a raster over a plan needs a space of 3d: give a shape".to_owned())
+                wrong("raster", "a raster over a plan needs a space of 3d: give a shape".into())
             }
             (None, None, Some(raster)) => self
                 .cells_of(raster)
                 .map(|cells| PlanRegion::Cells(Arc::new(cells)))
                 .map_err(|(key, problem)| (format!("raster.{key}"), problem)),
-            _ => wrong("shape", "give one of a shape, an outline and a raster".to_owned()),
+            _ => wrong("shape", "give one of a shape, an outline and a raster".into()),
         }
     }
 
     /// Cells of a raster file with the selected value. The error is the key below that of the raster, with a description.
-    fn cells_of(&self, of: &RasterCellSelection) -> Result<RasterCells, (&'static str, String)> {
+    fn cells_of(&self, of: &RasterCellSelection) -> Result<RasterCells, (&'static str, CaseErrorKind)> {
         let RasterCellSelection { file, value } = of;
         // A class is selected by its number; the selection of any number needs a declared no-data value.
         let raster = match value {
@@ -137,16 +137,18 @@ impl Case {
         let low: [f64; 2] = std::array::from_fn(|c| raster.origin[c] - half[c]);
         let high: [f64; 2] = std::array::from_fn(|c| raster.last_node_position()[c] + half[c]);
         if let Some(problem) = self.outside_domain_problem(&low, &high) {
-            return Err(("file", format!("{file}: {problem}")));
+            return Err(("file", CaseErrorKind::file(file, problem)));
         }
         let cells = RasterCells::from_raster(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());
         if !cells.is_selected.contains(&true) {
-            return Err(("value", format!("no cell of {file} has {what}: {}", values_text(&raster))));
+            let problem = format!("no cell of {file} has {what}: {}", values_text(&raster));
+            return Err(("value", problem.into()));
         }
         if !cells.intersect_box(&self.domain.min, &self.domain.max) {
             let key = if value.is_some() { "value" } else { "file" };
-            return Err((key, format!("none of the cells of {file} that have {what} lies in the domain")));
+            let problem = format!("none of the cells of {file} that have {what} lies in the domain");
+            return Err((key, problem.into()));
         }
         Ok(cells)
     }
@@ -226,7 +228,8 @@ mod tests {
         value: Option<f64>,
     ) -> Result<PlanRegion, (String, String)> {
         let file = folder.join(name).display().to_string();
-        case(folder).plan_region(None, None, Some(&RasterCellSelection { file, value }))
+        let region = case(folder).plan_region(None, None, Some(&RasterCellSelection { file, value }));
+        region.map_err(|(key, kind)| (key, kind.to_string()))
     }
 
     #[test]

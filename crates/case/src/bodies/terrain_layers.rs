@@ -10,7 +10,7 @@ use colluvium_points::{
 use crate::bodies::arc_layer;
 use crate::files::decimal_sum::relative_to_origin;
 use crate::files::terrain_files;
-use crate::{Case, CaseError};
+use crate::{Case, CaseError, CaseErrorKind};
 
 /// File names in the layers of a shape.
 pub fn layer_files(shape: &mut Shape) -> Vec<&mut String> {
@@ -50,10 +50,10 @@ impl Case {
     /// Outline in a file (GeoJSON or shapefile), relative to `domain.origin`.
     ///
     /// # Errors
-    /// When the file cannot be read or contains no outline, as one line.
-    pub fn outline(&self, file: &str) -> Result<Outline, String> {
-        let read = terrain_files::read_outlines(Path::new(file)).map_err(|error| error.to_string())?;
-        self.relative_outline(&read).map_err(|error| format!("{file}: {error}"))
+    /// When the file cannot be read or contains no outline.
+    pub fn outline(&self, file: &str) -> Result<Outline, CaseErrorKind> {
+        let read = terrain_files::read_outlines(Path::new(file))?;
+        self.relative_outline(&read).map_err(|problem| CaseErrorKind::file(file, problem))
     }
 
     /// Outline in map coordinates, relative to `domain.origin`.
@@ -64,13 +64,13 @@ impl Case {
     }
 
     /// Features of the outline in a file, each with the thickness (m) that the attribute gives it.
-    fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<OutlineFeature>, String> {
-        let read = terrain_files::read_features(Path::new(file), attribute);
-        let read = read.map_err(|error| error.to_string())?;
+    fn features_of(&self, file: &str, attribute: &str) -> Result<Vec<OutlineFeature>, CaseErrorKind> {
+        let read = terrain_files::read_features(Path::new(file), attribute)?;
         let shifted = |feature: &OutlineFeature| {
             Ok(OutlineFeature { outline: self.relative_outline(&feature.outline)?, ..feature.clone() })
         };
-        read.iter().map(shifted).collect::<Result<_, String>>().map_err(|error| format!("{file}: {error}"))
+        let shifted = read.iter().map(shifted).collect::<Result<_, String>>();
+        shifted.map_err(|problem| CaseErrorKind::file(file, problem))
     }
 
     /// Warns of overlapping features of an outline with different thicknesses.
@@ -100,11 +100,11 @@ impl Case {
     /// values.
     ///
     /// # Errors
-    /// When the file cannot be read, as one line, and when numbers in it seem to stand for no data without a declared no-data value.
-    pub fn plan_raster(&self, file: &str) -> Result<Raster, String> {
+    /// When the file cannot be read, and when numbers in it seem to stand for no data without a declared no-data value.
+    pub fn plan_raster(&self, file: &str) -> Result<Raster, CaseErrorKind> {
         let raster = self.raster_of_classes(file)?;
         match raster.undeclared_no_data_warning() {
-            Some(doubt) => Err(format!("{file}: {doubt}")),
+            Some(doubt) => Err(CaseErrorKind::file(file, doubt)),
             None => Ok(raster),
         }
     }
@@ -112,9 +112,9 @@ impl Case {
     /// Raster in plan from a file, relative to `domain.origin`, with any values.
     ///
     /// # Errors
-    /// When the file cannot be read, as one line.
-    pub(crate) fn raster_of_classes(&self, file: &str) -> Result<Raster, String> {
-        let raster = terrain_files::read_raster(Path::new(file)).map_err(|error| error.to_string())?;
+    /// When the file cannot be read.
+    pub(crate) fn raster_of_classes(&self, file: &str) -> Result<Raster, CaseErrorKind> {
+        let raster = terrain_files::read_raster(Path::new(file))?;
         Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
     }
 
@@ -140,7 +140,7 @@ impl Case {
     fn load_arc_layer(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
         let Shape::ArcLayer { on, start, end, from, to, outline, .. } = layer else { return Ok(()) };
         let obstacle = self.obstacles.iter().find(|obstacle| obstacle.name == *on).ok_or_else(|| {
-            CaseError::new(format!("{path}.on"), format!("{on:?} is not the name of an obstacle"))
+            CaseError::new(format!("{path}.on"), CaseErrorKind::other_name(on, "the name of an obstacle"))
         })?;
         *outline = arc_layer::outline(&obstacle.shape, [*start, *end], [*from, *to])
             .map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?
@@ -154,15 +154,17 @@ impl Case {
             return self.load_arc_layer(layer, path);
         }
         let Shape::Layer { on, outline, thickness, measured, laid, .. } = layer else { return Ok(()) };
-        let wrong = |key: &str, problem: String| CaseError::new(format!("{path}.{key}"), problem);
+        let wrong = |key: &str, kind: CaseErrorKind| CaseError::new(format!("{path}.{key}"), kind);
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == *on);
-        let number = number.ok_or_else(|| wrong("on", format!("{on:?} is not the name of an obstacle")))?;
+        let number =
+            number.ok_or_else(|| wrong("on", CaseErrorKind::other_name(on, "the name of an obstacle")))?;
         let ground = self.heights(number)?.ok_or_else(|| {
             wrong(
                 "on",
                 format!(
                     "the shape of the obstacle {on:?} is not a raster, but a layer needs a raster below it"
-                ),
+                )
+                .into(),
             )
         })?;
         let origin = self.origin();
@@ -181,23 +183,28 @@ impl Case {
         let area = match (&*outline, &depths) {
             (Some(file), _) => self.outline(file).map_err(|problem| wrong("outline", problem))?,
             (None, ThicknessData::Raster(raster)) => TerrainLayer::outline_of_thickness(raster, &ground)
-                .map_err(|problem| wrong("thickness", problem))?,
+                .map_err(|problem| wrong("thickness", problem.into()))?,
             (None, _) => {
                 let problem = "is missing: only with a raster of thickness the outline can be left out";
-                return Err(wrong("outline", problem.to_owned()));
+                return Err(wrong("outline", problem.into()));
             }
         };
         let made = TerrainLayer::new(ground, area, depths, *measured, [origin[0], origin[1]]);
         *laid = made
             .map_err(|error| {
                 let file = match (error.key, &*thickness) {
-                    ("outline", _) | ("thickness", LayerThickness::Attribute(_)) => {
-                        outline.as_ref().map_or(String::new(), |outline| format!("{outline}: "))
-                    }
-                    ("thickness", LayerThickness::Raster(file)) => format!("{file}: "),
-                    _ => String::new(),
+                    ("outline", _) | ("thickness", LayerThickness::Attribute(_)) => outline.as_ref(),
+                    ("thickness", LayerThickness::Raster(file)) => Some(file),
+                    _ => None,
                 };
-                wrong(error.key, format!("{file}{}", error.problem))
+                let problem = error.problem;
+                wrong(
+                    error.key,
+                    match file {
+                        Some(file) => CaseErrorKind::file(file, problem),
+                        None => problem.into(),
+                    },
+                )
             })?
             .into();
         Ok(())

@@ -16,7 +16,7 @@ use crate::bodies::terrain_layers;
 use crate::description::{Body, ObstacleRegion};
 use crate::files::checksum::FileChecksum;
 use crate::files::json;
-use crate::{Case, CaseError, CaseErrors, validate};
+use crate::{Case, CaseError, CaseErrorKind, CaseErrors, validate};
 
 impl Case {
     /// Reads a case from JSON text and checks it.
@@ -107,17 +107,17 @@ impl Case {
         for file in self.files() {
             let path = folder.join(&*file);
             if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
-                let problem = format!("{}: is not a regular file", path.display());
-                return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), problem).into());
+                let kind = CaseErrorKind::file(path, "is not a regular file");
+                return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), kind).into());
             }
             if let Some(system) = terrain_files::read_reference_system(&path) {
                 if let Some((other, known)) = systems.iter().find(|(_, known)| known.differs(&system)) {
                     let problem = format!(
-                        "{}: is in another coordinate reference system ({system}) than {other} ({known}). \
-                         Project one file to the system of the other",
-                        path.display()
+                        "is in another coordinate reference system ({system}) than {other} ({known}). \
+                         Project one file to the system of the other"
                     );
-                    return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), problem).into());
+                    let kind = CaseErrorKind::file(path, problem);
+                    return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), kind).into());
                 }
                 systems.push((file.clone(), system));
             }

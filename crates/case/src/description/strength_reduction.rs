@@ -187,7 +187,7 @@ impl Case {
     pub(crate) fn check_search(&self, search: &FactorOfSafety) -> Result<(), String> {
         for factor in search.range {
             let weakening = Weakening { factor, scope: search.scope, materials: search.materials.clone() };
-            let weak = self.with_strength(&weakening, "").map_err(|error| error.problem)?;
+            let weak = self.with_strength(&weakening, "").map_err(|error| error.problem())?;
             for (name, spec) in &weak.materials {
                 spec.build().map_err(|error| format!("material {name:?} at {factor}: {error}"))?;
             }

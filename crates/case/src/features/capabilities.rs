@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::{Case, CaseError, RequestedFeature};
+use crate::{Case, CaseError, CaseErrorKind, Feature, RequestedFeature};
 
 /// Inputs that a method requires of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,50 +33,73 @@ enum Capability {
     Rejected(String),
 }
 
+/// Features to which a rule applies.
+#[derive(Clone, Copy, Debug)]
+enum RuleScope {
+    /// One feature.
+    One(Feature),
+    /// A feature with its variants, and all keys below it with theirs.
+    AllOf(Feature),
+    /// All keys below a feature, with their variants.
+    KeysOf(Feature),
+}
+
+impl RuleScope {
+    /// Precedence over other rules for a feature: whether the rule is for this feature alone, and the length of the name of its feature.
+    /// `None` for a feature to which the rule does not apply.
+    fn precedence(self, feature: Feature) -> Option<(bool, usize)> {
+        match self {
+            Self::One(one) => (one == feature).then(|| (true, one.name().len())),
+            Self::AllOf(root) => root.contains(feature).then(|| (false, root.name().len())),
+            Self::KeysOf(root) => root.has_key(feature).then(|| (false, root.name().len() + 1)),
+        }
+    }
+}
+
 /// Answers of a method to the features of cases: it supports a feature, ignores it with a warning, or rejects it with a reason. Features
 /// without a rule are rejected.
 ///
-/// A pattern is the name of a feature, or the start of names followed by `*`: `bodies.shape*` matches every shape with all its keys. Of
-/// several matching patterns a whole name has priority over a start, then the longest pattern, then the last one.
+/// Of several rules for a feature, one for this feature alone has priority over one for all variants and keys of a feature above it
+/// (`…_all_of`), then the one with the longest name, then the last one.
 #[derive(Clone, Debug)]
 pub struct Capabilities {
     method: Cow<'static, str>,
     required_input: RequiredInput,
-    rules: Vec<(Cow<'static, str>, Capability)>,
+    rules: Vec<(RuleScope, Capability)>,
 }
 
-/// Features that the run loop handles for every method.
-const HANDLED_BY_RUN: [&str; 2] = ["output*", "stages.equilibrium*"];
+/// Features of bodies, stages and measures that every method with moving points supports.
+const HANDLED_BY_POINT_METHODS: &[Feature] = &[
+    Feature::Bodies,
+    Feature::BodiesSamplingSeed,
+    Feature::Gravity,
+    Feature::SpaceOneD,
+    Feature::SpacePlaneStrain,
+    Feature::SpaceThreeD,
+    Feature::StagesGravityRamp,
+    Feature::StagesRemoveBoundaries,
+    Feature::StagesRemoveBodies,
+    Feature::Measures,
+    Feature::MeasuresFront,
+    Feature::MeasuresRunOut,
+    Feature::MeasuresProfile,
+    Feature::MeasuresProbe,
+    Feature::MeasuresArcFront,
+    Feature::MeasuresCrackTip,
+    Feature::MeasuresFragments,
+    Feature::MeasuresFactorOfSafety,
+];
 
-/// Features of bodies and stages that every method with moving points supports.
-const HANDLED_BY_POINT_METHODS: [&str; 27] = [
-    "bodies",
-    "materials",
-    "gravity",
-    "space=1d",
-    "space=plane-strain",
-    "space=3d",
-    "materials=*",
-    "bodies.shape*",
-    "bodies.points*",
-    "bodies.sampling*",
-    "bodies.velocity*",
-    "bodies.stress*",
-    "stages.gravity_ramp",
-    "stages.reset*",
-    "stages.remove_boundaries",
-    "stages.remove_bodies",
-    "stages.weakening*",
-    "measures",
-    "measures.*",
-    "measures=front",
-    "measures=run-out",
-    "measures=profile",
-    "measures=probe",
-    "measures=arc-front",
-    "measures=crack-tip",
-    "measures=fragments",
-    "measures=factor-of-safety",
+/// Features of bodies and stages that every method with moving points supports with all their variants and keys.
+const HANDLED_WHOLLY_BY_POINT_METHODS: &[Feature] = &[
+    Feature::Materials,
+    Feature::BodiesShape,
+    Feature::BodiesPoints,
+    Feature::BodiesSampling,
+    Feature::BodiesVelocity,
+    Feature::BodiesStress,
+    Feature::StagesReset,
+    Feature::StagesWeakening,
 ];
 
 impl Capabilities {
@@ -84,19 +107,22 @@ impl Capabilities {
     #[must_use]
     pub fn new(method: impl Into<Cow<'static, str>>) -> Self {
         Self { method: method.into(), required_input: RequiredInput::default(), rules: Vec::new() }
-            .supports(&HANDLED_BY_RUN)
-            .rejects(
-                "output.rasters*",
+            .supports_all_of(&[Feature::Output, Feature::StagesEquilibrium])
+            .rejects_all_of(
+                Feature::OutputRasters,
                 "rasters over the plan are available with depth-sph and snow-mpm only",
             )
-            .rejects("output.contacts", "contacts of grains are available with dem only")
+            .rejects(Feature::OutputContacts, "contacts of grains are available with dem only")
     }
 
     /// Capabilities common to methods with moving points in one, two and three dimensions. They include shapes, points from files, initial
     /// fields, materials, removal and reset in stages, and measures of points.
     #[must_use]
     pub fn for_point_methods(method: impl Into<Cow<'static, str>>) -> Self {
-        Self::new(method).supports(&HANDLED_BY_POINT_METHODS)
+        Self::new(method)
+            .supports(HANDLED_BY_POINT_METHODS)
+            .supports_all_of(HANDLED_WHOLLY_BY_POINT_METHODS)
+            .supports_keys_of(&[Feature::Measures])
     }
 
     /// Sets the required inputs; the default is bodies with materials.
@@ -112,45 +138,79 @@ impl Capabilities {
         self.required_input.materials
     }
 
-    /// Adds the features that match the patterns.
-    #[must_use]
-    pub fn supports(mut self, patterns: &[&'static str]) -> Self {
-        self.rules.extend(patterns.iter().map(|pattern| (Cow::Borrowed(*pattern), Capability::Supported)));
+    /// Adds a rule for each of several scopes by which their features are supported.
+    fn with_support(mut self, scopes: impl Iterator<Item = RuleScope>) -> Self {
+        self.rules.extend(scopes.map(|scope| (scope, Capability::Supported)));
         self
     }
 
-    /// Adds a rule by which matching features are ignored with a warning. `note` describes the behaviour of the method instead.
-    #[must_use]
-    pub fn ignores_with_warning(mut self, pattern: &'static str, note: impl Into<String>) -> Self {
-        self.rules.push((Cow::Borrowed(pattern), Capability::IgnoredWithWarning(note.into())));
+    /// Adds a rule.
+    fn with_rule(mut self, scope: RuleScope, answer: Capability) -> Self {
+        self.rules.push((scope, answer));
         self
     }
 
-    /// Adds a rule by which matching features are rejected. `reason` names an alternative.
+    /// Adds supported features.
     #[must_use]
-    pub fn rejects(mut self, pattern: &'static str, reason: impl Into<String>) -> Self {
-        self.rules.push((Cow::Borrowed(pattern), Capability::Rejected(reason.into())));
-        self
+    pub fn supports(self, features: &[Feature]) -> Self {
+        self.with_support(features.iter().copied().map(RuleScope::One))
+    }
+
+    /// Adds features that are supported with all their variants, and with all keys below them.
+    #[must_use]
+    pub fn supports_all_of(self, features: &[Feature]) -> Self {
+        self.with_support(features.iter().copied().map(RuleScope::AllOf))
+    }
+
+    /// Adds features of which all keys are supported, but not each of their variants: a measure of a supported kind, for example, has
+    /// supported keys only.
+    #[must_use]
+    pub fn supports_keys_of(self, features: &[Feature]) -> Self {
+        self.with_support(features.iter().copied().map(RuleScope::KeysOf))
+    }
+
+    /// Adds a rule by which a feature is ignored with a warning. `note` describes the behaviour of the method instead.
+    #[must_use]
+    pub fn ignores_with_warning(self, feature: Feature, note: impl Into<String>) -> Self {
+        self.with_rule(RuleScope::One(feature), Capability::IgnoredWithWarning(note.into()))
+    }
+
+    /// Adds the rule of [`Capabilities::ignores_with_warning`] for a feature with all its variants and all keys below it.
+    #[must_use]
+    pub fn ignores_all_of_with_warning(self, feature: Feature, note: impl Into<String>) -> Self {
+        self.with_rule(RuleScope::AllOf(feature), Capability::IgnoredWithWarning(note.into()))
+    }
+
+    /// Adds a rule by which a feature is rejected. `reason` names an alternative.
+    #[must_use]
+    pub fn rejects(self, feature: Feature, reason: impl Into<String>) -> Self {
+        self.with_rule(RuleScope::One(feature), Capability::Rejected(reason.into()))
+    }
+
+    /// Adds the rule of [`Capabilities::rejects`] for a feature with all its variants and all keys below it.
+    #[must_use]
+    pub fn rejects_all_of(self, feature: Feature, reason: impl Into<String>) -> Self {
+        self.with_rule(RuleScope::AllOf(feature), Capability::Rejected(reason.into()))
     }
 
     /// Adds the rule of [`Capabilities::rejects`] if `holds`.
     #[must_use]
-    pub fn rejects_if(self, holds: bool, pattern: &'static str, reason: impl Into<String>) -> Self {
-        if holds { self.rejects(pattern, reason) } else { self }
+    pub fn rejects_if(self, holds: bool, feature: Feature, reason: impl Into<String>) -> Self {
+        if holds { self.rejects(feature, reason) } else { self }
     }
 
-    /// Returns the answer of the most specific rule that matches a feature; of equally specific rules the last one.
-    fn capability(&self, name: &str) -> Option<&Capability> {
+    /// Returns the answer of the most specific rule for a feature; of equally specific rules the last one.
+    fn capability(&self, feature: Feature) -> Option<&Capability> {
         let found =
-            self.rules.iter().filter_map(|(pattern, answer)| Some((match_pattern(pattern, name)?, answer)));
+            self.rules.iter().filter_map(|(scope, answer)| Some((scope.precedence(feature)?, answer)));
         // Of equal matches the last one.
-        found.max_by_key(|(fit, _)| *fit).map(|(_, answer)| answer)
+        found.max_by_key(|(precedence, _)| *precedence).map(|(_, answer)| answer)
     }
 
-    /// Whether a rule matches the feature of that name.
+    /// Whether a rule applies to a feature.
     #[must_use]
-    pub fn has_rule(&self, name: &str) -> bool {
-        self.capability(name).is_some()
+    pub fn has_rule(&self, feature: Feature) -> bool {
+        self.capability(feature).is_some()
     }
 
     /// Checks the case against the capabilities of the method; returns the notes about ignored features.
@@ -160,8 +220,8 @@ impl Capabilities {
     pub fn check(&self, case: &Case) -> Result<Vec<String>, CaseError> {
         self.check_needs(case)?;
         let mut notes: Vec<String> = Vec::new();
-        for RequestedFeature { name, path } in case.features() {
-            match self.capability(&name) {
+        for RequestedFeature { feature, path } in case.features() {
+            match self.capability(feature) {
                 Some(Capability::Supported) => {}
                 Some(Capability::IgnoredWithWarning(note)) => {
                     let note = format!("{path}: {note}");
@@ -169,23 +229,26 @@ impl Capabilities {
                         notes.push(note);
                     }
                 }
-                Some(Capability::Rejected(reason)) => return Err(CaseError::new(path, reason.clone())),
-                None => {
-                    let what = match name.rsplit_once('=') {
-                        Some((_, variant)) => format!("{variant:?} is"),
-                        None => "is".to_owned(),
-                    };
-                    return Err(CaseError::new(path, format!("{what} not available with {}", self.method)));
+                Some(Capability::Rejected(reason)) => {
+                    return Err(self.rejection(feature, path, Some(reason.clone())));
                 }
+                None => return Err(self.rejection(feature, path, None)),
             }
         }
         Ok(notes)
     }
 
+    /// Error of a feature at `path` that the method does not support, for a reason if it has a rule.
+    fn rejection(&self, feature: Feature, path: String, reason: Option<String>) -> CaseError {
+        let method = self.method.clone().into_owned();
+        CaseError::new(path, CaseErrorKind::NotSupported { feature, method, reason })
+    }
+
     /// Reports an error where the case lacks an input that the method requires: bodies, materials or gravity.
     fn check_needs(&self, case: &Case) -> Result<(), CaseError> {
         let lacks = |path: &str, what: &str| {
-            Err(CaseError::new(path, format!("{what}, but {} needs it", self.method)))
+            let problem = format!("{what}, but {} needs it", self.method);
+            Err(CaseError::new(path, CaseErrorKind::missing_input(&*self.method, problem)))
         };
         if self.required_input.bodies && case.bodies.is_empty() {
             return lacks("bodies", "there is none");
@@ -197,15 +260,6 @@ impl Capabilities {
             return lacks("gravity", "is zero");
         }
         Ok(())
-    }
-}
-
-/// Quality of the match of a pattern with a name: whether the pattern is the whole name, and the length of the pattern. `None` without a
-/// match.
-fn match_pattern(pattern: &str, name: &str) -> Option<(bool, usize)> {
-    match pattern.strip_suffix('*') {
-        Some(beginning) => name.starts_with(beginning).then_some((false, beginning.len())),
-        None => (name == pattern).then_some((true, pattern.len())),
     }
 }
 
@@ -226,7 +280,7 @@ mod tests {
     #[test]
     fn features_that_a_method_does_not_name_are_refused_with_their_path() {
         let error = Capabilities::for_point_methods("dem")
-            .supports(&["stages.damping"])
+            .supports(&[Feature::StagesDamping])
             .check(&case(""))
             .unwrap_err();
         assert_eq!(error.to_string(), "stages[0].rayleigh_damping: is not available with dem");
@@ -235,32 +289,52 @@ mod tests {
     }
 
     #[test]
+    fn variants_that_a_method_does_not_name_are_refused_by_their_name() {
+        let measures = r#", "measures": { "m": { "kind": "dissipation" } }"#;
+        let error = damped().check(&case(measures)).unwrap_err();
+        assert_eq!(error.to_string(), "measures.m: \"dissipation\" is not available with dem");
+    }
+
+    #[test]
     fn ignored_features_are_listed_in_notes_with_their_path() {
         let honours = Capabilities::for_point_methods("dem")
-            .ignores_with_warning("stages.*", "grains are not damped")
-            .supports(&["stages.damping"]);
+            .ignores_all_of_with_warning(Feature::Stages, "grains are not damped")
+            .supports(&[Feature::StagesDamping]);
         let notes = honours.check(&case("")).unwrap();
         assert_eq!(notes, ["stages[0].rayleigh_damping: grains are not damped"]);
     }
 
     #[test]
-    fn exact_feature_names_override_prefixes_and_later_entries_override_earlier_ones() {
-        let all = || Capabilities::new("dem").supports(&["*"]);
-        assert!(all().check(&case("")).unwrap().is_empty());
-        let error = all().rejects("stages.damping", "none").supports(&["stages.damping*"]).check(&case(""));
+    fn rules_of_one_feature_override_those_of_all_keys_and_later_rules_override_earlier_ones() {
+        assert!(damped().check(&case("")).unwrap().is_empty());
+        let error = damped()
+            .rejects(Feature::StagesDamping, "none")
+            .supports_all_of(&[Feature::Stages, Feature::StagesDamping])
+            .check(&case(""));
         assert_eq!(error.unwrap_err().to_string(), "stages[0].damping: none");
-        assert!(
-            all().rejects("stages.damping", "none").supports(&["stages.damping"]).check(&case("")).is_ok()
-        );
+        let later = damped().rejects(Feature::StagesDamping, "none").supports(&[Feature::StagesDamping]);
+        assert!(later.check(&case("")).is_ok());
+    }
+
+    #[test]
+    fn rules_of_a_key_override_those_of_the_keys_above_it() {
+        let rules = Capabilities::new("dem")
+            .rejects_all_of(Feature::ObstaclesWall, "no walls")
+            .supports_all_of(&[Feature::Obstacles])
+            .supports_keys_of(&[Feature::ObstaclesWall]);
+        assert!(matches!(rules.capability(Feature::ObstaclesWallRough), Some(Capability::Rejected(_))));
+        assert!(matches!(rules.capability(Feature::ObstaclesWallAdhesion), Some(Capability::Supported)));
+        assert!(matches!(rules.capability(Feature::ObstaclesMotion), Some(Capability::Supported)));
+        assert!(!rules.has_rule(Feature::LoadsTraction));
     }
 
     #[test]
     fn cases_without_required_input_of_the_method_are_refused() {
-        let all = Capabilities::new("lbm").supports(&["*"]);
+        let all = damped();
         let mut empty = case("");
         empty.bodies.clear();
         let error = all.clone().check(&empty).unwrap_err();
-        assert_eq!(error.to_string(), "bodies: there is none, but lbm needs it");
+        assert_eq!(error.to_string(), "bodies: there is none, but dem needs it");
         let none = RequiredInput { bodies: false, materials: false, gravity: false };
         assert!(all.clone().requires(none).check(&empty).is_ok());
         let error = all
@@ -268,5 +342,11 @@ mod tests {
             .check(&case(""))
             .unwrap_err();
         assert_eq!(error.path, "gravity");
+    }
+
+    /// Capabilities of a method of points with damping in stages.
+    fn damped() -> Capabilities {
+        Capabilities::for_point_methods("dem")
+            .supports(&[Feature::StagesDamping, Feature::StagesRayleighDamping])
     }
 }

@@ -1,49 +1,30 @@
-//! Features of a case, from its JSON Schema.
-
-use std::collections::BTreeSet;
-use std::sync::LazyLock;
+//! Features that a case requests, from its JSON Schema.
 
 use serde_json::{Map, Value};
 
-use crate::Case;
+use crate::features::schema::{
+    OPAQUE_KEY, SCHEMA, TAGS, alternatives, is_looked_at, is_required, names_of, resolved, variant_of,
+};
+use crate::{Case, Feature};
 
 /// Feature that a case uses.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RequestedFeature {
-    /// Keys from the top, without names and numbers of entries, and the variant: `bodies.velocity=sine`.
-    pub name: String,
+    /// Key or variant. A law of the program is [`Feature::MaterialsOther`].
+    pub feature: Feature,
     /// JSON path of the feature in the case: `bodies[2].velocity`.
     pub path: String,
 }
 
-/// Keys that no method needs to support: descriptions of the case, and options of methods, which the methods check themselves.
-const METHOD_INDEPENDENT_KEYS: [&str; 4] = ["$schema", "title", "notes", "methods"];
-
-/// Keys whose values name the variant of an object.
-const TAGS: [&str; 2] = ["kind", "model"];
-
-/// Key of the materials: the material law is the feature, and checks its parameters itself.
-const OPAQUE_KEY: &str = "materials";
-
-/// JSON Schema of a case file.
-static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Case).to_value());
-
 impl Case {
-    /// Features of the case other than defaults and required keys, in the order of their paths in the file.
+    /// Features of the case other than defaults and required keys, in the order of their paths in the file. Keys of shapes within shapes
+    /// count as those of the outer shape.
     #[must_use]
     pub fn features(&self) -> Vec<RequestedFeature> {
         let value = serde_json::to_value(self).unwrap_or_default();
         let mut found = Vec::new();
-        walk_value(&SCHEMA, &value, &FeaturePath::default(), &mut |place| found.push(place.feature()));
+        walk_value(&SCHEMA, &value, &FeaturePath::default(), &mut |place| found.extend(place.feature()));
         found
-    }
-
-    /// Names of all features that a case can have; shapes within shapes count once.
-    #[must_use]
-    pub fn known_features() -> BTreeSet<String> {
-        let mut names = BTreeSet::new();
-        walk_schema(&SCHEMA, &FeaturePath::default(), &mut Vec::new(), &mut names);
-        names
     }
 }
 
@@ -52,92 +33,83 @@ impl Case {
 struct FeaturePath {
     name: String,
     path: String,
+    /// Definitions of the schema around the place, each with the name of its place.
+    definitions: Vec<(String, String)>,
 }
 
 impl FeaturePath {
     /// Path of a key of the object at this path.
     fn child(&self, key: &str) -> Self {
         let join = |to: &str| if to.is_empty() { key.to_owned() } else { format!("{to}.{key}") };
-        Self { name: join(&self.name), path: join(&self.path) }
+        Self { name: join(&self.name), path: join(&self.path), definitions: self.definitions.clone() }
     }
 
     /// Path of an entry of the list at this path.
     fn item(&self, number: usize) -> Self {
-        Self { name: self.name.clone(), path: format!("{}[{number}]", self.path) }
+        Self { path: format!("{}[{number}]", self.path), ..self.clone() }
     }
 
     /// Path of an entry of a table with names as keys.
     fn entry(&self, name: &str) -> Self {
-        Self { name: self.name.clone(), path: format!("{}.{name}", self.path) }
+        Self { path: format!("{}.{name}", self.path), ..self.clone() }
     }
 
     /// Path of a variant of the value at this path.
     fn variant(&self, variant: &str) -> Self {
-        Self { name: format!("{}={variant}", self.name), path: self.path.clone() }
+        Self { name: format!("{}={variant}", self.name), ..self.clone() }
     }
 
-    /// Feature with the name and the JSON path of this path.
-    fn feature(&self) -> RequestedFeature {
-        RequestedFeature { name: self.name.clone(), path: self.path.clone() }
+    /// Path inside of a value of a definition of the schema. Within a value of the same definition it has the name of that value.
+    fn inside(&self, definition: Option<&str>) -> Self {
+        let mut inside = self.clone();
+        let Some(definition) = definition else { return inside };
+        match self.definitions.iter().find(|(outer, _)| outer == definition) {
+            Some((_, name)) => inside.name.clone_from(name),
+            None => inside.definitions.push((definition.to_owned(), self.name.clone())),
+        }
+        inside
     }
-}
 
-/// Schema to which `schema` refers, or `schema` itself.
-fn resolved(schema: &Value) -> &Value {
-    match schema["$ref"].as_str().and_then(|to| to.strip_prefix("#/$defs/")) {
-        Some(name) => &SCHEMA["$defs"][name],
-        None => schema,
+    /// Feature with the name and the JSON path of this path. A test ensures that the list of features has all names of the schema.
+    fn feature(&self) -> Option<RequestedFeature> {
+        let feature = Feature::named(&self.name);
+        debug_assert!(feature.is_some(), "{} is missing in the list of features", self.name);
+        Some(RequestedFeature { feature: feature?, path: self.path.clone() })
     }
-}
-
-/// Alternatives (`oneOf` or `anyOf`) of a JSON schema.
-fn alternatives(schema: &Value) -> &[Value] {
-    let list = ["oneOf", "anyOf"].iter().find_map(|key| schema[*key].as_array());
-    list.map_or(&[], Vec::as_slice)
-}
-
-/// Name of one of the alternatives of a schema: its text, or the tag of the object.
-fn variant_of(schema: &Value) -> Option<&str> {
-    let tag = || TAGS.iter().find_map(|tag| schema["properties"][*tag]["const"].as_str());
-    schema["const"].as_str().or_else(tag)
-}
-
-/// Names of a plain enumeration.
-fn names_of(schema: &Value) -> impl Iterator<Item = &str> {
-    schema["enum"].as_array().into_iter().flatten().filter_map(Value::as_str)
 }
 
 /// Calls `found` for every feature in a value of a case, by the schema of the value.
 fn walk_value(schema: &Value, value: &Value, place: &FeaturePath, found: &mut dyn FnMut(&FeaturePath)) {
+    let inside = place.inside(schema["$ref"].as_str());
     let schema = resolved(schema);
     let alternatives = alternatives(schema);
     if !alternatives.is_empty() {
-        return walk_alternative(alternatives, value, place, found);
+        return walk_alternative(alternatives, value, (place, &inside), found);
     }
     match value {
         Value::String(name) if names_of(schema).any(|known| known == name) => found(&place.variant(name)),
         Value::Array(items) => {
             for (number, item) in items.iter().enumerate() {
-                walk_value(&schema["items"], item, &place.item(number), found);
+                walk_value(&schema["items"], item, &inside.item(number), found);
             }
         }
         Value::Object(object) if schema["properties"].is_object() => {
-            walk_object(schema, object, place, found);
+            walk_object(schema, object, &inside, found);
         }
         Value::Object(entries) => {
             for (name, entry) in entries {
-                walk_value(&schema["additionalProperties"], entry, &place.entry(name), found);
+                walk_value(&schema["additionalProperties"], entry, &inside.entry(name), found);
             }
         }
         _ => {}
     }
 }
 
-/// Calls `found` for the features in the alternative of `value`.
+/// Calls `found` for the features in the alternative of `value`: its variant at a place, and its keys inside of it.
 fn walk_alternative(
     alternatives: &[Value],
     value: &Value,
-    place: &FeaturePath,
+    (place, inside): (&FeaturePath, &FeaturePath),
     found: &mut dyn FnMut(&FeaturePath),
 ) {
     let object = value.as_object();
@@ -147,7 +119,7 @@ fn walk_alternative(
     if let (Some(schema), Some(name)) = (named, name) {
         found(&place.variant(name));
         if let (Some(object), true) = (object, place.name != OPAQUE_KEY) {
-            walk_object(schema, object, place, found);
+            walk_object(schema, object, inside, found);
         }
         return;
     }
@@ -163,7 +135,7 @@ fn walk_alternative(
     if !value.is_null()
         && let Some(schema) = alternatives.iter().find(|schema| schema["type"] != "null")
     {
-        walk_value(schema, value, place, found);
+        walk_value(schema, value, inside, found);
     }
 }
 
@@ -176,7 +148,7 @@ fn walk_object(
 ) {
     let Some(properties) = schema["properties"].as_object() else { return };
     for (key, value) in object {
-        let Some(property) = properties.get(key).filter(|_| is_looked_at(place, key)) else { continue };
+        let Some(property) = properties.get(key).filter(|_| is_looked_at(&place.name, key)) else { continue };
         let here = place.child(key);
         if !is_required(schema, key) {
             if is_default(property, value) {
@@ -190,16 +162,6 @@ fn walk_object(
     }
 }
 
-/// Whether a key is a feature that a method must support: tags and keys without effect on methods are not.
-fn is_looked_at(place: &FeaturePath, key: &str) -> bool {
-    !(TAGS.contains(&key) || place.name.is_empty() && METHOD_INDEPENDENT_KEYS.contains(&key))
-}
-
-/// Whether a schema requires a key.
-fn is_required(schema: &Value, key: &str) -> bool {
-    schema["required"].as_array().is_some_and(|required| required.iter().any(|name| name == key))
-}
-
 /// Whether a value is the default or empty.
 fn is_default(property: &Value, value: &Value) -> bool {
     let empty = match value {
@@ -209,65 +171,6 @@ fn is_default(property: &Value, value: &Value) -> bool {
         _ => false,
     };
     empty || property.get("default").is_some_and(|default| default == value)
-}
-
-/// Adds the names of all features that a schema allows.
-fn walk_schema<'a>(
-    schema: &'a Value,
-    place: &FeaturePath,
-    above: &mut Vec<&'a str>,
-    names: &mut BTreeSet<String>,
-) {
-    let name = schema["$ref"].as_str();
-    let within = if name.is_some() { resolved(schema) } else { schema };
-    if name.is_some_and(|name| above.contains(&name)) {
-        // The kinds of a shape within a shape, once.
-        let kinds = alternatives(within).iter().filter_map(variant_of);
-        return names.extend(kinds.map(|kind| place.variant(kind).name));
-    }
-    above.extend(name);
-    for alternative in alternatives(within) {
-        match variant_of(alternative) {
-            Some(variant) => {
-                names.insert(place.variant(variant).name);
-                if place.name != OPAQUE_KEY {
-                    walk_properties(alternative, place, above, names);
-                }
-            }
-            None if place.name == OPAQUE_KEY => {
-                names.insert(place.variant("other").name);
-            }
-            None => walk_schema(alternative, place, above, names),
-        }
-    }
-    names.extend(names_of(within).map(|variant| place.variant(variant).name));
-    walk_properties(within, place, above, names);
-    for inner in ["items", "additionalProperties"] {
-        if within[inner].is_object() {
-            walk_schema(&within[inner], place, above, names);
-        }
-    }
-    if name.is_some() {
-        above.pop();
-    }
-}
-
-/// Adds the names of all features that the properties of an object schema allow.
-fn walk_properties<'a>(
-    schema: &'a Value,
-    place: &FeaturePath,
-    above: &mut Vec<&'a str>,
-    names: &mut BTreeSet<String>,
-) {
-    for (key, property) in schema["properties"].as_object().into_iter().flatten() {
-        if is_looked_at(place, key) {
-            let here = place.child(key);
-            if !is_required(schema, key) {
-                names.insert(here.name.clone());
-            }
-            walk_schema(property, &here, above, names);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -291,12 +194,12 @@ mod tests {
     fn requested(changes: &[(&str, Value)]) -> Vec<String> {
         let plain = case(&[]).features();
         let found = case(changes).features().into_iter().filter(|feature| !plain.contains(feature));
-        found.map(|feature| format!("{} at {}", feature.name, feature.path)).collect()
+        found.map(|feature| format!("{} at {}", feature.feature, feature.path)).collect()
     }
 
     #[test]
     fn features_of_a_minimal_case_are_its_space_shape_and_law() {
-        let names: Vec<String> = case(&[]).features().into_iter().map(|feature| feature.name).collect();
+        let names: Vec<&str> = case(&[]).features().into_iter().map(|found| found.feature.name()).collect();
         assert_eq!(
             names,
             [
@@ -348,16 +251,22 @@ mod tests {
     }
 
     #[test]
-    fn features_requested_by_templates_are_known_features() {
-        let known = Case::known_features();
-        assert!(known.len() > 130, "{}", known.len());
-        let templates = concat!(env!("CARGO_MANIFEST_DIR"), "/../colluvium/src/templates");
-        let files = std::fs::read_dir(templates).unwrap().map(|file| file.unwrap().path());
-        for file in files.filter(|file| file.extension().is_some_and(|ending| ending == "json")) {
-            let case = Case::from_file(&file).unwrap();
-            for RequestedFeature { name, .. } in case.features() {
-                assert!(known.contains(&name), "{name} is asked for and not known");
-            }
-        }
+    fn keys_of_shapes_within_shapes_are_those_of_the_outer_shape() {
+        use serde_json::json;
+        let ball = json!({ "kind": "ball", "centre": [0.2, 0.2], "radius": 0.1 });
+        let inner = json!({ "kind": "union", "shapes": [ball] });
+        let cut = json!({ "kind": "union", "shapes": [inner] });
+        let shape = json!({ "kind": "difference", "from": inner, "cut": cut });
+        assert_eq!(
+            requested(&[("/bodies/0/shape", shape)]),
+            [
+                "bodies.shape=difference at bodies[0].shape",
+                "bodies.shape.cut=union at bodies[0].shape.cut",
+                "bodies.shape.shapes=union at bodies[0].shape.cut.shapes[0]",
+                "bodies.shape.shapes=ball at bodies[0].shape.cut.shapes[0].shapes[0]",
+                "bodies.shape.from=union at bodies[0].shape.from",
+                "bodies.shape.shapes=ball at bodies[0].shape.from.shapes[0]",
+            ]
+        );
     }
 }

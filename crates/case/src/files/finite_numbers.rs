@@ -9,12 +9,15 @@ use serde::ser::{
 use serde_json::Value;
 use serde_path_to_error::{Path, Segment};
 
+/// Text in the place of a number that is not finite.
+pub(crate) const NON_FINITE_MARK: &str = "not a finite number";
+
 /// Replaces the first number of `value` that is not finite, which JSON turns into null, by a text in its JSON form. A check then refuses
 /// it at its path.
 pub(crate) fn mark_first_non_finite<T: Serialize>(value: &T, json: &mut Value) {
     let Err(error) = serde_path_to_error::serialize(value, FiniteCheck) else { return };
     if let Some(found) = value_at(json, error.path()) {
-        *found = Value::from("not a finite number");
+        *found = Value::from(NON_FINITE_MARK);
     }
 }
 

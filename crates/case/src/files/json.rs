@@ -7,8 +7,10 @@ use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
+pub use crate::error::closest;
+use crate::files::finite_numbers::NON_FINITE_MARK;
 use crate::files::terrain_files;
-use crate::{CaseError, CaseErrors};
+use crate::{CaseError, CaseErrorKind, CaseErrors};
 
 /// Keys of earlier versions and their present names. A case with an old key is refused with the new name.
 const RENAMED_KEYS: [(&str, &str); 7] = [
@@ -74,8 +76,10 @@ fn join(path: &str, key: &str) -> String {
 /// # Errors
 /// When it cannot be read; the path is that of the file.
 pub fn text(file: &Path) -> Result<String, CaseErrors> {
-    let unreadable =
-        |problem: String| CaseErrors::from_error(CaseError::new(file.display().to_string(), problem));
+    let unreadable = |problem: String| {
+        let kind = CaseErrorKind::Unreadable { file: file.to_owned(), problem };
+        CaseErrors::from_error(CaseError::new(file.display().to_string(), kind))
+    };
     let bytes = std::fs::read(file).map_err(|error| unreadable(format!("cannot be read: {error}")))?;
     // UTF-16 with its byte order mark, as some editors write it.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
@@ -106,7 +110,7 @@ pub fn parse(text: &str) -> Result<Value, CaseError> {
         let place = format!("line {}, column {}", error.line(), error.column());
         let message = error.to_string();
         let problem = message.split(" at line ").next().unwrap_or(&message).to_owned();
-        CaseError::new(place, problem)
+        CaseError::new(place, CaseErrorKind::Syntax { line: error.line(), column: error.column(), problem })
     })
 }
 
@@ -180,9 +184,20 @@ struct ObjectKeys<'a> {
 }
 
 impl<'a> Checker<'a> {
-    fn report(&mut self, path: &str, problem: String) {
+    fn report(&mut self, path: &str, kind: CaseErrorKind) {
         let path = if path.is_empty() { "case file" } else { path };
-        self.errors.push(CaseError::new(path, problem));
+        self.errors.push(CaseError::new(path, kind));
+    }
+
+    /// Reports a value of a wrong type; the rule follows the value in the message.
+    fn wrong_type(&mut self, path: &str, value: &Value, rule: impl Into<String>) {
+        let (found, rule) = (type_name(value), rule.into());
+        let kind = if *value == NON_FINITE_MARK {
+            CaseErrorKind::NotFinite(format!("{found} {rule}"))
+        } else {
+            CaseErrorKind::WrongType { found, rule }
+        };
+        self.report(path, kind);
     }
 
     /// Definition to which a schema refers by `$ref`.
@@ -249,7 +264,7 @@ impl<'a> Checker<'a> {
             match (value, object) {
                 (Value::Number(_) | Value::String(_), _) => {}
                 (Value::Object(map), Some(schema)) => self.check_object(schema, map, path),
-                _ => self.report(path, format!("{} is neither a number nor a text", type_name(value))),
+                _ => self.wrong_type(path, value, "is neither a number nor a text"),
             }
             return;
         }
@@ -258,10 +273,8 @@ impl<'a> Checker<'a> {
         if !number {
             self.check_choice(&words, value, path);
         } else if !value.is_number() && !words.contains(value) {
-            self.report(
-                path,
-                format!("{} is neither a number nor one of {}", type_name(value), list(&words)),
-            );
+            let words = names_of(&words).join(", ");
+            self.wrong_type(path, value, format!("is neither a number nor one of {words}"));
         }
     }
 
@@ -278,14 +291,13 @@ impl<'a> Checker<'a> {
     /// Checks an object against the alternative whose constant the value of the key `tag` is.
     fn check_tagged(&mut self, tag: &str, variants: &'a [Value], value: &Value, path: &str) {
         let Value::Object(map) = value else {
-            self.report(path, format!("{} is not an object with a key {tag:?}", type_name(value)));
-            return;
+            return self.wrong_type(path, value, format!("is not an object with a key {tag:?}"));
         };
         let constant = |variant: &'a Value| variant.get("properties")?.get(tag)?.get("const");
         let choices: Vec<Value> = variants.iter().filter_map(constant).cloned().collect();
         let Some(found) = map.get(tag) else {
-            self.report(path, format!("the key {tag:?} is missing; it is one of {}", list(&choices)));
-            return;
+            let kind = CaseErrorKind::MissingKey { key: tag.to_owned(), choices: names_of(&choices) };
+            return self.report(path, kind);
         };
         match variants.iter().find(|variant| constant(variant) == Some(found)) {
             Some(variant) => self.check_object(variant, map, path),
@@ -298,11 +310,8 @@ impl<'a> Checker<'a> {
         let names: Vec<Value> = variants.iter().map(|(name, _)| Value::from(*name)).collect();
         let keys = value.as_object().filter(|map| map.len() == 1);
         let Some((key, inner)) = keys.and_then(|map| map.iter().next()) else {
-            self.report(
-                path,
-                format!("{} is not an object with one key of {}", type_name(value), list(&names)),
-            );
-            return;
+            let names = names_of(&names).join(", ");
+            return self.wrong_type(path, value, format!("is not an object with one key of {names}"));
         };
         match variants.iter().find(|(name, _)| name == key) {
             Some((_, schema)) => self.check(schema, inner, &join(path, key)),
@@ -316,11 +325,12 @@ impl<'a> Checker<'a> {
         let names: Vec<&str> = choices.iter().filter_map(Value::as_str).collect();
         let renamed = |found| RENAMED_CHOICES.iter().find(|(old, new)| *old == found && names.contains(new));
         if let Some((old, new)) = value.as_str().and_then(renamed) {
-            return self.report(path, format!("{old:?} is now called {new:?}"));
+            let kind = CaseErrorKind::RenamedChoice { old: (*old).to_owned(), new: (*new).to_owned() };
+            return self.report(path, kind);
         }
-        let hint = value.as_str().and_then(|found| closest(found, &names));
-        let hint = hint.map_or(String::new(), |name| format!("; did you mean {name:?}?"));
-        self.report(path, format!("{} is not one of {}{hint}", type_name(value), list(choices)));
+        let suggestion = value.as_str().and_then(|found| closest(found, &names)).map(str::to_owned);
+        let (found, choices) = (type_name(value), names_of(choices));
+        self.report(path, CaseErrorKind::UnknownChoice { found, choices, suggestion });
     }
 
     /// Whether a value has a type that its schema allows; reports it otherwise.
@@ -342,14 +352,14 @@ impl<'a> Checker<'a> {
         };
         if !types.iter().any(fits) {
             let wanted: Vec<&str> = types.into_iter().filter(|name| *name != "null").collect();
-            self.report(path, format!("{} is not of type {}", type_name(value), wanted.join(" or ")));
+            self.wrong_type(path, value, format!("is not of type {}", wanted.join(" or ")));
             return false;
         }
         if let (Some(number), Some(smallest)) =
             (value.as_f64(), schema.get("minimum").and_then(Value::as_f64))
             && number < smallest
         {
-            self.report(path, format!("{number} is below {smallest}"));
+            self.report(path, CaseErrorKind::out_of_range(number, format!("is below {smallest}")));
             return false;
         }
         true
@@ -360,8 +370,8 @@ impl<'a> Checker<'a> {
         if items.len() < smallest || items.len() > largest {
             let wanted =
                 if smallest == largest { format!("{smallest}") } else { format!("{smallest} or more") };
-            self.report(path, format!("has {} entries, {wanted} are needed", items.len()));
-            return;
+            let rule = format!("{wanted} are needed");
+            return self.report(path, CaseErrorKind::WrongLength { length: items.len(), rule });
         }
         if let Some(of_items) = schema.get("items") {
             for (number, item) in items.iter().enumerate() {
@@ -396,7 +406,8 @@ impl<'a> Checker<'a> {
         let keys = self.keys(schema);
         for key in &keys.required_keys {
             if !map.contains_key(*key) {
-                self.report(path, format!("the key {key:?} is missing"));
+                let kind = CaseErrorKind::MissingKey { key: (*key).to_owned(), choices: Vec::new() };
+                self.report(path, kind);
             }
         }
         for (key, value) in map {
@@ -417,10 +428,11 @@ impl<'a> Checker<'a> {
         let names: Vec<&str> = keys.properties.iter().map(|(name, _)| *name).collect();
         let renamed = RENAMED_KEYS.iter().find(|(old, new)| *old == key && names.contains(new));
         if let Some((_, new)) = renamed {
-            return self.report(path, format!("this key is now called {new:?}"));
+            return self.report(path, CaseErrorKind::RenamedKey { new: (*new).to_owned() });
         }
-        let hint = closest(key, &names).map_or(String::new(), |name| format!(" did you mean {name:?}?"));
-        self.report(path, format!("unknown key;{hint} allowed: {}", names.join(", ")));
+        let suggestion = closest(key, &names).map(str::to_owned);
+        let allowed = names.into_iter().map(str::to_owned).collect();
+        self.report(path, CaseErrorKind::UnknownKey { suggestion, allowed });
     }
 }
 
@@ -437,22 +449,16 @@ fn named_variant(variant: &Value) -> Option<(&str, &Value)> {
     let required = variant.get("required")?.as_array()?;
     (required.len() == 1 && schema.get("const").is_none()).then_some((name.as_str(), schema))
 }
-fn list(choices: &[Value]) -> String {
-    let names: Vec<String> =
-        choices.iter().map(|c| c.as_str().map_or(c.to_string(), str::to_owned)).collect();
-    names.join(", ")
+
+/// Choices as texts.
+fn names_of(choices: &[Value]) -> Vec<String> {
+    choices.iter().map(|c| c.as_str().map_or(c.to_string(), str::to_owned)).collect()
 }
+
 fn type_name(value: &Value) -> String {
     let text = value.to_string();
     let short: String = text.chars().take(40).collect();
     if short.len() < text.len() { format!("{short}…") } else { short }
-}
-
-/// Name in `names` that `word` probably stands for.
-pub fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
-    let likeness = |name: &&str| strsim::damerau_levenshtein(word, name);
-    let best = names.iter().min_by_key(|name| likeness(name))?;
-    (likeness(best) <= 1 + word.len() / 4).then_some(*best)
 }
 
 #[cfg(test)]

@@ -2,15 +2,23 @@
 
 #[cfg(feature = "files")]
 pub(crate) use colluvium_terrain::{
-    CoordinateReferenceSystem, read_features, read_mesh, read_outlines, read_raster, read_reference_system,
-    read_text, sidecar_files,
+    CoordinateReferenceSystem, FileError, read_features, read_mesh, read_outlines, read_raster,
+    read_reference_system, read_text, sidecar_files,
 };
 
 #[cfg(not(feature = "files"))]
 pub(crate) use without_files::{
-    CoordinateReferenceSystem, read_features, read_mesh, read_outlines, read_raster, read_reference_system,
-    read_text, sidecar_files,
+    CoordinateReferenceSystem, FileError, read_features, read_mesh, read_outlines, read_raster,
+    read_reference_system, read_text, sidecar_files,
 };
+
+use crate::CaseErrorKind;
+
+impl From<FileError> for CaseErrorKind {
+    fn from(error: FileError) -> Self {
+        Self::File { file: error.file, problem: error.problem }
+    }
+}
 
 /// Replacement of the readers in a build without them: each refuses its file.
 #[cfg(not(feature = "files"))]

@@ -9,14 +9,14 @@ use colluvium_points::surface::{
     RigidTransform, SharedSurface, SurfaceError,
 };
 
-use crate::CaseError;
 use crate::description::{ObstacleShape, ProfilePiece};
 use crate::files::column_file::{Quantity, read_pairs};
 use crate::files::decimal_sum::relative_to_origin;
-use crate::files::terrain_files;
+use crate::files::terrain_files::{self, FileError};
+use crate::{CaseError, CaseErrorKind};
 
 /// Error in a shape: path below it, and description.
-type ShapeProblem = (String, String);
+type ShapeProblem = (String, CaseErrorKind);
 
 /// Surface of a shape with the path `path` in its case; `origin` (m) is subtracted from coordinates of its file.
 pub(super) fn surface<const D: usize>(
@@ -51,7 +51,7 @@ pub(super) fn surface<const D: usize>(
         ObstacleShape::Mesh { file } => {
             let mesh =
                 terrain_files::read_mesh(Path::new(file), &|axis, x| relative_to_origin(x, origin[axis]));
-            mesh.map_err(|error| file_problem(&error)).map(FacettedSurface::into_shared).and_then(in_space)
+            mesh.map_err(file_error).map(FacettedSurface::into_shared).and_then(in_space)
         }
     };
     made.map_err(|problem| error_at(path, problem))
@@ -77,12 +77,17 @@ fn error_at(path: &str, (key, problem): ShapeProblem) -> CaseError {
 
 /// Key and message of an error of a surface.
 fn from_surface_error(error: SurfaceError) -> ShapeProblem {
-    (error.path, error.problem)
+    (error.path, error.problem.into())
 }
 
 /// Error of a shape at its key `file`.
-fn file_problem(problem: &dyn std::fmt::Display) -> ShapeProblem {
-    ("file".to_owned(), problem.to_string())
+fn file_problem(file: &str, problem: impl Into<String>) -> ShapeProblem {
+    ("file".to_owned(), CaseErrorKind::file(file, problem))
+}
+
+/// Error of a shape whose file cannot be read, at its key `file`.
+fn file_error(error: FileError) -> ShapeProblem {
+    ("file".to_owned(), error.into())
 }
 
 /// Surface of `N` coordinates in a space of `D` coordinates; an error where the numbers differ.
@@ -91,7 +96,7 @@ fn in_space<const N: usize, const D: usize>(
 ) -> Result<SharedSurface<D>, ShapeProblem> {
     let surface: Box<dyn Any> = Box::new(surface);
     let own = surface.downcast::<SharedSurface<D>>().map(|own| *own);
-    own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}")))
+    own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}").into()))
 }
 
 /// Vector of the space from a list of components, whose length has been checked.
@@ -120,7 +125,8 @@ fn ball<const D: usize>(centre: &[f64], radius: f64, hollow: bool) -> Result<Sha
 
 /// Checks that an axis is one of the three of space.
 fn axis_of_space(axis: usize) -> Result<(), ShapeProblem> {
-    if axis < 3 { Ok(()) } else { Err(("axis".to_owned(), format!("{axis} is not in 0..=2"))) }
+    let problem = || CaseErrorKind::out_of_range(axis as f64, "is not in 0..=2");
+    if axis < 3 { Ok(()) } else { Err(("axis".to_owned(), problem())) }
 }
 
 /// Surface of a ground line, from its points or from a file.
@@ -136,8 +142,8 @@ fn ground_line(
     ];
     let points = read_pairs(file, names)
         .map(|points| points.into_iter().map(|x| plan_relative_to_origin(x, origin)).collect::<Vec<_>>());
-    let points = points.map_err(|problem| file_problem(&format!("{file}: {problem}")))?;
-    let in_file = |error: SurfaceError| file_problem(&format!("{file}: {}: {}", error.path, error.problem));
+    let points = points.map_err(|problem| file_problem(file, problem))?;
+    let in_file = |error: SurfaceError| file_problem(file, format!("{}: {}", error.path, error.problem));
     FacettedSurface::ground_line(&points).map_err(in_file)
 }
 
@@ -154,7 +160,7 @@ fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<GroundProfile, Sh
             Some(centre) => profile.arc_to(piece.to, centre),
             None => profile.line_to(piece.to),
         };
-        added.map_err(|error| (format!("pieces[{number}].{}", error.path), error.problem))?;
+        added.map_err(|error| (format!("pieces[{number}].{}", error.path), error.problem.into()))?;
     }
     profile.close().map_err(from_surface_error)
 }
@@ -174,12 +180,13 @@ fn surface_of_revolution(
 
 /// Heights of a raster file; `origin` (m) is subtracted.
 fn heights(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<Raster, ShapeProblem> {
-    let mut raster = terrain_files::read_raster(Path::new(file)).map_err(|error| file_problem(&error))?;
+    let mut raster = terrain_files::read_raster(Path::new(file)).map_err(file_error)?;
     (0..2).for_each(|c| raster.origin[c] = relative_to_origin(raster.origin[c], origin[c]));
     raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = relative_to_origin(*z, origin[2]));
     match spacing {
         Some(spacing) => {
-            raster.resampled([spacing; 2]).map_err(|error| ("spacing".to_owned(), format!("{file}: {error}")))
+            let problem = |error: String| CaseErrorKind::file(file, error);
+            raster.resampled([spacing; 2]).map_err(|error| ("spacing".to_owned(), problem(error.to_string())))
         }
         None => Ok(raster),
     }
@@ -188,5 +195,5 @@ fn heights(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<Raster
 /// Surface of a raster file of heights, relative to the origin of the domain.
 fn raster(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<HeightField, ShapeProblem> {
     let raster = heights(file, spacing, origin)?;
-    HeightField::new(raster).map_err(|error| file_problem(&format!("{file}: {error}")))
+    HeightField::new(raster).map_err(|error| file_problem(file, error.to_string()))
 }

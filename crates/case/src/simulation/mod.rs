@@ -16,7 +16,7 @@ use std::sync::Arc;
 use crate::measure::ScalarOutput;
 use crate::simulation::stage_progress::StageProgress;
 use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
-use crate::solver::{Advance, Solver, SolverError, TimeStep, restore_value, save_value};
+use crate::solver::{Advance, FailureReason, Solver, SolverError, TimeStep, restore_value, save_value};
 use crate::{Case, CaseErrors, measure};
 
 pub use crate::simulation::body_force::{BodyForce, InvalidBodyForce, check_saved_body_force};
@@ -128,11 +128,10 @@ impl<S> Simulation<S> {
             return Err(self.refusal(format!("a step of {at_most} s is not positive")));
         }
         if self.has_failed {
-            return Err(self.refusal("an earlier step has failed: build a new solver".to_owned()));
+            return Err(self.refusal(FailureReason::HasFailed));
         }
         if self.is_complete() {
-            let problem = "the last stage has ended: add a stage to the case, or make the last one longer";
-            return Err(self.refusal(problem.to_owned()));
+            return Err(self.refusal(FailureReason::IsComplete));
         }
         let done = self.step_in_stage(at_most);
         self.has_failed = done.is_err();
@@ -163,7 +162,7 @@ impl<S> Simulation<S> {
     /// When writing fails, and after an earlier error.
     pub fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         if self.has_failed {
-            return Err(self.refusal("the state after a failed step cannot be saved".to_owned()));
+            return Err(self.refusal("the state after a failed step cannot be saved"));
         }
         save_value(&self.progress, out)?;
         self.dynamic().save(out)
@@ -225,8 +224,9 @@ impl<S> Simulation<S> {
     }
 
     /// Error at the current step and time.
-    fn refusal(&self, reason: String) -> SolverError {
-        SolverError::Step { step: self.dynamic().step_count(), time: self.dynamic().time(), reason }
+    fn refusal(&self, reason: impl Into<FailureReason>) -> SolverError {
+        let (step, time) = (self.dynamic().step_count(), self.dynamic().time());
+        SolverError::Step { step, time, reason: reason.into() }
     }
 }
 

@@ -3,12 +3,14 @@
 use thiserror::Error;
 
 use crate::solver::equilibrium::MissedEquilibrium;
+use crate::solver::failure_reason::FailureReason;
 use crate::solver::time_step::TimeStepError;
 
 /// Error that stops a run.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum SolverError {
-    /// Point whose state the method cannot continue: NaN, excessive velocity, inverted, outside the grid.
+    /// Point whose state the method cannot continue: refused by its law, not finite, too fast, inverted, outside the grid.
     #[error("step {step}, t = {time:.6} s, point {point} at {position:.4?} m: {reason}")]
     Point {
         /// Step of the error.
@@ -19,8 +21,8 @@ pub enum SolverError {
         point: u64,
         /// Its position (m).
         position: [f64; 3],
-        /// Description of the error.
-        reason: String,
+        /// Reason.
+        reason: FailureReason,
     },
     /// Step that failed.
     #[error("step {step}, t = {time:.6} s: {reason}")]
@@ -29,8 +31,8 @@ pub enum SolverError {
         step: u64,
         /// Time at its start (s).
         time: f64,
-        /// Description of the error.
-        reason: String,
+        /// Reason.
+        reason: FailureReason,
     },
     /// Time step with which the solver cannot advance.
     #[error(transparent)]

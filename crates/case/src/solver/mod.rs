@@ -2,6 +2,7 @@
 
 pub(crate) mod equilibrium;
 mod error;
+mod failure_reason;
 mod frame;
 mod frame_points;
 pub(crate) mod manufactured;
@@ -21,6 +22,7 @@ use crate::{Capabilities, Case, CaseError, Equilibrium};
 
 pub use crate::solver::equilibrium::MissedEquilibrium;
 pub use crate::solver::error::SolverError;
+pub use crate::solver::failure_reason::FailureReason;
 #[cfg(feature = "output")]
 pub(crate) use crate::solver::frame_points::on_nodes;
 pub use crate::solver::time_step::{Advance, StepLimit, TimeStep, TimeStepError};

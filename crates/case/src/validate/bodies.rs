@@ -273,11 +273,7 @@ impl ErrorCollector<'_> {
             }
         }
         if let Some(ratio) = fluid.excess_ratio {
-            self.require(
-                (0.0..=1.0).contains(&ratio),
-                at("excess_ratio"),
-                format!("{ratio} is not in 0..=1"),
-            );
+            self.rule((0.0..=1.0).contains(&ratio), at("excess_ratio"), ratio, "is not in 0..=1");
             let problem = "is given in addition to excess_ratio: leave out one of the two";
             self.require(fluid.pressure == PorePressure::None, at("pressure"), problem);
         }
@@ -287,8 +283,8 @@ impl ErrorCollector<'_> {
         if let Some(strength) = fluid.cavitation_strength {
             self.not_negative(at("cavitation_strength"), strength, " (Pa)");
             if let PorePressure::Uniform { value } = fluid.pressure {
-                let problem = format!("{value} is below minus the cavitation strength");
-                self.require(value >= -strength, at("pressure.value"), problem);
+                let rule = "is below minus the cavitation strength";
+                self.rule(value >= -strength, at("pressure.value"), value, rule);
             }
         }
     }

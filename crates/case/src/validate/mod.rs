@@ -16,7 +16,7 @@ use std::collections::HashSet;
 
 use crate::description::{Boundary, Side, Space, Stage, Wall};
 use crate::error_collector::ErrorCollector;
-use crate::{Case, CaseErrors};
+use crate::{Case, CaseError, CaseErrors};
 
 /// Largest distance of a domain from zero, over its size: beyond it positions lose more than three of their sixteen digits.
 pub const MAX_DISTANCE_RATIO: f64 = 1e3;
@@ -65,7 +65,7 @@ impl ErrorCollector<'_> {
         self.vector("domain.max", &case.domain.max);
         self.vector("gravity", &case.gravity);
         for (axis, (min, max)) in case.domain.min.iter().zip(&case.domain.max).enumerate() {
-            self.require(min < max, format!("domain.max[{axis}]"), format!("{max} must be above min, {min}"));
+            self.rule(min < max, format!("domain.max[{axis}]"), *max, format!("must be above min, {min}"));
         }
         self.origin();
         for (number, axis) in case.domain.periodic.iter().enumerate() {
@@ -80,9 +80,8 @@ impl ErrorCollector<'_> {
         }
         if case.space == Space::Axisymmetric {
             let smallest = case.domain.min.first().copied().unwrap_or(0.0);
-            let problem =
-                format!("{smallest} must not be negative: in axisymmetry x is the distance from the axis");
-            self.require(smallest >= 0.0, "domain.min[0]", problem);
+            let rule = "must not be negative: in axisymmetry x is the distance from the axis";
+            self.rule(smallest >= 0.0, "domain.min[0]", smallest, rule);
             let radial = case.gravity.first().copied().unwrap_or(0.0);
             self.require(radial == 0.0, "gravity[0]", "must be 0: radial gravity is not axisymmetric");
         }
@@ -122,10 +121,7 @@ impl ErrorCollector<'_> {
                         "its law has no strain normal to the plane: use it in 1d and plane-strain only";
                     self.require(flat || !law.requires_plane_strain(), &path, problem);
                 }
-                Err(error) => match error.parameter_problem() {
-                    Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
-                    None => self.report(&path, error.to_string()),
-                },
+                Err(error) => self.errors.push(CaseError::of_material(&path, error)),
             }
             if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
                 let problem =
@@ -234,10 +230,10 @@ impl ErrorCollector<'_> {
         let case = self.case;
         let (duration, damping, ramp) = (stage.duration, stage.damping, stage.gravity_ramp);
         self.positive(format!("{path}.duration"), duration, "s");
-        let problem = format!("{damping} is not in 0..1 (1 excluded)");
-        self.require((0.0..1.0).contains(&damping), format!("{path}.damping"), problem);
-        let problem = format!("{ramp} is not between 0 and the stage's duration, {duration} s");
-        self.require((0.0..=duration).contains(&ramp), format!("{path}.gravity_ramp"), problem);
+        let holds = (0.0..1.0).contains(&damping);
+        self.rule(holds, format!("{path}.damping"), damping, "is not in 0..1 (1 excluded)");
+        let rule = format!("is not between 0 and the stage's duration, {duration} s");
+        self.rule((0.0..=duration).contains(&ramp), format!("{path}.gravity_ramp"), ramp, rule);
         self.not_negative(format!("{path}.rayleigh_damping"), stage.rayleigh_damping, " (1/s)");
         self.motions(path, stage);
         for (number, axis) in stage.damping_axes.iter().flatten().enumerate() {

@@ -16,7 +16,7 @@ impl ErrorCollector<'_> {
         self.weakened_materials(&path, weakening.materials.as_deref());
         let sound = weakening.factor.is_finite() && weakening.factor > 0.0;
         if let (true, Err(error)) = (sound, self.case.with_weakening(stage)) {
-            self.report(error.path, error.problem);
+            self.report(error.path, error.kind);
         }
     }
 
@@ -33,8 +33,9 @@ impl ErrorCollector<'_> {
         let problem = "cannot be determined without gravity: give the longest duration of a trial (s)";
         self.require(weighs || search.duration.is_some(), format!("{path}.duration"), problem);
         self.positive(format!("{path}.tolerance"), search.tolerance, "a width");
-        let problem = format!("{} is not in 0..1 (1 excluded)", search.damping);
-        self.require((0.0..1.0).contains(&search.damping), format!("{path}.damping"), problem);
+        let damping = search.damping;
+        let holds = (0.0..1.0).contains(&damping);
+        self.rule(holds, format!("{path}.damping"), damping, "is not in 0..1 (1 excluded)");
         let [low, high] = search.range;
         let sound = low.is_finite() && high.is_finite() && 0.0 < low && low < high;
         self.require(

@@ -1,5 +1,6 @@
 //! Invalid case files: each gives an error with path and description.
 
+mod error_kinds;
 mod mutations;
 mod non_finite_numbers;
 
@@ -55,7 +56,7 @@ fn every_mistake_is_reported_at_its_path() {
         serde_json::from_str(MISTAKES).expect("the file is valid");
     for (pointer, value, path, words) in rows {
         let errors = Case::from_json(&sound_with(&pointer, &value).to_string()).expect_err(&pointer);
-        let found = errors.0.iter().any(|error| error.path == path && error.problem.contains(&words));
+        let found = errors.0.iter().any(|error| error.path == path && error.problem().contains(&words));
         assert!(found, "{pointer}: expected `{path}: …{words}…`, found\n{errors}");
         assert!(errors.to_string().lines().all(|line| line.contains(": ")));
     }
@@ -78,7 +79,7 @@ fn a_stage_motion_of_an_obstacle_is_refused_with_its_key() {
     value["stages"][0]["motions"] = json!([{ "target": "ground", "velocity": [0, 0] }]);
     let errors = Case::from_json(&value.to_string()).unwrap_err();
     assert_eq!(errors.0[0].path, "stages[0].motions[0].target", "{errors}");
-    assert!(errors.0[0].problem.contains("give its motion in obstacles[0].motion"), "{errors}");
+    assert!(errors.0[0].problem().contains("give its motion in obstacles[0].motion"), "{errors}");
 }
 
 #[test]
@@ -94,7 +95,7 @@ fn errors_of_json_syntax_have_line_and_column() {
     ] {
         let errors = Case::from_json(text).unwrap_err();
         let first = errors.first();
-        assert!(first.path.contains(place) && first.problem.contains(words), "{text}: {errors}");
+        assert!(first.path.contains(place) && first.problem().contains(words), "{text}: {errors}");
     }
     let deep = "[".repeat(5000);
     assert!(Case::from_json(&deep).is_err());
@@ -245,7 +246,7 @@ fn invalid_motions_are_refused_by_path() {
     ];
     for (motion, path, words) in table {
         let errors = driven(&motion).unwrap_err();
-        assert!(errors.0[0].path == path && errors.0[0].problem.contains(words), "{errors}");
+        assert!(errors.0[0].path == path && errors.0[0].problem().contains(words), "{errors}");
     }
 }
 

@@ -48,7 +48,7 @@ fn survives(text: &str) {
         }
         Err(errors) => {
             assert!(!errors.0.is_empty());
-            assert!(errors.0.iter().all(|error| !error.path.is_empty() && !error.problem.is_empty()));
+            assert!(errors.0.iter().all(|error| !error.path.is_empty() && !error.problem().is_empty()));
         }
     }
 }

@@ -17,7 +17,7 @@ use serde_json::Value;
 
 use crate::case::files::json;
 use crate::case::output::{PLAIN_NAME_RULE, is_plain};
-use crate::case::{Case, CaseError, CaseErrors};
+use crate::case::{Case, CaseError, CaseErrorKind, CaseErrors};
 
 pub use crate::sweep::results_table::{SweepResults, SweepRow};
 pub use crate::sweep::sampling_plan::SamplingPlan;
@@ -165,7 +165,7 @@ impl Sweep {
     /// Errors of a case of a sweep, each preceded by the number of the run and its values.
     pub fn with_run_context(&self, number: usize, values: &[Value], errors: CaseErrors) -> CaseErrors {
         let of = self.run_description(number, values);
-        let located = errors.0.into_iter().map(|e| CaseError::new(format!("{of}: {}", e.path), e.problem));
+        let located = errors.0.into_iter().map(|e| CaseError::new(format!("{of}: {}", e.path), e.kind));
         CaseErrors(located.collect())
     }
 
@@ -188,9 +188,7 @@ impl Sweep {
         let unknown = targets.chain(measures).filter(|(_, name)| !columns.contains(&name.as_str()));
         let errors: Vec<CaseError> = unknown
             .map(|(path, name)| {
-                let hint =
-                    json::closest(name, &columns).map_or(String::new(), |c| format!("; did you mean {c:?}?"));
-                CaseError::new(path, format!("{name:?} is not a column of the measures{hint}"))
+                CaseError::new(path, CaseErrorKind::unknown_name(name, &columns, "a column of the measures"))
             })
             .collect();
         if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }

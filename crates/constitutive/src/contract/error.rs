@@ -138,12 +138,21 @@ impl MaterialError {
 
     /// Key of the invalid parameter and the reason with the name of the model; `None` for errors that concern no parameter.
     pub fn parameter_problem(&self) -> Option<(&str, String)> {
+        self.parameter_rule().map(|(field, value, rule)| match value {
+            Some(value) => (field, format!("{value} {rule}")),
+            None => (field, rule),
+        })
+    }
+
+    /// Key of the invalid parameter, its value where it is a number out of its range, and the violated rule with the name of the model;
+    /// `None` for errors that concern no parameter.
+    pub fn parameter_rule(&self) -> Option<(&str, Option<f64>, String)> {
         match self {
             Self::Parameter { model, field, value, rule } => {
-                Some((field, format!("{value} {rule}{}", model_suffix(model))))
+                Some((field, Some(*value), format!("{rule}{}", model_suffix(model))))
             }
             Self::IncompatibleOptions { model, field, rule } => {
-                Some((field, format!("{rule}{}", model_suffix(model))))
+                Some((field, None, format!("{rule}{}", model_suffix(model))))
             }
             _ => None,
         }

@@ -1,9 +1,11 @@
 //! Validation of the options (sheet: dem §7).
 
+use colluvium_case::CaseErrorKind;
+
 use super::{Adhesion, BondSpec, DemOptions, Friction, NormalLaw, PairSpec, RollingSpec, TangentialSpec};
 
 /// Violated rule: path from the options, and problem.
-pub type BrokenRule = (String, String);
+pub type BrokenRule = (String, CaseErrorKind);
 
 /// Whether a number is finite and positive.
 fn positive(value: f64) -> bool {
@@ -22,25 +24,28 @@ struct RuleChecker {
 
 impl RuleChecker {
     /// Records the first rule that does not hold, with the path of the option.
-    fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
+    fn require(&mut self, holds: bool, path: impl Into<String>, kind: impl Into<CaseErrorKind>) {
         if !holds && self.first.is_none() {
-            self.first = Some((path.into(), problem.into()));
+            self.first = Some((path.into(), kind.into()));
         }
     }
 
     /// Requires a finite positive value.
     fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
-        self.require(positive(value), path, format!("{value} must be finite and positive{unit}"));
+        let rule = format!("must be finite and positive{unit}");
+        self.require(positive(value), path, CaseErrorKind::out_of_range(value, rule));
     }
 
     /// Requires a finite value that is zero or positive.
     fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
-        self.require(not_negative(value), path, format!("{value} must be finite and not negative{unit}"));
+        let rule = format!("must be finite and not negative{unit}");
+        self.require(not_negative(value), path, CaseErrorKind::out_of_range(value, rule));
     }
 
     /// Requires a value between `low` and `high`, bounds included.
     fn in_range(&mut self, path: impl Into<String>, value: f64, low: f64, high: f64) {
-        self.require((low..=high).contains(&value), path, format!("{value} is not in {low}..={high}"));
+        let kind = CaseErrorKind::out_of_range(value, format!("is not in {low}..={high}"));
+        self.require((low..=high).contains(&value), path, kind);
     }
 
     /// Checks the stiffness and the damping of a normal contact law.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use colluvium_case::SolverError;
+use colluvium_case::{FailureReason, SolverError};
 
 use crate::boundary::controlled_cell::ControlledCell;
 use crate::boundary::membranes::Membranes;
@@ -103,7 +103,7 @@ pub fn move_grains<const D: usize, const R: usize>(
     };
     let sums = integrate_grains(grains, &actions, buffer);
     if let Some(grain) = sums.not_finite {
-        let reason = "its position or velocity is not finite".to_owned();
+        let reason = FailureReason::NotFinite("its position or velocity is not finite".to_owned());
         return Err(clock.grain_error(grains, grain as usize, reason));
     }
     for (orientation, spin) in grains.orientation.iter_mut().zip(&grains.spin) {

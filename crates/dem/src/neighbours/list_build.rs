@@ -1,6 +1,6 @@
 //! Rebuild of the lists of neighbours.
 
-use colluvium_case::SolverError;
+use colluvium_case::{FailureReason, SolverError};
 
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::controlled_cell::ControlledCell;
@@ -62,7 +62,7 @@ fn wrap<const D: usize, const R: usize>(
             if !cell.periodic[axis] {
                 if !grains.is_held[i] && !(-1e-9..=1.0 + 1e-9).contains(&s[axis]) {
                     let reason = "has left the domain: enlarge it, or add a wall there".to_owned();
-                    return Err(clock.grain_error(grains, i, reason));
+                    return Err(clock.grain_error(grains, i, FailureReason::LeftDomain(reason)));
                 }
                 continue;
             }
@@ -99,5 +99,5 @@ fn list_error(clock: &Clock, error: &ListError) -> SolverError {
             )
         }
     };
-    SolverError::Step { step: clock.step, time: clock.time, reason }
+    SolverError::Step { step: clock.step, time: clock.time, reason: reason.into() }
 }

@@ -1,6 +1,6 @@
 //! Records of a run: energy balance, broken bonds and controlled stresses.
 
-use colluvium_case::{SolverError, spatial};
+use colluvium_case::{FailureReason, SolverError, spatial};
 
 use crate::clock::Clock;
 use crate::contact::ContactEnergies;
@@ -83,6 +83,6 @@ impl Records {
             "overlaps another grain or a wall by {overlap:.2} of the smaller radius, more than {MAX_OVERLAP}: make contacts stiffer \
              or speeds smaller"
         );
-        Err(clock.grain_error(grains, grain, reason))
+        Err(clock.grain_error(grains, grain, FailureReason::Unstable(reason)))
     }
 }

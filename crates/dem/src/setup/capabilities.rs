@@ -1,7 +1,6 @@
 //! Capabilities of DEM: features of a case that are supported or rejected, by path.
 
-use colluvium_case::files::json::closest;
-use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
+use colluvium_case::{Capabilities, Case, CaseError, CaseErrorKind, Feature, RequiredInput};
 use colluvium_points::Shape;
 use serde_json::Value;
 
@@ -9,6 +8,8 @@ use crate::config::{CellControl, DemOptions, PairSpec};
 
 /// Message for an adhesion that the case gives for an obstacle.
 const ADHESION: &str = "the adhesion is given in the pair of the grains and the obstacle: leave it out";
+/// Message for the sampling of a body.
+const PACKING: &str = "grains fill a body by a packing of their own";
 /// Message for a space other than plane strain and 3D.
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 
@@ -30,65 +31,79 @@ pub fn reject_clumps(options: &Value) -> Result<(), CaseError> {
     }
 }
 
+/// Features that DEM supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesSeparation,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::Obstacles,
+    Feature::ObstaclesWallRough,
+    Feature::ObstaclesWallSmooth,
+    Feature::ObstaclesWallFrictional,
+    Feature::ObstaclesSeparation,
+    Feature::MeasuresReaction,
+    Feature::MeasuresImpactPressure,
+    Feature::StagesDamping,
+    Feature::StagesRayleighDamping,
+    Feature::MeasuresDissipation,
+    Feature::OutputContacts,
+];
+
+/// Features that DEM supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::BoundariesSide,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesMotion,
+    Feature::ObstaclesRegions,
+    Feature::StagesExcavate,
+];
+
 /// Capabilities of DEM for the features of a case.
 pub fn capabilities() -> Capabilities {
     Capabilities::for_point_methods("dem")
-        .supports(&[
-            "domain.origin",
-            "domain.periodic*",
-            "boundaries",
-            "boundaries.name",
-            "boundaries.side=*",
-            "boundaries.position",
-            "boundaries.separation",
-            "boundaries.velocity",
-            "boundaries.wall=rough",
-            "boundaries.wall=smooth",
-            "boundaries.wall=frictional",
-            "obstacles",
-            "obstacles.shape=*",
-            "obstacles.shape.*",
-            "obstacles.wall=rough",
-            "obstacles.wall=smooth",
-            "obstacles.wall=frictional",
-            "obstacles.separation",
-            "obstacles.motion*",
-            "obstacles.regions*",
-            "measures=reaction",
-            "measures=impact-pressure",
-            "stages.damping",
-            "stages.excavate*",
-            "stages.rayleigh_damping",
-            "measures=dissipation",
-            "output.contacts",
-        ])
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
         .requires(RequiredInput { materials: false, ..RequiredInput::default() })
-        .rejects("space=1d", SPACES)
-        .rejects("space=axisymmetric", SPACES)
+        .rejects(Feature::SpaceOneD, SPACES)
+        .rejects(Feature::SpaceAxisymmetric, SPACES)
         .rejects(
-            "bodies.rigid",
+            Feature::BodiesRigid,
             "dem has no rigid bodies: for a prescribed velocity, set `held` in methods.dem.bodies; for a \
              force, bond the grains and give `forces` in methods.dem.stages",
         )
-        .rejects("bodies.remove_outside", "dem cannot remove grains that leave the domain")
-        .rejects("bodies.pore_fluid", "dem has no pore fluid")
-        .rejects(
-            "bodies.stress*",
+        .rejects(Feature::BodiesRemoveOutside, "dem cannot remove grains that leave the domain")
+        .rejects(Feature::BodiesPoreFluid, "dem has no pore fluid")
+        .rejects_all_of(
+            Feature::BodiesStress,
             "grains have no initial stress: let the body reach equilibrium under its weight in a first stage",
         )
-        .supports(&["bodies.stress=none"])
-        .rejects("boundaries.group", "dem has no mesh with groups of nodes")
-        .rejects("boundaries.wall=absorbing", "dem has no absorbing boundaries")
-        .rejects("boundaries.wall.bilateral", "grains can always separate from the walls of dem")
-        .rejects("obstacles.wall.adhesion", ADHESION)
-        .rejects("obstacles.regions.wall.adhesion", ADHESION)
-        .rejects("measures.about", "dem computes the force on an obstacle, but not its moment")
-        .ignores_with_warning("bodies.sampling*", "grains fill a body by a packing of their own")
-        .rejects("bodies.shape.rows=terrain", "grains fill a layer by a packing of their own")
-        .rejects("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
-        .rejects("patches", "dem cannot prescribe the motion of patches")
-        .rejects("stages.weakening*", "grains have no material to weaken: change the pairs of the stage")
-        .rejects("measures=factor-of-safety", "grains have no material with a strength to reduce")
+        .supports(&[Feature::BodiesStressNone])
+        .rejects(Feature::BoundariesGroup, "dem has no mesh with groups of nodes")
+        .rejects(Feature::BoundariesWallAbsorbing, "dem has no absorbing boundaries")
+        .rejects(Feature::BoundariesWallBilateral, "grains can always separate from the walls of dem")
+        .rejects(Feature::ObstaclesWallAdhesion, ADHESION)
+        .rejects(Feature::ObstaclesRegionsWallAdhesion, ADHESION)
+        .rejects(Feature::MeasuresAbout, "dem computes the force on an obstacle, but not its moment")
+        .ignores_all_of_with_warning(Feature::BodiesSampling, PACKING)
+        .ignores_with_warning(Feature::BodiesSamplingSeed, PACKING)
+        .rejects(Feature::BodiesShapeRowsTerrain, "grains fill a layer by a packing of their own")
+        .rejects(
+            Feature::Loads,
+            "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress",
+        )
+        .rejects(Feature::Patches, "dem cannot prescribe the motion of patches")
+        .rejects_all_of(
+            Feature::StagesWeakening,
+            "grains have no material to weaken: change the pairs of the stage",
+        )
+        .rejects(Feature::MeasuresFactorOfSafety, "grains have no material with a strength to reduce")
 }
 
 /// Rejects combinations of the case and the options that are not supported, by path.
@@ -146,8 +161,7 @@ fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> 
 
 /// Returns the error of an unknown name.
 fn missing(path: String, name: &str, known: &[&str], what: &str) -> Result<(), CaseError> {
-    let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
-    Err(CaseError::new(path, format!("{name:?} is not {what}{hint}")))
+    Err(CaseError::new(path, CaseErrorKind::unknown_name(name, known, what)))
 }
 
 /// Names allowed in a pair.

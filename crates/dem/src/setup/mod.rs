@@ -15,7 +15,7 @@ mod warnings;
 
 use std::collections::BTreeMap;
 
-use colluvium_case::{Case, CaseError, PlacedObstacle, Plan, Solver};
+use colluvium_case::{Case, CaseError, CaseErrorKind, PlacedObstacle, Plan, Solver};
 
 pub(crate) use crate::setup::capabilities::capabilities;
 pub(crate) use crate::setup::problem_size::problem_size;
@@ -51,7 +51,7 @@ const BYTES_OF_GRAIN: [usize; 2] = [650, 1000];
 pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
     if !case.methods.contains_key("dem") {
         let problem = "is missing: the discrete element method needs at least its `grains` and `pairs`";
-        return Err(CaseError::new("methods.dem", problem));
+        return Err(CaseError::new("methods.dem", CaseErrorKind::missing_input("dem", problem)));
     }
     capabilities::reject_clumps(&case.methods["dem"])?;
     let options: DemOptions = case.method_options("dem")?;

@@ -26,7 +26,7 @@ pub(crate) fn enter_stage<const D: usize, const R: usize>(
     let failed = |error: CaseError| SolverError::Step {
         step: clock.step,
         time: clock.time,
-        reason: error.to_string(),
+        reason: error.to_string().into(),
     };
     laws.stage =
         pair_laws::laws(&clock.case, &clock.options, &laws.kinds, grains, clock.stage).map_err(failed)?;

@@ -150,7 +150,11 @@ fn advance_rows<const D: usize>(
                  {MAX_DEPTH_RATIO} times its depth at the largest discharge, because of the flow ahead of the \
                  line: reduce `courant` or `spacing`"
             );
-            return Err(FlowFailure { node_id: nodes.next_id, position: inflow.start.to_vec(), reason });
+            return Err(FlowFailure {
+                node_id: nodes.next_id,
+                position: inflow.start.to_vec(),
+                reason: reason.into(),
+            });
         }
         let (fresh, stale) = inflow.advance(time, section, &mut nodes.next_id);
         removed.extend(stale);

@@ -1,5 +1,6 @@
 //! Ranges of the options (sheet: depth-sph §7).
 
+use colluvium_case::CaseErrorKind;
 use colluvium_constitutive::MaybeInfinite;
 
 use super::{
@@ -12,31 +13,40 @@ use crate::laws::pore_pressure_column::MAX_CELLS;
 use crate::laws::pore_pressure_column::{Drainage, LowerBound};
 
 /// Option that is out of range: its key and the reason.
-pub type OptionError = (String, String);
+pub type OptionError = (String, CaseErrorKind);
 
 /// Returns the problem of an option unless the condition is true.
-fn check(holds: bool, name: &str, problem: impl FnOnce() -> String) -> Result<(), OptionError> {
-    if holds { Ok(()) } else { Err((name.to_owned(), problem())) }
+fn check<K: Into<CaseErrorKind>>(
+    holds: bool,
+    name: &str,
+    problem: impl FnOnce() -> K,
+) -> Result<(), OptionError> {
+    if holds { Ok(()) } else { Err((name.to_owned(), problem().into())) }
+}
+
+/// Returns the error of a value of an option unless a rule holds.
+fn check_rule(holds: bool, name: &str, value: f64, rule: &str) -> Result<(), OptionError> {
+    check(holds, name, || CaseErrorKind::out_of_range(value, rule))
 }
 
 /// Requires a finite positive value of an option.
 fn positive(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
-    check(value > 0.0 && value.is_finite(), name, || format!("{value} must be positive{unit}"))
+    check_rule(value > 0.0 && value.is_finite(), name, value, &format!("must be positive{unit}"))
 }
 
 /// Requires a finite value of an option that is zero or positive.
 fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
-    check(value >= 0.0 && value.is_finite(), name, || format!("{value} must not be negative{unit}"))
+    check_rule(value >= 0.0 && value.is_finite(), name, value, &format!("must not be negative{unit}"))
 }
 
 /// Requires a value of an option between `low` and `high`, bounds included.
 fn check_range(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
-    check((low..=high).contains(&value), name, || format!("{value} is not in {low}..={high}"))
+    check_rule((low..=high).contains(&value), name, value, &format!("is not in {low}..={high}"))
 }
 
 /// Result of the checks of a law, under a key.
 fn under_key(key: &str, found: Result<(), (&'static str, String)>) -> Result<(), OptionError> {
-    found.map_err(|(name, problem)| (format!("{key}.{name}"), problem))
+    found.map_err(|(name, problem)| (format!("{key}.{name}"), problem.into()))
 }
 
 impl DepthOptions {
@@ -55,10 +65,10 @@ impl DepthOptions {
         if let Some(length) = self.absorbing_layer {
             positive("absorbing_layer", length, " (m)")?;
         }
-        check((1..=10).contains(&self.passes), "passes", || format!("{} is not in 1..=10", self.passes))?;
-        check(self.terrain_smoothing <= 20, "terrain_smoothing", || {
-            format!("{} is not in 0..=20", self.terrain_smoothing)
-        })?;
+        let passes = self.passes;
+        check_rule((1..=10).contains(&passes), "passes", passes as f64, "is not in 1..=10")?;
+        let smoothing = self.terrain_smoothing;
+        check_rule(smoothing <= 20, "terrain_smoothing", smoothing as f64, "is not in 0..=20")?;
         if let Some(spacing) = self.terrain_spacing {
             positive("terrain_spacing", spacing, " (m)")?;
         }
@@ -314,11 +324,11 @@ impl ColumnOptions {
             }
             (None, None) => {
                 let problem = "is missing, and so is `skeleton`: give one of them for the rate of drainage";
-                return Err((key("consolidation"), problem.to_owned()));
+                return Err((key("consolidation"), problem.into()));
             }
             (Some(_), Some(_)) => {
                 let problem = "is given together with `skeleton`, which determines it: leave one of them out";
-                return Err((key("consolidation"), problem.to_owned()));
+                return Err((key("consolidation"), problem.into()));
             }
         }
         if let LowerBound::Total { cavitation } = self.lower_bound {

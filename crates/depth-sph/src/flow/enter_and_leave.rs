@@ -1,5 +1,6 @@
 //! Step 10: material that enters and leaves, with its energy (sheet: depth-sph §3.4).
 
+use colluvium_case::FailureReason;
 use rayon::prelude::*;
 
 use crate::bed::Bed;
@@ -61,7 +62,7 @@ pub(super) fn remove_outside<const D: usize>(
         let Some(first) = out.first() else { continue };
         if boundary.outside == OutsideNodes::Fail {
             let reason = "it has left the terrain, which is an error by `leaving_is_an_error`";
-            return Err(FlowFailure::at_node(set, *first, reason.to_owned()));
+            return Err(FlowFailure::at_node(set, *first, FailureReason::LeftDomain(reason.to_owned())));
         }
         records.outflow_volume[number] += out.iter().map(|&i| set.nodes.volume[i]).sum::<f64>();
         records.removed_nodes += out.len() as u64;

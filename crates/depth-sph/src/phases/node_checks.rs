@@ -1,5 +1,6 @@
 //! Checks of the nodes that end a run (sheet: depth-sph §2.9, item 8 as amended).
 
+use colluvium_case::FailureReason;
 use rayon::prelude::*;
 
 use crate::bed::Bed;
@@ -59,7 +60,7 @@ pub fn check_numbers<const D: usize>(sets: &[PhaseSet<D>]) -> Result<(), FlowFai
         } else {
             "its position is not finite".to_owned()
         };
-        return Err(FlowFailure::at_node(set, i, reason));
+        return Err(FlowFailure::at_node(set, i, FailureReason::NotFinite(reason)));
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Capabilities of depth-integrated SPH: rejected features of a case, by path, and warnings.
 
 use colluvium_case::description::{Body, Boundary, Velocity, Wall};
-use colluvium_case::{Capabilities, Case, CaseError, RequiredInput};
+use colluvium_case::{Capabilities, Case, CaseError, CaseErrorKind, Feature, RequiredInput};
 
 use crate::boundary::stages::is_equilibration_stage;
 use crate::config::DepthOptions;
@@ -12,68 +12,88 @@ use crate::setup::{NAME, pore_fluid};
 /// Number of nodes of the flow below which its resolution is too coarse and the plan has a warning (sheet: depth-sph §0).
 const MIN_NODES: usize = 10;
 
+/// Note on the sampling of a body.
+const LATTICE: &str = "is ignored, because depth-sph nodes lie on a lattice";
+
 /// Message for spaces in which the method does not compute.
 const SPACES: &str = "depth-sph computes flow along a profile (plane-strain, gravity along y) or over \
                       terrain (3d, gravity along z)";
 
+/// Features that depth-integrated SPH supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::Obstacles,
+    Feature::MeasuresGauge,
+    Feature::MeasuresDischarge,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesSeparation,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesDrained,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::BoundariesWallAbsorbing,
+    Feature::StagesDamping,
+];
+
+/// Features that depth-integrated SPH supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesWall,
+    Feature::ObstaclesRegions,
+    Feature::OutputRasters,
+    Feature::BodiesPoreFluid,
+    Feature::BoundariesSide,
+];
+
 /// Capabilities of the method for the features of a case.
 pub(crate) fn capabilities() -> Capabilities {
     Capabilities::for_point_methods(NAME)
-        .supports(&[
-            "domain.origin",
-            "domain.periodic*",
-            "obstacles",
-            "obstacles.shape=*",
-            "obstacles.shape.*",
-            "obstacles.wall=*",
-            "obstacles.regions*",
-            "output.rasters*",
-            "measures=gauge",
-            "measures=discharge",
-            "bodies.pore_fluid*",
-            "boundaries",
-            "boundaries.name",
-            "boundaries.side=*",
-            "boundaries.position",
-            "boundaries.separation",
-            "boundaries.velocity",
-            "boundaries.drained",
-            "boundaries.wall=rough",
-            "boundaries.wall=smooth",
-            "boundaries.wall=frictional",
-            "boundaries.wall=absorbing",
-            "stages.damping",
-        ])
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
         .requires(RequiredInput { gravity: true, ..RequiredInput::default() })
-        .rejects("space=1d", SPACES)
-        .rejects("space=axisymmetric", SPACES)
-        .rejects("bodies.rigid", "depth-sph has no rigid bodies")
+        .rejects(Feature::SpaceOneD, SPACES)
+        .rejects(Feature::SpaceAxisymmetric, SPACES)
+        .rejects(Feature::BodiesRigid, "depth-sph has no rigid bodies")
         .ignores_with_warning(
-            "bodies.pore_fluid.bulk_modulus",
+            Feature::BodiesPoreFluidBulkModulus,
             "is ignored, because the pore fluid of depth-sph is incompressible",
         )
         .rejects(
-            "bodies.remove_outside",
+            Feature::BodiesRemoveOutside,
             "nodes that leave the terrain are removed: see methods.depth-sph.leaving_is_an_error",
         )
-        .ignores_with_warning("obstacles.separation", "is ignored, because depth-sph flows stay on the bed")
-        .ignores_with_warning("bodies.sampling*", "is ignored, because depth-sph nodes lie on a lattice")
         .ignores_with_warning(
-            "bodies.shape.rows=terrain",
+            Feature::ObstaclesSeparation,
+            "is ignored, because depth-sph flows stay on the bed",
+        )
+        .ignores_all_of_with_warning(Feature::BodiesSampling, LATTICE)
+        .ignores_with_warning(Feature::BodiesSamplingSeed, LATTICE)
+        .ignores_with_warning(
+            Feature::BodiesShapeRowsTerrain,
             "is ignored, because depth-sph has columns and no rows of points",
         )
-        .rejects("obstacles.wall.adhesion", "give the resistance of the bed in methods.depth-sph.basal")
+        .rejects(Feature::ObstaclesWallAdhesion, "give the resistance of the bed in methods.depth-sph.basal")
         .rejects(
-            "obstacles.regions.wall.adhesion",
+            Feature::ObstaclesRegionsWallAdhesion,
             "give the resistance of parts of the bed in methods.depth-sph.regions",
         )
-        .rejects("boundaries.group", "depth-sph has no mesh with groups of nodes")
-        .rejects("loads", "depth-sph cannot apply tractions")
-        .rejects("patches", "depth-sph cannot prescribe the motion of patches")
-        .rejects("stages.excavate", "depth-sph removes whole bodies only: use remove_bodies")
-        .rejects("stages.weakening*", "depth-sph cannot change the strength of the bed in a stage")
-        .rejects("measures=factor-of-safety", "depth-sph cannot reduce the strength of a slope")
-        .rejects("measures=dissipation", "use the columns energy_friction and energy_viscosity of depth-sph")
+        .rejects(Feature::BoundariesGroup, "depth-sph has no mesh with groups of nodes")
+        .rejects(Feature::Loads, "depth-sph cannot apply tractions")
+        .rejects(Feature::Patches, "depth-sph cannot prescribe the motion of patches")
+        .rejects(Feature::StagesExcavate, "depth-sph removes whole bodies only: use remove_bodies")
+        .rejects_all_of(
+            Feature::StagesWeakening,
+            "depth-sph cannot change the strength of the bed in a stage",
+        )
+        .rejects(Feature::MeasuresFactorOfSafety, "depth-sph cannot reduce the strength of a slope")
+        .rejects(
+            Feature::MeasuresDissipation,
+            "use the columns energy_friction and energy_viscosity of depth-sph",
+        )
 }
 
 /// Rejects by name the features that the method does not support.
@@ -210,7 +230,8 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     }
     let named = |key: &str, name: &String| {
         let known = case.bodies.iter().any(|body| body.name == *name);
-        let problem = || crate::setup::option_error(key, format!("{name:?} is not the name of a body"));
+        let problem =
+            || crate::setup::option_error(key, CaseErrorKind::other_name(name, "the name of a body"));
         if known { Ok(()) } else { Err(problem()) }
     };
     let Some(mixture) = &options.mixture else { return Ok(()) };

@@ -1,7 +1,7 @@
 //! Cells of the hazard rasters of a case.
 
 use colluvium_case::description::Rasters;
-use colluvium_case::{Case, CaseError};
+use colluvium_case::{Case, CaseError, CaseErrorKind};
 use colluvium_points::{Georeference, Raster};
 
 use crate::output::hazard_rasters::{HazardRasters, PlanCells};
@@ -30,7 +30,7 @@ pub fn hazard_rasters<const D: usize>(
         let outline = case.outline(file);
         let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);
         if beyond > 1.0 - NEGLIGIBLE {
-            return Err(CaseError::new(KEY, format!("{file}: lies outside the terrain")));
+            return Err(CaseError::new(KEY, CaseErrorKind::file(file, "lies outside the terrain")));
         }
         if beyond > NEGLIGIBLE {
             warnings.push(format!(

@@ -71,7 +71,7 @@ pub fn build_basal_law(
     spec: &BasalSpec,
     key: &str,
 ) -> Result<BasalRheology, CaseError> {
-    let law = spec.build().map_err(|error| option_error(key, error.to_string()))?;
+    let law = spec.build().map_err(|error| option_error(key, error))?;
     require_two_phase_law(options, law, key)
 }
 

@@ -13,7 +13,7 @@ mod pore_fluid;
 use std::sync::Arc;
 
 use colluvium_case::description::Space;
-use colluvium_case::{Case, CaseError, Plan, ProblemSize, Resolution, Solver};
+use colluvium_case::{Case, CaseError, CaseErrorKind, Plan, ProblemSize, Resolution, Solver};
 use colluvium_points::Raster;
 
 use crate::setup::bed::case_bed::CaseBed;
@@ -35,15 +35,15 @@ const UPDATES_PER_SECOND: f64 = 2e6;
 const COUPLED_UPDATES_PER_SECOND: f64 = 5e5;
 
 /// Error under a key of the options.
-fn option_error(key: &str, problem: impl Into<String>) -> CaseError {
-    CaseError::new(format!("methods.{NAME}.{key}"), problem)
+fn option_error(key: &str, kind: impl Into<CaseErrorKind>) -> CaseError {
+    CaseError::new(format!("methods.{NAME}.{key}"), kind)
 }
 
 /// Options of the case, checked.
 pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
     if !case.methods.contains_key(NAME) {
         let problem = "is missing: depth-integrated SPH needs at least its `spacing` (m)";
-        return Err(CaseError::new(format!("methods.{NAME}"), problem));
+        return Err(CaseError::new(format!("methods.{NAME}"), CaseErrorKind::missing_input(NAME, problem)));
     }
     let options: DepthOptions = pore_fluid::with_pore_fluid_options(case)?.method_options(NAME)?;
     options.validate().map_err(|(key, problem)| option_error(&key, problem))?;
@@ -207,14 +207,17 @@ fn build_in<const D: usize>(
 /// Raster of the erodible depths, if the case has one.
 fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>, CaseError> {
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
-    let wrong = |problem: String| option_error("erodible_depth_raster", problem);
+    let wrong = |kind: CaseErrorKind| option_error("erodible_depth_raster", kind);
     if case.dimension() != 3 {
-        return Err(wrong("a raster is available in 3d only: give `erodible_depth`".to_owned()));
+        return Err(wrong("a raster is available in 3d only: give `erodible_depth`".into()));
     }
     let raster = case.plan_raster(file).map_err(wrong)?;
-    raster.validate().map_err(|error| wrong(format!("{file}: {error}")))?;
+    raster.validate().map_err(|error| wrong(CaseErrorKind::file(file, error.to_string())))?;
     match raster.values.iter().find(|depth| **depth < 0.0) {
-        Some(depth) => Err(wrong(format!("{file}: a depth of {depth} m must not be negative"))),
+        Some(depth) => {
+            let problem = format!("a depth of {depth} m must not be negative");
+            Err(wrong(CaseErrorKind::file(file, problem)))
+        }
         None => Ok(Some(raster)),
     }
 }

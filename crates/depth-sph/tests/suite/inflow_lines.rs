@@ -211,7 +211,7 @@ fn an_inflow_that_would_be_far_too_deep_ends_the_run() {
     inflow.depth = inflow.max_section().depth;
     flow.boundary.inflows.push(inflow);
     let failure = flow.advance(1e-3).unwrap_err();
-    assert!(failure.reason.contains("m deep") && failure.position == [0.0, 0.0], "{failure}");
+    assert!(failure.reason.to_string().contains("m deep") && failure.position == [0.0, 0.0], "{failure}");
 }
 
 /// Channel with sides of 1 : 4, which falls by 2 % along x, with its case beside the raster: 6 m³/s flow in across it.

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use colluvium_case::description::Load;
 use colluvium_case::loads::load_vectors::nanson;
-use colluvium_case::{Case, CaseError, Manufactured, spatial};
+use colluvium_case::{Case, CaseError, CaseErrorKind, Manufactured, spatial};
 use colluvium_constitutive::BLOCK_SIZE;
 use colluvium_grid::{InterpolatedMotion, Mesh, PointSlice};
 
@@ -30,9 +30,9 @@ pub fn loaded_set<const D: usize>(
     sets: &[PointSet<D>],
 ) -> Result<usize, CaseError> {
     let body = case.loads[number].body();
-    sets.iter()
-        .position(|set| case.bodies[set.body as usize].name == body)
-        .ok_or_else(|| CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")))
+    sets.iter().position(|set| case.bodies[set.body as usize].name == body).ok_or_else(|| {
+        CaseError::new(format!("loads[{number}].body"), CaseErrorKind::other_name(body, "a body"))
+    })
 }
 
 /// Area of the domain of each point of a lattice on the loaded surface (m²; m in the plane, per radian in axisymmetry), times the relative

@@ -3,7 +3,7 @@
 use colluvium_case::description::{PrescribedMotion, Velocity};
 use colluvium_case::loads::damping::sign_or_zero;
 use colluvium_case::rigid::{RigidBodyActions, RigidMass, RigidState, RigidStep, multiply};
-use colluvium_case::{SolverError, spatial};
+use colluvium_case::{FailureReason, SolverError, spatial};
 use colluvium_grid::{NodalState, Vector4};
 
 use crate::background_grid::BackgroundGrid;
@@ -131,7 +131,9 @@ pub fn move_driven<const D: usize>(
         }
     }
     match lost {
-        Some((set, point, reason)) => Err(point_error(clock, &bodies.sets[set], point, reason)),
+        Some((set, point, reason)) => {
+            Err(point_error(clock, &bodies.sets[set], point, FailureReason::LeftDomain(reason)))
+        }
         None => Ok(moved),
     }
 }

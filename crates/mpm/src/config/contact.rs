@@ -1,5 +1,6 @@
 //! Contacts of `methods.mpm`.
 
+use colluvium_case::CaseErrorKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,20 +38,22 @@ impl BodyContact {
     }
 
     /// Checks the values; the error is the key and the problem.
-    pub(crate) fn validate(&self, on_mesh: bool) -> Result<(), (&'static str, String)> {
+    pub(crate) fn validate(&self, on_mesh: bool) -> Result<(), (&'static str, CaseErrorKind)> {
         for (key, value) in [("friction_coefficient", self.friction_coefficient), ("adhesion", self.adhesion)]
         {
             if !(value.is_finite() && value >= 0.0) {
-                return Err((key, format!("{value} must be finite and not negative")));
+                return Err((key, CaseErrorKind::out_of_range(value, "must be finite and not negative")));
             }
         }
         let test = self.test(on_mesh);
         if on_mesh && test == ContactTest::Gap {
             let problem = "gap needs a structured grid, whose shape functions give the distance of a surface: \
                            use approach";
-            return Err(("test", problem.to_owned()));
+            return Err(("test", problem.into()));
         }
-        self.penalty.map_or(Ok(()), |penalty| penalty.validate(test)).map_err(|problem| ("penalty", problem))
+        self.penalty
+            .map_or(Ok(()), |penalty| penalty.validate(test))
+            .map_err(|problem| ("penalty", problem.into()))
     }
 }
 

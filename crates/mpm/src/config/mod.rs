@@ -8,7 +8,7 @@ mod contact;
 use std::collections::BTreeMap;
 
 use colluvium_case::description::Stage;
-use colluvium_case::{Case, CaseError, MethodOptions};
+use colluvium_case::{Case, CaseError, CaseErrorKind, MethodOptions};
 use colluvium_constitutive::with_defaults;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -192,9 +192,9 @@ impl MpmOptions {
     ///
     /// # Errors
     /// The first option out of range, as (name, problem).
-    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+    pub fn validate(&self) -> Result<(), (&'static str, CaseErrorKind)> {
         let rule = |name, value: f64, holds: bool, rule: &str| {
-            if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
+            if holds { Ok(()) } else { Err((name, CaseErrorKind::out_of_range(value, rule))) }
         };
         let cell = self.cell_size;
         rule("cell_size", cell, cell.is_finite() && cell > 0.0, "must be finite and positive (m)")?;
@@ -212,7 +212,7 @@ impl MpmOptions {
         let share = self.lumped_share;
         rule("lumped_share", share, share > 0.0 && share <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if share != default_lumped_share() && self.mass != NodalMass::Consistent {
-            return Err(("lumped_share", "needs mass consistent".to_owned()));
+            return Err(("lumped_share", "needs mass consistent".into()));
         }
         if let Some(cutoff) = self.node_mass_cutoff {
             rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
@@ -220,25 +220,25 @@ impl MpmOptions {
         let ratio = self.static_friction_ratio;
         rule("static_friction_ratio", ratio, ratio.is_finite() && ratio >= 1.0, "must be at least 1")?;
         if ratio > 1.0 && self.wall_friction != WallFriction::Acceleration {
-            return Err(("static_friction_ratio", "needs wall_friction acceleration".to_owned()));
+            return Err(("static_friction_ratio", "needs wall_friction acceleration".into()));
         }
         if self.domain_stretch != DomainStretch::Diagonal && self.shape != ShapeFunctions::Cpgimp {
-            return Err(("domain_stretch", "needs shape cpgimp".to_owned()));
+            return Err(("domain_stretch", "needs shape cpgimp".into()));
         }
         self.validate_formulation()?;
         let stiffness = self.obstacle_stiffness;
         let holds = stiffness > 0.0 && stiffness <= 1000.0;
         rule("obstacle_stiffness", stiffness, holds, "is not in 0..=1000 (0 excluded)")?;
         if stiffness != obstacle_stiffness() && self.obstacles != ObstacleCoupling::Points {
-            return Err(("obstacle_stiffness", "needs obstacles points".to_owned()));
+            return Err(("obstacle_stiffness", "needs obstacles points".into()));
         }
         let fill = self.full_cell;
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if fill != full_cell() && self.integration != InternalForceIntegration::Mixed {
-            return Err(("full_cell", "needs integration mixed".to_owned()));
+            return Err(("full_cell", "needs integration mixed".into()));
         }
         if self.mixed_reset && self.integration == InternalForceIntegration::Points {
-            return Err(("mixed_reset", "needs integration mixed or gauss".to_owned()));
+            return Err(("mixed_reset", "needs integration mixed or gauss".into()));
         }
         if let Some(factor) = self.free_surface {
             rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;
@@ -248,40 +248,42 @@ impl MpmOptions {
     }
 
     /// Requires shape functions and options that the Lagrangian formulation supports.
-    fn validate_formulation(&self) -> Result<(), (&'static str, String)> {
+    fn validate_formulation(&self) -> Result<(), (&'static str, CaseErrorKind)> {
         if self.formulation == LagrangianFormulation::SmallDisplacement {
             let deforms =
                 matches!(self.shape, ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2);
             let problem = "small-displacement needs points whose domains do not deform: linear, dual-domain, \
                            ugimp, quadratic, cubic or a mesh";
-            return if deforms { Err(("formulation", problem.to_owned())) } else { Ok(()) };
+            return if deforms { Err(("formulation", problem.into())) } else { Ok(()) };
         }
         if self.formulation == LagrangianFormulation::UpdatedLagrangian {
             return Ok(());
         }
         if !matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::Quadratic) {
-            return Err(("formulation", "total-lagrangian needs shape linear or quadratic".to_owned()));
+            return Err(("formulation", "total-lagrangian needs shape linear or quadratic".into()));
         }
         if !self.contacts.is_empty() {
             let problem = "total-lagrangian does not detect contact between bodies: it needs contacts to be \
                            empty";
-            return Err(("formulation", problem.to_owned()));
+            return Err(("formulation", problem.into()));
         }
         Ok(())
     }
 
     /// Checks the options of the transfer: order of XPIC, residual time and FLIP fraction.
-    fn validate_transfer(&self) -> Result<(), (&'static str, String)> {
-        let refuse = |name, problem: &str| Err((name, problem.to_owned()));
+    fn validate_transfer(&self) -> Result<(), (&'static str, CaseErrorKind)> {
+        let refuse = |name, problem: &str| Err((name, problem.into()));
         if !(1..=20).contains(&self.xpic_order) {
-            return Err(("xpic_order", format!("{} is not in 1..=20", self.xpic_order)));
+            let order = self.xpic_order as f64;
+            return Err(("xpic_order", CaseErrorKind::out_of_range(order, "is not in 1..=20")));
         }
         if self.xpic_order != xpic_order() && !self.filters_velocities() {
             return refuse("xpic_order", "needs transfer xpic or a residual_time");
         }
         if let Some(time) = self.residual_time {
             if !(time.is_finite() && time > 0.0) {
-                return Err(("residual_time", format!("{time} must be finite and positive (s)")));
+                let rule = "must be finite and positive (s)";
+                return Err(("residual_time", CaseErrorKind::out_of_range(time, rule)));
             }
             if self.transfer.is_affine() {
                 return refuse(

@@ -9,7 +9,7 @@
 //! That velocities approach is not enough for what rolls: a node knows bodies a cell away. With the test of gaps bodies
 //! act on each other only where their surfaces touch ([`crate::contact::contact_gap`]).
 
-use colluvium_case::{Case, CaseError};
+use colluvium_case::{Case, CaseError, CaseErrorKind};
 use colluvium_grid::Vector4;
 
 use crate::contact::contact_gap::{CONTACT_TOLERANCE, SurfaceDistance};
@@ -173,7 +173,7 @@ fn contact_laws<const D: usize>(
         let mut pair = [0; 2];
         for (side, name) in contact.bodies.iter().enumerate() {
             let Some(body) = case.bodies.iter().position(|body| body.name == *name) else {
-                return Err(CaseError::new(path("bodies"), format!("{name:?} is not a body")));
+                return Err(CaseError::new(path("bodies"), CaseErrorKind::other_name(name, "a body")));
             };
             pair[side] = body;
         }

@@ -197,7 +197,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         let moved = if selection.position { self.check_positions(set, block, &moves)? } else { 0.0 };
         if selection.stress {
             set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
-                PointFailure { index: block.first + error.index, reason: error.source.to_string() }
+                PointFailure { index: block.first + error.index, reason: error.source.into() }
             })?;
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
@@ -255,7 +255,7 @@ impl<const D: usize> PointUpdater<'_, D> {
             if let Some(fluid) = &set.fluid
                 && let Err(reason) = update_pore_pressure(block, p, fluid, strains)
             {
-                failed = Some(PointFailure { index: block.first + p, reason });
+                failed = Some(PointFailure { index: block.first + p, reason: reason.into() });
                 break;
             }
         }

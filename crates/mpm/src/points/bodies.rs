@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use colluvium_case::{SolverError, spatial};
+use colluvium_case::{FailureReason, SolverError, spatial};
 use colluvium_grid::wrap_into_period;
 use colluvium_points::ScratchBuffers;
 
@@ -150,13 +150,14 @@ pub fn point_error<const D: usize>(
     clock: &Clock,
     set: &PointSet<D>,
     index: usize,
-    reason: String,
+    reason: impl Into<FailureReason>,
 ) -> SolverError {
+    let material = &clock.case.bodies[set.body as usize].material;
     SolverError::Point {
         step: clock.step,
         time: clock.time,
         point: u64::from(set.points.id[index]),
         position: spatial(&set.points.position[index]),
-        reason,
+        reason: reason.into().of_material(material),
     }
 }

@@ -1,5 +1,6 @@
 //! Blocks of points for parallel updates.
 
+use colluvium_case::FailureReason;
 use std::sync::atomic::AtomicBool;
 
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, StateBlock, SymTensor};
@@ -18,7 +19,7 @@ pub struct PointFailure {
     /// Index of the point within its set.
     pub index: usize,
     /// Reason of the failure.
-    pub reason: String,
+    pub reason: FailureReason,
 }
 
 /// Consecutive points of a set as mutable slices of its columns, see [`PointSet`]. An update receives at most [`BLOCK`] points.
@@ -185,7 +186,7 @@ impl<const D: usize> PointBlock<'_, D> {
         cell: f64,
     ) -> Result<(), PointFailure> {
         let fault = self.domain.as_slice().first_invalid(extent, cell);
-        let fault = fault.map(|(p, reason)| PointFailure { index: self.first + p, reason });
+        let fault = fault.map(|(p, reason)| PointFailure { index: self.first + p, reason: reason.into() });
         match (failure, fault) {
             (None, None) => Ok(()),
             (Some(failure), Some(fault)) if fault.index < failure.index => Err(fault),

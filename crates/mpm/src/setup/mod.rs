@@ -17,7 +17,7 @@ mod warnings;
 use std::any::Any;
 
 use colluvium_case::description::Space;
-use colluvium_case::{Case, CaseError, Plan, Resolution, Solver, StepLimit};
+use colluvium_case::{Case, CaseError, CaseErrorKind, Plan, Resolution, Solver, StepLimit};
 
 use crate::background_grid::dimension_dispatch::{DimensionVisitor, SelectedTransfers, dispatch};
 use crate::background_grid::unstructured_mesh;
@@ -40,7 +40,7 @@ const UPDATES_PER_SECOND: [f64; 2] = [12e6, 7e6];
 pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     if !case.methods.contains_key("mpm") {
         let problem = "is missing: the material point method needs at least its `cell_size` (m)";
-        return Err(CaseError::new("methods.mpm", problem));
+        return Err(CaseError::new("methods.mpm", CaseErrorKind::missing_input("mpm", problem)));
     }
     let mut options: MpmOptions = case.method_options("mpm")?;
     defaults::set_case_defaults(case, &mut options);

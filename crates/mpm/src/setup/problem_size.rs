@@ -109,7 +109,7 @@ impl dimension_dispatch::DimensionVisitor for EstimateSize<'_> {
         for (body, points) in case.bodies.iter().zip(&points) {
             let path = || format!("materials.{}", body.material);
             let law = case.materials[&body.material].build();
-            let state = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
+            let state = law.map_err(|error| CaseError::new(path(), error))?.state_size();
             memory += points * (arrays + state + sort_memory(state)) as f64;
         }
         let fields = self.fields();

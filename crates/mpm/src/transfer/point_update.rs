@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use colluvium_case::SolverError;
+use colluvium_case::{FailureReason, SolverError};
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, SymTensor};
 use colluvium_grid::{InterpolatedMotion, PointSlice};
 
@@ -143,7 +143,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         if selection.stress {
             let before = (!block.stress_work.is_empty()).then(|| PreviousStress::of_block(block.stress));
             set.material.update_block(motions, block.stress, &mut block.states[0]).map_err(|error| {
-                PointFailure { index: block.first + error.index, reason: error.source.to_string() }
+                PointFailure { index: block.first + error.index, reason: error.source.into() }
             })?;
             if let Some(before) = before {
                 before.add_work(motions, block.stress, block.volume, block.stress_work);
@@ -217,7 +217,8 @@ impl<const D: usize> PointUpdater<'_, D> {
     ) -> Result<(), PointFailure> {
         let ratios = motions.volume_ratios();
         let inverted = motions.change_volumes(&ratios, block.volume, block.mass);
-        let inverted = inverted.map(|(p, reason)| PointFailure { index: block.first + p, reason });
+        let inverted =
+            inverted.map(|(p, reason)| PointFailure { index: block.first + p, reason: reason.into() });
         let failure = inverted.into_iter().chain(failed).min_by_key(|failure| failure.index);
         block.update_domains(motions);
         block.first_failure(failure, &set.extent, self.background.grid.cell)
@@ -271,10 +272,10 @@ impl<const D: usize> PointUpdater<'_, D> {
             let fail = |reason| PointFailure { index: block.first + p, reason };
             // Written so that NaN counts as a failure.
             if !(*step <= 0.5 * domain.spacing(p, &view)) {
-                return Err(fail(format!(
+                return Err(fail(FailureReason::Unstable(format!(
                     "it would move {step:.3e} m in one step, more than half a cell or element: the run has become \
                      unstable (reduce courant or time_step)"
-                )));
+                ))));
             }
             if self.background.axisymmetric && !set.reference_configuration {
                 // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
@@ -293,7 +294,7 @@ impl<const D: usize> PointUpdater<'_, D> {
                     position.fill(f64::NAN);
                     set.any_outside.store(true, Ordering::Relaxed);
                 }
-                settled => settled.map_err(fail)?,
+                settled => settled.map_err(|reason| fail(FailureReason::LeftDomain(reason)))?,
             }
             moved = moved.max(if set.reference_configuration { 0.0 } else { *step });
         }

@@ -1,9 +1,11 @@
 //! Ranges of the options (sheet: snow-mpm §7).
 
+use colluvium_case::CaseErrorKind;
+
 use super::{SnowOptions, SnowTransfer, SplineShape};
 
 /// Name of an option, with its problem.
-type OptionProblem = (&'static str, String);
+type OptionProblem = (&'static str, CaseErrorKind);
 
 impl SnowOptions {
     /// Checks the ranges; the error names the option and the rule.
@@ -12,7 +14,7 @@ impl SnowOptions {
     /// The first option out of range, as (name, problem).
     pub fn validate(&self) -> Result<(), OptionProblem> {
         let rule = |name, value: f64, holds: bool, rule: &str| {
-            if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
+            if holds { Ok(()) } else { Err((name, CaseErrorKind::out_of_range(value, rule))) }
         };
         let positive = |name, value: f64, unit: &str| {
             let text = format!("must be finite and positive{unit}");
@@ -35,7 +37,7 @@ impl SnowOptions {
         if let Some(time) = self.blend_time {
             positive("blend_time", time, " (s)")?;
             if self.flip_ratio.is_some() {
-                return Err(("blend_time", "replaces flip_ratio: give one of them".to_owned()));
+                return Err(("blend_time", "replaces flip_ratio: give one of them".into()));
             }
         }
         let cutoff = self.node_mass_cutoff;
@@ -43,7 +45,7 @@ impl SnowOptions {
         if self.shape == SplineShape::Linear && self.transfer == SnowTransfer::Apic {
             let problem = "apic needs cubic or quadratic functions, whose second moment is constant: with \
                            linear functions use flip";
-            return Err(("transfer", problem.to_owned()));
+            return Err(("transfer", problem.into()));
         }
         Ok(())
     }

@@ -18,7 +18,7 @@ pub fn update_body_forces<const D: usize>(
         points.body_force.resize(points.id.len(), [0.0; D]);
         let computed = force.accelerations(&points.position, &points.velocity, time, &mut points.body_force);
         computed.map_err(|invalid| {
-            let failure = PointFailure { index: invalid.point, reason: invalid.to_string() };
+            let failure = PointFailure { index: invalid.point, reason: invalid.to_string().into() };
             (number, failure)
         })?;
     }

@@ -1,5 +1,6 @@
 //! Points of the bodies, as structures of arrays.
 
+use colluvium_case::FailureReason;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -65,7 +66,7 @@ pub struct PointFailure {
     /// Index of the point within its body.
     pub index: usize,
     /// Reason of the failure.
-    pub reason: String,
+    pub reason: FailureReason,
 }
 
 /// Domains of points with spline functions, which have no width.

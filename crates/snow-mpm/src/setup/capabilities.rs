@@ -2,7 +2,7 @@
 
 use colluvium_case::description::{ObstacleWall, Wall, min_extent};
 use colluvium_case::measure::{CrackTip, Fragments, Measure};
-use colluvium_case::{Capabilities, Case, CaseError};
+use colluvium_case::{Capabilities, Case, CaseError, Feature};
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
@@ -12,60 +12,69 @@ use crate::solver::saw_test;
 /// Message for adhesion to an obstacle whose coupling has no contact area.
 const ADHESION: &str = "snow-mpm has no contact area for obstacles on nodes: leave out the adhesion";
 
+/// Features that the method supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::BodiesRemoveOutside,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesSeparation,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::BoundariesWallBilateral,
+    Feature::Obstacles,
+    Feature::ObstaclesWallRough,
+    Feature::ObstaclesWallSmooth,
+    Feature::ObstaclesWallFrictional,
+    Feature::ObstaclesSeparation,
+    Feature::StagesDamping,
+    Feature::StagesDampingAxes,
+    Feature::MeasuresDissipation,
+    Feature::MeasuresReaction,
+    Feature::MeasuresImpactPressure,
+];
+
+/// Features that the method supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::BoundariesSide,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesMotion,
+    Feature::ObstaclesRegions,
+    Feature::RemovalShapes,
+    Feature::OutputRasters,
+];
+
 /// Support of the features of a case.
 pub(crate) fn capabilities(case: &Case) -> Capabilities {
     let honours = Capabilities::for_point_methods(NAME)
-        .supports(&[
-            "domain.origin",
-            "domain.periodic*",
-            "bodies.remove_outside",
-            "boundaries",
-            "boundaries.name",
-            "boundaries.side=*",
-            "boundaries.position",
-            "boundaries.separation",
-            "boundaries.velocity",
-            "boundaries.wall=rough",
-            "boundaries.wall=smooth",
-            "boundaries.wall=frictional",
-            "boundaries.wall.bilateral",
-            "obstacles",
-            "obstacles.shape=*",
-            "obstacles.shape.*",
-            "obstacles.wall=rough",
-            "obstacles.wall=smooth",
-            "obstacles.wall=frictional",
-            "obstacles.separation",
-            "obstacles.motion*",
-            "obstacles.regions*",
-            "removal_shapes",
-            "removal_shapes.*",
-            "removal_shapes.action=remove",
-            "stages.damping",
-            "stages.damping_axes",
-            "measures=dissipation",
-            "measures=reaction",
-            "measures=impact-pressure",
-            "output.rasters*",
-        ])
-        .rejects("output.rasters.mapped", "only depth-sph compares rasters with a mapped outline")
-        .rejects("space=axisymmetric", "snow-mpm has no axisymmetric form: use plane-strain or 3d")
-        .rejects("bodies.rigid", "snow-mpm has no rigid bodies: use a boundary with a velocity")
-        .rejects("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
-        .rejects("boundaries.group", "snow-mpm has no mesh with groups of nodes")
-        .rejects("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
-        .rejects("obstacles.wall.adhesion", ADHESION)
-        .rejects("obstacles.regions.wall.adhesion", ADHESION)
-        .rejects("loads", "snow-mpm has no loads on surfaces: use a body that lies on it, a boundary with a velocity, or mpm")
-        .rejects("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
-        .rejects("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
-        .rejects("stages.rayleigh_damping", "snow-mpm has local damping only: use damping");
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
+        .rejects(Feature::OutputRastersMapped, "only depth-sph compares rasters with a mapped outline")
+        .rejects(Feature::SpaceAxisymmetric, "snow-mpm has no axisymmetric form: use plane-strain or 3d")
+        .rejects(Feature::BodiesRigid, "snow-mpm has no rigid bodies: use a boundary with a velocity")
+        .rejects(Feature::BodiesPoreFluid, "snow-mpm has one phase only: use mpm")
+        .rejects(Feature::BoundariesGroup, "snow-mpm has no mesh with groups of nodes")
+        .rejects(Feature::BoundariesWallAbsorbing, "snow-mpm has no absorbing boundaries: use mpm")
+        .rejects(Feature::ObstaclesWallAdhesion, ADHESION)
+        .rejects(Feature::ObstaclesRegionsWallAdhesion, ADHESION)
+        .rejects(
+            Feature::Loads,
+            "snow-mpm has no loads on surfaces: use a body that lies on it, a boundary with a velocity, or \
+             mpm",
+        )
+        .rejects(Feature::Patches, "snow-mpm has no patches of nodes: use a boundary with a velocity")
+        .rejects(Feature::StagesExcavate, "snow-mpm removes whole bodies only: use remove_bodies")
+        .rejects(Feature::StagesRayleighDamping, "snow-mpm has local damping only: use damping");
     if case.domain.periodic.is_empty() {
         return honours;
     }
     honours
-        .rejects("obstacles", "an obstacle has no periodic image: use boundaries, and tilt gravity")
-        .rejects("removal_shapes", "a cut has no periodic image: use walls")
+        .rejects(Feature::Obstacles, "an obstacle has no periodic image: use boundaries, and tilt gravity")
+        .rejects(Feature::RemovalShapes, "a cut has no periodic image: use walls")
 }
 
 /// Warnings about permitted but doubtful values of a case (sheet: snow-mpm §7).

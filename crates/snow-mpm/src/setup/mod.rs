@@ -9,8 +9,8 @@ use std::any::Any;
 use std::sync::Arc;
 
 use colluvium_case::{
-    Case, CaseError, Manufactured, OVERLAP_TOLERANCE, Plan, ProblemSize, Resolution, Solver, StepLimit,
-    TimeStep,
+    Case, CaseError, CaseErrorKind, Manufactured, OVERLAP_TOLERANCE, Plan, ProblemSize, Resolution, Solver,
+    StepLimit, TimeStep,
 };
 use colluvium_grid::{NodalState, Transfers};
 
@@ -31,15 +31,15 @@ use crate::solver::{Clock, RestChecks, SnowSolver};
 const UPDATES_PER_SECOND: [f64; 2] = [2.5e6, 0.8e6];
 
 /// Returns an error at a key of the options.
-pub(crate) fn option_error(key: &str, problem: impl Into<String>) -> CaseError {
-    CaseError::new(format!("methods.{NAME}.{key}"), problem)
+pub(crate) fn option_error(key: &str, kind: impl Into<CaseErrorKind>) -> CaseError {
+    CaseError::new(format!("methods.{NAME}.{key}"), kind)
 }
 
 /// Returns the checked options of the case.
 pub(crate) fn options(case: &Case) -> Result<SnowOptions, CaseError> {
     if !case.methods.contains_key(NAME) {
         let problem = "is missing: finite-strain MPM needs at least its `cell_size` (m)";
-        return Err(CaseError::new(format!("methods.{NAME}"), problem));
+        return Err(CaseError::new(format!("methods.{NAME}"), CaseErrorKind::missing_input(NAME, problem)));
     }
     let options: SnowOptions = case.method_options(NAME)?;
     options.validate().map_err(|(key, problem)| option_error(key, problem))?;
@@ -106,7 +106,7 @@ pub(crate) fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     for (body, points) in case.bodies.iter().zip(&points) {
         let path = || format!("materials.{}", body.material);
         let law = case.materials[&body.material].build();
-        let state = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
+        let state = law.map_err(|error| CaseError::new(path(), error))?.state_size();
         memory += points * (own + 2 * state + 16) as f64;
     }
     Ok(ProblemSize {

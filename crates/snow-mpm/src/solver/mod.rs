@@ -8,7 +8,7 @@ pub(crate) mod saw_test;
 
 use std::sync::Arc;
 
-use colluvium_case::{BodyForce, Case, Manufactured, SolverError, TimeStep, spatial};
+use colluvium_case::{BodyForce, Case, FailureReason, Manufactured, SolverError, TimeStep, spatial};
 
 use crate::background_grid::BackgroundGrid;
 use crate::boundary::walls::BoundaryConditions;
@@ -19,7 +19,7 @@ use crate::momentum::{GridNodes, MomentumSolve, MomentumTerms};
 use crate::obstacles::node_obstacles::NodeObstacles;
 use crate::output::energy_balance::{EnergyBalance, StoredEnergies};
 use crate::output::hazard_rasters::HazardRasters;
-use crate::points::bodies::{Bodies, PointFailure};
+use crate::points::bodies::{Bodies, BodyPoints, PointFailure};
 use crate::transfer::{PointUpdater, p2g};
 
 pub use crate::solver::program_access::SnowPoints;
@@ -182,10 +182,7 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// Removes the points for whose body and index the condition is false. Records the energy of the others as removed and returns it (J).
-    pub(crate) fn retain(
-        &mut self,
-        keep: impl Fn(&crate::points::bodies::BodyPoints<D>, usize) -> bool,
-    ) -> f64 {
+    pub(crate) fn retain(&mut self, keep: impl Fn(&BodyPoints<D>, usize) -> bool) -> f64 {
         let before = self.stored_energies();
         self.nodes.reset(&self.background.layout);
         if !self.bodies.retain(keep) {
@@ -254,6 +251,7 @@ impl<const D: usize> SnowSolver<D> {
         match self.clock.limit.fixed_step_problem(self.options.time_step) {
             Some(problem) => {
                 let reason = format!("methods.{}.time_step: {problem}", crate::config::NAME);
+                let reason = FailureReason::FixedStep(reason);
                 Err(SolverError::Step { step: self.clock.step, time: self.clock.time, reason })
             }
             None => Ok(()),
@@ -262,13 +260,14 @@ impl<const D: usize> SnowSolver<D> {
 
     /// Error of a failed point.
     pub(crate) fn point_error(&self, body: usize, failure: &PointFailure) -> SolverError {
-        let points = &self.bodies.bodies[body].points;
+        let BodyPoints { points, number, .. } = &self.bodies.bodies[body];
+        let material = &self.case.bodies[*number as usize].material;
         SolverError::Point {
             step: self.clock.step,
             time: self.clock.time,
             point: u64::from(points.id[failure.index]),
             position: spatial(&points.position[failure.index]),
-            reason: failure.reason.clone(),
+            reason: failure.reason.clone().of_material(material),
         }
     }
 }

@@ -69,7 +69,7 @@ impl<const D: usize> SnowSolver<D> {
                  weight more slowly (gravity_ramp and damping of the stage before), or, on ground that is not \
                  parallel to an axis, add old, elastic snow below the layer"
             );
-            return Err(self.point_error(number, &PointFailure { index, reason }));
+            return Err(self.point_error(number, &PointFailure { index, reason: reason.into() }));
         }
         let checks = &mut self.clock.rest_checks;
         checks.early_yield = checks.early_yield.or(yielded.map(|yielded| (CheckTime::FirstCut, yielded)));

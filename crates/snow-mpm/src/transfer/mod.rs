@@ -1,6 +1,6 @@
 //! Transfers between points and grid, with the update of the points (sheet: snow-mpm §3.5).
 
-use colluvium_case::{Manufactured, spatial};
+use colluvium_case::{FailureReason, Manufactured, spatial};
 use colluvium_constitutive::{BLOCK_SIZE, Material, MotionBlock, StateBlock, SymTensor};
 use colluvium_grid::{
     AffineFields, InterpolatedMotion, NodalState, NodeRange, P2gInput, SquareMatrix, Vector4,
@@ -175,20 +175,20 @@ impl<const D: usize> PointUpdater<'_, D> {
         self.blend(block.velocity, reads);
         let stretches = find_motions(reads, self.deformation, motions);
         if let Some((p, reason)) = motions.change_volumes(&stretches, block.volume, block.mass) {
-            return Err(PointFailure { index: block.first + p, reason });
+            return Err(PointFailure { index: block.first + p, reason: reason.into() });
         }
         let (moved, left) = self.move_points(block, reads, remove_outside)?;
         let work = StressWork::before_step::<D>(block.stress);
         material.update_block(motions, block.stress, block.states).map_err(|error| {
             let index = block.first + error.index;
-            PointFailure { index, reason: error.source.to_string() }
+            PointFailure { index, reason: error.source.into() }
         })?;
         work.add::<D>(motions, &stretches, (block.volume, block.stress), block.work);
         // The work of a stress that is not finite is not finite either.
         if let Some(p) = block.work.iter().position(|work| !work.is_finite()) {
             return Err(PointFailure {
                 index: block.first + p,
-                reason: "its stress is not finite".to_owned(),
+                reason: FailureReason::NotFinite("its stress is not finite".to_owned()),
             });
         }
         let points = (&*block.velocity, block.mass, &*block.volume);
@@ -250,19 +250,19 @@ impl<const D: usize> PointUpdater<'_, D> {
         let mut left = false;
         for (p, (position, read)) in block.position.iter().zip(reads).enumerate() {
             let velocity = &read.velocity.as_array()[..D];
-            let failed = |reason: String| PointFailure { index: block.first + p, reason };
+            let failed = |reason| PointFailure { index: block.first + p, reason };
             let step = velocity.iter().map(|v| (self.dt * v).abs()).fold(0.0, f64::max);
             if !(velocity.iter().all(|v| v.is_finite()) && step <= self.max_move()) {
-                return Err(failed(format!(
+                return Err(failed(FailureReason::Unstable(format!(
                     "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable (reduce \
                      courant_elastic or time_step)"
-                )));
+                ))));
             }
             let outside = self.background.distance_outside(position);
             if outside > 0.0 && !self.is_held_by_wall(position, outside) {
                 if !remove_outside {
                     let reason = "it left the domain: enlarge the domain, add a wall on that side or set remove_outside of the body";
-                    return Err(failed(reason.to_owned()));
+                    return Err(failed(FailureReason::LeftDomain(reason.to_owned())));
                 }
                 left = true;
             }

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use colluvium_case::{
-    Body, Case, CaseErrors, Domain, Side, Simulation, Solver, SolverError, Space, Stage, TypedMethod, Wall,
+    Body, Case, CaseErrors, Domain, FailureReason, Side, Simulation, Solver, SolverError, Space, Stage,
+    TypedMethod, Wall,
 };
 use colluvium_constitutive::{
     CohesiveCamClaySpec, InitialCondition, Law, LinearElasticSpec, MaterialError, MaterialSpec, Motion,
@@ -312,9 +313,14 @@ fn a_faulty_law_is_an_error_that_names_the_point() {
     for (is_error, reason) in [(true, "faulty: no solution"), (false, "its stress is not finite")] {
         let case = falling_block().law("snow", 400.0, Arc::new(Faulty { is_error }));
         let error = solver(&case).step_to(0.03).unwrap_err();
-        let SolverError::Point { position, .. } = error else { panic!("{error}") };
+        let text = error.to_string();
+        let SolverError::Point { position, reason: kind, .. } = error else { panic!("{error}") };
         // The floor compresses the lowest points first.
-        assert!(position[1] < 0.14 && error.to_string().contains(reason), "{error}");
+        assert!(position[1] < 0.14 && text.contains(reason), "{text}");
+        match kind {
+            FailureReason::Law { material, .. } => assert!(is_error && material == "snow"),
+            kind => assert!(!is_error && matches!(kind, FailureReason::NotFinite(_)), "{kind:?}"),
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Checks of the options (sheet: sph §7), and warnings.
 
+use colluvium_case::CaseErrorKind;
+
 use super::{
     ConfiningPressure, ContinuityEquation, DensityReset, Kernel, LagrangianFormulation, MomentumEquation,
     Regularisation, ShiftingSpeed, SmoothingLength, SphOptions, Symmetrisation, Tensile, TimeIntegration,
@@ -8,11 +10,11 @@ use super::{
 };
 
 /// Option out of range: its name and the problem.
-type OptionError = (&'static str, String);
+type OptionError = (&'static str, CaseErrorKind);
 
 /// Checks a value against a rule.
 fn check_rule(name: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), OptionError> {
-    if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
+    if holds { Ok(()) } else { Err((name, CaseErrorKind::out_of_range(value, rule))) }
 }
 
 /// Whether a number is finite and positive.
@@ -43,7 +45,7 @@ impl SphOptions {
     ///
     /// # Errors
     /// The first option out of range, as (name, problem).
-    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+    pub fn validate(&self) -> Result<(), (&'static str, CaseErrorKind)> {
         self.check_spacing()?;
         self.check_ranges()?;
         self.check_lengths()?;
@@ -62,7 +64,7 @@ impl SphOptions {
             let problem = format!(
                 "{ratio} makes particles clump with this kernel: use at most {largest}, or set allow_pairing"
             );
-            return Err(("smoothing", problem));
+            return Err(("smoothing", problem.into()));
         }
         Ok(())
     }
@@ -138,54 +140,54 @@ impl SphOptions {
     fn check_lengths(&self) -> Result<(), OptionError> {
         let grad_h = self.symmetrisation == Symmetrisation::GradH;
         if self.is_variable() && self.confining.is_some() {
-            return Err(("smoothing_length", "must be constant with a confining pressure".to_owned()));
+            return Err(("smoothing_length", "must be constant with a confining pressure".into()));
         }
         if self.is_variable() && self.continuity == ContinuityEquation::Summation {
-            return Err(("continuity", "summation needs a constant smoothing length".to_owned()));
+            return Err(("continuity", "summation needs a constant smoothing length".into()));
         }
         if grad_h && self.smoothing_length != SmoothingLength::Density {
-            return Err(("symmetrisation", "grad-h needs smoothing_length density".to_owned()));
+            return Err(("symmetrisation", "grad-h needs smoothing_length density".into()));
         }
         if grad_h && self.momentum != MomentumEquation::Rho2 {
-            return Err(("momentum", "must be rho2 with grad-h, which is adjoint to it".to_owned()));
+            return Err(("momentum", "must be rho2 with grad-h, which is adjoint to it".into()));
         }
         if grad_h && !matches!(self.continuity, ContinuityEquation::Trace | ContinuityEquation::Mass) {
-            return Err(("continuity", "must be trace or mass with grad-h".to_owned()));
+            return Err(("continuity", "must be trace or mass with grad-h".into()));
         }
         if self.continuity == ContinuityEquation::Summation && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise with density by summation".to_owned()));
+            return Err(("wall_stress", "must be pairwise with density by summation".into()));
         }
         if self.is_variable() && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise with a smoothing length that varies".to_owned()));
+            return Err(("wall_stress", "must be pairwise with a smoothing length that varies".into()));
         }
         let corrects = self.momentum == MomentumEquation::Corrected;
         use VelocityGradientOperator::{Compatible, Corotated, Corrected};
         let fits = matches!(self.velocity_gradient, Compatible | Corotated | Corrected);
         if corrects && !fits {
-            return Err(("velocity_gradient", "must be corrected if momentum is corrected".to_owned()));
+            return Err(("velocity_gradient", "must be corrected if momentum is corrected".into()));
         }
         if corrects && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise if momentum is corrected".to_owned()));
+            return Err(("wall_stress", "must be pairwise if momentum is corrected".into()));
         }
         let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.ranks > 1 {
-            return Err(("integration", "must be leapfrog with more than one rank".to_owned()));
+            return Err(("integration", "must be leapfrog with more than one rank".into()));
         }
         let shifts = self.shifting > 0.0;
         if !shifts && self.shifting_speed != ShiftingSpeed::Own {
-            return Err(("shifting_speed", "needs shifting above 0".to_owned()));
+            return Err(("shifting_speed", "needs shifting above 0".into()));
         }
         if shifts && self.shifting_speed == ShiftingSpeed::Largest && self.ranks > 1 {
             return Err((
                 "shifting_speed",
-                "must be own with more than one rank, because a rank has its own particles only".to_owned(),
+                "must be own with more than one rank, because a rank has its own particles only".into(),
             ));
         }
         if self.formulation == LagrangianFormulation::TotalLagrangian && self.ranks > 1 {
-            return Err(("formulation", "must be updated with more than one rank".to_owned()));
+            return Err(("formulation", "must be updated with more than one rank".into()));
         }
         if stages && self.smoothing_length == SmoothingLength::Rate {
-            return Err(("smoothing_length", "rate needs integration leapfrog".to_owned()));
+            return Err(("smoothing_length", "rate needs integration leapfrog".into()));
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! Factors that vary in time.
 
+use colluvium_case::CaseErrorKind;
 use colluvium_case::files::piecewise_linear as lines;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -25,23 +26,24 @@ impl TimeHistory {
     ///
     /// # Errors
     /// The problem, as (key, problem).
-    pub fn validate(&self) -> Result<(), (String, String)> {
+    pub fn validate(&self) -> Result<(), (String, CaseErrorKind)> {
         if self.times.is_empty() {
-            return Err(("times".to_owned(), "is empty: at least one time is needed".to_owned()));
+            return Err(("times".to_owned(), "is empty: at least one time is needed".into()));
         }
         if self.times.len() != self.factors.len() {
             let problem = format!("has {} entries for {} times", self.factors.len(), self.times.len());
-            return Err(("factors".to_owned(), problem));
+            return Err(("factors".to_owned(), problem.into()));
         }
         for (key, values) in [("times", &self.times), ("factors", &self.factors)] {
             if let Some(number) = values.iter().position(|value| !value.is_finite()) {
-                return Err((format!("{key}[{number}]"), format!("{} is not finite", values[number])));
+                let problem = format!("{} is not finite", values[number]);
+                return Err((format!("{key}[{number}]"), CaseErrorKind::NotFinite(problem)));
             }
         }
         let descent = lines::non_ascending(self.times.iter().copied(), false).next();
         descent.map_or(Ok(()), |(number, time, before)| {
-            let problem = format!("{time} s is not later than the time before, {before} s");
-            Err((format!("times[{number}]"), problem))
+            let rule = format!("s is not later than the time before, {before} s");
+            Err((format!("times[{number}]"), CaseErrorKind::out_of_range(time, rule)))
         })
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use colluvium_case::bodies::law_points::LawPoints;
 use colluvium_case::description::Velocity;
-use colluvium_case::{Case, SolverError, spatial};
+use colluvium_case::{Case, FailureReason, SolverError, spatial};
 use colluvium_constitutive::{Material, States, SymTensor};
 use colluvium_points::{ScratchBuffers, struct_of_arrays};
 
@@ -145,14 +145,19 @@ impl<const D: usize> Particles<D> {
     }
 
     /// Error at particle `index`.
-    pub fn particle_error(&self, clock: &Clock, index: usize, reason: String) -> SolverError {
+    pub fn particle_error(
+        &self,
+        clock: &Clock,
+        index: usize,
+        reason: impl Into<FailureReason>,
+    ) -> SolverError {
         let position = self.position.get(index).copied().unwrap_or([0.0; D]);
         SolverError::Point {
             step: clock.step,
             time: clock.time,
             point: u64::from(self.id.get(index).copied().unwrap_or(0)),
             position: spatial(&position),
-            reason,
+            reason: reason.into(),
         }
     }
 

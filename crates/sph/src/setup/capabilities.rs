@@ -1,7 +1,7 @@
 //! Capabilities of SPH: refused features of a case, by path, and warnings.
 
 use colluvium_case::description::{Body, ObstacleShape, Wall};
-use colluvium_case::{Capabilities, Case, CaseError};
+use colluvium_case::{Capabilities, Case, CaseError, CaseErrorKind, Feature};
 use colluvium_constitutive::{MaterialSpec, ModelFamily};
 
 use crate::config::{
@@ -18,66 +18,77 @@ use crate::walls::is_mirror;
 /// Relative difference of the width of listed particles from `spacing` above which there is a warning.
 const LISTED_SLACK: f64 = 0.1;
 
+/// Features that SPH supports in addition to those of all point methods.
+const SUPPORTED: &[Feature] = &[
+    Feature::DomainOrigin,
+    Feature::Boundaries,
+    Feature::BoundariesName,
+    Feature::BoundariesPosition,
+    Feature::BoundariesVelocity,
+    Feature::BoundariesWallRough,
+    Feature::BoundariesWallSmooth,
+    Feature::BoundariesWallFrictional,
+    Feature::StagesDamping,
+    Feature::BodiesRigid,
+    Feature::MeasuresReaction,
+    Feature::MeasuresImpactPressure,
+    Feature::Obstacles,
+    Feature::ObstaclesWallRough,
+    Feature::ObstaclesWallSmooth,
+    Feature::ObstaclesWallFrictional,
+    Feature::ObstaclesWallAdhesion,
+    Feature::ObstaclesSeparation,
+];
+
+/// Features that SPH supports with all their variants and keys, in addition to those of all point methods.
+const SUPPORTED_WHOLLY: &[Feature] = &[
+    Feature::DomainPeriodic,
+    Feature::BoundariesSide,
+    Feature::StagesMotions,
+    Feature::Loads,
+    Feature::ObstaclesShape,
+    Feature::ObstaclesRegions,
+    Feature::ObstaclesMotion,
+];
+
 /// Capabilities of SPH for the features of a case.
 pub(crate) fn capabilities(options: &SphOptions) -> Capabilities {
     let total = options.formulation == LagrangianFormulation::TotalLagrangian;
     let in_total = |problem: &str| format!("{problem}, in the total-Lagrangian form");
     Capabilities::for_point_methods("sph")
-        .supports(&[
-            "domain.origin",
-            "domain.periodic*",
-            "boundaries",
-            "boundaries.name",
-            "boundaries.side=*",
-            "boundaries.position",
-            "boundaries.velocity",
-            "boundaries.wall=rough",
-            "boundaries.wall=smooth",
-            "boundaries.wall=frictional",
-            "stages.damping",
-            "stages.motions*",
-            "bodies.rigid",
-            "measures=reaction",
-            "measures=impact-pressure",
-            "loads*",
-            "obstacles",
-            "obstacles.shape=*",
-            "obstacles.shape.*",
-            "obstacles.wall=rough",
-            "obstacles.wall=smooth",
-            "obstacles.wall=frictional",
-            "obstacles.wall.adhesion",
-            "obstacles.separation",
-            "obstacles.regions*",
-            "obstacles.motion*",
-        ])
-        .rejects("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
-        .rejects_if(total, "bodies.rigid", in_total("bodies are deformable or held"))
+        .supports(SUPPORTED)
+        .supports_all_of(SUPPORTED_WHOLLY)
+        .rejects(Feature::SpaceAxisymmetric, "sph has no axisymmetric form: use plane-strain or 3d")
+        .rejects_if(total, Feature::BodiesRigid, in_total("bodies are deformable or held"))
         .rejects_if(
             options.ranks > 1,
-            "bodies.rigid",
+            Feature::BodiesRigid,
             "a rigid body cannot be distributed over ranks: use one rank",
         )
-        .rejects("bodies.remove_outside", "sph has no sides through which points can leave")
+        .rejects(Feature::BodiesRemoveOutside, "sph has no sides through which points can leave")
         .rejects(
-            "bodies.pore_fluid",
+            Feature::BodiesPoreFluid,
             "sph has one phase: where no fluid flows out, use the material undrained",
         )
-        .rejects("boundaries.group", "sph has no mesh with groups of nodes")
-        .rejects("boundaries.wall=absorbing", "sph has no absorbing boundaries")
-        .rejects("boundaries.separation", "material cannot lift off the rough and smooth walls of sph")
-        .rejects("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
-        .rejects("loads=pore-pressure", "sph has one phase: give a total pressure as a `pressure`")
-        .rejects("loads.applied_to", "sph has no nodes: loads act on its particles")
-        .rejects("patches", "sph has no nodes with a prescribed motion")
-        .rejects("stages.damping_axes", "sph has the same damping along all axes")
-        .rejects("stages.rayleigh_damping", "sph has no Rayleigh damping")
-        .rejects("stages.excavate", "sph removes whole bodies only: use remove_bodies")
-        .rejects("measures=dissipation", "sph does not count dissipation")
-        .rejects_if(total, "obstacles", in_total("obstacles have no effect: use a held body as a clamp"))
-        .rejects_if(total, "boundaries", in_total("walls have no effect: use a held body as a clamp"))
-        .rejects_if(total, "stages.remove_bodies", in_total("bodies cannot be removed"))
-        .rejects_if(total, "domain.periodic", in_total("a periodic domain is not available"))
+        .rejects(Feature::BoundariesGroup, "sph has no mesh with groups of nodes")
+        .rejects(Feature::BoundariesWallAbsorbing, "sph has no absorbing boundaries")
+        .rejects(Feature::BoundariesSeparation, "material cannot lift off the rough and smooth walls of sph")
+        .rejects(Feature::BoundariesWallBilateral, "material can always lift off the frictional walls of sph")
+        .rejects(Feature::LoadsPorePressure, "sph has one phase: give a total pressure as a `pressure`")
+        .rejects(Feature::LoadsAppliedTo, "sph has no nodes: loads act on its particles")
+        .rejects(Feature::Patches, "sph has no nodes with a prescribed motion")
+        .rejects(Feature::StagesDampingAxes, "sph has the same damping along all axes")
+        .rejects(Feature::StagesRayleighDamping, "sph has no Rayleigh damping")
+        .rejects(Feature::StagesExcavate, "sph removes whole bodies only: use remove_bodies")
+        .rejects(Feature::MeasuresDissipation, "sph does not count dissipation")
+        .rejects_if(
+            total,
+            Feature::Obstacles,
+            in_total("obstacles have no effect: use a held body as a clamp"),
+        )
+        .rejects_if(total, Feature::Boundaries, in_total("walls have no effect: use a held body as a clamp"))
+        .rejects_if(total, Feature::StagesRemoveBodies, in_total("bodies cannot be removed"))
+        .rejects_if(total, Feature::DomainPeriodic, in_total("a periodic domain is not available"))
 }
 
 /// Refuses features that SPH does not support (yet), by name.
@@ -110,7 +121,7 @@ fn check_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         let path = format!("methods.sph.wall_history.{name}");
         match case.boundaries.iter().find(|boundary| boundary.name() == name) {
             None => {
-                return Err(CaseError::new(path, format!("{name:?} is not the name of a wall")));
+                return Err(CaseError::new(path, CaseErrorKind::other_name(name, "the name of a wall")));
             }
             Some(wall) if wall.velocity.is_none() => {
                 return Err(CaseError::new(
@@ -195,20 +206,20 @@ fn check_rigid(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for (number, name) in options.held.iter().enumerate() {
         if !case.bodies.iter().any(|body| body.name == *name) {
-            let problem = format!("{name:?} is not the name of a body");
+            let problem = CaseErrorKind::other_name(name, "the name of a body");
             return Err(CaseError::new(format!("methods.sph.held[{number}]"), problem));
         }
     }
     for (number, name) in options.smooth_bodies.iter().enumerate() {
         if !options.held.contains(name) {
-            let problem = format!("{name:?} is not among the held bodies: only these can be smooth");
+            let problem = CaseErrorKind::other_name(name, "among the held bodies: only these can be smooth");
             return Err(CaseError::new(format!("methods.sph.smooth_bodies[{number}]"), problem));
         }
     }
     for (name, history) in &options.held_history {
         let path = format!("methods.sph.held_history.{name}");
         if !options.held.contains(name) {
-            let problem = format!("{name:?} is not among the held bodies");
+            let problem = CaseErrorKind::other_name(name, "among the held bodies");
             return Err(CaseError::new(path, problem));
         }
         history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
@@ -218,7 +229,7 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     }
     for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
         if !case.bodies.iter().any(|body| body.name == *name) {
-            let problem = format!("{name:?} is not the name of a body");
+            let problem = CaseErrorKind::other_name(name, "the name of a body");
             return Err(CaseError::new(format!("methods.sph.confining.bodies[{number}]"), problem));
         }
     }

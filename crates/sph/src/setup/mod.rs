@@ -10,7 +10,7 @@ pub mod rates_only;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use colluvium_case::{Capabilities, Case, CaseError, Plan, ProblemSize, Resolution, Solver};
+use colluvium_case::{Capabilities, Case, CaseError, CaseErrorKind, Plan, ProblemSize, Resolution, Solver};
 
 use crate::config::{ConfiningPressureTarget, ContinuityEquation, LagrangianFormulation, SphOptions};
 use crate::context::{SolverContext, leading_components};
@@ -40,7 +40,7 @@ const PLACING_TIME: f64 = 3e-7;
 pub fn options(case: &Case) -> Result<SphOptions, CaseError> {
     if !case.methods.contains_key("sph") {
         let problem = "is missing: smoothed particle hydrodynamics needs at least its `spacing` (m)";
-        return Err(CaseError::new("methods.sph", problem));
+        return Err(CaseError::new("methods.sph", CaseErrorKind::missing_input("sph", problem)));
     }
     let mut options: SphOptions = case.method_options("sph")?;
     defaults::set_case_defaults(case, &mut options);
@@ -113,7 +113,7 @@ pub fn problem_size(case: &Case) -> Result<ProblemSize, CaseError> {
     for (body, points) in case.bodies.iter().zip(&points) {
         let path = || format!("materials.{}", body.material);
         let law = case.materials[&body.material].build();
-        let size = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
+        let size = law.map_err(|error| CaseError::new(path(), error))?.state_size();
         states += points * bytes_of_state(size) as f64;
     }
     let points = points.iter().sum();

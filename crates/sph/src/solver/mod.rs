@@ -22,7 +22,7 @@ pub(crate) use crate::momentum::rate_sums::diffuse_stress;
 pub(crate) use crate::momentum::rate_sums::find_rates;
 pub(crate) use crate::pairs::pair_data::{sum_densities, update_pair_data};
 
-use colluvium_case::{SolverError, TimeStep};
+use colluvium_case::{FailureReason, SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
@@ -160,7 +160,9 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn advance_listed(&mut self, dt: f64) -> Result<(), SolverError> {
         let Self { setting, clock, bodies, walls, lists, rates, averages, shifting, .. } = self;
         if let Some(problem) = clock.fixed_step_problem(setting.options.time_step) {
-            return Err(clock.step_error(format!("methods.sph.time_step: {problem}")));
+            return Err(
+                clock.step_error(FailureReason::FixedStep(format!("methods.sph.time_step: {problem}")))
+            );
         }
         walls.update_time_histories(clock.time, clock.time + dt);
         bodies.update_time_histories(clock.time, clock.time + dt);

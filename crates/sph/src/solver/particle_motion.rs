@@ -1,6 +1,6 @@
 //! Motion of particles: kick and drift.
 
-use colluvium_case::SolverError;
+use colluvium_case::{FailureReason, SolverError};
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -100,6 +100,9 @@ fn out_of_range_reason<const D: usize>(
     )
 }
 
+/// Reason of the failure of a particle that is too fast.
+const MOVED_TOO_FAR: &str = "it moved by more than 0.2 smoothing lengths in a step";
+
 /// Moves the particles to the end of the step (step 9).
 pub fn drift<const D: usize>(
     setting: &SolverContext<D>,
@@ -128,9 +131,9 @@ pub fn drift<const D: usize>(
             if guests.get(i).is_some_and(|guest| *guest) {
                 None
             } else if far {
-                Some((i, Some("it moved by more than 0.2 smoothing lengths in a step")))
+                Some((i, Some(FailureReason::Unstable(MOVED_TOO_FAR.to_owned()))))
             } else if !stress.is_finite() {
-                Some((i, Some("its stress is not finite")))
+                Some((i, Some(FailureReason::NotFinite("its stress is not finite".to_owned()))))
             } else if outside {
                 Some((i, None))
             } else {
@@ -141,8 +144,9 @@ pub fn drift<const D: usize>(
     lists.weights_current = false;
     rates.is_current = false;
     first.map_or(Ok(()), |(i, reason)| {
-        let astray = || out_of_range_reason(setting, walls, &particles.position[i], end);
-        Err(particles.particle_error(clock, i, reason.map_or_else(astray, ToOwned::to_owned)))
+        let astray =
+            || FailureReason::LeftDomain(out_of_range_reason(setting, walls, &particles.position[i], end));
+        Err(particles.particle_error(clock, i, reason.unwrap_or_else(astray)))
     })
 }
 

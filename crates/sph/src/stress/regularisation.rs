@@ -44,7 +44,7 @@ impl SmoothedFields {
         let smooths = is_regularisation_due(setting, clock);
         if smooths {
             self.smooth_stress(options.regularisation, setting, bodies, walls, lists);
-            return_to_yield(clock, bodies, dt)?;
+            return_to_yield(setting, clock, bodies, dt)?;
         }
         Ok(renews || smooths)
     }

@@ -1,7 +1,7 @@
 //! Update of densities and stresses.
 
-use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK_SIZE, Mat3, Motion};
+use colluvium_case::{FailureReason, SolverError};
+use colluvium_constitutive::{BLOCK_SIZE, BatchError, Mat3, Motion};
 use rayon::prelude::*;
 
 use crate::clock::Clock;
@@ -119,7 +119,7 @@ pub fn update_stress<const D: usize>(
                             "its density {} kg/m³ is outside 0.2 to 5 times the initial density",
                             density[k]
                         );
-                        return Some((here, problem));
+                        return Some((here, problem.into()));
                     }
                     let volume = mass[k] / density[k];
                     let found = match over {
@@ -129,22 +129,29 @@ pub fn update_stress<const D: usize>(
                     match found {
                         Some(motion) => motions[k] = motion,
                         None => {
-                            return Some((here, "its deformation in the step is singular".to_owned()));
+                            return Some((here, "its deformation in the step is singular".into()));
                         }
                     }
                 }
                 let updated = material.update(&motions[..stress.len()], stress, states);
-                updated.err().map(|e| (range.start + number * BLOCK_SIZE + e.index, e.source.to_string()))
+                updated.err().map(|error| law_failure(range.start + number * BLOCK_SIZE, error))
             })
             .reduce(|| None, Option::or);
-        failure = failure.or(error);
+        let name = &setting.case.bodies[group.body as usize].material;
+        failure = failure.or(error.map(|(index, reason)| (index, reason.of_material(name))));
     }
     failure.map_or(Ok(()), |(index, reason)| Err(p.particle_error(clock, index, reason)))
+}
+
+/// Index and reason of a particle whose law refuses the step, in a block that begins with the particle `first`.
+fn law_failure(first: usize, error: BatchError) -> (usize, FailureReason) {
+    (first + error.index, error.source.into())
 }
 
 /// Returns smoothed stresses that violate the yield criterion to the yield surface, by a step without motion. For time-dependent laws that
 /// would add relaxation; their stresses return in the next step with motion.
 pub fn return_to_yield<const D: usize>(
+    setting: &SolverContext<D>,
     clock: &Clock,
     bodies: &mut Bodies<D>,
     dt: f64,
@@ -174,10 +181,11 @@ pub fn return_to_yield<const D: usize>(
                     };
                 }
                 let updated = material.update(&motions[..stress.len()], stress, states);
-                updated.err().map(|e| (range.start + number * BLOCK_SIZE + e.index, e.source.to_string()))
+                updated.err().map(|error| law_failure(range.start + number * BLOCK_SIZE, error))
             })
             .reduce(|| None, Option::or);
-        failure = failure.or(error);
+        let name = &setting.case.bodies[group.body as usize].material;
+        failure = failure.or(error.map(|(index, reason)| (index, reason.of_material(name))));
     }
     failure.map_or(Ok(()), |(index, reason)| Err(p.particle_error(clock, index, reason)))
 }

@@ -80,9 +80,8 @@ fn a_bar_in_tension_dissipates_its_fracture_energy() {
 
 #[test]
 fn options_that_spread_a_crack_and_snap_back_are_refused_with_a_remedy() {
-    let refused = |case: &Case| {
-        Sph.build(case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
-    };
+    let refused =
+        |case: &Case| Sph.build(case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem()));
     assert_eq!(refused(&of_rows(0.1, &json!({}))), Ok(()));
     let (path, problem) = refused(&of_rows(0.1, &json!({ "smoothing": 1.5 }))).unwrap_err();
     assert_eq!(path, "methods.sph.smoothing");

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use colluvium_case::{
-    Body, Case, CaseErrors, Domain, Simulation, Solver, SolverError, Space, Stage, TypedMethod,
+    Body, Case, CaseErrors, Domain, FailureReason, Simulation, Solver, SolverError, Space, Stage, TypedMethod,
 };
 use colluvium_constitutive::{
     InitialCondition, Law, LinearElasticSpec, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
@@ -88,8 +88,9 @@ fn an_infinite_body_force_leaves_the_state_as_it_was() {
             "{point} {error}"
         );
         assert_eq!(before, (solver.snapshot().hash(), solver.particles().position().to_vec()));
-        let error = solver.step().unwrap_err().to_string();
-        assert!(error.contains("an earlier step has failed"), "{error}");
+        let error = solver.step().unwrap_err();
+        assert!(matches!(error, SolverError::Step { reason: FailureReason::HasFailed, .. }), "{error}");
+        assert!(error.to_string().contains("an earlier step has failed"), "{error}");
     }
 }
 
@@ -157,9 +158,20 @@ fn a_faulty_law_is_an_error_that_names_the_particle() {
     {
         let case = falling_block().law("soil", 1600.0, Arc::new(Faulty(fault)));
         let error = solver(&case).step_to(0.03).unwrap_err();
-        let SolverError::Point { position, .. } = error else { panic!("{error}") };
+        let text = error.to_string();
+        let SolverError::Point { position, reason: kind, .. } = error else { panic!("{error}") };
         // The floor compresses the lowest particles first.
-        assert!(position[1] < 0.1 && error.to_string().contains(reason), "{error}");
+        assert!(position[1] < 0.1 && text.contains(reason), "{text}");
+        match kind {
+            FailureReason::Law { material, error: MaterialError::Update { law, .. } } => {
+                assert_eq!(
+                    (fault == Fault::Error, material.as_str(), law.as_str()),
+                    (true, "soil", "faulty")
+                );
+            }
+            FailureReason::NotFinite(_) => assert!(fault == Fault::Stress),
+            other => panic!("{other:?}"),
+        }
     }
     let case = falling_block().law("soil", 1600.0, Arc::new(Faulty(Fault::Modulus)));
     let error = solver(&case).step_to(0.03).unwrap_err();

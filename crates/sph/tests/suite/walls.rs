@@ -146,7 +146,9 @@ fn end_of(case: &Case) -> ([f64; 3], f64, String) {
         let dt = solver.limit().dt;
         match solver.step(dt) {
             Ok(_) => {}
-            Err(SolverError::Point { position, time, reason, .. }) => return (position, time + dt, reason),
+            Err(SolverError::Point { position, time, reason, .. }) => {
+                return (position, time + dt, reason.to_string());
+            }
             Err(error) => panic!("{error}"),
         }
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::description::{Body, InitialStress, PointFile, PorePressure, Space, Velocity};
 use crate::files::decimal_sum::relative_to_origin;
 use crate::files::json::closest;
-use crate::{Case, CaseError, ColumnFile, ColumnRow, Quantity};
+use crate::{Case, CaseError, CaseErrorKind, ColumnFile, ColumnRow, Quantity};
 use colluvium_constitutive::SymTensor;
 use colluvium_points::{Sample, Shape};
 
@@ -130,7 +130,7 @@ impl Case {
         let Some(source) = &self.bodies[body].points else { return Ok(None) };
         let list = self.read_points(&self.bodies[body], source);
         list.map(Some).map_err(|problem| {
-            CaseError::new(format!("bodies[{body}].points.file"), format!("{}: {problem}", source.file))
+            CaseError::new(format!("bodies[{body}].points.file"), CaseErrorKind::file(&source.file, problem))
         })
     }
 

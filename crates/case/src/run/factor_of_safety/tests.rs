@@ -10,7 +10,7 @@ use crate::run::RunEnd;
 use crate::run::factor_of_safety::*;
 use crate::solver::{restore_value, save_value};
 use crate::{
-    Advance, Budget, Capabilities, CaseError, Equilibrium, Field, Frame, FrameRequest, Plan, Solver,
+    Advance, Budget, Capabilities, CaseError, Equilibrium, Feature, Field, Frame, FrameRequest, Plan, Solver,
     SolverError, StepLimit, TimeStep, run_method,
 };
 
@@ -57,7 +57,9 @@ impl Method for Sliding {
         schema_for!(EmptyState)
     }
     fn capabilities(&self, _: &Case) -> Result<Capabilities, CaseError> {
-        Ok(Capabilities::for_point_methods("sliding").supports(&["boundaries*", "stages.damping"]))
+        Ok(Capabilities::for_point_methods("sliding")
+            .supports(&[Feature::StagesDamping])
+            .supports_all_of(&[Feature::Boundaries]))
     }
     fn plan_supported_case(&self, _: &Case) -> Result<Plan, CaseError> {
         Err(CaseError::new("", "no plan"))

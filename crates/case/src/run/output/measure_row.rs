@@ -3,7 +3,7 @@
 use crate::files::json::closest;
 use crate::measure;
 use crate::measure::{AXES, FieldUse, Measure, ScalarOutput};
-use crate::{Budget, Case, CaseError, CaseErrors, FrameRequest, Snapshot, Solver};
+use crate::{Budget, Case, CaseError, CaseErrorKind, CaseErrors, FrameRequest, Snapshot, Solver};
 
 /// Fields of every frame in addition to those of its snapshot.
 const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
@@ -91,11 +91,11 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
     let fields: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();
     let mut check = |path: String, name: &str, known: &[&str]| {
         if !known.contains(&name) {
-            let problem = match closest(name, known) {
-                Some(likely) => format!("{name:?} is not a field; did you mean {likely:?}?"),
-                None => format!("{name:?} is not a field; there are {}", known.join(", ")),
+            let kind = match closest(name, known) {
+                Some(_) => CaseErrorKind::unknown_name(name, known, "a field"),
+                None => CaseErrorKind::other_name(name, format!("a field; there are {}", known.join(", "))),
             };
-            errors.push(CaseError::new(path, problem));
+            errors.push(CaseError::new(path, kind));
         }
     };
     let beside = now.datasets.iter().flat_map(|dataset| &dataset.fields).map(|field| field.name.as_str());

@@ -91,7 +91,7 @@ impl Solver for Oscillators {
         let dt = limit.limited_to(at_most);
         if self.fail_at.is_some_and(|at| self.time >= at) {
             assert!(!self.exits_on_failure, "killed");
-            let reason = "it was told to".to_owned();
+            let reason = "it was told to".into();
             return Err(SolverError::Point {
                 step: self.steps,
                 time: self.time,

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use colluvium_case::{
-    Body, Case, CaseErrors, Domain, EquilibriumCriterion, Side, Simulation, Solver, Space, Stage, Wall,
+    Body, Case, CaseError, CaseErrorKind, CaseErrors, Domain, EquilibriumCriterion, FailureReason, Feature,
+    PoreFluid, Side, Simulation, Solver, SolverError, Space, Stage, Wall,
 };
 use colluvium_constitutive::{DruckerPragerSpec, LinearElasticSpec, MaterialSpec};
 use colluvium_mpm::{Mpm, MpmOptions, MpmSolver, ShapeFunctions, VelocityTransfer};
@@ -210,6 +211,7 @@ fn the_end_of_the_stages_is_the_end_of_the_steps() {
     let steps = solver.step_to(0.03).unwrap();
     assert!(steps > 5 && solver.is_complete() && (solver.time() - 0.03).abs() < 1e-12);
     for error in [solver.step().unwrap_err(), solver.step_to(0.04).unwrap_err()] {
+        assert!(matches!(error, SolverError::Step { reason: FailureReason::IsComplete, .. }), "{error}");
         assert!(error.to_string().contains("the last stage has ended"), "{error}");
     }
     assert!(solver.step_to(f64::NAN).unwrap_err().to_string().contains("not finite"));
@@ -270,4 +272,35 @@ fn a_law_of_the_program_is_a_material() {
     });
     let error = error.unwrap_err().to_string();
     assert!(error.contains("materials.soil") && error.contains("\"soil\" is not available here"), "{error}");
+}
+
+/// Advice for the first error of a case, by its kind.
+fn advice(errors: &CaseErrors) -> String {
+    let CaseError { path, kind } = errors.first();
+    match kind {
+        CaseErrorKind::OutOfRange { value, rule } => format!("{path}: {value} {rule}"),
+        CaseErrorKind::NotSupported { feature: Feature::BodiesPoreFluid, method, .. } => {
+            format!("{path}: take another method than {method}")
+        }
+        CaseErrorKind::UnknownName { suggestion: Some(name), .. } => format!("{path}: {name}?"),
+        other => format!("{path}: {other}"),
+    }
+}
+
+/// The example of the documentation of errors.
+#[test]
+fn errors_of_a_case_are_matched_by_kind() {
+    let of = |case: &Case, options: MpmOptions| -> String {
+        let result: Result<Simulation<MpmSolver<2>>, CaseErrors> = Mpm::new(options).solver::<2>(case);
+        advice(&result.err().expect("an error"))
+    };
+    let found = of(&falling_block(), MpmOptions { courant: 2.0, ..options() });
+    assert_eq!(found, "methods.mpm.courant: 2 is not in 0..=1 (0 excluded)");
+    let mut stage = Stage::new("later", 0.1);
+    stage.remove_bodies.push("blok".to_owned());
+    assert_eq!(of(&falling_block().stage(stage), options()), "stages[2].remove_bodies[0]: block?");
+    let mut wet = falling_block();
+    wet.bodies[0].pore_fluid = Some(PoreFluid::new(0.3, 1e-4));
+    let found = of(&wet, MpmOptions { shape: ShapeFunctions::DualDomain, ..options() });
+    assert_eq!(found, "bodies[0].pore_fluid: take another method than mpm");
 }

@@ -10,7 +10,7 @@ use crate::solver::elastic_block;
 fn unsupported_options_are_rejected_by_path() {
     let refused = |more: Value, path: &str, words: &str| {
         let error = Mpm.plan(&elastic_block().with(more).build()).unwrap_err();
-        assert!(error.path == path && error.problem.contains(words), "{error}");
+        assert!(error.path == path && error.problem().contains(words), "{error}");
     };
     refused(json!({ "methods": {} }), "methods.mpm", "cell_size");
     let mpm = |options: Value| json!({ "methods": { "mpm": options } });

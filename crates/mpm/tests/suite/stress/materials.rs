@@ -117,7 +117,7 @@ fn only_laws_that_start_from_the_stress_of_a_point_are_reset() {
         });
         change(&mut text);
         let case = read_case(&text);
-        Mpm.build(&case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
+        Mpm.build(&case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem()))
     };
     assert_eq!(refused(&|_| {}), Ok(()));
     let hyperelastic =

@@ -1,23 +1,45 @@
 //! Errors of a case and of its files.
 
+mod kind;
+
 use std::path::{Path, PathBuf};
 
+use colluvium_constitutive::MaterialError;
 use thiserror::Error;
 
+pub use crate::error::kind::{CaseErrorKind, closest};
+
 /// Error in a case file, with its path: `materials.sand.friction_angle: 95 is not in 0..=60 degrees`.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}", printable(&format!("{path}: {problem}")))]
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{}", printable(&format!("{path}: {kind}")))]
 pub struct CaseError {
     /// JSON path of the invalid value, e.g. `bodies[1].shape.radius`.
     pub path: String,
-    /// Description of the error, with value and rule.
-    pub problem: String,
+    /// Reason of the error, with value and rule.
+    pub kind: CaseErrorKind,
 }
 
 impl CaseError {
-    /// Error at `path`.
-    pub fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self { path: path.into(), problem: problem.into() }
+    /// Error at `path`. A text is the reason of an error of the general kind.
+    pub fn new(path: impl Into<String>, kind: impl Into<CaseErrorKind>) -> Self {
+        Self { path: path.into(), kind: kind.into() }
+    }
+
+    /// Error of the material at `path`: at the key of the parameter, where the error concerns one.
+    pub fn of_material(path: &str, error: MaterialError) -> Self {
+        match error.parameter_rule() {
+            Some((field, Some(value), rule)) => {
+                Self::new(format!("{path}.{field}"), CaseErrorKind::out_of_range(value, rule))
+            }
+            Some((field, None, rule)) => Self::new(format!("{path}.{field}"), rule),
+            None => Self::new(path, error),
+        }
+    }
+
+    /// Message without the path.
+    #[must_use]
+    pub fn problem(&self) -> String {
+        self.kind.to_string()
     }
 }
 
@@ -91,7 +113,7 @@ fn breaks_line(c: char) -> bool {
 }
 
 /// All errors of a case file, at least one; displayed one per line.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", error_lines(.0))]
 pub struct CaseErrors(pub Vec<CaseError>);
 
@@ -111,7 +133,7 @@ impl CaseErrors {
     #[must_use]
     pub fn with_file_name(self, file: &Path) -> Self {
         let located =
-            |error: CaseError| CaseError::new(format!("{}: {}", file.display(), error.path), error.problem);
+            |error: CaseError| CaseError::new(format!("{}: {}", file.display(), error.path), error.kind);
         Self(self.0.into_iter().map(located).collect())
     }
 

@@ -1,0 +1,68 @@
+//! Reasons of failed points and steps.
+
+use colluvium_constitutive::MaterialError;
+use thiserror::Error;
+
+/// Reason why a point or a step cannot be continued.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FailureReason {
+    /// Law that refuses the motion or the stress of the point.
+    #[error("{error}")]
+    Law {
+        /// Name of the material in the case; empty where it is not known.
+        material: String,
+        /// Error of the law.
+        error: MaterialError,
+    },
+    /// Position, velocity or stress that is not finite.
+    #[error("{0}")]
+    NotFinite(String),
+    /// Point that moves too far in one step: the run has become unstable.
+    #[error("{0}")]
+    Unstable(String),
+    /// Point that has left the domain, the mesh or the terrain.
+    #[error("{0}")]
+    LeftDomain(String),
+    /// Fixed time step of the case that exceeds the critical one.
+    #[error("{0}")]
+    FixedStep(String),
+    /// Step after a failed one.
+    #[error("an earlier step has failed: build a new solver")]
+    HasFailed,
+    /// Step after the end of the last stage.
+    #[error("the last stage has ended: add a stage to the case, or make the last one longer")]
+    IsComplete,
+    /// Other reason, in words.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl FailureReason {
+    /// Reason with the name of the material, where a law refuses the step.
+    #[must_use]
+    pub fn of_material(mut self, name: &str) -> Self {
+        if let Self::Law { material, .. } = &mut self {
+            name.clone_into(material);
+        }
+        self
+    }
+}
+
+impl From<MaterialError> for FailureReason {
+    fn from(error: MaterialError) -> Self {
+        Self::Law { material: String::new(), error }
+    }
+}
+
+impl From<String> for FailureReason {
+    fn from(reason: String) -> Self {
+        Self::Other(reason)
+    }
+}
+
+impl From<&str> for FailureReason {
+    fn from(reason: &str) -> Self {
+        Self::Other(reason.to_owned())
+    }
+}
