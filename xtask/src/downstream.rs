@@ -1,6 +1,6 @@
 //! Speed of the solvers in a program that depends on them as anybody's does.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -14,6 +14,13 @@ const PROGRAM: &str = "examples/downstream";
 
 /// Least speed with the defaults of Cargo over that with the profile of the repository.
 const LEAST_RATIO: f64 = 0.85;
+
+/// Crates of the methods.
+const METHODS: [&str; 5] =
+    ["colluvium-dem", "colluvium-depth-sph", "colluvium-mpm", "colluvium-snow-mpm", "colluvium-sph"];
+
+/// Largest number of packages on which a method without its features may depend, itself included.
+const MAX_PACKAGES: usize = 65;
 
 /// Runs of each build, of which the median counts.
 const RUNS: usize = 5;
@@ -38,6 +45,9 @@ type StepResult = (f64, String);
 
 /// Builds the program outside the repository, runs it, and compares the times. True where each solver has [`LEAST_RATIO`].
 pub fn run(arguments: &DownstreamArguments) -> Result<bool, String> {
+    for method in METHODS {
+        check_package_count(method)?;
+    }
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     copy_program(folder.path())?;
     let count = if arguments.short { 1 } else { BUILDS.len() };
@@ -71,6 +81,24 @@ pub fn run(arguments: &DownstreamArguments) -> Result<bool, String> {
         }
     }
     Ok(is_fast)
+}
+
+/// Prints the number of packages on which a method without its features depends; an error above [`MAX_PACKAGES`].
+fn check_package_count(method: &str) -> Result<(), String> {
+    let mut command = Command::new("cargo");
+    command.args(["tree", "--package", method, "--no-default-features", "--edges", "normal", "--prefix", "none"]);
+    let output = command.current_dir(root()).output().map_err(|error| format!("cargo: {error}"))?;
+    if !output.status.success() {
+        return Err(String::from_utf8_lossy(&output.stderr).into_owned());
+    }
+    let text = String::from_utf8_lossy(&output.stdout);
+    // A package that is listed again has a star behind its version.
+    let packages: BTreeSet<&str> = text.lines().map(|line| line.trim_end_matches(" (*)")).collect();
+    println!("{method} without features: {} packages", packages.len());
+    if packages.len() > MAX_PACKAGES {
+        return Err(format!("{method} depends on {} packages, more than {MAX_PACKAGES}", packages.len()));
+    }
+    Ok(())
 }
 
 /// Copies the program, with the paths of its dependencies.

@@ -1,4 +1,4 @@
-//! Program that steps three solvers and prints the time of a step of each.
+//! Program that steps the solver of each method and prints the time of a step of each.
 //!
 //! `cargo xtask downstream` copies it out of the repository, builds it with the defaults of Cargo and with the profile of the repository, and
 //! compares the times.
@@ -9,7 +9,9 @@ use std::time::Instant;
 use colluvium_case::{Body, Case, Domain, Side, Simulation, Solver, Space, Stage, Wall};
 use colluvium_constitutive::{LinearElasticSpec, MohrCoulombSpec};
 use colluvium_dem::{Dem, DemOptions, Diameters, Fill, GrainKind, NormalLaw, PairSpec};
+use colluvium_depth_sph::{DepthOptions, DepthSph};
 use colluvium_mpm::{Mpm, MpmOptions, ShapeFunctions};
+use colluvium_snow_mpm::{SnowMpm, SnowOptions};
 use colluvium_sph::{Sph, SphOptions};
 
 /// Steps before the measurement, in which the memory of the solver grows to its size.
@@ -66,7 +68,9 @@ fn measure<S: Solver>(
 fn main() -> Result<(), Box<dyn Error>> {
     let options = MpmOptions { shape: ShapeFunctions::Ugimp, ..MpmOptions::new(1e-3) };
     measure("mpm", 200, Mpm::new(options).solver::<2>(&column()))?;
+    measure("snow-mpm", 100, SnowMpm::new(SnowOptions::new(2e-3)).solver::<2>(&column()))?;
     measure("sph", 60, Sph::new(SphOptions::new(1e-3)).solver::<2>(&column()))?;
+    measure("depth-sph", 2000, DepthSph::new(DepthOptions::new(1e-4)).solver::<1>(&column()))?;
     let (case, options) = grains()?;
     measure("dem", 500, Dem::new(options).solver::<2>(&case))
 }
