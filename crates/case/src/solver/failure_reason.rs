@@ -13,7 +13,7 @@ pub enum FailureReason {
         /// Name of the material in the case; empty where it is not known.
         material: String,
         /// Error of the law.
-        error: MaterialError,
+        error: Box<MaterialError>,
     },
     /// Position, velocity or stress that is not finite.
     #[error("{0}")]
@@ -51,7 +51,7 @@ impl FailureReason {
 
 impl From<MaterialError> for FailureReason {
     fn from(error: MaterialError) -> Self {
-        Self::Law { material: String::new(), error }
+        Self::Law { material: String::new(), error: Box::new(error) }
     }
 }
 
