@@ -4,7 +4,7 @@
 #[expect(dead_code, reason = "tests call the functions of a program, and not its main")]
 mod servo_cell;
 
-/// The servo of the program is proportional: walls move slowly by the rest of their error.
+/// The tolerance is that of a proportional servo, whose error decays with time.
 #[test]
 fn walls_of_a_servo_cell_reach_their_stress() {
     for (wall, stress) in servo_cell::wall_stresses().unwrap() {

@@ -4,7 +4,7 @@
 #[expect(dead_code, reason = "tests call the functions of a program, and not its main")]
 mod seiche;
 
-/// The theory is that of small amplitudes, here a twentieth of the depth.
+/// The theory is that of small amplitudes, here a twenty-fifth of the depth.
 #[test]
 fn a_shaken_tank_has_the_amplitude_of_its_resonance_and_comes_to_rest() {
     let [largest, exact, last] = seiche::amplitudes().unwrap();
