@@ -5,7 +5,7 @@ use colluvium_constitutive::LinearElasticSpec;
 use colluvium_dem::{Dem, DemOptions, Diameters, Fill, GrainKind, NormalLaw, PairSpec};
 
 /// Confining stress (Pa, tension-positive).
-const TARGET: f64 = -1e5;
+pub const TARGET: f64 = -1e5;
 
 /// Largest speed of a wall (m/s).
 const SPEED: f64 = 0.2;
@@ -18,8 +18,8 @@ const WALLS: [(Side, &str, usize, f64); 4] = [
     (Side::YMax, "y-max", 1, -1.0),
 ];
 
-/// Compresses the cell, and prints the stresses on the walls.
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Normal stresses on the walls (Pa) after the compression, by the names of the walls.
+pub fn wall_stresses() -> Result<Vec<(&'static str, f64)>, Box<dyn std::error::Error>> {
     let mut case = Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [0.05, 0.05]))
         .material("sand", LinearElasticSpec::new(2650.0, 1e7, 0.3)) // only its name is used
         .body(Body::block("cell", "sand", [0.0, 0.0], [0.05, 0.05]))
@@ -42,12 +42,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         solver.step()?;
     }
-    let grains = solver.grains();
-    println!("{} grains, {} contacts at {:.3} s", grains.len(), solver.contacts().len(), solver.time());
-    for (_, name, ..) in WALLS {
-        let wall = solver.wall(name).ok_or("no wall")?;
-        println!("{name}: {:.2} kPa at {:.2} mm", 1e-3 * wall.normal_stress(), 1e3 * wall.position());
-        assert!((wall.normal_stress() / TARGET - 1.0).abs() < 0.01, "the wall misses its stress");
+    WALLS
+        .iter()
+        .map(|(_, name, ..)| Ok((*name, solver.wall(name).ok_or("no wall")?.normal_stress())))
+        .collect()
+}
+
+/// Prints the stresses.
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for (name, stress) in wall_stresses()? {
+        println!("{name}: {:.2} kPa of {:.2} kPa", 1e-3 * stress, 1e-3 * TARGET);
     }
     Ok(())
 }

@@ -4,9 +4,9 @@ use colluvium_case::{Body, Case, Domain, Side, Space, Stage, Wall};
 use colluvium_constitutive::MohrCoulombSpec;
 use colluvium_mpm::{Mpm, MpmOptions, ShapeFunctions};
 
-/// Computes the collapse and prints the front.
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let sand = MohrCoulombSpec { cohesion: 20.0, ..MohrCoulombSpec::new(1925.0, 1.98e6, 0.23, 31.0) };
+/// Front of the deposit (m) and largest velocity (m/s) of a column of sand with a cohesion (Pa).
+pub fn collapse(cohesion: f64) -> Result<[f64; 2], Box<dyn std::error::Error>> {
+    let sand = MohrCoulombSpec { cohesion, ..MohrCoulombSpec::new(1925.0, 1.98e6, 0.23, 31.0) };
     let case = Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [0.5, 0.15]))
         .gravity([0.0, -9.81])
         .material("sand", sand)
@@ -22,6 +22,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         fastest = solver.points().velocity().iter().map(|v| v[0]).fold(fastest, f64::max);
     }
     let front = solver.points().position().iter().map(|x| x[0]).fold(0.0, f64::max);
-    println!("front at {front:.3} m, largest velocity {fastest:.2} m/s");
+    Ok([front, fastest])
+}
+
+/// Prints the front of a column that collapses, and of one that stands.
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for cohesion in [20.0, 500.0] {
+        let [front, fastest] = collapse(cohesion)?;
+        println!("cohesion {cohesion} Pa: front at {front:.3} m, largest velocity {fastest:.2} m/s");
+    }
     Ok(())
 }

@@ -11,8 +11,8 @@ fn mean_velocity<'a>(velocities: impl Iterator<Item = &'a [f64; 2]>) -> f64 {
     sum / count
 }
 
-/// Follows the fall and the impact, and compares the velocity of the impact with the closed form.
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Velocity of the impact (m/s), its closed form, and the largest density (kg/m³) of the compacted snow.
+pub fn impact() -> Result<[f64; 3], Box<dyn std::error::Error>> {
     let (gravity, drag) = (9.81, 3.0);
     let snow = CohesiveCamClaySpec {
         cohesion_ratio: 0.3,
@@ -39,7 +39,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     solver.velocities_mut().for_each(|v| *v = [0.0; 2]);
     solver.step_to(solver.time() + 0.1)?;
     let densest = solver.points().density().fold(0.0, f64::max);
+    Ok([impact, exact, densest])
+}
+
+/// Prints velocity and density.
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let [impact, exact, densest] = impact()?;
     println!("impact at {impact:.4} m/s of {exact:.4} m/s, snow of up to {densest:.0} kg/m³");
-    assert!((impact / exact - 1.0).abs() < 1e-3 && densest > 1.05 * 400.0);
     Ok(())
 }

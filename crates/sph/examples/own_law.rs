@@ -1,50 +1,17 @@
 //! Flow of a shear-thinning liquid between two plates: a law of the program, and the closed form of its velocity.
 
+use std::error::Error;
 use std::sync::Arc;
 
 use colluvium_case::{Axis, Body, Case, Domain, Side, Space, Stage, Wall};
-use colluvium_constitutive::{
-    InitialCondition, Law, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
-};
 use colluvium_sph::{Kernel, RoughWall, Sph, SphOptions, VelocityGradientOperator};
+use power_law::PowerLaw;
 
-/// Liquid whose shear stress is a constant (Pa √s) times the root of the shear rate (1/s).
-struct PowerLaw(f64);
+#[path = "laws/power_law.rs"]
+mod power_law;
 
-impl Law for PowerLaw {
-    fn name(&self) -> &'static str {
-        "power-law"
-    }
-}
-
-impl PointLaw for PowerLaw {
-    /// Viscosity (Pa s) in the last step.
-    type State = f64;
-
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<f64>, MaterialError> {
-        Ok(Point { stress: initial.stress, state: 0.0 })
-    }
-
-    fn wave_modulus(&self, _: &Point<f64>) -> f64 {
-        1e4
-    }
-
-    fn viscosity(&self, point: &Point<f64>) -> f64 {
-        point.state
-    }
-}
-
-impl StressUpdate for PowerLaw {
-    fn update(&self, motion: &Motion, _: &Point<f64>) -> Result<Point<f64>, MaterialError> {
-        let rate = (motion.strain_increment() * (1.0 / motion.dt)).deviator();
-        let viscosity = self.0 / (rate.norm() * 2f64.sqrt()).max(0.1).sqrt();
-        let pressure = 1e4 * (motion.density / 1000.0 - 1.0);
-        Ok(Point { stress: rate * (2.0 * viscosity) - SymTensor::isotropic(pressure), state: viscosity })
-    }
-}
-
-/// Computes the steady flow under a gradient of 1000 Pa/m in a channel of 0.1 m and compares its velocity in the middle.
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Velocity (m/s) in the middle of a channel of 0.1 m in steady flow under a gradient of 1000 Pa/m, and its closed form.
+pub fn velocity_in_the_middle() -> Result<[f64; 2], Box<dyn Error>> {
     let domain = Domain { periodic: vec![Axis::X], ..Domain::new([0.0, 0.0], [0.05, 0.1]) };
     let case = Case::new(Space::PlaneStrain, domain)
         .gravity([1.0, 0.0])
@@ -67,7 +34,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let fastest = solver.particles().velocity().iter().map(|v| v[0]).fold(0.0, f64::max);
     // (1/3) (ρ g / k)² (H/2)³.
     let exact = (1000.0f64 / 20.0).powi(2) * 0.05f64.powi(3) / 3.0;
+    Ok([fastest, exact])
+}
+
+/// Prints the velocity.
+fn main() -> Result<(), Box<dyn Error>> {
+    let [fastest, exact] = velocity_in_the_middle()?;
     println!("{fastest:.4} m/s of {exact:.4} m/s");
-    assert!((fastest / exact - 1.0).abs() < 0.05);
     Ok(())
 }

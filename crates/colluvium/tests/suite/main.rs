@@ -6,6 +6,7 @@ mod cli;
 mod compare;
 mod debris_flow;
 mod element_tests;
+mod examples;
 mod file_kinds;
 mod foreign_libraries;
 mod granular_cells;

@@ -9,6 +9,7 @@ mod constructors;
 mod contract;
 mod critical_state;
 mod driver;
+mod examples;
 mod external_laws;
 mod finite_strain;
 mod flow_laws;

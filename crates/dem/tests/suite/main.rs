@@ -7,6 +7,7 @@ mod conservation;
 mod contact_options;
 mod controlled_stress;
 mod determinism;
+mod examples;
 mod fabric;
 mod granular_cell;
 mod measuring_regions;

@@ -4,6 +4,7 @@ mod bed_zones;
 mod cases;
 mod dam_breaks;
 mod erosion;
+mod examples;
 mod flow_runs;
 mod gauges;
 mod hand_over;

@@ -2,6 +2,7 @@
 
 mod boundary;
 mod contact;
+mod examples;
 mod mesh;
 mod momentum;
 mod obstacles;

@@ -4,6 +4,7 @@ mod affine_transfers;
 mod bad_input;
 mod bodies;
 mod determinism;
+mod examples;
 mod hazard_rasters;
 mod motion;
 mod obstacles;

@@ -3,6 +3,7 @@
 mod artificial_stress;
 mod body_interfaces;
 mod diagnostics;
+mod examples;
 mod free_rigid_bodies;
 mod liquids;
 mod localisation_bands;
