@@ -86,7 +86,16 @@ pub fn run(arguments: &DownstreamArguments) -> Result<bool, String> {
 /// Prints the number of packages on which a method without its features depends; an error above [`MAX_PACKAGES`].
 fn check_package_count(method: &str) -> Result<(), String> {
     let mut command = Command::new("cargo");
-    command.args(["tree", "--package", method, "--no-default-features", "--edges", "normal", "--prefix", "none"]);
+    command.args([
+        "tree",
+        "--package",
+        method,
+        "--no-default-features",
+        "--edges",
+        "normal",
+        "--prefix",
+        "none",
+    ]);
     let output = command.current_dir(root()).output().map_err(|error| format!("cargo: {error}"))?;
     if !output.status.success() {
         return Err(String::from_utf8_lossy(&output.stderr).into_owned());

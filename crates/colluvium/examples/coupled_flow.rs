@@ -38,7 +38,7 @@ pub fn force_on_foundation() -> Result<[f64; 2], Box<dyn Error>> {
     while !flow.is_complete() {
         flow.step()?;
         let (depth, velocity) = flow.gauge(&[LENGTH - 0.2]).ok_or("no gauge")?;
-        // Pressure on the wetted face by the weight and the momentum of the water, borne by the thickness behind it.
+        // Pressure on the wetted face by the weight and the momentum of the water, carried by the thickness behind it.
         wall.set_body_force(move |x, _, _| {
             let below = foot + depth - x[1];
             let pressure = DENSITIES[0] * (GRAVITY * below + velocity[0] * velocity[0]);
