@@ -313,7 +313,7 @@ mod tests {
         let mut solver = initial_solver::<1>(&case);
         let set = &mut solver.bodies.sets[0];
         let outside = |x: &[f64; 1]| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9);
-        set.retain(outside, &mut ScratchBuffers::default());
+        set.retain_where(|points, i| outside(&points.position[i]), &mut ScratchBuffers::default());
         solver.sort();
         solver.p2g_for_tests();
         [0, 1, 2, 3].map(|node| {

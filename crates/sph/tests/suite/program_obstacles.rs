@@ -14,6 +14,7 @@ fn block_before_a_plane(velocity: f64) -> Case {
         .body(Body::block("block", "rubber", [0.2, 0.1], [0.4, 0.3]))
         .obstacle(Obstacle {
             motion: Some(motion),
+            separation: true,
             ..Obstacle::new("piston", shape.clone(), ObstacleWall::Smooth)
         })
         .obstacle(Obstacle {
