@@ -8,10 +8,10 @@ use colluvium::constitutive::driver::{ElementTest, LoadingPath, TestStage};
 use colluvium::constitutive::{Corotational, Elasticity, SymTensor};
 use colluvium::mpm::{Mpm, MpmOptions};
 use colluvium::sph::{Sph, SphOptions};
-use hardening_metal::HardeningMetal;
+use law::HardeningMetal;
 
 #[path = "../../constitutive/examples/laws/hardening_metal.rs"]
-mod hardening_metal;
+mod law;
 
 /// Axial strain (logarithmic, compression-positive), and axial velocity over distance from the centre (1/s). A wave of 82 m/s from the free
 /// sides of the block travels 0.16 m in the time of the compression.

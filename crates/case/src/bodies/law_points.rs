@@ -129,7 +129,7 @@ pub fn law_output<'a>(bodies: impl Iterator<Item = LawPoints<'a>>, name: &str) -
             Some(column) => {
                 is_known = true;
                 let table = body.law_values(names.len(), |stress, states, out| {
-                    body.material.outputs(stress, states, out)
+                    body.material.outputs(stress, states, out);
                 });
                 values.extend(table.chunks(names.len()).map(|row| row[column]));
             }

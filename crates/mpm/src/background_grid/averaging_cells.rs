@@ -299,7 +299,7 @@ mod tests {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
         let mut solver = solver::<D>(options, &stress);
         solver.bodies.sets.iter_mut().for_each(|set| {
-            set.retain_where(|points, i| !gap(&points.position[i]), &mut ScratchBuffers::default())
+            set.retain_where(|points, i| !gap(&points.position[i]), &mut ScratchBuffers::default());
         });
         solver.sort();
         solver.p2g_for_tests();

@@ -218,6 +218,7 @@ impl<const D: usize> Bodies<D> {
         Self {
             groups: self.groups.iter().map(ParticleGroup::empty_like).collect(),
             loads: self.loads.clone(),
+            next_id: self.next_id,
             ..Self::default()
         }
     }

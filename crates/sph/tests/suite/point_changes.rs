@@ -95,7 +95,7 @@ fn removed_points_are_gone_and_their_numbers_are_not_used_again() {
     assert_eq!(solver.particles().len() as u32, end - 4);
     assert!(!solver.particles().id().iter().any(|id| removed.contains(id)));
     assert_eq!(solver.add_points(0, &points()).unwrap(), end..end + 3);
-    let all: Vec<u32> = solver.particles().id().iter().copied().collect();
+    let all = solver.particles().id().to_vec();
     solver.remove_points(&all).unwrap();
     assert!(solver.particles().is_empty());
     assert!(matches!(solver.step(), Err(SolverError::TimeStep(_))), "no material moves");
