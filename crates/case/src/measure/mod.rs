@@ -73,6 +73,7 @@ impl<'a> MeasuredState<'a> {
 }
 
 /// Field that a measure reads.
+#[cfg_attr(not(feature = "output"), allow(dead_code, reason = "runs read it"))]
 pub(crate) struct FieldUse<'a> {
     /// Key of the name in the measure.
     pub(crate) key: String,
@@ -83,6 +84,7 @@ pub(crate) struct FieldUse<'a> {
 }
 
 /// Definition of a measure: its checks, its columns and what it needs.
+#[cfg_attr(not(feature = "output"), allow(dead_code, reason = "runs call some of its functions"))]
 pub(crate) trait MeasureDefinition {
     /// Checks the rules that the schema does not contain; `path` is the JSON path of the measure.
     fn check(&self, path: &str, errors: &mut ErrorCollector<'_>);
