@@ -69,13 +69,12 @@ macro_rules! domain_kinds {
                 }
             }
 
-            /// Moves the domains of `other` to the end; false, without a change, where they are of another kind.
-            pub fn append(&mut self, other: &mut Self) -> bool {
+            /// Moves the domains of `other`, of the same kind, to the end.
+            pub fn append(&mut self, other: &mut Self) {
                 match (self, other) {
                     $((Self::$kind(domains), Self::$kind(other)) => domains.append(other),)+
-                    _ => return false,
+                    _ => unreachable!("a body has domains of the kind of its sweeps"),
                 }
-                true
             }
 
             /// Restores the domains of `count` points from the numbers of [`Domains::checkpoint_numbers`]; `None` for a wrong number.
