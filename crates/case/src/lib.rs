@@ -1,6 +1,39 @@
-//! Case description, solver interface and run loop.
+//! Case description, interface of the solvers, and runs.
 //!
-//! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
+//! A [`Case`] describes a problem once: bodies, materials, walls, loads and stages. A [`Method`] turns it into a [`Solver`], a
+//! [`Simulation`] steps a solver by hand, and a `Run` (feature `output`) records measures, frames and checkpoints. The methods are in the
+//! crates `colluvium-mpm`, `colluvium-sph`, `colluvium-snow-mpm`, `colluvium-dem` and `colluvium-depth-sph`, each with an example on its
+//! front page.
+//!
+//! A case is built in Rust or read from JSON. Both are checked by the same rules, and errors have the path of the value:
+//!
+//! ```
+//! use colluvium_case::{Body, Case, CaseErrorKind, Domain, Side, Space, Stage, Wall};
+//! use colluvium_constitutive::MohrCoulombSpec;
+//!
+//! let case = |density| {
+//!     Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [0.5, 0.15]))
+//!         .gravity([0.0, -9.81])
+//!         .material("sand", MohrCoulombSpec::new(density, 1.98e6, 0.23, 31.0))
+//!         .body(Body::block("column", "sand", [0.0, 0.0], [0.1, 0.1]))
+//!         .wall(Side::YMin, Wall::frictional(0.6))
+//!         .stage(Stage::new("release", 0.6))
+//! };
+//! let described = case(1925.0);
+//! described.validate()?;
+//! let read = Case::from_json(&described.to_json())?;
+//! assert_eq!(read.fingerprint(), described.fingerprint());
+//!
+//! let errors = case(-1.0).validate().unwrap_err();
+//! assert_eq!(errors.first().path, "materials.sand.density");
+//! assert!(matches!(errors.first().kind, CaseErrorKind::Material(_)), "{errors}");
+//! # Ok::<(), colluvium_case::CaseErrors>(())
+//! ```
+//!
+//! Quantities are in SI units, angles in degrees, and stress is positive in tension. In plane strain masses, forces and energies are per
+//! metre of thickness. Positions of a case are relative to the origin of its domain; those of its file are map coordinates. The laws are
+//! those of `colluvium-constitutive`, shapes and surfaces those of `colluvium-points`. `docs/case-file.md` of the repository describes all
+//! keys.
 
 pub mod bodies;
 mod case_file;

@@ -8,6 +8,30 @@
 //! fixed by the data, so that results are the same on any number of threads. Solvers use [`Transfers`], which are compiled here for each
 //! kind of shape functions and point domains, and chosen
 //! at run time by a [`ShapeFunctionKind`]. [`NodeWalls`] imposes the boundary conditions on the nodes.
+//!
+//! ```
+//! use colluvium_grid::{Grid, NodeSupport, QuadraticSpline, Stencil};
+//!
+//! let grid = Grid::new([0.0, 0.0], [1.0, 0.5], 0.1)?;
+//! let position = [0.43, 0.21];
+//! // Quadratic splines have three nodes along each axis. Points have no width.
+//! let stencil = Stencil::<2, 3>::new::<QuadraticSpline>(&grid, &position, &[0.0, 0.0]);
+//! let nodes_in_row = grid.cells[1] + 1;
+//! let (mut sum, mut mean, mut slope) = (0.0, 0.0, [0.0; 2]);
+//! stencil.for_each(&[nodes_in_row, 1], |node, weight, gradient| {
+//!     let x = (node / nodes_in_row) as f64 * grid.cell;
+//!     sum += weight;
+//!     mean += weight * x;
+//!     slope = [slope[0] + gradient[0] * x, slope[1] + gradient[1] * x];
+//! });
+//! // A partition of unity that reproduces linear fields and their gradients.
+//! assert!((sum - 1.0).abs() < 1e-14 && (mean - position[0]).abs() < 1e-14);
+//! assert!((slope[0] - 1.0).abs() < 1e-13 && slope[1].abs() < 1e-13);
+//! # Ok::<(), colluvium_grid::GridError>(())
+//! ```
+//!
+//! Quantities are in SI units, and stress is positive in tension. The crate depends on no other of the workspace.
+//! The equations are in `docs/sheets/mpm.md` of the repository (§2), and `docs/theory/mpm.md` lists the file of each.
 
 mod boundary;
 mod grid;

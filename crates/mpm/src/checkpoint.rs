@@ -25,7 +25,7 @@ use crate::solver::MpmSolver;
 use crate::stress::stress_work::dissipated_energy;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 21;
+const FORMAT: u32 = 22;
 
 /// Penetration of a point into an obstacle (cells) above which the run reports it.
 const REPORTED_DEPTH: f64 = 0.1;

@@ -1,5 +1,28 @@
 //! Pictures, as PNG or SVG: line charts and clouds of points; and animations of points for a browser. The font is built in, so that
 //! pictures are identical on any machine.
+//!
+//! ```
+//! use colluvium_plots::{LineChart, Picture, Series, Style};
+//!
+//! // Settlement of a layer by Terzaghi's first term, and three measured values.
+//! let curve = (0..=100).map(|i| f64::from(i) / 50.0).map(|t| (t, 1.0 - 0.81 * (-2.47 * t).exp())).collect();
+//! let measured = vec![(0.2, 0.50), (0.4, 0.70), (0.8, 0.89)];
+//! let chart = LineChart {
+//!     series: vec![
+//!         Series::new("first term", curve, Style::Line),
+//!         Series::new("measured", measured, Style::Markers),
+//!     ],
+//!     ..LineChart::new("Consolidation", "time factor (-)", "degree of consolidation (-)")
+//! };
+//! let folder = tempfile::tempdir()?;
+//! let file = folder.path().join("consolidation.png");
+//! chart.write(&file)?;
+//! assert!(std::fs::read(&file)?.starts_with(b"\x89PNG"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A [`PointCloud`] draws the points of a [`Snapshot`](colluvium_case::Snapshot), a [`TerrainMap`] a raster with contours. The crate
+//! depends on `colluvium-case` and `colluvium-constitutive`.
 
 mod animation;
 mod charts;

@@ -23,7 +23,7 @@ use crate::solver::{EquilibriumTerms, SphSolver};
 use crate::walls::{ObstacleEnergies, flat_walls};
 
 /// Version of the checkpoint format.
-const FORMAT: u32 = 14;
+const FORMAT: u32 = 15;
 
 /// State of the solver in a checkpoint.
 #[derive(Serialize, Deserialize)]
@@ -38,6 +38,8 @@ struct CheckpointState {
     groups: Vec<(u32, usize, Vec<u8>)>,
     /// Rigid bodies of these groups, in this order.
     rigid: Vec<Option<RigidBody>>,
+    /// Velocities of these groups by the program (m/s).
+    program_velocities: Vec<Option<[f64; 3]>>,
     /// Columns of the particles, and of their rates.
     particles: Vec<u8>,
     rates: Vec<u8>,
@@ -85,6 +87,7 @@ impl<const D: usize> SphSolver<D> {
             obstacle_energies: self.obstacle_energies,
             groups: bodies.groups.iter().map(of_group).collect(),
             rigid: bodies.groups.iter().map(|group| group.rigid).collect(),
+            program_velocities: bodies.groups.iter().map(|group| group.program_velocity).collect(),
             particles: particle_bytes,
             rates: rate_bytes,
             listed_positions: lists.listed_positions.positions.as_flattened().to_vec(),
@@ -121,10 +124,14 @@ impl<const D: usize> SphSolver<D> {
             return None;
         }
         bodies.groups.retain(|group| saved.groups.iter().any(|(body, ..)| *body == group.body));
-        if bodies.groups.len() != saved.groups.len() || saved.rigid.len() != saved.groups.len() {
+        let count = saved.groups.len();
+        if [bodies.groups.len(), saved.rigid.len(), saved.program_velocities.len()] != [count; 3] {
             return None;
         }
-        bodies.groups.iter_mut().zip(&saved.rigid).for_each(|(group, rigid)| group.rigid = *rigid);
+        let of_groups = saved.rigid.iter().zip(&saved.program_velocities);
+        for (group, (rigid, velocity)) in bodies.groups.iter_mut().zip(of_groups) {
+            (group.rigid, group.program_velocity) = (*rigid, *velocity);
+        }
         let mut start = 0;
         for (group, (body, count, states)) in bodies.groups.iter_mut().zip(&saved.groups) {
             let states = group.material.load(states)?;

@@ -1,7 +1,24 @@
 //! Readers and writers of terrain: rasters (ESRI ASCII grid, GeoTIFF), closed triangle meshes (STL, OBJ) and outlines in plan
 //! (GeoJSON, shapefile). The extension of the file name determines the format.
 //!
-//! It depends only on [`colluvium_points`] in the workspace; only crates that read case files depend on it.
+//! ```
+//! use colluvium_points::{Raster, Terrain};
+//! use colluvium_terrain::{read_raster, write_raster};
+//!
+//! // Heights at 40 × 30 nodes 5 m apart: a plane that falls by 0.3 along x.
+//! let slope = Raster::from_function([40, 30], [600_000.0, 5_200_000.0], [5.0, 5.0], |x, _| 900.0 - 0.3 * (x - 600_000.0));
+//! let folder = tempfile::tempdir()?;
+//! let file = folder.path().join("slope.tif");
+//! write_raster(&file, &slope)?;
+//! let terrain = Terrain::new(read_raster(&file)?, 0)?;
+//! let sample = terrain.sample_at(600_050.0, 5_200_050.0).expect("a position on the raster");
+//! assert!((sample.height - 885.0).abs() < 1e-9);
+//! assert!((sample.gradient[0] + 0.3).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Positions and heights are in metres. Files in degrees are refused, heights in feet are converted, and numbers that are not
+//! data become NaN. The crate depends only on [`colluvium_points`] in the workspace; only crates that read case files depend on it.
 
 mod mesh;
 mod outline;

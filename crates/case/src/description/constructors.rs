@@ -11,8 +11,9 @@ use serde_json::Value;
 
 use crate::Measure;
 use crate::description::{
-    Body, Boundary, Case, Domain, InitialStress, Load, Obstacle, ObstacleShape, ObstacleWall, Output, Patch,
-    PoreFluid, PorePressure, PrescribedMotion, RemovalShape, Side, Space, Stage, Velocity, Wall,
+    Body, Boundary, Case, Domain, InitialStress, Load, Obstacle, ObstacleRegion, ObstacleShape, ObstacleWall,
+    Output, Patch, PoreFluid, PorePressure, PrescribedMotion, ProfilePiece, RasterCellSelection,
+    RemovalShape, Side, Space, Stage, Velocity, Wall,
 };
 use crate::files::finite_numbers::mark_first_non_finite;
 
@@ -283,6 +284,42 @@ impl Obstacle {
     #[must_use]
     pub fn new(name: impl Into<String>, shape: ObstacleShape, wall: ObstacleWall) -> Self {
         Self { name: name.into(), shape, wall, separation: false, motion: None, regions: Vec::new() }
+    }
+}
+
+impl ObstacleRegion {
+    /// Region of a wall in a shape.
+    #[must_use]
+    pub fn in_shape(shape: Shape, wall: ObstacleWall) -> Self {
+        Self { shape: Some(shape), outline: None, raster: None, wall }
+    }
+
+    /// Region of a wall in the outlines of a file.
+    #[must_use]
+    pub fn in_outline(file: impl Into<String>, wall: ObstacleWall) -> Self {
+        Self { shape: None, outline: Some(file.into()), raster: None, wall }
+    }
+
+    /// Region of a wall in the cells of a raster.
+    #[must_use]
+    pub fn in_raster(cells: RasterCellSelection, wall: ObstacleWall) -> Self {
+        Self { shape: None, outline: None, raster: Some(cells), wall }
+    }
+}
+
+impl RasterCellSelection {
+    /// All cells of a file that have data.
+    #[must_use]
+    pub fn new(file: impl Into<String>) -> Self {
+        Self { file: file.into(), value: None }
+    }
+}
+
+impl ProfilePiece {
+    /// Straight piece to a position (m).
+    #[must_use]
+    pub fn new(to: [f64; 2]) -> Self {
+        Self { to, centre: None }
     }
 }
 

@@ -83,6 +83,12 @@ impl Compression {
     }
 }
 
+impl Default for Rasters {
+    fn default() -> Self {
+        Self { cell: None, threshold: default_threshold(), mapped_outline: None }
+    }
+}
+
 /// Rasters over the plan: largest thickness, velocity and dynamic pressure `ρ |v|²`, time of arrival, and thickness and velocity at the
 /// end. They are updated in every step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -44,6 +44,21 @@ pub enum RemovalAction {
 }
 
 impl RemovalShape {
+    /// Shape that moves at a velocity (m/s) from the beginning of the run to its end, and cuts all bodies.
+    #[must_use]
+    pub fn new(name: impl Into<String>, shape: Shape, velocity: impl Into<Vec<f64>>) -> Self {
+        Self {
+            name: name.into(),
+            shape,
+            velocity: velocity.into(),
+            stage: None,
+            start: 0.0,
+            stop: None,
+            bodies: None,
+            action: RemovalAction::default(),
+        }
+    }
+
     /// Time of motion (s) at `elapsed` seconds after the start of its time scale.
     pub fn moving_time(&self, elapsed: f64) -> f64 {
         elapsed.min(self.stop.unwrap_or(f64::INFINITY)).max(self.start) - self.start

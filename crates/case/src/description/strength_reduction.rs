@@ -73,6 +73,31 @@ pub struct FactorOfSafety {
     pub materials: Option<Vec<String>>,
 }
 
+impl Weakening {
+    /// Division of all strengths by a factor (-).
+    #[must_use]
+    pub fn new(factor: f64) -> Self {
+        Self { factor, scope: ReductionScope::default(), materials: None }
+    }
+}
+
+impl FactorOfSafety {
+    /// Search after the stage of this name, with the defaults of a case file.
+    #[must_use]
+    pub fn new(after: impl Into<String>) -> Self {
+        Self {
+            after: after.into(),
+            duration: None,
+            height: None,
+            range: range(),
+            tolerance: default_tolerance(),
+            damping: strong_damping(),
+            scope: ReductionScope::default(),
+            materials: None,
+        }
+    }
+}
+
 /// Local damping with about the fastest decay of elastic vibrations (Cundall 1987).
 const STRONG_DAMPING: f64 = 0.8;
 

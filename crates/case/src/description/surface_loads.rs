@@ -119,6 +119,82 @@ pub enum Load {
 }
 
 impl Load {
+    /// Traction (Pa) on a side of a body from the first stage on, carried by points.
+    #[must_use]
+    pub fn traction(body: impl Into<String>, side: Side, value: impl Into<Vec<f64>>) -> Self {
+        Self::Traction {
+            body: body.into(),
+            side,
+            value: value.into(),
+            ramp: 0.0,
+            ramp_shape: RampShape::default(),
+            stage: None,
+            profile: None,
+            applied_to: LoadTarget::default(),
+        }
+    }
+
+    /// Pressure (Pa, positive towards the body) on a side of a body from the first stage on.
+    #[must_use]
+    pub fn pressure(body: impl Into<String>, side: Side, value: f64) -> Self {
+        let (ramp, ramp_shape) = (0.0, RampShape::default());
+        Self::Pressure { body: body.into(), side, value, ramp, ramp_shape, stage: None, profile: None }
+    }
+
+    /// Pore pressure (Pa, compression-positive) on a side of a saturated body from the first stage on.
+    #[must_use]
+    pub fn pore_pressure(body: impl Into<String>, side: Side, value: f64) -> Self {
+        Self::PorePressure {
+            body: body.into(),
+            side,
+            value,
+            ramp: 0.0,
+            ramp_shape: RampShape::default(),
+            stage: None,
+            profile: None,
+            applied_to: LoadTarget::default(),
+        }
+    }
+
+    /// Pressure (Pa, positive towards the body) on the whole surface of a body from the first stage on.
+    #[must_use]
+    pub fn surface_pressure(body: impl Into<String>, pressure: f64) -> Self {
+        Self::Surface {
+            body: body.into(),
+            within: None,
+            pressure,
+            shear: 0.0,
+            axis: None,
+            ramp: 0.0,
+            ramp_shape: RampShape::default(),
+            stage: None,
+        }
+    }
+
+    /// Sets the time over which the load grows from zero (s).
+    #[must_use]
+    pub fn ramped(mut self, time: f64) -> Self {
+        match &mut self {
+            Self::Traction { ramp, .. }
+            | Self::Pressure { ramp, .. }
+            | Self::PorePressure { ramp, .. }
+            | Self::Surface { ramp, .. } => *ramp = time,
+        }
+        self
+    }
+
+    /// Sets the stage in which the load begins.
+    #[must_use]
+    pub fn from_stage(mut self, name: impl Into<String>) -> Self {
+        match &mut self {
+            Self::Traction { stage, .. }
+            | Self::Pressure { stage, .. }
+            | Self::PorePressure { stage, .. }
+            | Self::Surface { stage, .. } => *stage = Some(name.into()),
+        }
+        self
+    }
+
     /// Name of the loaded body.
     pub fn body(&self) -> &str {
         match self {

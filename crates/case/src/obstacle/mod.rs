@@ -132,6 +132,34 @@ impl Case {
         Ok(self.obstacles[..number].iter().filter(|obstacle| obstacle.motion.is_some()).count())
     }
 
+    /// Checks the velocity (m/s) that a program gives a body or patch of prescribed motion; `is_prescribed` says whether the method has such
+    /// a body or patch of this name, and `required` describes it.
+    ///
+    /// # Errors
+    /// A name that no body and no patch has, a body whose motion is not prescribed, and a velocity that is not finite.
+    pub fn check_body_velocity(
+        &self,
+        name: &str,
+        velocity: &[f64],
+        is_prescribed: bool,
+        required: &str,
+    ) -> Result<(), CaseError> {
+        let body = self.bodies.iter().position(|body| body.name == name);
+        let patch = self.patches.iter().position(|patch| patch.name == name);
+        let path = match (body, patch) {
+            (Some(number), _) => format!("bodies[{number}]"),
+            (_, Some(number)) => format!("patches[{number}]"),
+            _ => return Err(CaseError::new("bodies", format!("{name:?} is not the name of a body"))),
+        };
+        if !is_prescribed {
+            return Err(CaseError::new(path, format!("{name:?} moves by itself: {required}")));
+        }
+        if velocity.iter().all(|v| v.is_finite()) {
+            return Ok(());
+        }
+        Err(CaseError::new(format!("{path}.velocity"), format!("{velocity:?} must be finite (m/s)")))
+    }
+
     /// Reports an error where points that a program adds lie deeper than `slack` (m) in an obstacle without a motion.
     ///
     /// # Errors

@@ -29,6 +29,11 @@ impl RigidBodyActions {
         moment: [0.0; 3],
     };
 
+    /// Actions on a body that moves at a prescribed velocity (m/s) and does not rotate.
+    pub fn prescribed(velocity: [f64; 3]) -> Self {
+        Self { prescribed_velocities: velocity.map(Some), ..Self::AT_REST }
+    }
+
     /// Actions of a prescribed motion after `elapsed` seconds of its stage, with an additional force (N) and moment (N m).
     pub fn of_motion(
         motion: &PrescribedMotion,

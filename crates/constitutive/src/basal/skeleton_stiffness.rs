@@ -51,6 +51,12 @@ impl Default for LateralConfinement {
 }
 
 impl SkeletonSpec {
+    /// Skeleton of a Young's modulus (Pa) and a Poisson's ratio, without lateral strain.
+    #[must_use]
+    pub fn new(youngs_modulus: f64, poissons_ratio: f64) -> Self {
+        Self { youngs_modulus, poissons_ratio, confinement: LateralConfinement::default() }
+    }
+
     /// Volumetric stiffness `K_v/α` (Pa), `K_v = E/(3(1 - 2ν))`.
     ///
     /// # Errors

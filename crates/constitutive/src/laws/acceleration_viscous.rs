@@ -62,6 +62,12 @@ pub struct AccelerationViscosity {
 }
 
 impl AccelerationViscosity {
+    /// Viscosity of the coefficients `A` (s) and `m1` (-), all others zero.
+    #[must_use]
+    pub fn new(a: f64, m1: f64) -> Self {
+        Self { a, m1, m2: 0.0, eta1: 0.0, eta3: 0.0, mode: ViscousMode::default() }
+    }
+
     /// Coefficient `η = A √(m1 + m2 x²)` (s) at the stretching `x = ‖D‖` (1/s).
     #[inline]
     pub fn eta(&self, x: f64) -> f64 {

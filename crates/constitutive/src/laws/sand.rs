@@ -97,6 +97,13 @@ fn default_angle_difference() -> f64 {
     10.0
 }
 
+impl Default for SandHardening {
+    /// Values of Klar et al. 2016.
+    fn default() -> Self {
+        Self { growth: growth(), fading: default_decay_rate(), below: default_angle_difference() }
+    }
+}
+
 impl SandHardening {
     /// Change of the friction angle (degrees) after the plastic strain `flow`, and its slope.
     fn friction_change(&self, flow: f64) -> (f64, f64) {

@@ -65,7 +65,8 @@ pub fn update_driven_velocities<const D: usize>(
     let stage = clock.stage();
     let elapsed = clock.time + clock.dt - clock.stage_start;
     for (number, driven) in driven.iter_mut().enumerate() {
-        let motion = stage.motion_of(&driven.name);
+        let program_velocity = driven.state.program_velocity;
+        let motion = stage.motion_of(&driven.name).filter(|_| program_velocity.is_none());
         driven.previous_velocity = driven.state.velocity;
         driven.state.force = [0.0; 3];
         let set = bodies.sets.iter().find(|set| set.rigid == Some(number));
@@ -76,7 +77,8 @@ pub fn update_driven_velocities<const D: usize>(
             driven.state.rigid.velocity = free_body.velocity();
         } else {
             let state = &mut driven.state;
-            state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
+            let of_case = || motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
+            state.velocity = program_velocity.map_or_else(of_case, |velocity| velocity.map(Some));
             state.rigid.set_at_rest();
             state.rigid.velocity = state.velocity.map(|v| v.unwrap_or(0.0));
         }

@@ -30,6 +30,19 @@ pub struct BodyContact {
 }
 
 impl BodyContact {
+    /// Contact of two bodies without friction and adhesion.
+    #[must_use]
+    pub fn new(bodies: [impl Into<String>; 2]) -> Self {
+        Self {
+            bodies: bodies.map(Into::into),
+            friction_coefficient: 0.0,
+            adhesion: 0.0,
+            normal: None,
+            test: None,
+            penalty: None,
+        }
+    }
+
     /// Test of contact, on a grid or on a mesh.
     pub fn test(&self, on_mesh: bool) -> ContactTest {
         // A given plane defines where bodies touch; without it bodies that come near would catch at their corners.
@@ -71,6 +84,12 @@ pub struct PenaltyContact {
 }
 
 impl PenaltyContact {
+    /// Penalty contact of a stiffness (Pa/m), without an upper bound of the shear stress.
+    #[must_use]
+    pub fn new(stiffness: f64) -> Self {
+        Self { stiffness, shear_strength: None }
+    }
+
     /// Checks the values, and that the contact criterion `test` supports them; the error describes the problem.
     pub(crate) fn validate(&self, test: ContactTest) -> Result<(), String> {
         if test != ContactTest::Gap {

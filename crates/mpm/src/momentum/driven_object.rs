@@ -28,6 +28,8 @@ pub struct DrivenObjectState {
     pub velocity: [Option<f64>; 3],
     /// Motion of a rigid body at the end of the step.
     pub rigid: RigidState,
+    /// Velocity that a program prescribes in place of the motion of the case (m/s).
+    pub program_velocity: Option<[f64; 3]>,
     /// Displacement since the start (m).
     pub displacement: [f64; 3],
     /// Force of the material on the object in the last step (N).

@@ -1,7 +1,7 @@
 //! Reading and changing the solver between steps of a program.
 
 use colluvium_case::bodies::law_points::law_output;
-use colluvium_case::{BodyForce, CaseError, PointColumn};
+use colluvium_case::{BodyForce, CaseError, PointColumn, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::points::point_set::PointSet;
@@ -141,6 +141,41 @@ impl<const D: usize> MpmSolver<D> {
         }
         // The limit of the step depends on the velocity.
         self.clock.limit = None;
+        Ok(())
+    }
+
+    /// Prescribes the velocity of a rigid body or of a patch (m/s) from the next step on, in place of its motion in the case, until
+    /// [`MpmSolver::release_body`]; a rotation stops. A checkpoint contains it. The force on the body is
+    /// [`colluvium_case::Solver::reaction`].
+    ///
+    /// # Errors
+    /// When there is no such body or patch, when the body is not rigid, and when the velocity is not finite.
+    pub fn set_body_velocity(&mut self, name: &str, velocity: [f64; D]) -> Result<(), CaseError> {
+        let number = self.boundary.driven.iter().position(|driven| driven.name == name);
+        let required = "only a rigid body or a patch can be moved by the program";
+        self.clock.case.check_body_velocity(name, &velocity, number.is_some(), required)?;
+        let Some(number) = number else { return Ok(()) };
+        self.boundary.driven[number].state.program_velocity = Some(spatial(&velocity));
+        for set in self.bodies.sets.iter_mut().filter(|set| set.rigid == Some(number)) {
+            set.points.velocity.fill(velocity);
+        }
+        // The limit of the step depends on the velocity.
+        self.clock.limit = None;
+        Ok(())
+    }
+
+    /// Returns a rigid body or a patch to its motion in the case.
+    ///
+    /// # Errors
+    /// When there is no such body or patch, and when the body is not rigid.
+    pub fn release_body(&mut self, name: &str) -> Result<(), CaseError> {
+        let driven = self.boundary.driven.iter_mut().find(|driven| driven.name == name);
+        let required = "only a rigid body or a patch has a prescribed motion";
+        self.clock.case.check_body_velocity(name, &[], driven.is_some(), required)?;
+        if let Some(driven) = driven {
+            driven.state.program_velocity = None;
+            self.clock.limit = None;
+        }
         Ok(())
     }
 

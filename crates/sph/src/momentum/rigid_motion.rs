@@ -53,7 +53,8 @@ impl<const D: usize> Bodies<D> {
     pub fn moves_freely(&self, setting: &SolverContext<D>, clock: &Clock, i: usize) -> bool {
         let Some(group) = self.group_of(i).filter(|group| group.rigid.is_some()) else { return false };
         let name = &setting.case.bodies[group.body as usize].name;
-        setting.case.stages[clock.stage].motion_of(name).is_some_and(PrescribedMotion::is_free)
+        group.program_velocity.is_none()
+            && setting.case.stages[clock.stage].motion_of(name).is_some_and(PrescribedMotion::is_free)
     }
 
     /// Velocity gradient of the rotation of the rigid body of particle `i` (1/s), and whether walls and obstacles strain the body. `None`
@@ -102,9 +103,13 @@ impl<const D: usize> Bodies<D> {
             // Velocities are at the middle of the step.
             let elapsed = clock.time + 0.5 * dt - clock.stage_start;
             let motion = setting.case.stages[clock.stage].motion_of(&setting.case.bodies[body].name);
-            let acts = motion.map_or(RigidBodyActions::AT_REST, |motion| {
-                RigidBodyActions::of_motion(motion, elapsed, D, (&force, &[mx, my, mz]))
-            });
+            let acts = match (group.program_velocity, motion) {
+                (Some(velocity), _) => RigidBodyActions::prescribed(velocity),
+                (None, Some(motion)) => {
+                    RigidBodyActions::of_motion(motion, elapsed, D, (&force, &[mx, my, mz]))
+                }
+                (None, None) => RigidBodyActions::AT_REST,
+            };
             let rate = solve(&mass.matrix(), &acts.applied(), &acts.free_components).unwrap_or_default();
             accelerate(positions, &mass, &rate, &mut rates.derivatives.acceleration[range]);
             rates.rigid_forces.push(RigidForces { group: number, mass, actions: acts, rate });

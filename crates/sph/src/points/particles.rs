@@ -44,6 +44,8 @@ pub struct ParticleGroup {
     pub history: Option<TimeHistory>,
     /// Mean factor over the step.
     pub factor: f64,
+    /// Velocity that a program prescribes in place of the motion of the case (m/s), of a rigid body or one with prescribed motion.
+    pub program_velocity: Option<[f64; 3]>,
     /// Rigid motion, where the body is rigid.
     pub rigid: Option<RigidBody>,
     /// Whether other bodies slip along the body without friction; only bodies with prescribed motion may be smooth.
@@ -267,8 +269,9 @@ impl<const D: usize> Bodies<D> {
         for group in &self.groups {
             let Some(field) = &group.prescribed_velocity else { continue };
             for i in group.range() {
-                let v = field.velocity_at(spatial(&p.position[i]));
-                p.velocity[i] = std::array::from_fn(|c| group.factor * v[c]);
+                let of_case = || field.velocity_at(spatial(&p.position[i])).map(|v| group.factor * v);
+                let v = group.program_velocity.unwrap_or_else(of_case);
+                p.velocity[i] = std::array::from_fn(|c| v[c]);
                 set_velocity(&mut self.pair_data.records[i], &p.velocity[i]);
             }
         }

@@ -64,6 +64,7 @@ pub(super) fn add_body<const D: usize>(
         prescribed_velocity: options.held.contains(&body.name).then(|| body.velocity.clone()),
         history,
         factor,
+        program_velocity: None,
         rigid: body.rigid.then(|| rigid(particles, start..end, options.spacing)),
         is_smooth: options.smooth_bodies.contains(&body.name),
         is_confined: is_confined(options, body),

@@ -4,10 +4,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use colluvium_case::bodies::law_points::law_output;
-use colluvium_case::{BodyForce, CaseError};
+use colluvium_case::{BodyForce, CaseError, spatial};
 use colluvium_constitutive::SymTensor;
 
-use crate::points::particles::{ParticleGroup, Particles};
+use crate::points::packed_particles::set_velocity;
+use crate::points::particles::{Bodies, ParticleGroup, Particles};
 use crate::solver::SphSolver;
 
 /// Particles of a solver, as slices of its arrays, body after body.
@@ -169,6 +170,53 @@ impl<const D: usize> SphSolver<D> {
         }
         self.state_has_changed();
         Ok(())
+    }
+
+    /// Prescribes the velocity of a rigid or `held` body (m/s) from the next step on, in place of its motion in the case, until
+    /// [`SphSolver::release_body`]; a rotation stops. A checkpoint contains it. The force on a rigid body is
+    /// [`colluvium_case::Solver::reaction`].
+    ///
+    /// # Errors
+    /// When there is no such body, when it is neither rigid nor `held`, and when the velocity is not finite.
+    pub fn set_body_velocity(&mut self, name: &str, velocity: [f64; D]) -> Result<(), CaseError> {
+        let required = "only a rigid or `held` body can be moved by the program";
+        let Some(number) = self.prescribed_group(name, &velocity, required)? else { return Ok(()) };
+        let Bodies { groups, particles, pair_data, .. } = &mut self.bodies;
+        groups[number].program_velocity = Some(spatial(&velocity));
+        for i in groups[number].range() {
+            particles.velocity[i] = velocity;
+            set_velocity(&mut pair_data.records[i], &velocity);
+        }
+        self.state_has_changed();
+        Ok(())
+    }
+
+    /// Returns a rigid or `held` body to its motion in the case.
+    ///
+    /// # Errors
+    /// When there is no such body, and when it is neither rigid nor `held`.
+    pub fn release_body(&mut self, name: &str) -> Result<(), CaseError> {
+        let required = "only a rigid or `held` body has a prescribed motion";
+        if let Some(number) = self.prescribed_group(name, &[], required)? {
+            self.bodies.groups[number].program_velocity = None;
+            self.state_has_changed();
+        }
+        Ok(())
+    }
+
+    /// Index of the group of a rigid or `held` body; `None` if it has been removed.
+    fn prescribed_group(
+        &self,
+        name: &str,
+        velocity: &[f64],
+        required: &str,
+    ) -> Result<Option<usize>, CaseError> {
+        let (case, options) = (&self.setting.case, &self.setting.options);
+        let body = case.bodies.iter().position(|body| body.name == name);
+        let is_prescribed = body
+            .is_some_and(|number| case.bodies[number].rigid || options.held.iter().any(|held| held == name));
+        case.check_body_velocity(name, velocity, is_prescribed, required)?;
+        Ok(self.bodies.groups.iter().position(|group| Some(group.body as usize) == body))
     }
 
     /// Discards the stable step and the accelerations of the state before.

@@ -12,6 +12,7 @@ mod obstacles;
 mod operators;
 mod point_changes;
 mod program;
+mod program_bodies;
 mod program_errors;
 mod program_obstacles;
 mod ranks;

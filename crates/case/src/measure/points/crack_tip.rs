@@ -35,6 +35,29 @@ pub struct CrackTip {
     pub bin: f64,
 }
 
+impl CrackTip {
+    /// Tip of the crack in a body along a direction, from a position (m), in bins of a width (m). A point is broken where the field is at
+    /// least 0.5.
+    #[must_use]
+    pub fn new(
+        body: impl Into<String>,
+        field: impl Into<String>,
+        direction: impl Into<Vec<f64>>,
+        from: impl Into<Vec<f64>>,
+        bin: f64,
+    ) -> Self {
+        Self {
+            body: body.into(),
+            field: field.into(),
+            threshold: default_damage(),
+            below: false,
+            direction: direction.into(),
+            from: from.into(),
+            bin,
+        }
+    }
+}
+
 impl MeasureDefinition for CrackTip {
     fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
         let bodies: Vec<&str> = errors.case.bodies.iter().map(|body| body.name.as_str()).collect();

@@ -100,6 +100,15 @@ pub struct OutsideStrength {
     pub softening: Option<Softening>,
 }
 
+impl OutsideStrength {
+    /// Strength of a friction angle (degrees), without cohesion, dilatancy and softening.
+    #[must_use]
+    pub fn new(friction_angle: f64) -> Self {
+        let (cohesion, dilatancy_angle, matching) = (0.0, 0.0, Matching::default());
+        Self { friction_angle, cohesion, dilatancy_angle, matching, softening: None }
+    }
+}
+
 impl DoubleScaleSpec {
     /// Parameters from density (kg/m³), Young's modulus (Pa), Poisson's ratio (-) and band; all others have the defaults of a case file.
     #[must_use]

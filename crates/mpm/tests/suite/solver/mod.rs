@@ -7,7 +7,7 @@ mod equilibrium;
 mod excavation;
 mod point_changes;
 mod program;
-mod program_obstacles;
+mod program_bodies;
 mod rejections;
 mod stages;
 mod time_step;
