@@ -26,7 +26,7 @@
 //!
 //! let errors = case(-1.0).validate().unwrap_err();
 //! assert_eq!(errors.first().path, "materials.sand.density");
-//! assert!(matches!(errors.first().kind, CaseErrorKind::Material(_)), "{errors}");
+//! assert!(matches!(errors.first().kind, CaseErrorKind::OutOfRange { value, .. } if value == -1.0), "{errors}");
 //! # Ok::<(), colluvium_case::CaseErrors>(())
 //! ```
 //!
@@ -55,7 +55,7 @@ pub mod solver;
 mod validate;
 
 pub use crate::bodies::plan_region::PlanRegion;
-pub use crate::bodies::point_changes::removed_points;
+pub use crate::bodies::point_changes::{GRAIN_COLUMNS, removed_points};
 pub use crate::bodies::point_file::{GrainColumns, PointList};
 pub use crate::description::formula::Formula;
 pub use crate::description::properties::spatial;
@@ -63,6 +63,7 @@ pub use crate::files::column_file::{ColumnFile, ColumnRow, Quantity, read_pairs}
 pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
 pub use crate::solver::manufactured::{Manufactured, PrescribedState};
 pub use crate::validate::time_scales::{BodyDensities, TimeScales};
+pub use colluvium_points::{Sampling, Shape};
 pub use description::{
     Axis, Body, Boundary, Case, Domain, EquilibriumCriterion, FactorOfSafety, InitialStress, Load,
     MethodOptions, Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, Output, Patch, PointFile,

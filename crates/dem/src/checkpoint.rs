@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::boundary::walls::RigidWall;
 use crate::contact::contact_histories::PairList;
+use crate::contact::contact_laws::GrainSizes;
 use crate::neighbours::grain_neighbours::{GrainNeighbours, SinceListBuild};
 use crate::obstacles::facet::FacetContact;
 use crate::output::energy_balance::{BrokenBond, EnergyBalance};
@@ -24,7 +25,7 @@ use crate::specimen::pluviation::EnteredGrains;
 use crate::specimen::pluviation_entry::full_source_warning;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 14;
+const FORMAT: u32 = 15;
 
 /// State of the solver in a checkpoint, except the columns.
 #[derive(Serialize, Deserialize)]
@@ -44,6 +45,7 @@ struct CheckpointState {
     walls: Vec<(u32, Vec<f64>)>,
     program: ProgramState,
     broken: Vec<BrokenBond>,
+    grain_sizes: GrainSizes,
     entered_grains: Vec<EnteredGrains>,
     next_id: u32,
     controlled_stresses: Vec<ControlledStress>,
@@ -137,6 +139,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             walls: self.boundary.walls.iter().map(wall).collect(),
             program: self.program_state(),
             broken: self.records.broken_bonds.clone(),
+            grain_sizes: self.laws.sizes.clone(),
             entered_grains: self.specimen.sources.iter().map(|source| source.entered_grains).collect(),
             next_id: self.specimen.next_id,
             controlled_stresses: self.records.controlled_stresses.clone(),
@@ -270,11 +273,13 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             (head.deep_share, head.energy_balance);
         (self.records.broken_bonds, self.specimen.next_id) = (head.broken, head.next_id);
         if self.specimen.sources.len() != head.entered_grains.len()
+            || self.laws.kinds.len() != head.grain_sizes.smallest.len()
             || self.records.controlled_stresses.len() != head.controlled_stresses.len()
         {
             return None;
         }
         self.records.controlled_stresses = head.controlled_stresses;
+        self.laws.sizes = head.grain_sizes;
         for (source, entered) in self.specimen.sources.iter_mut().zip(head.entered_grains) {
             source.entered_grains = entered;
         }
@@ -304,9 +309,14 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let fresh = start == self.clock.time;
+        let is_new = start == self.clock.time;
         (self.clock.stage, self.clock.stage_start) = (stage, start);
-        enter_stage(self, fresh)
+        enter_stage(self, is_new)
+    }
+
+    fn resume_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
+        (self.clock.stage, self.clock.stage_start) = (stage, start);
+        enter_stage(self, false)
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {

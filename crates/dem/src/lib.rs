@@ -82,6 +82,10 @@ impl Dem {
 
 impl ConfigurableMethod for Dem {
     type Options = DemOptions;
+
+    fn instance() -> &'static Self {
+        &Dem
+    }
 }
 
 typed_method!(Dem, setup::solver, 2 => DemSolver<2, 1>, 3 => DemSolver<3, 3>);

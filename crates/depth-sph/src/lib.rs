@@ -95,6 +95,10 @@ impl DepthSph {
 impl ConfigurableMethod for DepthSph {
     type Options = DepthOptions;
 
+    fn instance() -> &'static Self {
+        &DepthSph
+    }
+
     fn dimension(&self, case: &Case) -> usize {
         case.dimension().saturating_sub(1).max(1)
     }

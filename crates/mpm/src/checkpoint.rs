@@ -64,6 +64,32 @@ struct CheckpointState {
     bodies: Vec<u32>,
 }
 
+impl<const D: usize> MpmSolver<D> {
+    /// Prepares a stage; `is_new` marks its beginning.
+    fn enter_stage(&mut self, stage: usize, start: f64, is_new: bool) -> Result<(), SolverError> {
+        self.clock.stage = stage;
+        self.clock.stage_start = start;
+        self.clock.flip_fraction = self.clock.options.flip_share(&self.clock.case.stages[stage]);
+        let case = self.clock.case.clone();
+        let points = self.point_count();
+        self.bodies.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
+        if is_new {
+            let pits = &case.stages[stage].excavate;
+            self.bodies.retain(|x| !pits.iter().any(|pit| pit.contains(x)));
+        }
+        self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
+        if is_new {
+            self.nodes.external_work = 0.0;
+            self.clock.limit = None;
+            self.clock.case.begin_loads(&mut self.boundary.load_starts, stage, start);
+        }
+        if self.point_count() != points {
+            self.sort();
+        }
+        Ok(())
+    }
+}
+
 impl<const D: usize> Solver for MpmSolver<D> {
     fn time(&self) -> f64 {
         self.clock.time
@@ -89,27 +115,11 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let fresh = start == self.clock.time;
-        self.clock.stage = stage;
-        self.clock.stage_start = start;
-        self.clock.flip_fraction = self.clock.options.flip_share(&self.clock.case.stages[stage]);
-        let case = self.clock.case.clone();
-        let points = self.point_count();
-        self.bodies.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
-        if fresh {
-            let pits = &case.stages[stage].excavate;
-            self.bodies.retain(|x| !pits.iter().any(|pit| pit.contains(x)));
-        }
-        self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
-        if fresh {
-            self.nodes.external_work = 0.0;
-            self.clock.limit = None;
-            self.clock.case.begin_loads(&mut self.boundary.load_starts, stage, start);
-        }
-        if self.point_count() != points {
-            self.sort();
-        }
-        Ok(())
+        self.enter_stage(stage, start, start == self.clock.time)
+    }
+
+    fn resume_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
+        self.enter_stage(stage, start, false)
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {

@@ -83,6 +83,10 @@ impl Mpm {
 
 impl ConfigurableMethod for Mpm {
     type Options = MpmOptions;
+
+    fn instance() -> &'static Self {
+        &Mpm
+    }
 }
 
 typed_method!(Mpm, setup::typed_solver, 1 => MpmSolver<1>, 2 => MpmSolver<2>, 3 => MpmSolver<3>);

@@ -119,15 +119,20 @@ impl<const D: usize> Solver for SnowSolver<D> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let fresh = start == self.clock.time;
+        let is_new = start == self.clock.time;
+        self.resume_stage(stage, start)?;
+        if is_new {
+            self.clock.external_work = 0.0;
+        }
+        Ok(())
+    }
+
+    fn resume_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
         (self.clock.stage, self.clock.stage_start) = (stage, start);
         let case = Arc::clone(&self.case);
         self.retain(|body, _| !case.is_removed(&case.bodies[body.number as usize].name, stage));
         let obstacles = self.boundaries.obstacles();
         self.boundaries = BoundaryConditions::new(&self.case, stage, &self.background, obstacles);
-        if fresh {
-            self.clock.external_work = 0.0;
-        }
         Ok(())
     }
 

@@ -80,6 +80,10 @@ impl SnowMpm {
 
 impl ConfigurableMethod for SnowMpm {
     type Options = SnowOptions;
+
+    fn instance() -> &'static Self {
+        &SnowMpm
+    }
 }
 
 typed_method!(SnowMpm, setup::typed_solver, 1 => SnowSolver<1>, 2 => SnowSolver<2>, 3 => SnowSolver<3>);

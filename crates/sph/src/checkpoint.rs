@@ -179,6 +179,16 @@ impl<const D: usize> SphSolver<D> {
     }
 }
 
+impl<const D: usize> SphSolver<D> {
+    /// Sets the stage with its walls, and removes the bodies that it does not have.
+    fn enter_stage(&mut self, stage: usize, start: f64) {
+        let Self { setting, clock, bodies, walls, rates, .. } = self;
+        (clock.stage, clock.stage_start) = (stage, start);
+        walls.planes = flat_walls(&setting.case, stage, &setting.options, setting.smoothing.radius());
+        bodies.remove_inactive(&setting.case, stage, &mut rates.derivatives);
+    }
+}
+
 impl<const D: usize> Solver for SphSolver<D> {
     fn time(&self) -> f64 {
         self.clock.time
@@ -204,21 +214,22 @@ impl<const D: usize> Solver for SphSolver<D> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let Self { setting, clock, bodies, walls, lists, rates, equilibrium_terms, .. } = self;
-        let fresh = start == clock.time;
-        (clock.stage, clock.stage_start) = (stage, start);
-        walls.planes = flat_walls(&setting.case, stage, &setting.options, setting.smoothing.radius());
-        bodies.remove_inactive(&setting.case, stage, &mut rates.derivatives);
-        if fresh {
-            bodies.loads.begin_stage(&setting.case, stage, start);
-            rates.is_current = false;
-            lists.listed_positions.positions.clear();
-            *equilibrium_terms = EquilibriumTerms::default();
-            clock.limit = None;
-        } else if !lists.listed_positions.positions.is_empty() {
-            self.make_lists()?;
+        if start != self.clock.time {
+            return self.resume_stage(stage, start);
         }
+        self.enter_stage(stage, start);
+        let Self { setting, clock, bodies, lists, rates, equilibrium_terms, .. } = self;
+        bodies.loads.begin_stage(&setting.case, stage, start);
+        rates.is_current = false;
+        lists.listed_positions.positions.clear();
+        *equilibrium_terms = EquilibriumTerms::default();
+        clock.limit = None;
         Ok(())
+    }
+
+    fn resume_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
+        self.enter_stage(stage, start);
+        if self.lists.listed_positions.positions.is_empty() { Ok(()) } else { self.make_lists() }
     }
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {

@@ -91,6 +91,10 @@ impl Sph {
 
 impl ConfigurableMethod for Sph {
     type Options = SphOptions;
+
+    fn instance() -> &'static Self {
+        &Sph
+    }
 }
 
 typed_method!(Sph, setup::typed_solver, 1 => SphSolver<1>, 2 => SphSolver<2>, 3 => SphSolver<3>);

@@ -5,32 +5,39 @@ use std::fmt::Display;
 use std::hash::Hash;
 
 use crate::bodies::point_file::coinciding_points;
-use crate::{Case, CaseError, PointList};
+use crate::{Case, CaseError, CaseErrorKind, PointList, Space};
 
 /// Entry of a column that is not valid: its index, and the reason.
-type InvalidEntry = Option<(usize, String)>;
+type InvalidEntry = Option<(usize, CaseErrorKind)>;
 
 impl Case {
     /// Checks points that a program adds to a body, by its index: their columns have equal lengths and valid values, and the points are
     /// distinct and in the domain. `axes` is the number of coordinates of a position: those in plan for methods that have no others.
     ///
     /// # Errors
-    /// The first invalid value, by the path `points.COLUMN[INDEX]`; the path `body` for a body that the case does not have.
+    /// The first invalid value, by the path `points.COLUMN[INDEX]`; the path `body` for a body that the case does not have. A volume is
+    /// invalid where it is larger than the domain, and a position on the axis of symmetry, where a point has no volume.
     pub fn check_added_points(&self, body: usize, points: &PointList, axes: usize) -> Result<(), CaseError> {
         if body >= self.bodies.len() {
-            let problem = format!("is {body}, but the case has {} bodies, counted from 0", self.bodies.len());
-            return Err(CaseError::new("body", problem));
+            let rule = format!("must be below {}, the number of bodies", self.bodies.len());
+            return Err(CaseError::new("body", CaseErrorKind::out_of_range(body as f64, rule)));
         }
         let count = points.positions.len();
         for (column, length) in points.column_lengths() {
             if length != count {
-                let problem = format!("has {length} entries for {count} positions");
-                return Err(CaseError::new(format!("points.{column}"), problem));
+                let rule = format!("{count} are needed, one for each position");
+                return Err(CaseError::new(
+                    format!("points.{column}"),
+                    CaseErrorKind::WrongLength { length, rule },
+                ));
             }
         }
         let columns = [
-            ("positions", self.invalid_position(&points.positions, axes)),
-            ("volumes", not_positive(&points.volumes)),
+            (
+                "positions",
+                self.invalid_position(&points.positions, axes).or_else(|| self.on_axis(&points.positions)),
+            ),
+            ("volumes", not_positive(&points.volumes).or_else(|| self.too_large(&points.volumes))),
             ("masses", points.masses.as_deref().and_then(not_positive)),
             ("velocities", points.velocities.as_deref().and_then(|all| not_finite(all, |v| v))),
             ("stresses", points.stresses.as_deref().and_then(|all| not_finite(all, |stress| &stress.0))),
@@ -46,7 +53,9 @@ impl Case {
                 return Err(CaseError::new(format!("points.{column}[{index}]"), problem));
             }
         }
-        match coinciding_points(&points.positions) {
+        let used = |x: &[f64; 3]| std::array::from_fn(|c| if c < axes { x[c] } else { 0.0 });
+        let positions: Vec<[f64; 3]> = points.positions.iter().map(used).collect();
+        match coinciding_points(&positions) {
             Some([a, b]) => {
                 Err(CaseError::new(format!("points.positions[{b}]"), format!("is the position of point {a}")))
             }
@@ -62,11 +71,40 @@ impl Case {
         // Comparisons with NaN are false.
         let index = positions.iter().position(|x| !is_inside(x))?;
         let own = &positions[index][..axes];
-        Some((index, format!("{own:?} m is outside the domain, from {min:?} to {max:?} m")))
+        Some((index, format!("{own:?} m is outside the domain, from {min:?} to {max:?} m").into()))
+    }
+
+    /// First position on the axis of symmetry, where the volume of a point is zero.
+    fn on_axis(&self, positions: &[[f64; 3]]) -> InvalidEntry {
+        let index = positions.iter().position(|x| self.space == Space::Axisymmetric && x[0] == 0.0)?;
+        Some((index, "is on the axis of symmetry, where a point has no volume".into()))
+    }
+
+    /// First volume larger than that of the domain.
+    fn too_large(&self, volumes: &[f64]) -> InvalidEntry {
+        let sides = self.domain.min.iter().zip(&self.domain.max);
+        let domain: f64 = sides.map(|(min, max)| max - min).product();
+        let index = volumes.iter().position(|volume| *volume > domain)?;
+        let rule = format!("must be at most {domain}, the volume of the domain");
+        Some((index, CaseErrorKind::out_of_range(volumes[index], rule)))
     }
 }
 
 impl PointList {
+    /// Refuses columns that a method does not use.
+    ///
+    /// # Errors
+    /// The first column that is present, among the `unused` ones.
+    pub fn reject_columns(&self, unused: &[&str], method: &str) -> Result<(), CaseError> {
+        match self.column_lengths().iter().find(|(column, _)| unused.contains(column)) {
+            Some((column, _)) => Err(CaseError::new(
+                format!("points.{column}"),
+                format!("is not used by {method}: leave it out"),
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// Names and lengths of the columns that the list has, beside the positions.
     fn column_lengths(&self) -> Vec<(&'static str, usize)> {
         let grains = &self.grains;
@@ -86,16 +124,41 @@ impl PointList {
     }
 }
 
+/// Columns of grains, which only methods with grains use.
+pub const GRAIN_COLUMNS: [&str; 5] =
+    ["grains.radii", "grains.grain_types", "grains.spins", "grains.is_held", "grains.ids"];
+
+impl CaseError {
+    /// Error about the points of a body in a case, as one of the points that a program adds to it.
+    #[must_use]
+    pub fn of_added_points(mut self, body: usize) -> Self {
+        let own = format!("bodies[{body}].");
+        if let Some(key) = self.path.strip_prefix(&own) {
+            self.path = match key.split_once('.').map_or(key, |(first, _)| first) {
+                "stress" => "points.stresses".to_owned(),
+                "pore_fluid" => "points.pore_pressures".to_owned(),
+                "velocity" => "points.velocities".to_owned(),
+                "shape" => "points.positions".to_owned(),
+                "points" => "points".to_owned(),
+                _ => self.path,
+            };
+        } else if self.path == "bodies" {
+            "points.positions".clone_into(&mut self.path);
+        }
+        self
+    }
+}
+
 /// First entry that is not a positive finite number.
 fn not_positive(column: &[f64]) -> InvalidEntry {
     let index = column.iter().position(|value| !(value.is_finite() && *value > 0.0))?;
-    Some((index, format!("{} must be positive and finite", column[index])))
+    Some((index, CaseErrorKind::out_of_range(column[index], "must be positive")))
 }
 
 /// First entry with a component that is not finite.
 fn not_finite<T>(column: &[T], components: impl Fn(&T) -> &[f64]) -> InvalidEntry {
     let index = column.iter().position(|entry| !components(entry).iter().all(|value| value.is_finite()))?;
-    Some((index, format!("{:?} must be finite", components(&column[index]))))
+    Some((index, CaseErrorKind::NotFinite(format!("{:?} must be finite", components(&column[index])))))
 }
 
 /// Set of the points that a program removes, of which each must be among the points that there are.

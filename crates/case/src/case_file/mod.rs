@@ -28,6 +28,7 @@ impl Case {
         case.default_gravity();
         case.validate()?;
         case.subtract_origin()?;
+        case.resolve_files(Path::new(""), &serde_json::from_str(text).unwrap_or_default())?;
         case.with_layers()
     }
 
@@ -86,7 +87,7 @@ impl Case {
     }
 
     /// Sets gravity to zero in a case without gravity.
-    fn default_gravity(&mut self) {
+    pub(crate) fn default_gravity(&mut self) {
         if self.gravity.is_empty() {
             self.gravity = vec![0.0; self.dimension()];
         }

@@ -193,7 +193,7 @@ impl<'a> Checker<'a> {
     fn wrong_type(&mut self, path: &str, value: &Value, rule: impl Into<String>) {
         let (found, rule) = (type_name(value), rule.into());
         let kind = if *value == NON_FINITE_MARK {
-            CaseErrorKind::NotFinite(format!("{found} {rule}"))
+            CaseErrorKind::NotFinite("is not a finite number".to_owned())
         } else {
             CaseErrorKind::WrongType { found, rule }
         };

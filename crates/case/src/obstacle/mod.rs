@@ -15,7 +15,7 @@ pub use crate::obstacle::obstacle_laws::{ObstacleLaw, ObstacleLaws};
 use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleRegion, ObstacleShape};
-use crate::{Case, CaseError};
+use crate::{Case, CaseError, CaseErrorKind};
 
 /// Obstacle of a case with its surface.
 #[derive(Clone, Debug)]
@@ -115,7 +115,9 @@ impl Case {
     /// A name that no obstacle has, an obstacle without a motion in the case, and a velocity that is not finite.
     pub fn check_obstacle_velocity(&self, name: &str, velocity: &[f64]) -> Result<usize, CaseError> {
         let Some(number) = self.obstacles.iter().position(|obstacle| obstacle.name == name) else {
-            return Err(CaseError::new("obstacles", format!("{name:?} is not the name of an obstacle")));
+            let known: Vec<&str> = self.obstacles.iter().map(|obstacle| obstacle.name.as_str()).collect();
+            let kind = CaseErrorKind::unknown_name(name, &known, "the name of an obstacle");
+            return Err(CaseError::new("obstacles", kind));
         };
         let path = format!("obstacles[{number}].motion");
         if self.obstacles[number].motion.is_none() {
@@ -149,7 +151,11 @@ impl Case {
         let path = match (body, patch) {
             (Some(number), _) => format!("bodies[{number}]"),
             (_, Some(number)) => format!("patches[{number}]"),
-            _ => return Err(CaseError::new("bodies", format!("{name:?} is not the name of a body"))),
+            _ => {
+                let known: Vec<&str> = self.bodies.iter().map(|body| body.name.as_str()).collect();
+                let kind = CaseErrorKind::unknown_name(name, &known, "the name of a body");
+                return Err(CaseError::new("bodies", kind));
+            }
         };
         if !is_prescribed {
             return Err(CaseError::new(path, format!("{name:?} moves by itself: {required}")));

@@ -35,11 +35,11 @@ pub(super) fn surface<const D: usize>(
             profile(*start, pieces).map(GroundProfile::into_shared).and_then(in_space)
         }
         ObstacleShape::Polygon { vertices } => FacettedSurface::polygon(vertices)
-            .map_err(from_surface_error)
+            .map_err(from_polygon_error)
             .map(FacettedSurface::into_shared)
             .and_then(in_space),
         ObstacleShape::Extruded { vertices, axis, from, to } => axis_of_space(*axis)
-            .and_then(|()| FacettedSurface::extruded(vertices, *axis, *from, *to).map_err(from_surface_error))
+            .and_then(|()| FacettedSurface::extruded(vertices, *axis, *from, *to).map_err(from_polygon_error))
             .map(FacettedSurface::into_shared)
             .and_then(in_space),
         ObstacleShape::Turned { vertices, axis, centre } => {
@@ -78,6 +78,16 @@ fn error_at(path: &str, (key, problem): ShapeProblem) -> CaseError {
 /// Key and message of an error of a surface.
 fn from_surface_error(error: SurfaceError) -> ShapeProblem {
     (error.path, error.problem.into())
+}
+
+/// Key and message of an error of a surface whose corners are the key `vertices`.
+fn from_polygon_error(error: SurfaceError) -> ShapeProblem {
+    let path = match error.path.strip_prefix("points") {
+        Some(index) => format!("vertices{index}"),
+        None if error.path.starts_with("facets") => "vertices".to_owned(),
+        None => error.path,
+    };
+    (path, error.problem.into())
 }
 
 /// Error of a shape at its key `file`.
@@ -174,7 +184,7 @@ fn surface_of_revolution(
     axis_of_space(axis)?;
     // Coordinates along the axis are those of space.
     let offset: [f64; 3] = std::array::from_fn(|c| if c == axis { 0.0 } else { centre[c] });
-    let shape = RevolvedSurface::new(vertices, axis).map_err(from_surface_error)?;
+    let shape = RevolvedSurface::new(vertices, axis).map_err(from_polygon_error)?;
     Ok(PlacedSurface { surface: shape.into_shared(), transform: RigidTransform::default().shifted(&offset) })
 }
 

@@ -69,7 +69,7 @@ pub fn last_state(out: &Path, method: &dyn Method, case: &Case) -> Result<Option
     solver.restore(&mut state).map_err(|error| checkpoint_error(out, error.to_string()))?;
     let progress = checkpoint.progress;
     if progress.has_begun {
-        solver.begin_stage(progress.stages.stage, progress.stages.start())?;
+        solver.resume_stage(progress.stages.stage, progress.stages.start())?;
     }
     Ok(Some(solver))
 }

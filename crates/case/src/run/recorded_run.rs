@@ -55,7 +55,7 @@ pub fn open(folder: &Path) -> Result<RecordedRun, OutputError> {
         _ => return Err(OutputError::new(&path, "has no known status: it is not the summary of a run")),
     };
     let path = folder.join(CASE);
-    let case = Case::from_file(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
+    let case = Case::load_without_files(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
     // A run that has just begun has no outputs.
     let table = folder.join(MEASURES);
     let frames = folder.join(COLLECTION);

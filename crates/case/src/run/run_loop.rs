@@ -73,8 +73,8 @@ impl<M: ConfigurableMethod> ConfiguredMethod<M> {
     ///
     /// # Errors
     /// As [`Run::new`].
-    pub fn run(&self, case: &Case, options: RunOptions) -> Result<Run<'_>, RunError> {
-        Run::new(Arc::new(self.checked_case(case)?), self.method(), options)
+    pub fn run(&self, case: &Case, options: RunOptions) -> Result<Run<'static>, RunError> {
+        Run::new(Arc::new(self.checked_case(case)?), M::instance(), options)
     }
 }
 
@@ -83,7 +83,10 @@ impl<'m> Run<'m> {
     ///
     /// # Errors
     /// When the case is invalid or the folder of the options cannot be used, before any file is written.
-    pub fn new(case: Arc<Case>, method: &'m dyn Method, options: RunOptions) -> Result<Self, RunError> {
+    pub fn new(mut case: Arc<Case>, method: &'m dyn Method, options: RunOptions) -> Result<Self, RunError> {
+        if case.gravity.is_empty() {
+            Arc::make_mut(&mut case).default_gravity();
+        }
         let solver = method.build(&case).map_err(CaseErrors::from_error)?;
         Self::open(case, Some(method), solver, options)
     }
@@ -282,7 +285,7 @@ impl<'m> Run<'m> {
             // The state is that at the end of the last stage.
             let (last, start) = (stages.stage, stages.start());
             self.weaken(last)?;
-            self.solver.begin_stage(last, start)?;
+            self.solver.resume_stage(last, start)?;
             return self.begin_searches();
         }
         Ok(())
@@ -295,7 +298,11 @@ impl<'m> Run<'m> {
         }
         let start = self.progress.stages.start();
         self.weaken(stage)?;
-        self.solver.begin_stage(stage, start)?;
+        if is_resumed {
+            self.solver.resume_stage(stage, start)?;
+        } else {
+            self.solver.begin_stage(stage, start)?;
+        }
         self.events.push_back(RunEvent::StageBegan { stage });
         if !is_resumed || self.solver.time() == start {
             self.begin_energy();

@@ -9,9 +9,12 @@ use crate::solver::{Method, Solver};
 use crate::{Case, CaseError, CaseErrors};
 
 /// Method with typed options.
-pub trait ConfigurableMethod: Method + Default {
+pub trait ConfigurableMethod: Method + Default + 'static {
     /// Options of the method.
     type Options: MethodOptions;
+
+    /// Method, for runs that outlive their caller.
+    fn instance() -> &'static Self;
 
     /// Number of space dimensions of a solver of the case: those of the plan in depth-integrated methods.
     fn dimension(&self, case: &Case) -> usize {

@@ -11,8 +11,9 @@ pub(crate) mod step_size;
 
 use std::io::{Read, Write};
 use std::ops::{Deref, DerefMut};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use crate::files::checksum::FileChecksum;
 use crate::measure::ScalarOutput;
 use crate::simulation::stage_progress::StageProgress;
 use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
@@ -37,6 +38,8 @@ pub struct Simulation<S> {
     /// Notes of the method on ignored parts of the case.
     notes: Vec<String>,
     has_failed: bool,
+    /// Fingerprint of the case, for checkpoints.
+    fingerprint: OnceLock<u64>,
 }
 
 /// Functions that return a solver as a trait object: shared, and to be changed.
@@ -57,7 +60,7 @@ impl<S> Simulation<S> {
             .map_err(|error| CaseErrors::from_error(crate::CaseError::new("stages[0]", error.to_string())))?;
         let mut progress = StageProgress::default();
         progress.begin(0, dynamic);
-        Ok(Self { case, solver, access, progress, notes, has_failed: false })
+        Ok(Self { case, solver, access, progress, notes, has_failed: false, fingerprint: OnceLock::new() })
     }
 
     /// Case of the simulation.
@@ -133,6 +136,12 @@ impl<S> Simulation<S> {
         if self.is_complete() {
             return Err(self.refusal(FailureReason::IsComplete));
         }
+        let time = self.time();
+        if time + at_most == time {
+            return Err(self.refusal(format!("a step of {at_most:e} s does not change the time")));
+        }
+        // Also where a law or a force of the program panics in the step.
+        self.has_failed = true;
         let done = self.step_in_stage(at_most);
         self.has_failed = done.is_err();
         done
@@ -164,18 +173,44 @@ impl<S> Simulation<S> {
         if self.has_failed {
             return Err(self.refusal("the state after a failed step cannot be saved"));
         }
-        save_value(&self.progress, out)?;
-        self.dynamic().save(out)
+        let mut state = Vec::new();
+        save_value(&self.progress, &mut state)?;
+        self.dynamic().save(&mut state)?;
+        let checksum = FileChecksum::of_bytes(&state).fnv1a;
+        for number in [self.case_fingerprint(), state.len() as u64, checksum] {
+            out.write_all(&number.to_le_bytes())?;
+        }
+        Ok(out.write_all(&state)?)
+    }
+
+    /// Fingerprint of the case with its files, as at the first call.
+    fn case_fingerprint(&self) -> u64 {
+        *self.fingerprint.get_or_init(|| self.case.fingerprint())
     }
 
     /// Restores a state of [`Simulation::save`] of the same case.
     ///
     /// # Errors
-    /// When the bytes are no such state; the simulation can then not be continued.
+    /// When the state is that of another case, or damaged: the present state is then unchanged. When the solver cannot continue from the
+    /// state: the simulation can then not be continued.
     pub fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
-        let restored = self.restore_stage_and_solver(input);
-        self.has_failed = restored.is_err();
-        restored
+        let mut number = || {
+            let mut bytes = [0; 8];
+            input.read_exact(&mut bytes).map(|()| u64::from_le_bytes(bytes))
+        };
+        let (fingerprint, length, checksum) = (number()?, number()?, number()?);
+        if fingerprint != self.case_fingerprint() {
+            return Err(SolverError::Checkpoint("it is of another case".to_owned()));
+        }
+        let mut state = Vec::new();
+        input.take(length).read_to_end(&mut state)?;
+        if state.len() as u64 != length || FileChecksum::of_bytes(&state).fnv1a != checksum {
+            return Err(SolverError::Checkpoint("it is damaged or incomplete".to_owned()));
+        }
+        self.has_failed = true;
+        self.restore_stage_and_solver(&mut state.as_slice())?;
+        self.has_failed = false;
+        Ok(())
     }
 
     /// Restores the position in the stages and the solver.
@@ -186,7 +221,7 @@ impl<S> Simulation<S> {
             return Err(SolverError::Checkpoint("it is of a case with other stages".to_owned()));
         };
         self.dynamic_mut().restore(input)?;
-        self.dynamic_mut().begin_stage(progress.stage, start)?;
+        self.dynamic_mut().resume_stage(progress.stage, start)?;
         self.progress = progress;
         Ok(())
     }

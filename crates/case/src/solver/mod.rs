@@ -93,6 +93,7 @@ pub trait Method: Send + Sync {
     /// # Errors
     /// The first unsupported part of the case.
     fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
+        check_rules(case)?;
         let honours = self.capabilities(case)?;
         let notes = honours.check(case)?;
         self.plan_supported_case(case)?.complete(case, notes, honours.has_materials())
@@ -103,6 +104,7 @@ pub trait Method: Send + Sync {
     /// # Errors
     /// See [`Method::plan`].
     fn plan_and_build(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+        check_rules(case)?;
         let honours = self.capabilities(case)?;
         let notes = honours.check(case)?;
         let (plan, solver) = self.plan_and_build_supported_case(case)?;
@@ -114,9 +116,15 @@ pub trait Method: Send + Sync {
     /// # Errors
     /// See [`Method::plan`].
     fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        check_rules(case)?;
         self.capabilities(case)?.check(case)?;
         self.build_supported_case(case)
     }
+}
+
+/// Checks the rules of a case, which a program may have described or changed; the first error.
+fn check_rules(case: &Case) -> Result<(), CaseError> {
+    case.validate().map_err(|errors| errors.first().clone())
 }
 
 /// Name, unit and value of a measured number.
@@ -226,12 +234,20 @@ pub trait Solver: Send {
     /// When a point cannot be continued; the solver must then not be used further.
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError>;
 
-    /// Prepares a stage: its boundaries, damping and gravity ramp. Called once when the stage begins, and after [`Solver::restore`] with
-    /// the stage of the checkpoint; `stage` is an index into `Case::stages`, `start` the start time of the stage (s).
+    /// Prepares a stage at its beginning: its boundaries, damping, gravity ramp and excavations. `stage` is an index into `Case::stages`,
+    /// `start` the start time of the stage (s).
     ///
     /// # Errors
     /// When the stage cannot begin.
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError>;
+
+    /// Prepares the stage of a restored state after [`Solver::restore`], without what happens once at its beginning.
+    ///
+    /// # Errors
+    /// When the stage does not fit the state.
+    fn resume_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
+        self.begin_stage(stage, start)
+    }
 
     /// Ends a stage, and resets the quantities of its `reset` (velocities, displacements, plastic strains).
     ///

@@ -1,19 +1,51 @@
 //! Contact laws of the kinds of grains.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::PairLaw;
 use crate::contact::contact_histories::HistoryColumns;
+use crate::points::grains::Grains;
 
 /// Kinds of grains with their contact laws in the current stage, and the history columns that these need.
 #[derive(Debug)]
 pub struct ContactLaws {
     /// Kinds of grains.
     pub kinds: Vec<KindProperties>,
+    /// Sizes of the grains for which the laws of the present stage were made.
+    pub sizes: GrainSizes,
     /// Laws of the present stage.
     pub stage: StageLaws,
     /// Columns of the contact histories.
     pub columns: HistoryColumns,
     /// Whether the scalar kernel is used even where a SIMD kernel could be.
     pub scalar_only: bool,
+}
+
+/// Sizes of the grains at the beginning of a stage, or after the last change of their number. Stable step and reach of the contacts of the
+/// stage follow from them; a checkpoint contains them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GrainSizes {
+    /// Largest radius (m).
+    pub largest_radius: f64,
+    /// Radius (m) and mass (kg) of the smallest grain of each kind; infinite for a kind without grains.
+    pub smallest: Vec<(f64, f64)>,
+    /// Whether any grain has a prescribed motion.
+    pub any_held: bool,
+}
+
+impl GrainSizes {
+    /// Sizes of these grains, of a number of kinds.
+    pub fn of_grains<const D: usize, const R: usize>(grains: &Grains<D, R>, kinds: usize) -> Self {
+        let mut smallest = vec![(f64::INFINITY, f64::INFINITY); kinds];
+        for i in 0..grains.len() {
+            let kind = grains.kind[i] as usize;
+            if grains.radius[i] < smallest[kind].0 {
+                smallest[kind] = (grains.radius[i], grains.mass[i]);
+            }
+        }
+        let any_held = grains.is_held.iter().any(|held| *held);
+        Self { largest_radius: grains.radii().1, smallest, any_held }
+    }
 }
 
 /// Properties of a kind of grains.

@@ -28,7 +28,7 @@ use crate::boundary::periodic_cell::PeriodicCell;
 use crate::clock::Clock;
 use crate::config::{DemOptions, GrainKind};
 use crate::contact::contact_histories::HistoryColumns;
-use crate::contact::contact_laws::{ContactLaws, KindProperties};
+use crate::contact::contact_laws::{ContactLaws, GrainSizes, KindProperties};
 use crate::neighbours::grain_neighbours::GrainNeighbours;
 use crate::output::energy_balance::EnergyBalance;
 use crate::output::records::Records;
@@ -193,11 +193,12 @@ fn contact_laws<const D: usize, const R: usize>(
     let kind =
         |(name, kind): (&String, &GrainKind)| KindProperties { name: name.clone(), density: kind.density };
     let kinds: Vec<KindProperties> = options.grains.iter().map(kind).collect();
-    let stage = pair_laws::laws(case, options, &kinds, grains, 0)?;
+    let sizes = GrainSizes::of_grains(grains, kinds.len());
+    let stage = pair_laws::laws::<D>(case, options, &kinds, &sizes, 0)?;
     let columns = HistoryColumns::for_laws(
         &stage.pairs.iter().chain(stage.walls.iter().flatten()).copied().collect::<Vec<_>>(),
     );
-    Ok(ContactLaws { kinds, stage, columns, scalar_only: false })
+    Ok(ContactLaws { kinds, sizes, stage, columns, scalar_only: false })
 }
 
 /// Periodic cell of the domain.

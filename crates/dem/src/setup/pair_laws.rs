@@ -11,7 +11,7 @@ use crate::config::{
 use crate::contact::bond::Beam;
 use crate::contact::capillary::Capillary;
 use crate::contact::cohesion::Cohesion;
-use crate::contact::contact_laws::{KindProperties, StageLaws};
+use crate::contact::contact_laws::{GrainSizes, KindProperties, StageLaws};
 use crate::contact::coulomb_friction::{Coulomb, ROUGH_FRICTION};
 use crate::contact::hertz::Hertz;
 use crate::contact::jkr::Jkr;
@@ -19,7 +19,6 @@ use crate::contact::linear_spring::LinearSpring;
 use crate::contact::restitution::{damping_ratio_with_tension, damping_ratio_without_tension};
 use crate::contact::rolling_resistance::RollingResistance;
 use crate::contact::{AttractionLaw, NormalForceLaw, PairLaw};
-use crate::points::grains::Grains;
 use crate::specimen::pluviation::{GrainSource, sources};
 
 /// Largest time step as a fraction of the stable step of a single undamped contact (sheet: dem §3.5).
@@ -197,16 +196,16 @@ fn mixed_law(a: &PairLaw, b: &PairLaw) -> Option<PairLaw> {
     Some(PairLaw { normal, attraction: None, bond: None, rolling: None, torsion: None, ..*smaller })
 }
 
-/// Contact laws of stage number `stage`.
-pub(super) fn laws<const D: usize, const R: usize>(
+/// Contact laws of stage number `stage` for grains of these sizes.
+pub(super) fn laws<const D: usize>(
     case: &Case,
     options: &DemOptions,
     kinds: &[KindProperties],
-    grains: &Grains<D, R>,
+    sizes: &GrainSizes,
     stage: usize,
 ) -> Result<StageLaws, CaseError> {
     let coming: Vec<_> = sources(case, options).iter().map(GrainSource::extremes::<D>).collect();
-    let largest = coming.iter().map(|(_, [_, high])| high.0).fold(grains.radii().1, f64::max);
+    let largest = coming.iter().map(|(_, [_, high])| high.0).fold(sizes.largest_radius, f64::max);
     let overrides = case.stages.get(stage).and_then(|stage| options.stages.get(&stage.name));
     let overrides = overrides.map_or(&[][..], |stage| &stage.pairs);
     let find = |a: &str, b: &str| options.pairs.iter().find(|pair| is_between(&pair.between, a, b));
@@ -243,9 +242,8 @@ pub(super) fn laws<const D: usize, const R: usize>(
         }
         walls.push(of_kinds);
     }
-    let smallest = smallest_grains(grains, &coming, kinds.len());
-    let held = grains.is_held.iter().any(|held| *held);
-    let step = stable_steps::<D>(&pairs, &walls, &smallest, held, options.step_fraction);
+    let smallest = smallest_grains(sizes, &coming);
+    let step = stable_steps::<D>(&pairs, &walls, &smallest, sizes.any_held, options.step_fraction);
     let bridge = pairs
         .iter()
         .chain(walls.iter().flatten())
@@ -286,18 +284,8 @@ fn max_rupture_distance(law: &PairLaw, largest: f64) -> f64 {
 }
 
 /// Radius (m) and mass (kg) of the smallest grain of each kind, grains that will enter included.
-fn smallest_grains<const D: usize, const R: usize>(
-    grains: &Grains<D, R>,
-    coming: &[(usize, [(f64, f64); 2])],
-    kinds: usize,
-) -> Vec<(f64, f64)> {
-    let mut smallest = vec![(f64::INFINITY, f64::INFINITY); kinds];
-    for i in 0..grains.len() {
-        let kind = grains.kind[i] as usize;
-        if grains.radius[i] < smallest[kind].0 {
-            smallest[kind] = (grains.radius[i], grains.mass[i]);
-        }
-    }
+fn smallest_grains(sizes: &GrainSizes, coming: &[(usize, [(f64, f64); 2])]) -> Vec<(f64, f64)> {
+    let mut smallest = sizes.smallest.clone();
     for (kind, [low, _]) in coming {
         if low.0 < smallest[*kind].0 {
             smallest[*kind] = *low;

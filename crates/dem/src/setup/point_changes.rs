@@ -5,6 +5,7 @@ use std::ops::Range;
 use colluvium_case::{CaseError, PointList, removed_points};
 
 use crate::boundary::periodic_cell::inverse;
+use crate::contact::contact_laws::GrainSizes;
 use crate::points::grains::Grains;
 use crate::setup::body_grains::added_grains;
 use crate::setup::pair_laws;
@@ -21,33 +22,44 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// # Errors
     /// An invalid value of the list, by its path; given numbers of grains; a position outside the domain; a grain in a wall or an obstacle,
     /// or one that overlaps another by more than `initial_overlap`; a body that has been removed or is a membrane. The state is then
-    /// unchanged. A grain that left the domain in the last step is an error too, as it is of the next step.
+    /// unchanged.
     pub fn add_points(&mut self, body: u32, points: &PointList) -> Result<Range<u32>, CaseError> {
         let (case, number, first) = (self.clock.case.clone(), body as usize, self.specimen.next_id);
         case.check_added_points(number, points, D)?;
+        points.reject_columns(&["stresses", "pore_pressures"], "dem")?;
         self.check_growth(number, points)?;
         if points.positions.is_empty() {
             return Ok(first..first);
         }
-        let mut added = added_grains::<D, R>(&case, &self.clock.options, number, points)?;
+        let mut added = added_grains::<D, R>(&case, &self.clock.options, number, points)
+            .map_err(|error| error.of_added_points(number))?;
         self.check_overlaps_of(&added)?;
         let end = first + added.len() as u32;
         added.id = (first..end).collect();
         if !self.grains.body_force.is_empty() {
             added.body_force = vec![[0.0; D]; added.len()];
         }
+        // An error of the present grains comes before the change.
+        self.rebuild()?;
         let mut grains = self.grains.clone();
         grains.append(&mut added);
+        self.set_sizes(GrainSizes::of_grains(&grains, self.laws.kinds.len()))?;
+        (self.grains, self.specimen.next_id) = (grains, end);
+        self.rebuild()?;
+        Ok(first..end)
+    }
+
+    /// Makes the laws of the stage for grains of these sizes; an error where a fixed time step is too long for them, without a change.
+    fn set_sizes(&mut self, sizes: GrainSizes) -> Result<(), CaseError> {
         let DemSolver { clock, laws, .. } = self;
-        let stage = pair_laws::laws(&case, &clock.options, &laws.kinds, &grains, clock.stage)?;
+        let stage = pair_laws::laws::<D>(&clock.case, &clock.options, &laws.kinds, &sizes, clock.stage)?;
         let before = std::mem::replace(&mut laws.stage, stage);
         if let Err(error) = check_step(clock, laws) {
             laws.stage = before;
             return Err(error);
         }
-        (self.grains, self.specimen.next_id) = (grains, end);
-        self.rebuild()?;
-        Ok(first..end)
+        laws.sizes = sizes;
+        Ok(())
     }
 
     /// Removes grains with their contacts, by their numbers, between two steps. Their energy counts as a change between stages.
@@ -67,9 +79,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 return Err(CaseError::new(format!("ids[{index}]"), problem));
             }
         }
+        // An error of the present grains comes before the change.
+        self.rebuild()?;
         let DemSolver { laws, grains, boundary, neighbours, .. } = self;
         neighbours
             .retain_grains(laws, grains, boundary.walls.len(), |grains, i| !removed.contains(&grains.id[i]));
+        self.set_sizes(GrainSizes::of_grains(&self.grains, self.laws.kinds.len()))?;
         self.rebuild()
     }
 

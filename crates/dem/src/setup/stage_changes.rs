@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::boundary::walls::RigidWall;
 use crate::clock::Clock;
-use crate::contact::contact_laws::ContactLaws;
+use crate::contact::contact_laws::{ContactLaws, GrainSizes};
 use crate::neighbours::grain_neighbours::GrainNeighbours;
 use crate::output::stress_control_check::ControlledStress;
 use crate::points::grain_extremes::GrainExtremes;
@@ -28,14 +28,17 @@ pub(crate) fn enter_stage<const D: usize, const R: usize>(
         time: clock.time,
         reason: error.to_string().into(),
     };
-    laws.stage =
-        pair_laws::laws(&clock.case, &clock.options, &laws.kinds, grains, clock.stage).map_err(failed)?;
+    if is_new {
+        remove_grains(clock, laws, grains, boundary, neighbours);
+        laws.sizes = GrainSizes::of_grains(grains, laws.kinds.len());
+    }
+    laws.stage = pair_laws::laws::<D>(&clock.case, &clock.options, &laws.kinds, &laws.sizes, clock.stage)
+        .map_err(failed)?;
     update_walls(clock, laws, grains.len(), boundary, neighbours);
     check_step(clock, laws).map_err(failed)?;
     if !is_new {
         return Ok(());
     }
-    remove_grains(clock, laws, grains, boundary, neighbours);
     let options = clock.stage_options().cloned().unwrap_or_default();
     if options.reset_contacts {
         neighbours.reset_contacts();

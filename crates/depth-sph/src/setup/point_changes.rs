@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use colluvium_case::{CaseError, PointList, removed_points};
+use colluvium_case::{CaseError, GRAIN_COLUMNS, PointList, removed_points};
 
 use crate::NAME;
 use crate::config::choices::Phases;
@@ -22,6 +22,7 @@ impl<const D: usize> DepthSolver<D> {
     pub fn add_points(&mut self, body: u32, points: &PointList) -> Result<Range<u64>, CaseError> {
         let number = body as usize;
         self.case.check_added_points(number, points, D)?;
+        points.reject_columns(&GRAIN_COLUMNS, NAME)?;
         self.check_growth(number, points)?;
         let mut sets = vec![Vec::new(); self.flow.nodes.sets.len()];
         let nodes = self.nodes_of_list(number, points)?;

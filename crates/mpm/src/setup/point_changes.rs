@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use colluvium_case::{CaseError, OVERLAP_TOLERANCE, PointList, removed_points};
+use colluvium_case::{CaseError, GRAIN_COLUMNS, OVERLAP_TOLERANCE, PointList, removed_points};
 
 use crate::obstacles::obstacle_penalty::initialise_contact_states;
 use crate::points::point_set::PointSet;
@@ -21,6 +21,7 @@ impl<const D: usize> MpmSolver<D> {
     pub fn add_points(&mut self, body: u32, points: &PointList) -> Result<Range<u32>, CaseError> {
         let case = self.clock.case.clone();
         case.check_added_points(body as usize, points, D)?;
+        points.reject_columns(&GRAIN_COLUMNS, "mpm")?;
         let index = self.growing_set(body)?;
         let first = self.bodies.next_id;
         if points.positions.is_empty() {
@@ -28,7 +29,8 @@ impl<const D: usize> MpmSolver<D> {
         }
         let (options, wet) = (&self.clock.options, self.two_phase.is_some());
         let listed = (body as usize, Some(points));
-        let mut added = point_set(&case, options, &self.background, listed, first as usize, wet)?;
+        let mut added = point_set(&case, options, &self.background, listed, first as usize, wet)
+            .map_err(|error| error.of_added_points(body as usize))?;
         case.reject_added_in_obstacles(&added.points.position, OVERLAP_TOLERANCE * options.cell_size)?;
         self.fill_columns(index, &mut added);
         self.bodies.next_id += added.len() as u32;

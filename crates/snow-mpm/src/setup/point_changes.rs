@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use colluvium_case::{CaseError, OVERLAP_TOLERANCE, PointList, removed_points};
+use colluvium_case::{CaseError, GRAIN_COLUMNS, OVERLAP_TOLERANCE, PointList, removed_points};
 
 use crate::setup::body_points::body_points;
 use crate::solver::SnowSolver;
@@ -19,6 +19,7 @@ impl<const D: usize> SnowSolver<D> {
     pub fn add_points(&mut self, body: u32, points: &PointList) -> Result<Range<u32>, CaseError> {
         let case = self.case.clone();
         case.check_added_points(body as usize, points, D)?;
+        points.reject_columns(&GRAIN_COLUMNS, "snow-mpm")?;
         let Some(index) = self.bodies.bodies.iter().position(|own| own.number == body) else {
             let problem = format!("{:?} has no points left", case.bodies[body as usize].name);
             return Err(CaseError::new("body", problem));
@@ -28,7 +29,8 @@ impl<const D: usize> SnowSolver<D> {
             return Ok(first..first);
         }
         let listed = (body as usize, Some(points));
-        let mut added = body_points(&case, &self.options, &self.background, listed, first as usize)?;
+        let mut added = body_points(&case, &self.options, &self.background, listed, first as usize)
+            .map_err(|error| error.of_added_points(body as usize))?;
         let tolerance = OVERLAP_TOLERANCE * self.options.cell_size;
         case.reject_added_in_obstacles(&added.points.position, tolerance)?;
         if self.body_force.is_some() {

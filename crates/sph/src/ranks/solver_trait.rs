@@ -78,6 +78,10 @@ impl<const D: usize> Solver for RankedSolver<D> {
         self.with_single_solver(|whole| whole.begin_stage(stage, start))
     }
 
+    fn resume_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
+        self.with_single_solver(|whole| whole.resume_stage(stage, start))
+    }
+
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         self.with_single_solver(|whole| whole.end_stage(stage))
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use colluvium_case::{CaseError, OVERLAP_TOLERANCE, PointList, removed_points};
+use colluvium_case::{CaseError, GRAIN_COLUMNS, OVERLAP_TOLERANCE, PointList, removed_points};
 
 use crate::points::particles::{ParticleGroup, Particles};
 use crate::setup::bodies::{add_body, check_distances};
@@ -20,14 +20,17 @@ impl<const D: usize> SphSolver<D> {
     pub fn add_points(&mut self, body: u32, points: &PointList) -> Result<Range<u32>, CaseError> {
         let case = self.setting.case.clone();
         case.check_added_points(body as usize, points, D)?;
+        points.reject_columns(&GRAIN_COLUMNS, "sph")?;
         let (index, first) = (self.growing_group(body)?, self.bodies.next_id);
         if points.positions.is_empty() {
             return Ok(first..first);
         }
         let (options, mut added) = (&self.setting.options, Particles::default());
-        let group = add_body(&case, options, (body as usize, Some(points)), first, &mut added)?;
+        let as_added = |error: CaseError| error.of_added_points(body as usize);
+        let group =
+            add_body(&case, options, (body as usize, Some(points)), first, &mut added).map_err(as_added)?;
         case.reject_added_in_obstacles(&added.position, OVERLAP_TOLERANCE * options.spacing)?;
-        self.check_free_positions(&added)?;
+        self.check_free_positions(&added).map_err(as_added)?;
         let (particles, count) = (&mut self.bodies.particles, added.len());
         particles.previous.clear();
         if !particles.delayed_pressure.is_empty() {

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use colluvium_case::{
     Body, Case, CaseError, CaseErrorKind, CaseErrors, Domain, EquilibriumCriterion, FailureReason, Feature,
-    PoreFluid, Side, Simulation, Solver, SolverError, Space, Stage, Wall,
+    Method, PointList, PoreFluid, Run, RunError, RunOptions, Shape, Side, Simulation, Solver, SolverError,
+    Space, Stage, Wall,
 };
 use colluvium_constitutive::{DruckerPragerSpec, LinearElasticSpec, MaterialSpec};
 use colluvium_mpm::{Mpm, MpmOptions, MpmSolver, ShapeFunctions, VelocityTransfer};
@@ -203,6 +204,81 @@ fn an_infinite_body_force_leaves_the_state_as_it_was() {
     assert_eq!(before, solver.snapshot().hash());
     let error = solver.step().unwrap_err().to_string();
     assert!(error.contains("an earlier step has failed"), "{error}");
+}
+
+#[test]
+fn a_step_too_short_to_change_the_time_leaves_the_state_as_it_was() {
+    let mut solver = solver(&falling_block());
+    solver.step().unwrap();
+    let before = solver.snapshot().hash();
+    let error = solver.step_at_most(1e-17 * solver.time()).unwrap_err();
+    assert!(error.to_string().contains("does not change the time"), "{error}");
+    assert_eq!(solver.snapshot().hash(), before);
+    solver.step().unwrap();
+}
+
+#[test]
+fn a_simulation_whose_step_panicked_is_not_continued() {
+    let mut solver = solver(&falling_block());
+    solver.set_body_force(|_, _, _| panic!("a force of the program")).unwrap();
+    let step = std::panic::AssertUnwindSafe(|| solver.step().map(|_| ()));
+    assert!(std::panic::catch_unwind(step).is_err());
+    solver.clear_body_force();
+    assert!(matches!(solver.step(), Err(SolverError::Step { reason: FailureReason::HasFailed, .. })));
+    assert!(solver.save(&mut Vec::new()).is_err());
+}
+
+#[test]
+fn states_of_other_cases_and_damaged_ones_are_refused_and_leave_the_state_as_it_was() {
+    let mut own = solver(&falling_block());
+    let mut bytes = Vec::new();
+    own.save(&mut bytes).unwrap();
+    own.step().unwrap();
+    let before = own.snapshot().hash();
+    let mut other = Vec::new();
+    solver(&ball()).save(&mut other).unwrap();
+    let mut damaged = bytes.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    for wrong in [&other, &damaged, &bytes[..middle].to_vec(), &Vec::new()] {
+        assert!(matches!(own.restore(&mut wrong.as_slice()), Err(SolverError::Checkpoint(_))));
+        assert_eq!(own.snapshot().hash(), before);
+    }
+    own.step().unwrap();
+    own.restore(&mut bytes.as_slice()).unwrap();
+}
+
+/// What happens once at the beginning of a stage does not happen again at a restart.
+#[test]
+fn points_added_in_a_pit_at_its_excavation_are_there_after_a_restart() {
+    let mut case = falling_block();
+    case.stages[0].excavate = vec![Shape::Box { min: vec![0.1, 0.05], max: vec![0.2, 0.2] }];
+    let mut dug = solver(&case);
+    let list = PointList { positions: vec![[0.15, 0.1, 0.0]], volumes: vec![5e-4], ..PointList::default() };
+    dug.add_points(0, &list).unwrap();
+    let mut bytes = Vec::new();
+    dug.save(&mut bytes).unwrap();
+    let mut restored = solver(&case);
+    restored.restore(&mut bytes.as_slice()).unwrap();
+    assert_eq!(restored.points().len(), dug.points().len());
+}
+
+/// Cases that no file check has seen.
+#[test]
+fn runs_check_cases_before_they_build_them() {
+    let material = falling_block().body(Body::block("other", "clay", [0.4, 0.2], [0.5, 0.3]));
+    let mut stages = falling_block();
+    stages.stages.clear();
+    let mut domain = falling_block();
+    (domain.domain.min, domain.domain.max) = (Vec::new(), Vec::new());
+    for (case, path) in [(material, "bodies[1].material"), (stages, "stages"), (domain, "domain.min")] {
+        let case = case.method(&options());
+        assert_eq!(Mpm.build(&case).err().unwrap().path, path);
+        let Err(RunError::Case(errors)) = Run::new(Arc::new(case), &Mpm, RunOptions::default()) else {
+            panic!("{path} was accepted");
+        };
+        assert_eq!(errors.first().path, path);
+    }
 }
 
 #[test]
