@@ -58,7 +58,6 @@ pub use colluvium_sph as sph;
 
 pub use crate::method_choice::{MethodChoiceError, select_method};
 pub use crate::reference::case_reference::case_reference;
-pub use crate::reference::models_reference::models_reference;
 
 use case::{Case, CaseError, CaseErrors, Method};
 use constitutive::driver::{DriverError, ElementTest};

@@ -29,7 +29,7 @@
 //! # Ok::<(), colluvium_constitutive::driver::DriverError>(())
 //! ```
 //!
-//! A law of one's own implements [`SmallStrain`] or [`StressUpdate`]: `examples/own_law.rs`. The theory is in `docs/models.md` and in the
+//! A law of one's own implements [`SmallStrain`] or [`StressUpdate`]: `examples/own_law.rs`. The theory is in `docs/case/materials.md` and in the
 //! sheet `docs/sheets/constitutive.md`.
 
 mod adapters;

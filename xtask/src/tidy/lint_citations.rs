@@ -71,7 +71,7 @@ fn folder_sheets(path: &str) -> &'static [&'static str] {
     match name {
         "constitutive" | "umat" | "element" => &["constitutive"],
         "grid" | "mpm" => &["mpm"],
-        "sph" | "sph-applications" => &["sph"],
+        "sph" => &["sph"],
         "dem" => &["dem"],
         "depth-sph" | "depth_sph" => &["depth-sph"],
         "snow-mpm" | "snow_mpm" => &["snow-mpm"],

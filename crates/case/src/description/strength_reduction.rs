@@ -39,7 +39,7 @@ fn set_return_to_yield(material: &mut MaterialSpec) {
 }
 
 /// Search for a factor of safety by strength reduction (after sheet: sph §3.5; the criteria differ,
-/// docs/theory/sph-applications.md). Only `after` must be given.
+/// docs/theory/sph.md). Only `after` must be given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorOfSafety {

@@ -6,7 +6,7 @@ use super::CommandError;
 
 #[derive(Args)]
 pub struct SchemaArguments {
-    /// Print the case-file reference as Markdown instead.
+    /// Print the reference of the case file as Markdown instead, page after page.
     #[arg(long)]
     markdown: bool,
     /// Print the schema of a sweep's file instead.
@@ -17,7 +17,9 @@ pub struct SchemaArguments {
 /// Prints the JSON Schema of a case or of a sweep, or the case reference.
 pub fn run(arguments: &SchemaArguments) -> Result<(), CommandError> {
     if arguments.markdown {
-        print_line!("{}", colluvium::case_reference().trim_end());
+        for (_, text) in colluvium::case_reference() {
+            print_line!("{text}");
+        }
     } else {
         let schema =
             if arguments.sweep { colluvium::sweep::Sweep::schema() } else { colluvium::case_schema() };

@@ -1,58 +1,165 @@
-//! Reference of the case file, made from its schema.
+//! Reference of the case file, made from its schema: a page for each section of a case and for each method.
 
 use serde_json::Value;
 
-/// Reference of the case file as Markdown: every object with its keys, types, defaults and descriptions.
-pub fn case_reference() -> String {
+use crate::reference::models_reference::add_models;
+use crate::reference::sections::{SECTIONS, Section, SectionKeys};
+use crate::reference::schema_types::{TypeHeadings, referred_type, type_words};
+
+/// Note at the head of a page.
+const MADE_FROM_SCHEMA: &str = "<!-- Made from the schema by COLLUVIUM_WRITE_DOCS=1 cargo test; do not edit. -->";
+
+/// Pages of the reference of the case file: name of each file, and its text as Markdown.
+pub fn case_reference() -> Vec<(String, String)> {
     let schema = crate::case_schema();
-    let mut text = String::from(
-        "# Case file\n\nMade from the schema by `colluvium schema --markdown`; do not edit.\n\nA case is a JSON file. \
-         All quantities are in SI units, angles in degrees; stress and strain are tension-positive, pressure is \
-         compression-positive. Unknown keys are errors. An editor that knows JSON Schema completes and checks a case \
-         with `docs/case.schema.json`.\n\n",
-    );
-    object_section(&mut text, "Case", &schema);
-    if let Some(methods) = schema["properties"]["methods"]["properties"].as_object() {
-        for (name, options) in methods {
-            object_section(&mut text, &format!("methods.{name}"), options);
+    let definitions = &schema["$defs"];
+    let mut headings = TypeHeadings::default();
+    let described: Vec<(&Section, Value, Vec<String>)> = SECTIONS
+        .iter()
+        .map(|section| {
+            let keys = section_keys(section, &schema);
+            let names = headings.add_page((section.page, section.path()), &keys, definitions);
+            (section, keys, names)
+        })
+        .collect();
+    let mut pages = Vec::new();
+    for (section, keys, names) in &described {
+        let writer = PageWriter { page: section.page, headings: &headings };
+        let mut text = format!("# {}\n\n{MADE_FROM_SCHEMA}\n\n{}\n\n", section.title, section.introduction.trim());
+        writer.add_sorted_keys(&mut text, keys, section.common);
+        for name in names {
+            if name == "MaterialSpec" {
+                add_models(&mut text, &writer, &definitions[name]);
+            } else {
+                writer.add_type(&mut text, name, &definitions[name]);
+            }
         }
+        pages.push((format!("{}.md", section.page), text.trim_end().to_owned() + "\n"));
     }
-    if let Some(definitions) = schema["$defs"].as_object() {
-        for (name, definition) in definitions {
-            object_section(&mut text, name, definition);
-        }
-    }
-    text.trim_end().to_owned() + "\n"
+    pages
 }
 
-/// Adds the section of a type to the case reference.
-fn object_section(text: &mut String, name: &str, schema: &Value) {
-    text.push_str(&format!("## {name}\n\n"));
-    if let Some(about) = schema["description"].as_str() {
-        text.push_str(&format!("{about}\n\n"));
+/// Keys of a section, as an object of the schema.
+fn section_keys(section: &Section, schema: &Value) -> Value {
+    match section.keys {
+        SectionKeys::Method(name) => schema["properties"]["methods"]["properties"][name].clone(),
+        SectionKeys::OfCase(keys) => {
+            let properties: serde_json::Map<String, Value> =
+                keys.iter().map(|key| ((*key).to_owned(), schema["properties"][key].clone())).collect();
+            serde_json::json!({ "properties": properties, "required": schema["required"] })
+        }
     }
-    match schema["oneOf"].as_array() {
-        Some(variants) if variants.iter().all(|v| v["properties"].is_null()) => {
-            for variant in variants {
-                let value = variant["const"].as_str().unwrap_or_default();
-                text.push_str(&format!("- `{value}`: {}\n", one_line(&variant["description"])));
-            }
+}
+
+/// Writer of a page.
+pub(crate) struct PageWriter<'a> {
+    /// Name of the page.
+    pub page: &'a str,
+    /// Headings of all types.
+    pub headings: &'a TypeHeadings,
+}
+
+impl PageWriter<'_> {
+    /// Adds the keys of an object: the common ones first, in their order, then all others.
+    fn add_sorted_keys(&self, text: &mut String, schema: &Value, common: &[&str]) {
+        let Some(properties) = schema["properties"].as_object() else { return };
+        for key in common.iter().filter(|key| properties.contains_key(**key)) {
+            self.add_key(text, key, schema);
+        }
+        let rare: Vec<&String> = properties.keys().filter(|key| !common.contains(&key.as_str())).collect();
+        if !rare.is_empty() {
+            text.push_str("\nRarely used:\n\n");
+            rare.iter().for_each(|key| self.add_key(text, key, schema));
+        }
+        text.push('\n');
+    }
+
+    /// Adds the list of the keys of an object.
+    pub fn add_keys(&self, text: &mut String, schema: &Value) {
+        let Some(properties) = schema["properties"].as_object() else { return };
+        let shown: Vec<&String> =
+            properties.iter().filter(|(_, key)| key["const"].is_null()).map(|(name, _)| name).collect();
+        if !shown.is_empty() {
+            shown.iter().for_each(|key| self.add_key(text, key, schema));
             text.push('\n');
         }
-        Some(variants) => {
-            for variant in variants {
-                let tag = variant_tag(variant).map(|(key, value)| format!("\"{key}\": \"{value}\""));
-                // The value is under the name of its variant.
-                let name = || variant["required"].as_array()?.first()?.as_str();
-                let tag = tag.or_else(|| name().map(|name| format!("\"{name}\": …"))).unwrap_or_default();
-                text.push_str(&format!("**`{tag}`** — {}\n\n", one_line(&variant["description"])));
-                if let Some(target) = schema_reference(variant) {
-                    text.push_str(&format!("Keys of [{target}](#{}).\n\n", target.to_lowercase()));
-                }
-                key_table(text, variant);
-            }
+    }
+
+    /// Adds the line of a key.
+    fn add_key(&self, text: &mut String, name: &str, object: &Value) {
+        let schema = &object["properties"][name];
+        let required = object["required"].as_array().is_some_and(|all| all.iter().any(|key| key == name));
+        let default = match &schema["default"] {
+            _ if required => Some("**required**".to_owned()),
+            Value::Null => None,
+            value => Some(format!("default `{value}`")),
+        };
+        let kind = Some(self.type_text(schema)).filter(|text| !text.is_empty());
+        let facts: Vec<String> = kind.into_iter().chain(default).collect();
+        text.push_str(&format!("- `{name}` ({}): {}\n", facts.join(", "), indented(&schema["description"])));
+    }
+
+    /// Adds the section of a type.
+    fn add_type(&self, text: &mut String, name: &str, schema: &Value) {
+        let Some(heading) = self.headings.get(name) else { return };
+        text.push_str(&format!("## `{}`\n\n", heading.path));
+        if let Some(about) = schema["description"].as_str() {
+            text.push_str(&format!("{about}\n\n"));
         }
-        None => key_table(text, schema),
+        let Some(variants) = schema["oneOf"].as_array() else {
+            return self.add_keys(text, schema);
+        };
+        if variants.iter().all(|variant| variant["properties"].is_null() && variant["$ref"].is_null()) {
+            for variant in variants {
+                let value = variant["const"].as_str().unwrap_or_default();
+                text.push_str(&format!("- `{value}`: {}\n", indented(&variant["description"])));
+            }
+            text.push('\n');
+            return;
+        }
+        variants.iter().for_each(|variant| self.add_variant(text, variant));
+    }
+
+    /// Adds a variant with its tag and its keys.
+    fn add_variant(&self, text: &mut String, variant: &Value) {
+        let tag = variant_tag(variant).map(|(key, value)| format!("\"{key}\": \"{value}\""));
+        // The value is under the name of its variant.
+        let name = || variant["required"].as_array()?.first()?.as_str();
+        let tag = tag.or_else(|| name().map(|name| format!("\"{name}\": …"))).unwrap_or_default();
+        text.push_str(&format!("**`{tag}`**: {}\n\n", variant["description"].as_str().unwrap_or_default()));
+        if let Some((target, link)) = referred_type(variant).zip(self.link_of(variant)) {
+            text.push_str(&format!("Keys of [{}]({link}).\n\n", type_words(target)));
+        }
+        self.add_keys(text, variant);
+    }
+
+    /// Link to the type to which a schema refers.
+    fn link_of(&self, schema: &Value) -> Option<String> {
+        self.headings.link(referred_type(schema)?, self.page)
+    }
+
+    /// Text of the type of a key, with links to other types.
+    fn type_text(&self, schema: &Value) -> String {
+        if let Some(name) = referred_type(schema) {
+            let words = type_words(name);
+            return self.link_of(schema).map_or(words.clone(), |link| format!("[{words}]({link})"));
+        }
+        if let Some(alternatives) = schema["anyOf"].as_array() {
+            let kinds: Vec<String> = alternatives.iter().map(|own| self.type_text(own)).collect();
+            return kinds.into_iter().filter(|kind| kind != "null").collect::<Vec<_>>().join(" or ");
+        }
+        let types: Vec<&str> = match &schema["type"] {
+            Value::String(name) => vec![name],
+            Value::Array(names) => names.iter().filter_map(Value::as_str).filter(|name| *name != "null").collect(),
+            _ => vec![],
+        };
+        match types.as_slice() {
+            ["array"] => format!("list of {}", self.type_text(&schema["items"])),
+            ["object"] if schema["additionalProperties"].is_object() => {
+                format!("{} by name", self.type_text(&schema["additionalProperties"]))
+            }
+            _ => types.join(" or "),
+        }
     }
 }
 
@@ -62,58 +169,9 @@ pub(crate) fn variant_tag(variant: &Value) -> Option<(&str, &str)> {
     Some((key, schema["const"].as_str()?))
 }
 
-/// Table of the keys of an object.
-pub(crate) fn key_table(text: &mut String, schema: &Value) {
-    let Some(properties) = schema["properties"].as_object() else { return };
-    let shown: Vec<_> = properties.iter().filter(|(_, s)| s["const"].is_null()).collect();
-    if shown.is_empty() {
-        return;
-    }
-    let required: Vec<&str> =
-        schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    text.push_str("| key | type | default | meaning |\n|---|---|---|---|\n");
-    for (name, schema) in shown {
-        let default = match (&schema["default"], required.contains(&name.as_str())) {
-            (_, true) => "required".to_owned(),
-            (Value::Null, false) => String::new(),
-            (value, false) => format!("`{value}`"),
-        };
-        text.push_str(&format!(
-            "| `{name}` | {} | {default} | {} |\n",
-            type_text(schema),
-            one_line(&schema["description"])
-        ));
-    }
-    text.push('\n');
-}
-
-/// Name of the definition to which a schema refers.
-fn schema_reference(schema: &Value) -> Option<&str> {
-    schema["$ref"].as_str()?.strip_prefix("#/$defs/")
-}
-
-/// Text of the type of a key, with links to the sections of other types.
-fn type_text(schema: &Value) -> String {
-    if let Some(target) = schema_reference(schema) {
-        return format!("[{target}](#{})", target.to_lowercase());
-    }
-    if let Some(variants) = schema["anyOf"].as_array() {
-        let kinds: Vec<String> = variants.iter().map(type_text).filter(|k| k != "null").collect();
-        return kinds.join(" or ");
-    }
-    let types: Vec<&str> = match &schema["type"] {
-        Value::String(name) => vec![name],
-        Value::Array(names) => names.iter().filter_map(Value::as_str).filter(|n| *n != "null").collect(),
-        _ => vec![],
-    };
-    let of = |types: Vec<&str>| types.join(" or ");
-    match types.as_slice() {
-        ["array"] => format!("list of {}", type_text(&schema["items"])),
-        ["object"] if schema["additionalProperties"].is_object() => {
-            format!("object of {}", type_text(&schema["additionalProperties"]))
-        }
-        _ => of(types),
-    }
+/// Description in an entry of a list, whose further lines are indented.
+fn indented(description: &Value) -> String {
+    description.as_str().unwrap_or_default().replace('\n', "\n  ")
 }
 
 /// Description on one line of a Markdown table.

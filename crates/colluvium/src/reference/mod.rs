@@ -1,4 +1,6 @@
-//! Pages of the documentation made from the code: the case file reference and the table of laws.
+//! Pages of the documentation made from the code: the reference of the case file, and the list of laws.
 
 pub(crate) mod case_reference;
 pub(crate) mod models_reference;
+mod schema_types;
+mod sections;

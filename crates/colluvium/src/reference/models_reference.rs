@@ -4,7 +4,7 @@ use constitutive::{MaterialSpec, ModelFamily};
 use serde_json::Value;
 
 use crate::constitutive;
-use crate::reference::case_reference::{key_table, one_line, variant_tag};
+use crate::reference::case_reference::{PageWriter, one_line, variant_tag};
 
 /// Models that the sources name without a law that could be verified: candidates for extensions.
 const UNVERIFIED_MODELS: &[&str] = &[
@@ -23,19 +23,17 @@ const UNVERIFIED_MODELS: &[&str] = &[
     "snow regimes (cold dense, warm shear, warm plug, sliding slab): `cohesive-cam-clay` with parameters that the sources do not print",
 ];
 
-/// Material models as Markdown: a table of all, the parameters of each, and the unverified models.
-pub fn models_reference() -> String {
-    let schema = crate::case_schema();
-    let mut text = String::from(
-        "# Models\n\nMade from the list of models and the schema of a case; do not edit. The equations and their \
-         files: [Constitutive laws](theory/constitutive.md). The key `model` selects the law. Every model \
-         works in three dimensions, plane strain and axisymmetry, and in [element tests](element-tests.md).\n\n\
+/// Adds the material models to the page of materials: a table of all, the parameters of each, and the unverified models.
+pub(crate) fn add_models(text: &mut String, writer: &PageWriter<'_>, definition: &Value) {
+    text.push_str(
+        "## `materials.NAME`\n\nEvery model works in three dimensions, plane strain and axisymmetry, and in [element \
+         tests](../element-tests.md). Equations, typical values and limits: [laws](../theory/constitutive.md).\n\n\
          | model | description | source | strain | tangent | methods |\n|---|---|---|---|---|---|\n",
     );
     for (name, facts) in MaterialSpec::MODELS {
-        let what = model_schema(&schema, name).map_or_else(String::new, |v| one_line(&v["description"]));
+        let description = model_schema(definition, name).map_or_else(String::new, |v| one_line(&v["description"]));
         text.push_str(&format!(
-            "| [`{name}`](#{name}) | {what} | {} | {} | {} | {} |\n",
+            "| [`{name}`](#{name}) | {description} | {} | {} | {} | {} |\n",
             facts.source,
             facts.strain,
             facts.tangent,
@@ -48,21 +46,18 @@ pub fn models_reference() -> String {
     );
     for (name, _) in MaterialSpec::MODELS {
         text.push_str(&format!("## {name}\n\n"));
-        if let Some(variant) = model_schema(&schema, name) {
-            // Types are explained with the case file.
-            let mut table = String::new();
-            key_table(&mut table, variant);
-            text.push_str(&table.replace("](#", "](case-file.md#"));
+        if let Some(variant) = model_schema(definition, name) {
+            writer.add_keys(text, variant);
         }
     }
     text.push_str(
         "## Models without implementation\n\nThe sources mention these models; the traits of \
-         [the contract](theory/constitutive.md#the-contract) support their implementation.\n\n",
+         [the contract](../theory/constitutive.md#the-contract) support their implementation.\n\n",
     );
     for extension in UNVERIFIED_MODELS {
         text.push_str(&format!("- {extension}\n"));
     }
-    text
+    text.push('\n');
 }
 
 /// Methods and restrictions of a material model.
@@ -80,9 +75,9 @@ fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
     }
 }
 
-/// Schema of a model, with references resolved.
-fn model_schema<'a>(schema: &'a Value, name: &str) -> Option<&'a Value> {
-    let variants = schema["$defs"]["MaterialSpec"]["oneOf"].as_array()?;
+/// Schema of a model among those of the materials.
+fn model_schema<'a>(definition: &'a Value, name: &str) -> Option<&'a Value> {
+    let variants = definition["oneOf"].as_array()?;
     variants
         .iter()
         .find(|variant| variant_tag(variant).is_some_and(|(key, value)| key == "model" && value == name))

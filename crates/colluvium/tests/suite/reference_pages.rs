@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use colluvium::case::Case;
+use serde_json::Value;
+
 /// Compares `docs/<name>` with the generated text. With `COLLUVIUM_WRITE_DOCS` set, writes it first.
 fn assert_up_to_date(name: &str, made: &str) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(name);
@@ -23,15 +26,49 @@ fn committed_schema_is_that_of_the_code() {
 
 #[test]
 fn committed_case_reference_is_that_of_the_code() {
-    assert_up_to_date("case-file.md", &colluvium::case_reference());
+    for (file, text) in colluvium::case_reference() {
+        assert_up_to_date(&format!("case/{file}"), &text);
+    }
 }
 
 #[test]
-fn committed_list_of_models_is_that_of_the_code() {
-    let made = colluvium::models_reference();
+fn every_model_has_its_parameters_in_the_case_reference() {
+    let pages = colluvium::case_reference();
+    let (_, materials) = pages.iter().find(|(file, _)| file == "materials.md").unwrap();
     for (name, _) in colluvium::constitutive::MaterialSpec::MODELS {
-        let section = made.split(&format!("## {name}\n\n")).nth(1).unwrap_or_default();
-        assert!(section.starts_with("| key | type |"), "{name} has no parameters");
+        let section = materials.split(&format!("## {name}\n\n")).nth(1).unwrap_or_default();
+        assert!(section.starts_with("- `"), "{name} has no parameters");
     }
-    assert_up_to_date("models.md", &made);
+}
+
+/// Texts of the JSON blocks of a page.
+fn json_blocks(page: &str) -> Vec<&str> {
+    let blocks = page.split("```json\n").skip(1);
+    blocks.map(|rest| rest.split("```").next().unwrap_or_default()).collect()
+}
+
+/// A snippet replaces the keys of the same name of a case of all sections.
+#[test]
+fn snippets_of_the_case_reference_are_parts_of_a_valid_case() {
+    for (file, text) in colluvium::case_reference() {
+        let mut case: Value = serde_json::from_str(colluvium::template("column-collapse").unwrap()).unwrap();
+        let snippet: Value = serde_json::from_str(&format!("{{{}}}", json_blocks(&text)[0]))
+            .unwrap_or_else(|error| panic!("{file}: {error}"));
+        for (key, value) in snippet.as_object().unwrap() {
+            case[key] = value.clone();
+        }
+        let case = Case::from_json(&case.to_string()).unwrap_or_else(|errors| panic!("{file}: {errors}"));
+        let method = colluvium::method(file.trim_end_matches(".md")).or(colluvium::method("mpm")).unwrap();
+        method.plan(&case).unwrap_or_else(|error| panic!("{file}: {error}"));
+    }
+}
+
+#[test]
+fn the_case_of_the_page_of_cases_is_valid_for_its_methods() {
+    let page = std::fs::read_to_string(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/case-file.md")).unwrap();
+    let case = Case::from_json(json_blocks(&page)[0]).unwrap();
+    for name in case.methods.keys() {
+        let plan = colluvium::method(name).unwrap().plan(&case).unwrap();
+        assert!(plan.points >= 400, "{name}: {} points", plan.points);
+    }
 }

@@ -75,7 +75,7 @@ fn against_implicit(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
     outcome.svg("Surface of the deposit; markers are the sheet's prototype on triangles.", &surfaces)
 }
 
-/// Checks that the top edge does not move for x ≤ 0.07 m, as in an implicit code (§5.2). It does here; see docs/validation.md.
+/// Checks that the top edge does not move for x ≤ 0.07 m, as in an implicit code (§5.2). It does here; see docs/benchmarks/mpm.md.
 fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
     let moved = vectors(snapshot, "displacement");
     let falls: Vec<f64> = snapshot
@@ -87,7 +87,7 @@ fn top_edge(outcome: &mut BenchmarkOutcome, method: &str, snapshot: &Snapshot) {
         .map(|((_, u), _)| -u[1] * 1e3)
         .collect();
     let reason = "known deviation, not judged: the criterion is of implicit MPM on triangles, whose deposits are \
-                  steeper throughout (docs/validation.md)";
+                  steeper throughout (docs/benchmarks/mpm.md)";
     let largest = falls.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let mean = falls.iter().sum::<f64>() / falls.len() as f64;
     let claim = "0 (implicit MPM on triangles: initial top edge unmoved)";

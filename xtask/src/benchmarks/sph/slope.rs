@@ -78,7 +78,7 @@ fn limit_equilibrium(outcome: &mut BenchmarkOutcome) -> Result<SlipCircle, Strin
     let claim = format!("{:.4}: least upper bound by logarithmic spirals", bound.safety_factor);
     outcome.assert_within(name, &claim, circle.safety_factor, band, reason);
     let claim = "1.232 (the sheet's own search by Bishop's method)";
-    let reason = "not judged: its 1.232 lies above the upper bound, so that it is not the least of its method (docs/validation.md)";
+    let reason = "not judged: its 1.232 lies above the upper bound, so that it is not the least of its method (docs/benchmarks/sph.md)";
     outcome.info("least upper bound: this slope", claim, bound.safety_factor, reason);
     let name = "least upper bound: crest, distance from the toe (m)";
     let reason = "V-40: within two spacings of where the sheet's circle meets the crest";
@@ -141,7 +141,7 @@ fn check_zero_dilatancy(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(
         (davis, bishop),
         reason,
     );
-    let reason = "V-40 proposes no dilatancy with Bishop's 1.23 ± 0.06, which do not go together (docs/theory/sph-applications.md)";
+    let reason = "V-40 proposes no dilatancy with Bishop's 1.23 ± 0.06, which do not go together (docs/theory/sph.md)";
     outcome.assert_within(
         "no dilatancy: least factor at which it fails, as proposed",
         "1.23 ± 0.06",
