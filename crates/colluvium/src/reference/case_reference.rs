@@ -3,11 +3,12 @@
 use serde_json::Value;
 
 use crate::reference::models_reference::add_models;
-use crate::reference::sections::{SECTIONS, Section, SectionKeys};
 use crate::reference::schema_types::{TypeHeadings, referred_type, type_words};
+use crate::reference::sections::{SECTIONS, Section, SectionKeys};
 
 /// Note at the head of a page.
-const MADE_FROM_SCHEMA: &str = "<!-- Made from the schema by COLLUVIUM_WRITE_DOCS=1 cargo test; do not edit. -->";
+const MADE_FROM_SCHEMA: &str =
+    "<!-- Made from the schema by COLLUVIUM_WRITE_DOCS=1 cargo test; do not edit. -->";
 
 /// Pages of the reference of the case file: name of each file, and its text as Markdown.
 pub fn case_reference() -> Vec<(String, String)> {
@@ -25,7 +26,8 @@ pub fn case_reference() -> Vec<(String, String)> {
     let mut pages = Vec::new();
     for (section, keys, names) in &described {
         let writer = PageWriter { page: section.page, headings: &headings };
-        let mut text = format!("# {}\n\n{MADE_FROM_SCHEMA}\n\n{}\n\n", section.title, section.introduction.trim());
+        let mut text =
+            format!("# {}\n\n{MADE_FROM_SCHEMA}\n\n{}\n\n", section.title, section.introduction.trim());
         writer.add_sorted_keys(&mut text, keys, section.common);
         for name in names {
             if name == "MaterialSpec" {
@@ -150,7 +152,9 @@ impl PageWriter<'_> {
         }
         let types: Vec<&str> = match &schema["type"] {
             Value::String(name) => vec![name],
-            Value::Array(names) => names.iter().filter_map(Value::as_str).filter(|name| *name != "null").collect(),
+            Value::Array(names) => {
+                names.iter().filter_map(Value::as_str).filter(|name| *name != "null").collect()
+            }
             _ => vec![],
         };
         match types.as_slice() {

@@ -31,7 +31,8 @@ pub(crate) fn add_models(text: &mut String, writer: &PageWriter<'_>, definition:
          | model | description | source | strain | tangent | methods |\n|---|---|---|---|---|---|\n",
     );
     for (name, facts) in MaterialSpec::MODELS {
-        let description = model_schema(definition, name).map_or_else(String::new, |v| one_line(&v["description"]));
+        let description =
+            model_schema(definition, name).map_or_else(String::new, |v| one_line(&v["description"]));
         text.push_str(&format!(
             "| [`{name}`](#{name}) | {description} | {} | {} | {} | {} |\n",
             facts.source,

@@ -98,7 +98,10 @@ pub(crate) fn referred_type(schema: &Value) -> Option<&str> {
 /// Anchor of a heading on a page.
 pub(crate) fn anchor(heading: &str) -> String {
     let kept = heading.replace(' ', "-");
-    kept.chars().filter(|c| c.is_alphanumeric() || matches!(c, '-' | '_')).flat_map(char::to_lowercase).collect()
+    kept.chars()
+        .filter(|c| c.is_alphanumeric() || matches!(c, '-' | '_'))
+        .flat_map(char::to_lowercase)
+        .collect()
 }
 
 /// Name of a type in words: `pore fluid` for `PoreFluid`.

@@ -65,7 +65,9 @@ fn snippets_of_the_case_reference_are_parts_of_a_valid_case() {
 
 #[test]
 fn the_case_of_the_page_of_cases_is_valid_for_its_methods() {
-    let page = std::fs::read_to_string(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/case-file.md")).unwrap();
+    let page =
+        std::fs::read_to_string(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/case-file.md"))
+            .unwrap();
     let case = Case::from_json(json_blocks(&page)[0]).unwrap();
     for name in case.methods.keys() {
         let plan = colluvium::method(name).unwrap().plan(&case).unwrap();

@@ -141,7 +141,8 @@ fn check_zero_dilatancy(outcome: &mut BenchmarkOutcome, bishop: f64) -> Result<(
         (davis, bishop),
         reason,
     );
-    let reason = "V-40 proposes no dilatancy with Bishop's 1.23 ± 0.06, which do not go together (docs/theory/sph.md)";
+    let reason =
+        "V-40 proposes no dilatancy with Bishop's 1.23 ± 0.06, which do not go together (docs/theory/sph.md)";
     outcome.assert_within(
         "no dilatancy: least factor at which it fails, as proposed",
         "1.23 ± 0.06",
