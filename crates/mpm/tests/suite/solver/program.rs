@@ -248,7 +248,7 @@ fn states_of_other_cases_and_damaged_ones_are_refused_and_leave_the_state_as_it_
     own.restore(&mut bytes.as_slice()).unwrap();
 }
 
-/// What happens once at the beginning of a stage does not happen again at a restart.
+/// Excavation belongs to the beginning of a stage, not to a restart.
 #[test]
 fn points_added_in_a_pit_at_its_excavation_are_there_after_a_restart() {
     let mut case = falling_block();
