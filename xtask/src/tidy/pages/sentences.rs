@@ -61,7 +61,7 @@ fn sentences(page: &str) -> Vec<Sentence> {
                 ignored += 1;
             }
             Event::End(TagEnd::CodeBlock | TagEnd::Table | TagEnd::Heading(_) | TagEnd::Image) => {
-                ignored -= 1
+                ignored -= 1;
             }
             // Lists without blank lines have entries without paragraphs.
             Event::Start(Tag::Paragraph | Tag::Item | Tag::List(_))
