@@ -163,5 +163,7 @@ fn the_schema_is_json_and_includes_options_of_methods() {
             && schema["properties"]["methods"]["properties"]["mpm"]["properties"]["cell_size"].is_object()
     );
     let (code, text, _) = output(program().args(["schema", "--markdown"]));
-    assert!(code == 0 && text.starts_with("# Case file") && text.contains("`friction_angle`"));
+    assert!(
+        code == 0 && text.starts_with("# Space, domain and gravity") && text.contains("`friction_angle`")
+    );
 }
