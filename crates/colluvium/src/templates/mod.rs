@@ -83,7 +83,7 @@ pub const TEMPLATES: &[Template] = &[
     case(
         "factor-of-safety",
         SOIL,
-        "factor of safety of a slope of two clays; MPM",
+        "factor of safety of a slope by strength reduction; SPH",
         include_str!("soil/factor-of-safety.json"),
     ),
     case("disks", SOIL, "collision of two elastic disks; MPM", include_str!("soil/disks.json")),
