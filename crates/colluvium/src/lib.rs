@@ -64,6 +64,7 @@ use constitutive::driver::{DriverError, ElementTest};
 use serde_json::Value;
 
 use crate::templates::debris_flow;
+pub use crate::templates::{TEMPLATES, Template, TemplateKind};
 
 /// Commit from which the program was built; `None` without git.
 pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
@@ -144,37 +145,20 @@ fn check_element_test(test: ElementTest) -> Result<ElementTest, CaseErrors> {
     }
 }
 
-/// Templates of cases that need no other file: name and JSON text.
-pub const TEMPLATES: [(&str, &str); 10] = [
-    ("column-collapse", include_str!("templates/column-collapse.json")),
-    ("oedometer", include_str!("templates/oedometer.json")),
-    ("disks", include_str!("templates/disks.json")),
-    ("slope", include_str!("templates/slope.json")),
-    ("grains", include_str!("templates/grains.json")),
-    ("triaxial-sleeve", include_str!("templates/triaxial-sleeve.json")),
-    ("dam-break", include_str!("templates/dam-break.json")),
-    ("snowball", include_str!("templates/snowball.json")),
-    ("saw-test", include_str!("templates/saw-test.json")),
-    ("remote-triggering", include_str!("templates/remote-triggering.json")),
-];
-
-/// Names of all templates.
+/// Names of the templates of cases.
 pub fn template_names() -> Vec<&'static str> {
-    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).map(|(name, _)| *name).collect()
+    let cases = TEMPLATES.iter().filter(|template| template.kind == TemplateKind::Case);
+    cases.map(|template| template.name).collect()
 }
 
 /// JSON text of the template called `name`.
 pub fn template(name: &str) -> Option<&'static str> {
-    TEMPLATES.iter().chain([&debris_flow::CASE_TEXT]).find(|(known, _)| *known == name).map(|(_, text)| *text)
+    Template::find(name).map(|template| template.text)
 }
 
 /// Names of the files that the template called `name` needs beside it.
 pub fn template_files(name: &str) -> Vec<&'static str> {
-    if name == debris_flow::CASE_TEXT.0 {
-        vec![debris_flow::TERRAIN_FILES, debris_flow::RELEASE_FILE.0]
-    } else {
-        Vec::new()
-    }
+    Template::find(name).map_or(Vec::new(), |template| template.files.to_vec())
 }
 
 /// Writes the files that the template called `name` needs into a folder.
@@ -183,13 +167,15 @@ pub fn template_files(name: &str) -> Vec<&'static str> {
 /// When a file cannot be written.
 pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), case::output::OutputError> {
     use case::output::{OutputError, write_atomically};
-    if name != debris_flow::CASE_TEXT.0 {
-        return Ok(());
+    for file in template_files(name) {
+        let path = folder.join(file);
+        match Template::text_of_file(file) {
+            Some(text) => write_atomically(&path, text.as_bytes())?,
+            None => colluvium_terrain::write_raster(&path, &debris_flow::terrain())
+                .map_err(|error| OutputError::new(&path, error.problem))?,
+        }
     }
-    let terrain = folder.join(debris_flow::TERRAIN_FILES);
-    colluvium_terrain::write_raster(&terrain, &debris_flow::terrain())
-        .map_err(|error| OutputError::new(&terrain, error.problem))?;
-    write_atomically(&folder.join(debris_flow::RELEASE_FILE.0), debris_flow::RELEASE_FILE.1.as_bytes())
+    Ok(())
 }
 
 /// Page `README.md`, whose examples are tests of the documentation.

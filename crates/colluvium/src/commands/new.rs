@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use colluvium::case::CaseErrorKind;
 use colluvium::case::output::write_atomically;
+use colluvium::{TEMPLATES, Template, TemplateKind};
 
 use super::CommandError;
 
 #[derive(Args)]
 pub struct NewArguments {
-    /// Name of the template.
-    #[arg(required_unless_present = "list")]
+    /// Name of the template; a list of all when absent.
     template: Option<String>,
     /// File to write; `<template>.json` by default.
     file: Option<PathBuf>,
@@ -21,13 +22,14 @@ pub struct NewArguments {
 
 /// Writes the case file of a template, with the files that it names.
 pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
-    let names = colluvium::template_names();
     let Some(name) = arguments.template.as_deref().filter(|_| !arguments.list) else {
-        print_line!("{}", names.join("\n"));
+        print_list();
         return Ok(());
     };
-    let text = colluvium::template(name).ok_or_else(|| {
-        CommandError::Usage(format!("{name:?} is not a template; there are: {}", names.join(", ")))
+    let template = Template::find(name).ok_or_else(|| {
+        let names: Vec<&str> = TEMPLATES.iter().map(|template| template.name).collect();
+        let problem = CaseErrorKind::unknown_name(name, &names, "the name of a template");
+        CommandError::Usage(format!("{problem}; there are: {}", names.join(", ")))
     })?;
     let file = arguments.file.clone().unwrap_or_else(|| format!("{name}.json").into());
     let folder = file.parent().unwrap_or(Path::new(""));
@@ -38,10 +40,26 @@ pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
         }
     }
     colluvium::write_template_files(name, folder)?;
-    write_atomically(&file, text.as_bytes())?;
+    write_atomically(&file, template.text.as_bytes())?;
     for other in colluvium::template_files(name) {
         print_line!("wrote {}", folder.join(other).display());
     }
-    print_line!("wrote {0}; try: colluvium check {0}", file.display());
+    let command = match template.kind {
+        TemplateKind::Case => "check",
+        TemplateKind::ElementTest => "element-test",
+        TemplateKind::Sweep => "sweep --check",
+    };
+    print_line!("wrote {0}; try: colluvium {command} {0}", file.display());
     Ok(())
+}
+
+/// Prints the templates by topic, each with a line.
+fn print_list() {
+    for group in TEMPLATES.chunk_by(|a, b| a.topic == b.topic) {
+        print_line!("{}", group[0].topic);
+        for template in group {
+            print_line!("  {:<18} {}", template.name, template.summary);
+        }
+    }
+    print_line!("\nWrite one with: colluvium new NAME");
 }

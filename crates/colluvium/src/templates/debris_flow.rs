@@ -2,14 +2,14 @@
 
 use crate::points::Raster;
 
-/// Name and JSON text of the case.
-pub(crate) const CASE_TEXT: (&str, &str) = ("debris-flow", include_str!("../debris_flow/debris-flow.json"));
+/// Name of the case.
+pub(crate) const NAME: &str = "debris-flow";
 
-/// Names of the files beside the case.
-pub(crate) const TERRAIN_FILES: &str = "debris-flow-terrain.asc";
+/// Name of the file of the terrain.
+pub(crate) const TERRAIN_FILE: &str = "debris-flow-terrain.asc";
 /// Name and text of the file of the release area.
 pub(crate) const RELEASE_FILE: (&str, &str) =
-    ("debris-flow-release.geojson", include_str!("../debris_flow/release.geojson"));
+    ("debris-flow-release.geojson", include_str!("flows/debris-flow-release.geojson"));
 
 /// South-western corner of the terrain on its map (m).
 const MAP_CORNER: [f64; 2] = [600_000.0, 5_200_000.0];

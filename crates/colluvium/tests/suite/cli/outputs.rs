@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use colluvium::TemplateKind;
+use colluvium::case::Case;
 use serde_json::json;
 
 use super::{column, names_in, summary, write};
@@ -31,7 +33,7 @@ const PICTURES: [&str; 17] = [
 #[test]
 fn short_templates_run_without_a_warning() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["oedometer", "disks", "snowball", "grains", "dam-break", "debris-flow"] {
+    for name in ["oedometer", "disks", "snowball", "two-grains", "heap-on-plane", "debris-flow"] {
         let file = folder.path().join(format!("{name}.json"));
         assert_eq!(output(program().args(["new", name]).arg(&file)).0, 0);
         let out = folder.path().join(name);
@@ -46,19 +48,36 @@ fn short_templates_run_without_a_warning() {
 #[test]
 fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     let folder = tempfile::tempdir().unwrap();
-    let (code, names, _) = output(program().args(["new", "--list"]));
-    assert!(code == 0 && names.lines().count() >= 4);
-    for name in names.lines() {
-        let file = folder.path().join(format!("{name}.json"));
+    let (code, list, _) = output(program().arg("new"));
+    assert_eq!((code, &list), (0, &output(program().args(["new", "--list"])).1));
+    for template in colluvium::TEMPLATES {
+        let name = template.name;
+        assert!(list.contains(&format!("  {name} ")) && list.contains(template.topic), "{list}");
+        let own = folder.path().join(name);
+        std::fs::create_dir(&own).unwrap();
+        let file = own.join(format!("{name}.json"));
         assert_eq!(output(program().args(["new", name]).arg(&file)).0, 0);
-        let (code, text, errors) = output(program().arg("check").arg(&file));
-        assert!(code == 0 && text.contains("time step") && text.contains("memory"), "{name}: {errors}");
-        assert!(!text.contains("warning") && !errors.contains("warning"), "{name}: {text}{errors}");
         assert_eq!(output(program().args(["new", name]).arg(&file)).0, 2, "an existing file is kept");
+        let checks: Vec<Vec<&str>> = match template.kind {
+            TemplateKind::Case => {
+                let methods = &Case::from_file(&file).unwrap().methods;
+                let method = |name: &String| colluvium::method(name).unwrap().name();
+                methods.keys().map(|name| vec!["check", "--method", method(name)]).collect()
+            }
+            TemplateKind::ElementTest => vec![vec!["element-test"]],
+            TemplateKind::Sweep => vec![vec!["sweep", "--check"]],
+        };
+        for arguments in checks {
+            let (code, text, errors) = output(program().args(&arguments).arg(&file));
+            assert_eq!(code, 0, "{name}: {errors}");
+            assert!(!text.contains("warning") && !errors.contains("warning"), "{name}: {text}{errors}");
+            let is_plan = text.contains("time step") && text.contains("memory");
+            assert!(is_plan || template.kind != TemplateKind::Case, "{name}: {text}");
+        }
     }
+    let disks = folder.path().join("disks/disks.json");
     let out = folder.path().join("out");
-    let (code, _, errors) =
-        output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(folder.path().join("disks.json")));
+    let (code, _, errors) = output(program().args(["run", "--quiet", "--out"]).arg(&out).arg(disks));
     assert_eq!(code, 0, "{errors}");
     for format in ["png", "svg"] {
         let (code, _, errors) =
