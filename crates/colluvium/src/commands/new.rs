@@ -23,8 +23,7 @@ pub struct NewArguments {
 /// Writes the case file of a template, with the files that it names.
 pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
     let Some(name) = arguments.template.as_deref().filter(|_| !arguments.list) else {
-        print_list();
-        return Ok(());
+        return print_list();
     };
     let template = Template::find(name).ok_or_else(|| {
         let names: Vec<&str> = TEMPLATES.iter().map(|template| template.name).collect();
@@ -54,7 +53,7 @@ pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
 }
 
 /// Prints the templates by topic, each with a line.
-fn print_list() {
+fn print_list() -> Result<(), CommandError> {
     for group in TEMPLATES.chunk_by(|a, b| a.topic == b.topic) {
         print_line!("{}", group[0].topic);
         for template in group {
@@ -62,4 +61,5 @@ fn print_list() {
         }
     }
     print_line!("\nWrite one with: colluvium new NAME");
+    Ok(())
 }
