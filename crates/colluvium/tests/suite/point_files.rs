@@ -184,7 +184,9 @@ fn estimated_problem_sizes_match_the_plan() {
             let (size, plan) = (method.problem_size(&case).unwrap(), method.plan(&case).unwrap());
             // The points of a disk or a polygon do not fill it exactly.
             let share = size.points / plan.points as f64;
-            assert!((0.95..1.05).contains(&share), "{name}: {share} of the points");
+            // The size includes the particles of rough walls.
+            let most = if method.name() == "sph" { 1.35 } else { 1.05 };
+            assert!((0.95..most).contains(&share), "{name}: {share} of the points");
             let share = size.memory / plan.memory as f64;
             // A plan estimates the memory of a run. Grains take up to 2.5 times that during generation, which the size includes.
             let limit = if method.name() == "dem" { 2.6 } else { 1.1 };

@@ -54,7 +54,7 @@ fn templates_are_listed_and_pass_their_check() {
         let name = template.name;
         assert!(list.contains(&format!("  {name} ")) && list.contains(template.topic), "{list}");
         let own = folder.path().join(name);
-        std::fs::create_dir(&own).unwrap();
+        fs::create_dir(&own).unwrap();
         let file = own.join(format!("{name}.json"));
         assert_eq!(output(program().args(["new", name]).arg(&file)).0, 0);
         assert_eq!(output(program().args(["new", name]).arg(&file)).0, 2, "an existing file is kept");
