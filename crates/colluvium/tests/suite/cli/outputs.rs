@@ -68,7 +68,7 @@ fn templates_are_listed_and_pass_their_check() {
             TemplateKind::Sweep => vec![vec!["sweep", "--check"]],
         };
         for arguments in checks {
-            let (code, text, errors) = output(program().args(&arguments).arg(&file));
+            let (code, text, errors) = output(program().args(&arguments).arg(&file).current_dir(&own));
             assert_eq!(code, 0, "{name}: {errors}");
             assert!(!text.contains("warning") && !errors.contains("warning"), "{name}: {text}{errors}");
             let is_plan = text.contains("time step") && text.contains("memory");
