@@ -144,13 +144,13 @@ fn a_run_with_missing_terrain_is_plotted_and_exported_without_it() {
 fn pictures_of_plane_contacts_label_forces_per_metre_of_thickness() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    assert_eq!(in_folder(folder, &["new", "grains"]).0, 0);
-    let file = folder.join("grains.json");
+    assert_eq!(in_folder(folder, &["new", "two-grains"]).0, 0);
+    let file = folder.join("two-grains.json");
     let mut case: Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
     case["output"]["contacts"] = json!(true);
     case["stages"] = json!([{ "name": "go", "duration": 0.01 }]);
     fs::write(&file, case.to_string()).unwrap();
-    let (code, _, errors) = in_folder(folder, &["run", "--quiet", "grains.json", "--out", "out"]);
+    let (code, _, errors) = in_folder(folder, &["run", "--quiet", "two-grains.json", "--out", "out"]);
     assert_eq!(code, 0, "{errors}");
     let plot = ["plot", "out", "--dataset", "contacts", "--format", "svg"];
     let (code, _, errors) = in_folder(folder, &plot);
