@@ -10,16 +10,16 @@
 //! at run time by a [`ShapeFunctionKind`]. [`NodeWalls`] imposes the boundary conditions on the nodes.
 //!
 //! ```
-//! use colluvium_grid::{Grid, NodeSupport, QuadraticSpline, Stencil};
+//! use colluvium_grid::{Basis, Grid, NodeSupport, QuadraticSpline, Stencil};
 //!
 //! let grid = Grid::new([0.0, 0.0], [1.0, 0.5], 0.1)?;
 //! let position = [0.43, 0.21];
 //! // Quadratic splines have three nodes along each axis. Points have no width.
 //! let stencil = Stencil::<2, 3>::new::<QuadraticSpline>(&grid, &position, &[0.0, 0.0]);
-//! let nodes_in_row = grid.cells[1] + 1;
+//! let nodes_in_row = QuadraticSpline::nodes(grid.cells[1]);
 //! let (mut sum, mut mean, mut slope) = (0.0, 0.0, [0.0; 2]);
 //! stencil.for_each(&[nodes_in_row, 1], |node, weight, gradient| {
-//!     let x = (node / nodes_in_row) as f64 * grid.cell;
+//!     let x = QuadraticSpline::coordinate(node / nodes_in_row, grid.cells[0]) * grid.cell;
 //!     sum += weight;
 //!     mean += weight * x;
 //!     slope = [slope[0] + gradient[0] * x, slope[1] + gradient[1] * x];
