@@ -169,10 +169,13 @@ pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), 
     use case::output::{OutputError, write_atomically};
     for file in template_files(name) {
         let path = folder.join(file);
-        match Template::text_of_file(file) {
-            Some(text) => write_atomically(&path, text.as_bytes())?,
-            None => colluvium_terrain::write_raster(&path, &debris_flow::terrain())
-                .map_err(|error| OutputError::new(&path, error.problem))?,
+        if file == debris_flow::TERRAIN_FILE {
+            colluvium_terrain::write_raster(&path, &debris_flow::terrain())
+                .map_err(|error| OutputError::new(&path, error.problem))?;
+        } else {
+            let text = Template::text_of_file(file)
+                .ok_or_else(|| OutputError::new(&path, "is not a file of a template"))?;
+            write_atomically(&path, text.as_bytes())?;
         }
     }
     Ok(())

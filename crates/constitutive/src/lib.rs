@@ -29,8 +29,8 @@
 //! # Ok::<(), colluvium_constitutive::driver::DriverError>(())
 //! ```
 //!
-//! A law of one's own implements [`SmallStrain`] or [`StressUpdate`]: `examples/own_law.rs`. The theory is in `docs/case/materials.md` and in the
-//! sheet `docs/sheets/constitutive.md`.
+//! A law of one's own implements [`SmallStrain`] or [`StressUpdate`]: `examples/own_law.rs`. Equations and typical values are in `docs/laws`
+//! of the repository, the specification in the sheet `docs/sheets/constitutive.md`.
 
 mod adapters;
 pub mod basal;

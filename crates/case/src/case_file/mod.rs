@@ -19,17 +19,12 @@ use crate::files::json;
 use crate::{Case, CaseError, CaseErrorKind, CaseErrors, validate};
 
 impl Case {
-    /// Reads a case from JSON text and checks it.
+    /// Reads a case from JSON text and checks it. Its file names are relative to the current folder.
     ///
     /// # Errors
     /// All errors, each with its JSON path.
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
-        let mut case: Self = json::read(text)?;
-        case.default_gravity();
-        case.validate()?;
-        case.subtract_origin()?;
-        case.resolve_files(Path::new(""), &serde_json::from_str(text).unwrap_or_default())?;
-        case.with_layers()
+        Self::from_value(&json::parse(text).map_err(CaseErrors::from_error)?, Path::new(""))
     }
 
     /// Checks the rules of a case that its schema does not contain. Cases that are built in code need this check.

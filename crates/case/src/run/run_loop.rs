@@ -87,6 +87,8 @@ impl<'m> Run<'m> {
         if case.gravity.is_empty() {
             Arc::make_mut(&mut case).default_gravity();
         }
+        // All errors, of which building reports the first.
+        case.validate()?;
         let solver = method.build(&case).map_err(CaseErrors::from_error)?;
         Self::open(case, Some(method), solver, options)
     }

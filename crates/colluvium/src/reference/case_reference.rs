@@ -19,7 +19,7 @@ pub fn case_reference() -> Vec<(String, String)> {
         .iter()
         .map(|section| {
             let keys = section_keys(section, &schema);
-            let names = headings.add_page((section.page, section.path()), &keys, definitions);
+            let names = headings.add_page((section.page, &section.path()), &keys, definitions);
             (section, keys, names)
         })
         .collect();

@@ -51,7 +51,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Makes the laws of the stage for grains of these sizes; an error where a fixed time step is too long for them, without a change.
     fn set_sizes(&mut self, sizes: GrainSizes) -> Result<(), CaseError> {
-        let DemSolver { clock, laws, .. } = self;
+        let DemSolver { clock, laws, boundary, .. } = self;
         let stage = pair_laws::laws::<D>(&clock.case, &clock.options, &laws.kinds, &sizes, clock.stage)?;
         let before = std::mem::replace(&mut laws.stage, stage);
         if let Err(error) = check_step(clock, laws) {
@@ -59,6 +59,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return Err(error);
         }
         laws.sizes = sizes;
+        for wall in &mut boundary.walls {
+            wall.laws.clone_from(&laws.stage.walls[wall.boundary]);
+        }
         Ok(())
     }
 
@@ -152,5 +155,42 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.boundary.membranes.clear();
         self.neighbours.since_build.cell = None;
         self.build_lists().map_err(|error| CaseError::new("points", error.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use colluvium_case::{Body, Case, Domain, GrainColumns, PointList, Side, Space, Stage, Wall};
+    use colluvium_constitutive::LinearElasticSpec;
+
+    use crate::{Adhesion, Dem, DemOptions, Diameters, Fill, GrainKind, LatticePacking, NormalLaw, PairSpec};
+
+    /// The rupture distance of a cohesive contact with a wall grows with the largest grain.
+    #[test]
+    fn walls_have_the_laws_of_added_grains() {
+        let case = Case::new(Space::PlaneStrain, Domain::new([0.0, 0.0], [2.0, 2.0]))
+            .material("sand", LinearElasticSpec::new(2650.0, 1e7, 0.3))
+            .body(Body::block("block", "sand", [0.5, 0.5], [1.0, 1.0]))
+            .wall(Side::YMin, Wall::frictional(0.5))
+            .stage(Stage::new("rest", 0.1));
+        let fill = Fill::Lattice { packing: LatticePacking::Square, pitch: None, jitter: 0.0 };
+        let sand = GrainKind::filled(2650.0, Diameters::Equal { value: 0.1 }, fill);
+        let pair = PairSpec::new(["sand", "sand"], NormalLaw::linear(1e6));
+        let cohesion = Adhesion::Cohesive { tension: 1e3, shear: 1e3, fragile: true, new_contacts: true };
+        let with_wall =
+            PairSpec { adhesion: Some(cohesion), ..PairSpec::new(["sand", "y-min"], NormalLaw::linear(1e6)) };
+        let options = DemOptions::new([("sand", sand)], [pair, with_wall]);
+        let mut solver = Dem::new(options).solver::<2>(&case).unwrap();
+        let before = solver.boundary.walls[0].laws.clone();
+        let list = PointList {
+            positions: vec![[1.6, 1.6, 0.0]],
+            volumes: vec![0.1],
+            grains: GrainColumns { radii: Some(vec![0.2]), ..GrainColumns::default() },
+            ..PointList::default()
+        };
+        solver.add_points(0, &list).unwrap();
+        let wall = &solver.boundary.walls[0];
+        assert!(wall.laws != before);
+        assert_eq!(wall.laws, solver.laws.stage.walls[wall.boundary]);
     }
 }

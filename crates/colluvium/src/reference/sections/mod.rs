@@ -24,14 +24,10 @@ pub(crate) struct Section {
 
 impl Section {
     /// Path of the keys of the section.
-    pub fn path(&self) -> &'static str {
+    pub fn path(&self) -> String {
         match self.keys {
-            SectionKeys::OfCase(_) => "",
-            SectionKeys::Method("dem") => "methods.dem",
-            SectionKeys::Method("depth-sph") => "methods.depth-sph",
-            SectionKeys::Method("mpm") => "methods.mpm",
-            SectionKeys::Method("snow-mpm") => "methods.snow-mpm",
-            SectionKeys::Method(_) => "methods.sph",
+            SectionKeys::OfCase(_) => String::new(),
+            SectionKeys::Method(name) => format!("methods.{name}"),
         }
     }
 }
