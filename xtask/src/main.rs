@@ -6,6 +6,7 @@ mod compare;
 mod coverage;
 mod downstream;
 mod fuzz;
+mod pages;
 mod report;
 mod same_bits;
 mod speed;
@@ -37,6 +38,8 @@ enum Task {
     Downstream(downstream::DownstreamArguments),
     /// Tests broken case files, or kills runs and resumes them.
     Fuzz(fuzz::FuzzArguments),
+    /// Runs the commands and snippets of the documentation as a reader would.
+    Pages(pages::PagesArguments),
     /// Runs short cases over all pairs of options with the program of another revision and with that of the working tree, and compares
     /// all results to the last bit.
     SameBits(same_bits::SameBitsArguments),
@@ -54,6 +57,7 @@ fn main() -> ExitCode {
         Task::Coverage(arguments) => coverage::run(&arguments),
         Task::Downstream(arguments) => downstream::run(&arguments),
         Task::Fuzz(arguments) => fuzz::run(&arguments),
+        Task::Pages(arguments) => pages::run(&arguments),
         Task::SameBits(arguments) => same_bits::run(&arguments),
         Task::Tidy(arguments) => tidy::run(&arguments),
     };

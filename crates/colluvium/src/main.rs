@@ -4,10 +4,10 @@ mod commands;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use commands::{
-    CommandError, check, compare, element_test, export, new, plot, report, run, schema, specimen, sweep,
-    verify,
+    CommandError, check, compare, completions, element_test, export, new, plot, report, run, schema,
+    specimen, sweep, verify,
 };
 
 /// Point-based numerical methods for geomechanics.
@@ -17,47 +17,63 @@ use commands::{
 #[derive(Parser)]
 #[command(version, verbatim_doc_comment)]
 struct CommandLine {
-    /// Load the shared libraries of materials of the model `umat`. A library runs with your rights: use this option only for
-    /// files that you trust. The environment variable COLLUVIUM_ALLOW_LIBRARY=1 has the same effect.
-    #[arg(long, global = true)]
-    allow_library: bool,
     #[command(subcommand)]
     command: Command,
 }
 
 #[derive(Subcommand)]
 enum Command {
+    /// Writes a starting case from a template, or lists the templates.
+    New(new::NewArguments),
+    /// Checks a case without running it and prints its size, time step, duration and warnings.
+    Check(check::CheckArguments),
     /// Runs a case and writes measures, frames and a summary.
     Run(run::RunArguments),
     /// Runs a case with every method that supports it and writes one page that compares the results.
     Compare(compare::CompareArguments),
-    /// Checks a case without running it and prints its size, time step, duration and warnings.
-    Check(check::CheckArguments),
-    /// Prints the JSON Schema of a case file, or its reference as Markdown.
-    Schema(schema::SchemaArguments),
-    /// Writes a case from a template.
-    New(new::NewArguments),
-    /// Runs an element test (a single material point) and writes its table and pictures.
-    ElementTest(element_test::ElementTestArguments),
-    /// Draws measures and points of a run.
-    Plot(plot::PlotArguments),
-    /// Writes frames and measures of a run as arrays for scripts (NPZ).
-    Export(export::ExportArguments),
-    /// Writes the report of a run: one page with all its results.
-    Report(report::ReportArguments),
-    /// Prepares a specimen of grains and writes its grains and contacts as the initial state of other cases.
-    Specimen(specimen::SpecimenArguments),
     /// Runs a case with varied parameters and writes a table with misfit and convergence.
     Sweep(sweep::SweepArguments),
+    /// Draws measures and points of a run.
+    Plot(plot::PlotArguments),
+    /// Writes the report of a run: one page with all its results.
+    Report(report::ReportArguments),
+    /// Writes frames and measures of a run as arrays for scripts (NPZ).
+    Export(export::ExportArguments),
+    /// Runs an element test (a single material point) and writes its table and pictures.
+    ElementTest(element_test::ElementTestArguments),
+    /// Prepares a specimen of grains and writes its grains and contacts as the initial state of other cases.
+    Specimen(specimen::SpecimenArguments),
     /// Checks that the files of a complete run have not changed since the run.
     Verify(verify::VerifyArguments),
+    /// Prints the JSON Schema of a case file, or its reference as Markdown.
+    Schema(schema::SchemaArguments),
+    /// Prints a script that completes commands and options in a shell.
+    Completions(completions::CompletionsArguments),
+}
+
+impl Command {
+    /// Whether the user allows foreign libraries.
+    fn allows_library(&self) -> bool {
+        match self {
+            Self::Check(arguments) => arguments.library.allow_library,
+            Self::Run(arguments) => arguments.library.allow_library,
+            Self::Compare(arguments) => arguments.library.allow_library,
+            Self::Sweep(arguments) => arguments.library.allow_library,
+            Self::Plot(arguments) => arguments.library.allow_library,
+            Self::Report(arguments) => arguments.library.allow_library,
+            Self::Export(arguments) => arguments.library.allow_library,
+            Self::ElementTest(arguments) => arguments.library.allow_library,
+            Self::Specimen(arguments) => arguments.library.allow_library,
+            Self::New(_) | Self::Verify(_) | Self::Schema(_) | Self::Completions(_) => false,
+        }
+    }
 }
 
 /// Runs the command of the arguments.
 fn main() -> ExitCode {
     colluvium::register_materials();
     let arguments = CommandLine::parse();
-    if arguments.allow_library {
+    if arguments.command.allows_library() {
         colluvium::constitutive::laws::allow_libraries();
     }
     let result = match arguments.command {
@@ -73,6 +89,7 @@ fn main() -> ExitCode {
         Command::Specimen(arguments) => specimen::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, &mut CommandLine::command()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -71,6 +71,15 @@ impl Criterion {
     /// All criteria, in the order of their weight.
     pub const ALL: [Self; 3] = [Self::Missed, Self::Disputed, Self::Met];
 
+    /// Name of the criterion in the records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Missed => "missed",
+            Self::Disputed => "disputed",
+            Self::Met => "met",
+        }
+    }
+
     /// Text of the criterion, after a number of checks or before an observation.
     pub fn text(self) -> &'static str {
         match self {

@@ -9,6 +9,7 @@ use clap::Args;
 
 use crate::coverage::checklist::ChecklistSheet;
 pub use crate::coverage::checklist::load_sheets;
+use crate::validate::open_defects;
 pub use page::{html, summary_text};
 
 #[derive(Args)]
@@ -17,14 +18,18 @@ pub struct CoverageArguments {}
 /// Path of the page of the documentation that is generated from the rows.
 pub const PAGE_FILE: &str = "docs/coverage.md";
 
-/// Writes the page; returns whether every name in the rows exists.
+/// Writes the page and the table of open defects; returns whether every name in the rows exists.
 pub fn run(_: &CoverageArguments) -> Result<bool, String> {
     let sheets = load_sheets()?;
     let wrong: Vec<String> = sheets.iter().flat_map(ChecklistSheet::record_errors).collect();
     wrong.iter().for_each(|line| eprintln!("{line}"));
-    let path = crate::root().join(PAGE_FILE);
-    std::fs::write(&path, page::markdown(&sheets)).map_err(|error| format!("{}: {error}", path.display()))?;
-    println!("{}\nwrote {PAGE_FILE}", summary_text(&sheets));
+    let pages =
+        [(PAGE_FILE, page::markdown(&sheets)), (open_defects::PAGE_FILE, open_defects::page_with_table()?)];
+    for (file, text) in pages {
+        std::fs::write(crate::root().join(file), text).map_err(|error| format!("{file}: {error}"))?;
+        println!("wrote {file}");
+    }
+    println!("{}", summary_text(&sheets));
     Ok(wrong.is_empty())
 }
 

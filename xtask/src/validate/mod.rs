@@ -4,7 +4,7 @@
 //! defect record, and counted apart.
 
 mod cache;
-mod open_defects;
+pub mod open_defects;
 mod progress;
 
 use std::fmt::Write as _;

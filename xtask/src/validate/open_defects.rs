@@ -16,6 +16,54 @@ pub struct DefectRecord {
     criterion: Criterion,
     /// Observation that explains the failure.
     found: String,
+    /// Rows of the table of the documentation.
+    rows: Vec<DefectRow>,
+}
+
+/// Row of the table of open defects: short texts.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DefectRow {
+    /// Check or group of checks.
+    check: String,
+    /// Measured values.
+    measured: String,
+    /// Required values.
+    required: String,
+}
+
+/// Page with the table of open defects.
+pub const PAGE_FILE: &str = "docs/validation.md";
+
+/// Lines before and after the table on its page.
+const TABLE_MARKS: [&str; 2] = ["<!-- open defects -->\n\n", "\n<!-- end of open defects -->"];
+
+/// The page with its table made anew from the records.
+///
+/// # Errors
+/// The page cannot be read or has no place for the table.
+pub fn page_with_table() -> Result<String, String> {
+    let page = std::fs::read_to_string(crate::root().join(PAGE_FILE))
+        .map_err(|error| format!("{PAGE_FILE}: {error}"))?;
+    let parts = page.split_once(TABLE_MARKS[0]).and_then(|(before, rest)| {
+        let (_, after) = rest.split_once(TABLE_MARKS[1])?;
+        Some((before, after))
+    });
+    let (before, after) = parts.ok_or_else(|| format!("{PAGE_FILE} lacks the marks of the table"))?;
+    Ok(format!("{before}{}{}{}{after}", TABLE_MARKS[0], table(&read_all()?), TABLE_MARKS[1]))
+}
+
+/// Table of open defects as Markdown.
+fn table(defects: &[DefectRecord]) -> String {
+    let mut text =
+        "| benchmark | check | measured | required | verdict |\n|---|---|---|---|---|\n".to_owned();
+    for defect in defects {
+        for DefectRow { check, measured, required } in &defect.rows {
+            let (benchmark, verdict) = (&defect.benchmark, defect.criterion.name());
+            text.push_str(&format!("| `{benchmark}` | {check} | {measured} | {required} | {verdict} |\n"));
+        }
+    }
+    text
 }
 
 /// Reads the open defects; an unknown benchmark is an error.
@@ -48,8 +96,16 @@ mod tests {
     #[test]
     fn every_open_defect_names_its_checks_and_finding() {
         for defect in read_all().unwrap() {
-            assert!(!defect.found.is_empty() && !defect.checks.is_empty(), "{}", defect.benchmark);
+            let is_complete =
+                !defect.found.is_empty() && !defect.checks.is_empty() && !defect.rows.is_empty();
+            assert!(is_complete, "{}", defect.benchmark);
         }
+    }
+
+    #[test]
+    fn the_table_of_the_documentation_is_that_of_the_records() {
+        let page = std::fs::read_to_string(crate::root().join(PAGE_FILE)).unwrap();
+        assert!(page == page_with_table().unwrap(), "write it anew: cargo xtask coverage");
     }
 
     #[test]
@@ -59,6 +115,7 @@ mod tests {
             checks: vec!["order".into()],
             criterion: Criterion::Missed,
             found: "half".into(),
+            rows: vec![],
         };
         assert_eq!(find_defect(&[defect], "mpm/bar", "order of GIMP").unwrap().observation, "half");
         let defect = DefectRecord {
@@ -66,6 +123,7 @@ mod tests {
             checks: vec![],
             criterion: Criterion::Met,
             found: String::new(),
+            rows: vec![],
         };
         assert!(find_defect(&[defect], "mpm/bar", "order of GIMP").is_none());
     }

@@ -9,7 +9,7 @@ use colluvium::case::{BodyDensities, Case, Plan, TimeScales, printable};
 use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
 
-use super::{CommandError, duration_text};
+use super::{CommandError, LibraryArguments, duration_text};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -17,12 +17,15 @@ use crate::commands::file_kind::FileKind;
 const MEASURING_TIME: Duration = Duration::from_millis(700);
 
 #[derive(Args)]
+#[command(after_help = "Usual call:\n  colluvium check slope.json")]
 pub struct CheckArguments {
     /// The case file.
     case: PathBuf,
     /// Name of the method; needed when the case has options for several.
     #[arg(long)]
     method: Option<String>,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Checks a case, and prints its size, time step, estimated duration and warnings.

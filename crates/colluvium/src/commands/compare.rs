@@ -8,11 +8,14 @@ use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, Refe
 use colluvium::machine::free_memory;
 use colluvium::output::run_pictures::view_plane_for_gravity;
 
-use super::{CommandError, OutputArguments, stop_on_interrupt, thread_pool, write_stdout};
+use super::{CommandError, LibraryArguments, OutputArguments, stop_on_interrupt, thread_pool, write_stdout};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
+#[command(
+    after_help = "Usual calls:\n  colluvium compare landslide.json\n  colluvium compare landslide.json --methods mpm,sph"
+)]
 pub struct CompareArguments {
     /// The case file.
     case: PathBuf,
@@ -35,6 +38,8 @@ pub struct CompareArguments {
     view: Option<String>,
     #[command(flatten)]
     files: OutputArguments,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Runs a case with several methods, and writes the page that compares them.

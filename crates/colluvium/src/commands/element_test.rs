@@ -13,11 +13,14 @@ use colluvium::constitutive::driver::{
 };
 use colluvium::plots::{LineChart, Picture, Series, Style};
 
-use super::CommandError;
+use super::{CommandError, LibraryArguments};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
+#[command(
+    after_help = "Usual calls:\n  colluvium element-test triaxial.json\n  colluvium element-test FOLDER --material law.json --stress-unit kPa"
+)]
 pub struct ElementTestArguments {
     /// The test file, or a folder with the files of an incrementalDriver: initialconditions.inp,
     /// test.inp and optionally parameters.inp.
@@ -34,6 +37,8 @@ pub struct ElementTestArguments {
     /// Format of the pictures: png or svg.
     #[arg(long, default_value = "png", value_parser = ["png", "svg"])]
     format: String,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {

@@ -13,12 +13,13 @@ use colluvium::case::{Case, FieldRole, GrainColumns, PointList, Snapshot};
 use colluvium::depth_sph::point_stacks;
 use colluvium::output::run_pictures::read_collection_frame;
 
-use super::{CommandError, check_run_folder, or_default_with_warning};
+use super::{CommandError, LibraryArguments, check_run_folder, or_default_with_warning};
 
 /// Name of the folder of the archives.
 const ARCHIVE_FOLDER: &str = "npz";
 
 #[derive(Args)]
+#[command(after_help = "Usual calls:\n  colluvium export slope-mpm\n  colluvium export slope-mpm --points")]
 pub struct ExportArguments {
     /// Folder of a run.
     folder: PathBuf,
@@ -33,6 +34,8 @@ pub struct ExportArguments {
     /// Replace files of equal names, even those that colluvium did not write.
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Name of the table of the measures.

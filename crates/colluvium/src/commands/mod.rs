@@ -12,6 +12,7 @@ macro_rules! print_error_line {
 
 pub mod check;
 pub mod compare;
+pub mod completions;
 pub mod element_test;
 pub mod export;
 mod file_kind;
@@ -164,8 +165,19 @@ fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> 
         .map_err(|error| CommandError::Message(format!("threads: {error}")))
 }
 
+/// Option of commands that read cases, whose materials may be foreign libraries.
+#[derive(Args)]
+#[command(next_help_heading = "Foreign code")]
+pub struct LibraryArguments {
+    /// Load the shared libraries of materials of the model `umat`. A library runs with your rights: use this option only for files that you
+    /// trust. The environment variable COLLUVIUM_ALLOW_LIBRARY=1 has the same effect.
+    #[arg(long)]
+    pub allow_library: bool,
+}
+
 /// Folder of the results, and how earlier results in it are treated.
 #[derive(Args)]
+#[command(next_help_heading = "Results")]
 pub struct OutputArguments {
     /// Folder for the results; by default `<file>-<method>`, and `<file>-compare` for `compare`.
     #[arg(long)]

@@ -10,6 +10,7 @@ use colluvium::{TEMPLATES, Template, TemplateKind};
 use super::CommandError;
 
 #[derive(Args)]
+#[command(after_help = "Usual calls:\n  colluvium new\n  colluvium new column-collapse")]
 pub struct NewArguments {
     /// Name of the template; a list of all when absent.
     template: Option<String>,

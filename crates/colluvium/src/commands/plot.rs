@@ -14,12 +14,15 @@ use colluvium::output::run_pictures::{
 };
 use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCloud, RigidGeometry, to_gif};
 
-use super::{CommandError, check_run_folder, or_default_with_warning};
+use super::{CommandError, LibraryArguments, check_run_folder, or_default_with_warning};
 
 /// Largest number of frames of an animation.
 const MAX_ANIMATION_FRAMES: usize = 120;
 
 #[derive(Args)]
+#[command(
+    after_help = "Usual calls:\n  colluvium plot slope-mpm\n  colluvium plot slope-mpm --fields velocity --frame all --gif"
+)]
 pub struct PlotArguments {
     /// Folder of a run.
     folder: PathBuf,
@@ -52,6 +55,8 @@ pub struct PlotArguments {
     /// Axes of the view; by default xy, and xz in three dimensions with gravity along z.
     #[arg(long, value_parser = ["xy", "xz", "yz"])]
     view: Option<String>,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Parses two numbers, the second larger than the first.

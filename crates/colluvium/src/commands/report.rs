@@ -6,9 +6,10 @@ use clap::Args;
 use colluvium::output::run_pictures::view_plane;
 use colluvium::report::{self, Report, ReportError, ReportOptions};
 
-use super::CommandError;
+use super::{CommandError, LibraryArguments};
 
 #[derive(Args)]
+#[command(after_help = "Usual call:\n  colluvium report slope-mpm")]
 pub struct ReportArguments {
     /// Folder of a run, complete or not.
     folder: PathBuf,
@@ -24,6 +25,8 @@ pub struct ReportArguments {
     /// Replace a `report.html` that no report wrote.
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Writes the report of a run.

@@ -13,11 +13,14 @@ use colluvium::plots::Picture;
 use colluvium::run_progress::RunProgress;
 use colluvium::select_method;
 
-use super::{CommandError, OutputArguments, stop_on_interrupt, thread_pool};
+use super::{CommandError, LibraryArguments, OutputArguments, stop_on_interrupt, thread_pool};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
+#[command(
+    after_help = "Usual calls:\n  colluvium run slope.json\n  colluvium run slope.json --method sph --out slope-sph"
+)]
 pub struct RunArguments {
     /// The case file.
     case: PathBuf,
@@ -29,6 +32,8 @@ pub struct RunArguments {
     threads: Option<u16>,
     #[command(flatten)]
     files: OutputArguments,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Runs a case, and writes its output.

@@ -5,6 +5,7 @@ use clap::Args;
 use super::CommandError;
 
 #[derive(Args)]
+#[command(after_help = "Usual call:\n  colluvium schema > case.schema.json")]
 pub struct SchemaArguments {
     /// Print the reference of the case file as Markdown instead, page after page.
     #[arg(long)]

@@ -11,11 +11,12 @@ use colluvium::machine::free_memory;
 use colluvium::run_progress::RunProgress;
 use colluvium::select_method;
 
-use super::{CommandError, check_run_folder, stop_on_interrupt, thread_pool};
+use super::{CommandError, LibraryArguments, check_run_folder, stop_on_interrupt, thread_pool};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
+#[command(after_help = "Usual call:\n  colluvium specimen triaxial.json --until pack --out grains.json")]
 pub struct SpecimenArguments {
     /// The case file, or the folder of a run of it, whose final state is taken without a new run.
     case: PathBuf,
@@ -37,6 +38,8 @@ pub struct SpecimenArguments {
     /// Print nothing but errors.
     #[arg(long, short)]
     quiet: bool,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Prepares a specimen of grains and writes it to a file.

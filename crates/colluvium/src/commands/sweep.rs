@@ -10,11 +10,14 @@ use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
-use super::{CommandError, OutputArguments, duration_text, stop_on_interrupt, write_stdout};
+use super::{
+    CommandError, LibraryArguments, OutputArguments, duration_text, stop_on_interrupt, write_stdout,
+};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
 #[derive(Args)]
+#[command(after_help = "Usual calls:\n  colluvium sweep sweep.json --check\n  colluvium sweep sweep.json")]
 pub struct SweepArguments {
     /// The file of the sweep.
     file: PathBuf,
@@ -29,6 +32,8 @@ pub struct SweepArguments {
     check: bool,
     #[command(flatten)]
     files: OutputArguments,
+    #[command(flatten)]
+    pub library: LibraryArguments,
 }
 
 /// Runs the cases of a sweep.

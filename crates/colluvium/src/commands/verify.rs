@@ -9,6 +9,7 @@ use super::run::{MAP_FILE, is_map_missing};
 use super::{CommandError, check_run_folder};
 
 #[derive(Args)]
+#[command(after_help = "Usual call:\n  colluvium verify slope-mpm")]
 pub struct VerifyArguments {
     /// Folder of a complete run.
     folder: PathBuf,
