@@ -2,6 +2,7 @@
 
 mod analysis;
 mod benchmarks;
+mod book;
 mod compare;
 mod coverage;
 mod downstream;
@@ -28,6 +29,8 @@ struct CommandLine {
 enum Task {
     /// Runs the benchmarks and writes index.html and report.json under target/validation.
     Validate(validate::ValidateArguments),
+    /// Builds the site of the documentation with mdBook.
+    Book(book::BookArguments),
     /// Runs a case with every method that supports it and writes one page that compares the results.
     Compare(compare::CompareTaskArguments),
     /// Measures point-updates per second.
@@ -52,6 +55,7 @@ fn main() -> ExitCode {
     colluvium::register_materials();
     let result = match CommandLine::parse().command {
         Task::Validate(arguments) => validate::run(&arguments),
+        Task::Book(arguments) => book::run(&arguments),
         Task::Compare(arguments) => compare::run(&arguments),
         Task::Bench(arguments) => speed::mpm::run(&arguments),
         Task::Coverage(arguments) => coverage::run(&arguments),

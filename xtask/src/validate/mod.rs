@@ -46,6 +46,9 @@ pub struct ValidateArguments {
 /// Time (s) above which the full form of a benchmark runs with `--long` only. On two cores the other benchmarks take less than ten minutes.
 const LONG_SECONDS: u32 = 50;
 
+/// Time (s) above which even the short form of a benchmark is left out without `--quick` or `--long`.
+const LONG_SHORT_SECONDS: u32 = 150;
+
 impl ValidateArguments {
     /// Whether a benchmark is requested: by its name, by a part of it that is not the name of another one, or because all are.
     fn is_requested(&self, benchmark: &Benchmark) -> bool {
@@ -59,7 +62,8 @@ impl ValidateArguments {
     /// Whether a benchmark runs in its short form; `None` where it is left out.
     fn is_short_run(&self, benchmark: &Benchmark) -> Option<bool> {
         let short = self.quick || (benchmark.full_seconds > LONG_SECONDS && !self.long);
-        if short { benchmark.short_seconds.map(|_| true) } else { Some(false) }
+        let fits = |seconds: &u32| self.quick || *seconds <= LONG_SHORT_SECONDS;
+        if short { benchmark.short_seconds.filter(fits).map(|_| true) } else { Some(false) }
     }
 }
 
@@ -274,5 +278,15 @@ mod tests {
         assert_eq!(chosen(&["dem/colum"]), ["dem/column", "dem/column-sweep"]);
         assert_eq!(chosen(&["dem/column", "mpm/bar"]).len(), 2);
         assert_eq!(chosen(&[]).len(), all_benchmarks().count());
+    }
+
+    #[test]
+    fn minutes_of_a_short_form_are_left_out_without_an_option() {
+        let form = |[quick, long]: [bool; 2]| {
+            let arguments = ValidateArguments { names: Vec::new(), quick, long, all: false, list: false };
+            let benchmark = all_benchmarks().find(|benchmark| benchmark.id == "dem/triaxial-sleeve");
+            arguments.is_short_run(benchmark.unwrap())
+        };
+        assert_eq!([[false; 2], [true, false], [false, true]].map(form), [None, Some(true), Some(false)]);
     }
 }

@@ -128,6 +128,12 @@ pub const TEMPLATES: &[Template] = &[
         include_str!("grains/biaxial.json"),
     ),
     case(
+        "angle-of-repose",
+        GRAINS,
+        "heap of disks behind a gate that is removed; DEM",
+        include_str!("grains/angle-of-repose.json"),
+    ),
+    case(
         "triaxial-sleeve",
         GRAINS,
         "triaxial compression of sand in a flexible sleeve; DEM",
