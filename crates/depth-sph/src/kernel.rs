@@ -18,7 +18,7 @@ pub enum Kernel {
     WendlandC2,
     /// Quintic spline, support 3 ℓ.
     QuinticSpline,
-    /// Gaussian, truncated at 3 ℓ: its integral is too small by 2.2e-5 in one dimension and 1.2e-4 in two.
+    /// Gaussian, truncated at 3 ℓ: its integral is too small by 2.2e-5 in 1D and 1.2e-4 in 2D.
     Gaussian,
 }
 

@@ -18,15 +18,15 @@ pub enum Kernel {
     /// Cubic spline.
     #[default]
     CubicSpline,
-    /// Quadratic kernel, whose slope does not vanish at the centre: resists clumping under compression.
+    /// Quadratic kernel, whose slope at the centre is not zero: resists clumping under compression.
     Quadratic,
-    /// Quintic spline, with a support radius of three smoothing lengths.
+    /// Quintic spline, support radius three smoothing lengths.
     QuinticSpline,
-    /// Wendland C2 kernel; in one dimension the polynomial of one dimension.
+    /// Wendland C2; in 1D the polynomial of one dimension.
     WendlandC2,
-    /// Wendland C4 kernel, in two and three dimensions.
+    /// Wendland C4, in 2D and 3D.
     WendlandC4,
-    /// Wendland C6 kernel, in two and three dimensions.
+    /// Wendland C6, in 2D and 3D.
     WendlandC6,
 }
 

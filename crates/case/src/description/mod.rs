@@ -53,36 +53,36 @@ pub struct Case {
     pub space: Space,
     /// Box that contains the problem.
     pub domain: Domain,
-    /// Acceleration of gravity (m/s²), one number per space dimension; none when absent.
+    /// Gravity (m/s²), one number per dimension; none when absent.
     #[serde(default)]
     pub gravity: Vec<f64>,
     /// Materials by name.
     #[serde(default)]
     pub materials: BTreeMap<String, MaterialSpec>,
-    /// Bodies, which must not overlap; most methods need one.
+    /// Bodies; most methods need one.
     #[serde(default)]
     pub bodies: Vec<Body>,
-    /// Walls; a side of the domain without a wall is open.
+    /// Walls.
     #[serde(default)]
     pub boundaries: Vec<Boundary>,
-    /// Rigid geometry of any shape in contact with bodies: slopes, terrain, blocks.
+    /// Rigid geometry: slopes, terrain, blocks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
     /// Loads on bodies.
     #[serde(default)]
     pub loads: Vec<Load>,
-    /// Regions in which the `motions` of the stages prescribe the velocity of the grid; for methods with a grid.
+    /// Regions with a prescribed velocity of the grid; for methods with a grid.
     #[serde(default)]
     pub patches: Vec<Patch>,
-    /// Shapes that move through bodies and remove the points that they cover.
+    /// Moving shapes that remove points.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub removal_shapes: Vec<RemovalShape>,
-    /// Stages, in the order in which they run.
+    /// Stages, in their order.
     pub stages: Vec<Stage>,
     /// Output files and their times.
     #[serde(default)]
     pub output: Output,
-    /// Quantities recorded in time, by name; the names of the standard columns are reserved.
+    /// Quantities recorded in time, by name, except names of standard columns.
     #[serde(default)]
     pub measures: BTreeMap<String, Measure>,
     /// Options per method; a method without an entry runs with its default options.
@@ -122,16 +122,16 @@ impl Space {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
-    /// Lower corner (m), one number per space dimension.
+    /// Lower corner (m), one number per dimension.
     pub min: Vec<f64>,
     /// Upper corner (m).
     pub max: Vec<f64>,
-    /// Reference point near the domain in map coordinates (m), for example of UTM. It is subtracted from all coordinates in the case and
-    /// in the files that the case names, and added to the coordinates that a run writes. Energies, angular momentum and waves of an
-    /// initial velocity refer to it. Zero when absent; cases far from zero need it, or digits are lost.
+    /// Reference point near the domain in map coordinates (m), as of UTM; zero when absent. It is subtracted from coordinates in the case
+    /// and its files, and added to those that a run writes. Energies, angular momentum and waves of an initial velocity refer to it. Cases
+    /// far from zero lose digits without it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub origin: Vec<f64>,
-    /// Axes along which the domain is periodic: points that leave on one side enter on the other.
+    /// Periodic axes: points that leave on one side enter on the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub periodic: Vec<Axis>,
 }
@@ -167,37 +167,37 @@ impl Domain {
     }
 }
 
-/// Region in which the velocity of the nodes of the grid is prescribed.
+/// Region with a prescribed velocity of the grid's nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Patch {
-    /// Name of the patch, for the `motions` of the stages: the patch is inactive in a stage without a motion for it.
+    /// Name for `motions`; the patch is inactive in stages without one.
     pub name: String,
-    /// Region of the nodes at the start; nodes on its surface belong to it.
+    /// Region of nodes at the start, with its surface.
     pub region: Shape,
-    /// Whether the region moves with its velocity, as a rigid plate does.
+    /// Whether the region moves with its velocity.
     #[serde(default)]
     pub moves: bool,
-    /// Whether pore fluid passes, as through a porous plate; otherwise it has the prescribed velocity too.
+    /// Whether pore fluid passes; otherwise its velocity is prescribed too.
     #[serde(default)]
     pub drained: bool,
 }
 
-/// Side of the domain box, or of an inner plane, that a wall occupies.
+/// Side of the domain, or of an inner plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
-    /// Everything below a plane of constant x.
+    /// Below a plane of constant x.
     XMin,
-    /// Everything above a plane of constant x.
+    /// Above a plane of constant x.
     XMax,
-    /// Everything below a plane of constant y.
+    /// Below a plane of constant y.
     YMin,
-    /// Everything above a plane of constant y.
+    /// Above a plane of constant y.
     YMax,
-    /// Everything below a plane of constant z.
+    /// Below a plane of constant z.
     ZMin,
-    /// Everything above a plane of constant z.
+    /// Above a plane of constant z.
     ZMax,
 }
 
@@ -235,33 +235,32 @@ impl fmt::Display for Side {
     }
 }
 
-/// Action of a wall on material in contact.
+/// Action of a wall on material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Wall {
-    /// No slip: all components of velocity are those of the wall.
+    /// No slip: velocity of the wall.
     Rough,
-    /// Free slip: only the normal component of velocity is that of the wall.
+    /// Free slip: normal velocity of the wall.
     Smooth,
-    /// Coulomb friction; the material may separate from the wall, unless the wall is `bilateral`.
+    /// Coulomb friction; the material may separate, unless it is `bilateral`.
     Frictional {
-        /// Friction coefficient (-), the tangent of the friction angle of the interface.
+        /// Friction coefficient of the interface.
         friction_coefficient: f64,
-        /// Whether the wall constrains the normal velocity in both directions, as a smooth one does: it then also carries tension, under
-        /// which there is no friction.
+        /// Whether the normal velocity is constrained in both directions, as by a smooth wall. Under tension there is no friction.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         bilateral: bool,
     },
-    /// Absorbing boundary in place of a wall: dashpots that absorb arriving waves, as if the material continued (Lysmer and Kuhlemeyer).
-    /// For small motions of bodies that reach the boundary; it carries no lasting stress.
+    /// Dashpots in place of a wall that absorb arriving waves (Lysmer and Kuhlemeyer). For small motions of bodies that reach it; it
+    /// carries no lasting stress.
     Absorbing {
-        /// Factor (-) on the dashpot normal to the face, `ρ c_P`; at 1 plane waves that arrive at a right angle leave without reflection.
+        /// Factor on the normal dashpot, `ρ c_P`; 1 absorbs plane waves at a right angle.
         #[serde(default = "default_fraction")]
         normal: f64,
-        /// Factor (-) on the dashpots along the face, `ρ c_S`.
+        /// Factor on the tangential dashpots, `ρ c_S`.
         #[serde(default = "default_fraction")]
         tangential: f64,
-        /// Thickness of material (m) whose stiffness acts as a spring in parallel with the dashpots, against creep; none when absent.
+        /// Thickness of material (m) that acts as a spring beside the dashpots, against creep; none when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         spring_length: Option<f64>,
     },
@@ -283,33 +282,30 @@ impl Wall {
     }
 }
 
-/// Wall on a side of the domain, or on an inner plane parallel to one.
+/// Wall on a side of the domain, or on an inner plane parallel to it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
-    /// Name of the wall, for stages that remove it; the name of the side by default.
+    /// Name for stages that remove it; its side by default.
     #[serde(default)]
     pub name: Option<String>,
     /// Side that the wall occupies.
     pub side: Side,
-    /// Name of a physical group of the mesh: the wall acts on its nodes instead of those on and beyond a plane, and `side` is only the
-    /// direction that the wall faces. For methods with a mesh from a file.
+    /// Physical group of a mesh from a file, on whose nodes the wall acts; `side` is then only the direction that it faces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// Coordinate of the face of the wall (m); that side of the domain by default.
+    /// Coordinate of its face (m); the domain's side by default.
     #[serde(default)]
     pub position: Option<f64>,
-    /// Action of the wall on material in contact.
+    /// Action on material.
     pub wall: Wall,
-    /// Whether material may separate from rough and smooth walls, which otherwise prevent it. From frictional ones it always may, unless
-    /// they are `bilateral`.
+    /// Whether material may separate from a rough or smooth wall. From a frictional one it may, unless `bilateral`.
     #[serde(default)]
     pub separation: bool,
-    /// Velocity of the wall (m/s); at rest by default.
+    /// Velocity (m/s); at rest by default.
     #[serde(default)]
     pub velocity: Option<Vec<f64>>,
-    /// Whether pore fluid passes freely through the wall, at zero pressure; walls are impermeable otherwise, and a
-    /// side of the domain or of a body without a wall is drained.
+    /// Whether pore fluid passes at zero pressure; otherwise it is impermeable. Sides without a wall, also of a body, are drained.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drained: bool,
 }
@@ -320,44 +316,40 @@ pub struct Boundary {
 pub struct Stage {
     /// Name of the stage.
     pub name: String,
-    /// Longest duration (s). The stage ends here unless `equilibrium` ends it earlier. With `equilibrium` given, it is an error if the
-    /// stage does not converge within this time.
+    /// Longest duration (s); `equilibrium` may end the stage earlier.
     pub duration: f64,
-    /// Local damping factor (-), 0 to 1: each nodal force is reduced by this fraction of its size against the motion. For quasi-static
-    /// stages only.
+    /// Local damping factor, 0 to 1, by which nodal forces are reduced against the motion. For quasi-static stages only.
     #[serde(default)]
     pub damping: f64,
-    /// Axes along which `damping` acts (0 is x); all when absent.
+    /// Damped axes (0 is x); all when absent.
     #[serde(default)]
     pub damping_axes: Option<Vec<usize>>,
-    /// Mass-proportional factor of Rayleigh damping (1/s): a force against the motion of this factor times mass and velocity. A velocity
-    /// under no other force decays as `exp(-factor × time)`, and one degree of freedom of angular frequency `ω` has the damping ratio
+    /// Mass-proportional Rayleigh damping (1/s): a force against the motion of this factor times mass and velocity. Its damping ratio is
     /// `factor / (2 ω)`.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rayleigh_damping: f64,
-    /// Time over which gravity grows linearly from zero (s).
+    /// Time over which gravity grows from zero (s).
     #[serde(default)]
     pub gravity_ramp: f64,
-    /// Criterion that ends the stage early, at rest, once gravity, motions of the stage and all active loads have completed their ramps.
+    /// Criterion that ends the stage early, after all ramps.
     #[serde(default)]
     pub equilibrium: Option<EquilibriumCriterion>,
     /// Motions of rigid bodies and patches.
     #[serde(default)]
     pub motions: Vec<PrescribedMotion>,
-    /// Quantities that are reset at the end of the stage.
+    /// Quantities reset at the end of the stage.
     #[serde(default)]
     pub reset: Vec<Reset>,
-    /// Names of boundaries removed at the start of the stage, e.g. a gate.
+    /// Boundaries removed at the start, as a gate.
     #[serde(default)]
     pub remove_boundaries: Vec<String>,
-    /// Names of bodies removed at the start of the stage, e.g. an excavation.
+    /// Bodies removed at the start, as an excavation.
     #[serde(default)]
     pub remove_bodies: Vec<String>,
-    /// Regions whose material is removed at the start of the stage, of any body: an excavation in lifts.
+    /// Regions removed at the start, of any body, as an excavation in lifts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excavate: Vec<Shape>,
-    /// Strength reduction from the start of the stage until a later stage changes it, relative to the materials
-    /// of the case.
+    /// Strength reduction of the case's materials, until a later stage changes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weakening: Option<Weakening>,
 }
@@ -380,18 +372,17 @@ impl Stage {
     }
 }
 
-/// Convergence criterion of a quasi-static stage (sheet: mpm §2.14).
+/// Convergence criterion (sheet: mpm §2.14).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EquilibriumCriterion {
-    /// Upper bound of the unbalanced-force ratio (-).
+    /// Upper bound of the unbalanced-force ratio.
     pub unbalanced_force: f64,
-    /// Upper bound of kinetic energy over external work (-).
+    /// Upper bound of kinetic energy over external work.
     pub kinetic_energy: f64,
-    /// Number of consecutive checks that must be satisfied.
+    /// Consecutive checks that must be satisfied.
     pub hold: u32,
-    /// Whether a stage whose duration ends before convergence is an error. Otherwise the run continues and reports its distance from
-    /// rest.
+    /// Whether a stage without convergence is an error; otherwise the run continues and reports its distance from rest.
     pub required: bool,
 }
 
@@ -401,16 +392,16 @@ impl Default for EquilibriumCriterion {
     }
 }
 
-/// Quantity that a stage resets at its end.
+/// Quantity reset at the end of a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reset {
     /// Velocities, set to zero.
     Velocity,
-    /// Displacements, set to zero and counted from this time.
+    /// Displacements, counted from this time.
     Displacement,
-    /// Internal variables (plastic strain, hardening), set to their initial values; stress is kept. The run stops where the law has no
-    /// such state: stress beyond an initial cap or strength that has grown, a fluid that flows.
+    /// Internal variables (plastic strain, hardening), set to initial values; stress is kept. The run stops if the law has no such state:
+    /// stress beyond an initial cap or strength, a flowing fluid.
     State,
 }
 

@@ -3,28 +3,27 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Motion of a rigid body or a patch in a stage: a prescribed velocity or, for a rigid body with null components, motion under forces.
+/// Prescribed velocity of a rigid body or patch in a stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedMotion {
     /// Name of the rigid body or patch.
     pub target: String,
-    /// Velocity (m/s), one number per space dimension. Null leaves a component free: nodes of a patch then have their own velocity, and a
-    /// rigid body moves by Newton's law with the mass of its points, under its weight, `force` and contact forces, from its current
-    /// velocity.
+    /// Velocity (m/s), one number per dimension. Null leaves a component free: nodes of a patch move by themselves, a rigid body by mass,
+    /// weight, `force` and contact forces from its current velocity.
     pub velocity: Vec<Option<f64>>,
-    /// Force on a rigid body along free components (N; per metre in plane strain, per radian in axisymmetry); none when absent.
+    /// Force on free components of a rigid body (N; per metre in plane strain, per radian in axisymmetry).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub force: Vec<f64>,
-    /// Moment on a rigid body that `turns`, about its centre of mass (N m; per metre in plane strain): one number in the plane, positive
-    /// from x to y, three in space; none when absent.
+    /// Moment about the centre of mass of a body that `turns` (N m; per metre in plane strain): one number in the plane, positive from x to
+    /// y, three in space.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub moment: Vec<f64>,
-    /// Whether a rigid body rotates about its centre of mass under `moment` and contact forces; otherwise it keeps its orientation.
+    /// Whether a rigid body rotates under `moment` and contact forces.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[serde(rename = "turns")]
     pub rotates: bool,
-    /// Time over which velocity, force and moment grow from zero (s), from the beginning of the stage.
+    /// Time of the stage (s) over which velocity, force and moment grow from zero.
     #[serde(default)]
     pub ramp: f64,
 }

@@ -7,79 +7,75 @@ use serde::{Deserialize, Serialize};
 
 use super::Wall;
 
-/// Rigid geometry of any shape in contact with bodies, at rest or in prescribed motion. It may reach beyond the domain.
+/// Rigid geometry in contact with bodies, at rest or moving, also beyond the domain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
     /// Name of the obstacle.
     pub name: String,
-    /// Surface of the obstacle; the solid is behind it.
+    /// Its surface; the solid is behind it.
     pub shape: ObstacleShape,
-    /// Action of the obstacle on material in contact.
+    /// Action on material.
     pub wall: ObstacleWall,
-    /// Whether material may separate from rough and smooth obstacles, which otherwise prevent it. From frictional ones it always may.
+    /// Whether material may separate from a rough or smooth obstacle; from a frictional one it may.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub separation: bool,
-    /// Motion of the obstacle; at rest when absent.
+    /// Motion; at rest when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<ObstacleMotion>,
-    /// Parts of the surface with their own wall, in plan. Where parts overlap, the first one applies. An obstacle that moves has none.
+    /// Parts of the surface with their own wall, in plan; the first of overlapping ones applies. Not for moving obstacles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<ObstacleRegion>,
 }
 
-/// Part of the surface of an obstacle: all of it within a region in plan, that is without the last coordinate.
+/// Part of the surface of an obstacle, by a region in plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleRegion {
-    /// Region in plan: a box of one coordinate in two dimensions, any shape of two dimensions in three. Give one of this, `outline` and
-    /// `raster`.
+    /// Region in plan: a box of one coordinate in 2D, any shape of two dimensions in 3D. Or give `outline` or `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// File with the region in plan, in three dimensions: polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from
-    /// the folder of the case.
+    /// Outline in plan (m), GeoJSON or shapefile, in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
-    /// Region in plan, in three dimensions: cells of a raster, for example of land cover.
+    /// Cells of a raster in plan, as of land cover, in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<RasterCellSelection>,
-    /// Action of the obstacle in this part.
+    /// Action in this part.
     pub wall: ObstacleWall,
 }
 
-/// Cells of a raster over the plan with a given value. Each reaches half a cell to all sides of its centre; beyond the raster there are
-/// none.
+/// Raster cells over the plan with a given value, each half a cell around its centre; none beyond the raster.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RasterCellSelection {
-    /// File of the raster, an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`), from the folder of the case.
+    /// ESRI ASCII grid or GeoTIFF.
     pub file: String,
-    /// Value of the cells, for a raster of classes; any value except no data when absent.
+    /// Value of the cells; any except no data when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
 }
 
-/// Prescribed motion of an obstacle: rotation about a line that moves with the velocity. The default is no motion, for an obstacle that a
-/// program moves.
+/// Prescribed motion: rotation about a line that moves with the velocity. None by default, for obstacles that a program moves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleMotion {
     /// Velocity (m/s); none when absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<f64>,
-    /// Rate of rotation (degrees per second): anticlockwise in 2D, about `axis` by the right-hand rule in 3D.
+    /// Rate of rotation (degrees per second): anticlockwise in 2D, right-handed about `axis` in 3D.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rotation: f64,
-    /// Point on the line of rotation, at the start (m); needed with `rotation`.
+    /// Point on its line at the start (m), with `rotation`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub centre: Vec<f64>,
-    /// Direction of the line of rotation in 3D, of any length; needed with `rotation`.
+    /// Direction of its line in 3D, of any length, with `rotation`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axis: Vec<f64>,
-    /// Time at which the motion begins (s), not negative.
+    /// Start of the motion (s), not negative.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub start: f64,
-    /// Time over which velocity and rate grow from zero (s), not negative.
+    /// Time of growth of velocity and rate from zero (s), not negative.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub ramp: f64,
 }
@@ -114,7 +110,7 @@ impl ObstacleMotion {
     }
 }
 
-/// Action of an obstacle on material in contact.
+/// Action of an obstacle on material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ObstacleWall {
@@ -122,11 +118,11 @@ pub enum ObstacleWall {
     Rough,
     /// Free slip: only the normal velocity is constrained.
     Smooth,
-    /// Coulomb friction; the material may separate from the obstacle.
+    /// Coulomb friction; the material may separate.
     Frictional {
-        /// Friction coefficient (-), the tangent of the friction angle of the interface.
+        /// Friction coefficient of the interface.
         friction_coefficient: f64,
-        /// Adhesion (Pa): shear strength in addition to friction where the material is pressed against the obstacle.
+        /// Adhesion (Pa) in addition to friction, under pressure.
         #[serde(default, skip_serializing_if = "is_zero")]
         adhesion: f64,
     },
@@ -169,17 +165,16 @@ pub enum ObstacleShape {
         centre: Vec<f64>,
         /// Radius (m).
         radius: f64,
-        /// Whether the solid is outside the ball, so that its inside is a bowl.
+        /// Whether the solid is outside the ball: its inside is a bowl.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         hollow: bool,
     },
-    /// Ground below a line of straight pieces in 2D, from either end. Beyond its ends there is no ground. Give either `points` or a
-    /// `file`.
+    /// Ground below a line of straight pieces in 2D, from either end; none beyond its ends. Give `points` or a `file`.
     GroundLine {
         /// Points of the line (m).
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         points: Vec<[f64; 2]>,
-        /// CSV file with two columns, x and y, in metres, or in the units in brackets in a line of names, as `x (ft)`.
+        /// CSV file of x and y in metres, or in units in brackets in a line of names, as `x (ft)`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         file: Option<String>,
     },
@@ -190,14 +185,14 @@ pub enum ObstacleShape {
         /// Pieces of the line, in order.
         pieces: Vec<ProfilePiece>,
     },
-    /// Polygon in 2D, without crossings, in either sense of rotation.
+    /// Polygon in 2D, without crossings, in either sense.
     Polygon {
         /// Corners (m).
         vertices: Vec<[f64; 2]>,
     },
     /// Polygon in 3D, extruded along an axis.
     Extruded {
-        /// Corners in the plane of the other two axes, in the order x, y, z (m).
+        /// Corners along the other two axes, in the order x, y, z (m).
         vertices: Vec<[f64; 2]>,
         /// Axis of extrusion: 0 is x.
         axis: usize,
@@ -215,19 +210,17 @@ pub enum ObstacleShape {
         /// Point on the line (m).
         centre: [f64; 3],
     },
-    /// Ground in 3D under the heights of a raster: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`), in metres.
-    /// Contact uses two triangles between four nodes. Beyond the raster, and where it has no data, there is no ground.
+    /// Ground in 3D from a raster in metres, with two triangles between four nodes; none beyond it or without data.
     Raster {
-        /// File of the raster, from the folder of the case.
+        /// ESRI ASCII grid or GeoTIFF.
         file: String,
-        /// Distance of the nodes of the resampled raster, along x and y (m); that of the file when absent.
+        /// Resampling distance of nodes along x and y (m); that of the file when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         spacing: Option<f64>,
     },
-    /// Closed triangle mesh in 3D: STL (`.stl`) or Wavefront OBJ (`.obj`), in metres. STL has seven digits: a mesh far from its origin
-    /// must be an OBJ file.
+    /// Closed triangle mesh in 3D, in metres: STL (`.stl`) or Wavefront OBJ (`.obj`). STL has seven digits: far from the origin use OBJ.
     Mesh {
-        /// File of the mesh, from the folder of the case.
+        /// File.
         file: String,
     },
 }
@@ -238,7 +231,7 @@ pub enum ObstacleShape {
 pub struct ProfilePiece {
     /// End of the piece (m).
     pub to: [f64; 2],
-    /// Centre of an arc (m), which takes the shorter way round; a straight line when absent.
+    /// Centre of an arc (m), the shorter way round; straight when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre: Option<[f64; 2]>,
 }

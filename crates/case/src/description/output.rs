@@ -7,24 +7,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Time between frames (s); none when absent, except the first and the last. Steps are shortened so that they end at
-    /// the time of an output.
+    /// Time between frames (s), at which steps end; only the first and last frame when absent.
     pub frames: Option<f64>,
-    /// Time between rows of the measures (s), at which steps end too. When absent there is a row about every hundredth of the whole run,
-    /// after the first step that reaches its time, and no step is shortened for it.
+    /// Time between rows of the measures (s), at which steps end. When absent a run has about a hundred rows, without shorter steps.
     pub measures: Option<f64>,
-    /// Cell size (m) of a regular grid over the domain for averages of every frame: density in space, and averages of the fields weighted
-    /// with mass, for iso-surfaces and volume rendering. It should be two points wide or more. dem instead distributes grains and
-    /// contacts by a kernel: density, velocity, stress, and the part of it from velocities.
+    /// Cell size (m) of a regular grid of averages in every frame, for iso-surfaces and volume rendering; best two points wide or more. It
+    /// has density, and fields weighted with mass; dem averages density, velocity and stress by a kernel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<f64>,
-    /// Contacts of grains with every frame; for dem. Each contact is one line, from centre to centre or from the point on a wall, with
-    /// force (N, on the first grain), its normal and tangential parts (N), overlap (m) and whether it is one with a wall. Bonds broken so
-    /// far are points with time (s) and the ids of the two grains.
+    /// Contacts of grains in every frame; for dem. Lines between centres, or from a wall, have force (N, on the first grain), normal and
+    /// tangential parts (N), overlap (m) and whether they are with a wall. Broken bonds are points with time (s) and both ids.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub contacts: bool,
-    /// Rasters over the plan, written at the end as ESRI ASCII grids and GeoTIFFs with the georeference of the terrain; for methods that
-    /// compute a flow over terrain.
+    /// Rasters over the plan at the end (ESRI ASCII grid and GeoTIFF), with the terrain's georeference; for flows over terrain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rasters: Option<Rasters>,
     /// Compression of frames.
@@ -32,7 +27,7 @@ pub struct Output {
     pub compression: Compression,
     /// Wall-clock seconds between checkpoints.
     pub checkpoint: f64,
-    /// Fields in the frames; all when absent. Identity, body and extent of each point are always written.
+    /// Fields in the frames; all when absent. Identity, body and extent are always written.
     pub fields: Option<Vec<String>>,
 }
 
@@ -51,16 +46,16 @@ impl Default for Output {
     }
 }
 
-/// Compression of frames; all three contain equal numbers.
+/// Lossless compression of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compression {
-    /// No compression: files are two to three times as large.
+    /// None: files are two to three times as large.
     None,
     /// Level 2 of zlib.
     #[default]
     Fast,
-    /// Level 9 of zlib: about five times the time of `fast`, for files that are hardly smaller where numbers have noise.
+    /// Level 9 of zlib: five times the time of `fast`, for hardly smaller files where numbers have noise.
     Best,
 }
 
@@ -89,20 +84,19 @@ impl Default for Rasters {
     }
 }
 
-/// Rasters over the plan: largest thickness, velocity and dynamic pressure `ρ |v|²`, time of arrival, and thickness and velocity at the
-/// end. They are updated in every step.
+/// Rasters over the plan: largest thickness, velocity and dynamic pressure `ρ |v|²`, time of arrival, and final thickness and velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rasters {
-    /// Width of the cells (m); when absent, that of the cells of the terrain raster, and without a raster the distance of the nodes.
+    /// Cell width (m); that of the terrain raster when absent, without one the distance of the nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cell: Option<f64>,
-    /// Thickness from which a cell counts as reached (m). Cells never reached have no data, except in the rasters of the end.
+    /// Thickness (m) from which a cell counts as reached; others have no data, except in final rasters.
     #[serde(default = "default_threshold")]
     pub threshold: f64,
-    /// File with the mapped outline of an event, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of the
-    /// case. Each row of the measures then has the area of cells reached within it (`mapped_hit`, m²), not reached (`mapped_missed`),
-    /// reached beyond it (`mapped_beyond`), and `mapped_fit`, the first over the sum of all three: 1 where both are equal.
+    /// Mapped outline of an event, in metres: GeoJSON (`.geojson`, `.json`) or shapefile (`.shp`), from the folder of the case. The
+    /// measures then have the areas (m²) reached within it (`mapped_hit`), not reached (`mapped_missed`) and reached beyond it
+    /// (`mapped_beyond`). `mapped_fit` is the first over the sum of all three, at best 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(rename = "mapped")]
     pub mapped_outline: Option<String>,

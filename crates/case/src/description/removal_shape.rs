@@ -4,41 +4,39 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Shape that moves at its own velocity and removes the points that it covers: a saw in a weak layer, or a trench excavated during the
-/// run. Each row of the measures has three columns for it: `NAME.travel`, the distance moved (m), `NAME.mass`, the mass removed (kg), and
-/// `NAME.energy`, the kinetic and recoverable energy removed with it (J).
+/// Shape that moves at its own velocity and removes the points that it covers, as a saw or a trench. The measures have `NAME.travel` (m),
+/// and the mass and the kinetic and recoverable energy removed, `NAME.mass` (kg) and `NAME.energy` (J).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RemovalShape {
-    /// Name, of letters, digits, _ and -; no measure has the same name.
+    /// Name of letters, digits, _ and -, not that of a measure.
     pub name: String,
-    /// Region of the shape at the time `start`.
+    /// Region at the time `start`.
     pub shape: Shape,
-    /// Velocity (m/s), one number per space dimension; the shape does not rotate.
+    /// Velocity (m/s), one number per dimension.
     pub velocity: Vec<f64>,
-    /// Name of the stage from whose beginning `start` and `stop` count, and with which the shape ends. When absent they count from the
-    /// beginning of the run.
+    /// Stage that `start` and `stop` refer to and that ends the shape; when absent the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stage: Option<String>,
-    /// Time at which the shape begins to move and to cut (s), at least 0.
+    /// Start of motion and cut (s), not negative.
     #[serde(default)]
     pub start: f64,
-    /// Time at which the shape is removed (s), after `start`; the end of the stage, or of the run, when absent.
+    /// Time of its removal (s), after `start`; the end of the stage or run when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop: Option<f64>,
-    /// Names of the bodies that the shape cuts; all when absent.
+    /// Bodies that the shape cuts; all when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
-    /// Action on the points that the shape covers.
+    /// Action on the covered points.
     #[serde(default)]
     pub action: RemovalAction,
 }
 
-/// Action of a removal shape on points.
+/// Action of a removal shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RemovalAction {
-    /// Removal of the points, with their mass, momentum and energy.
+    /// Removal with mass, momentum and energy.
     #[default]
     Remove,
 }

@@ -12,12 +12,12 @@ use crate::{Case, CaseError, Measure};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Weakening {
-    /// Factor `F` (-) by which strength is divided, > 0.
+    /// Factor `F`, positive.
     pub factor: f64,
     /// Strength parameters that the factor divides.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Names of the materials; all that have a strength when absent.
+    /// Materials; all with a strength when absent.
     #[serde(default)]
     pub materials: Option<Vec<String>>,
 }
@@ -43,32 +43,29 @@ fn set_return_to_yield(material: &mut MaterialSpec) {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorOfSafety {
-    /// Name of the stage at whose end the bodies are at rest with their full strength.
+    /// Stage at whose end the bodies are at rest with their full strength.
     pub after: String,
-    /// Longest duration of a trial (s), in twelve time windows: if bodies have neither come to rest nor clearly failed by then, the search is
-    /// undecided. When absent, a block is the time that the bodies need to come to rest, without yielding, after removal of half of their
-    /// weight.
+    /// Longest duration of a trial (s), in twelve windows; if bodies neither rest nor clearly fail, the search is undecided. When absent a
+    /// window is the time to come to rest without yielding after removal of half of the weight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
-    /// Height of the slope (m). Bodies of which a hundredth has moved by more than 0.02 of this height plus their elastic settlement under
-    /// their weight have failed. When absent, from the lowest to the highest position of the free surface; the height of all bodies where
-    /// the surface is level.
+    /// Height of the slope (m). Bodies have failed when a hundredth has moved by more than 0.02 of it plus their elastic settlement. When
+    /// absent the range of heights of the free surface, or of the bodies if it is level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
-    /// Smallest and largest factor (-).
+    /// Smallest and largest factor.
     #[serde(default = "range")]
     pub range: [f64; 2],
-    /// Width of the interval that contains the factor at the end of the search (-).
+    /// Final width of the interval that contains the factor.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
-    /// Local damping factor (-) of the trials, 0 to 1, as in a stage. Trials determine the state of rest, not the motion towards it; with
-    /// little damping the bodies oscillate too long, and trials remain undecided.
+    /// Local damping of the trials, 0 to 1. With little damping the bodies oscillate too long, and trials remain undecided.
     #[serde(default = "strong_damping")]
     pub damping: f64,
     /// Strength parameters that the factor divides.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Names of the materials; all that have a strength when absent.
+    /// Materials; all with a strength when absent.
     #[serde(default)]
     pub materials: Option<Vec<String>>,
 }

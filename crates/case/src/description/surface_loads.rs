@@ -7,112 +7,106 @@ use serde::{Deserialize, Serialize};
 use crate::description::{Axis, Side, Stage};
 use crate::files::piecewise_linear;
 
-/// Load on a body.
+/// Load on a body, also in later stages. All but `pore-pressure` are total, of skeleton and pore fluid. The points that carry it are the
+/// outermost ones at the start of the case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Load {
-    /// Traction (Pa) on one side of a body, constant in direction. On a body with a pore fluid it is the total one, of skeleton and
-    /// fluid.
+    /// Traction (Pa) on one side of a body, constant in direction.
     Traction {
-        /// Name of the loaded body, not a rigid one.
+        /// Loaded body, not a rigid one.
         body: String,
-        /// Loaded side of the bounding box of the body.
+        /// Loaded side of the body's bounding box.
         side: Side,
         /// Traction vector (Pa).
         value: Vec<f64>,
-        /// Time over which the load grows from zero (s).
+        /// Time of its growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the growth over the ramp.
+        /// Shape of the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
-        /// the outermost ones at the start of the case.
+        /// Stage in which it begins; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// Variation of the load along its side; uniform when absent.
+        /// Variation along its side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
-        /// Carrier of the load: points or nodes.
+        /// Carrier of the load.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
-    /// Pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to it and grows with
-    /// its area. On a body with a pore fluid it is the total one.
+    /// Pressure (Pa) on one side of a body, carried by its outermost points: it stays normal to the surface and grows with its area.
     Pressure {
-        /// Name of the loaded body, not a rigid one.
+        /// Loaded body, not a rigid one.
         body: String,
-        /// Loaded side of the bounding box of the body.
+        /// Loaded side of the body's bounding box.
         side: Side,
         /// Pressure (Pa), positive towards the body.
         value: f64,
-        /// Time over which the load grows from zero (s).
+        /// Time of its growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the growth over the ramp.
+        /// Shape of the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
-        /// the outermost ones at the start of the case.
+        /// Stage in which it begins; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// Variation of the load along its side; uniform when absent.
+        /// Variation along its side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
     },
-    /// Pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water. It acts on the fluid alone; a pressure on
-    /// skeleton and fluid together is a `traction` or a `pressure` in addition. A side without this load has zero pore pressure.
+    /// Pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water; zero without this load. Pressure on skeleton
+    /// and fluid is a further `traction` or `pressure`.
     PorePressure {
-        /// Name of the loaded body, not a rigid one.
+        /// Loaded body, not a rigid one.
         body: String,
-        /// Loaded side of the bounding box of the body.
+        /// Loaded side of the body's bounding box.
         side: Side,
         /// Pressure (Pa), compression-positive.
         value: f64,
-        /// Time over which the load grows from zero (s).
+        /// Time of its growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the growth over the ramp.
+        /// Shape of the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
-        /// the outermost ones at the start of the case.
+        /// Stage in which it begins; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// Variation of the load along its side; uniform when absent.
+        /// Variation along its side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
-        /// Carrier of the load: points or nodes.
+        /// Carrier of the load.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
-    /// Pressure and shear (Pa) on the surface of a body, or on a part of it, straight or curved, carried by the points next to it: both
-    /// follow the surface, turn with it and grow with its area. On a body with a pore fluid they are the total ones.
+    /// Pressure and shear (Pa) on the surface of a body or a part of it, carried by the points next to it. Both turn and grow with the
+    /// surface.
     Surface {
-        /// Name of the loaded body, not a rigid one.
+        /// Loaded body, not a rigid one.
         body: String,
-        /// Region that contains the loaded part of the surface at the start; all of the surface when absent. The surface is that of the
-        /// shape of the body, its holes included.
+        /// Region of the loaded surface at the start, holes included; all of it when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         within: Option<Shape>,
         /// Pressure (Pa), positive towards the body.
         #[serde(default)]
         pressure: f64,
-        /// Shear (Pa): in the plane and in axisymmetry positive counter-clockwise, that is with the body to the left of its
-        /// direction; in space in the direction of `axis` × outward normal, times the sine of the angle between the two. Not in 1D.
+        /// Shear (Pa), not in 1D. In the plane and in axisymmetry it is positive counter-clockwise, with the body to its left. In space it
+        /// is along `axis` × outward normal, times the sine of their angle.
         #[serde(default)]
         shear: f64,
-        /// Axis of the shear in space, of any length: along that of a shaft it twists the shaft.
+        /// Axis of the shear in space, of any length: that of a shaft for torsion.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<[f64; 3]>,
-        /// Time over which the load grows from zero (s).
+        /// Time of its growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the growth over the ramp.
+        /// Shape of the ramp.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Name of the stage in which the load begins; the first when absent. It continues in later stages. The points that carry it are
-        /// the outermost ones at the start of the case.
+        /// Stage in which it begins; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
     },
@@ -282,17 +276,15 @@ impl Load {
     }
 }
 
-/// Variation of a load along its side: `[[0, 1], [10, 0]]` along y is the pressure of water with its surface at y = 10 m on a side that
-/// reaches down to y = 0, where it has its `value`; `[[2, 0], [2, 1], [4, 1], [4, 0]]` along x is a strip from 2 to 4 m. A part of the
-/// load keeps its size as it moves with the body.
+/// Variation of a load along its side: `[[0, 1], [10, 0]]` along y is water up to y = 10 m, with the `value` at y = 0. Parts keep their
+/// size as they move with the body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadProfile {
-    /// Axis along which the load varies, not the one normal to the side.
+    /// Axis of the variation, not normal to the side.
     pub axis: Axis,
-    /// Coordinates on that axis (m), ascending, and the share of the `value` that acts there at the start, of either
-    /// sign: straight lines in between, and beyond the first and the last the share that these have. Two entries with
-    /// the same coordinate make a jump.
+    /// Coordinates on the axis (m), ascending, and shares of the `value` at the start, of either sign; linear between, constant beyond. Two
+    /// entries at one coordinate make a jump.
     pub shares: Vec<[f64; 2]>,
 }
 
@@ -305,15 +297,15 @@ impl LoadProfile {
     }
 }
 
-/// Carrier of a load: points or nodes (sheet: mpm §2.11).
+/// Carrier of a load (sheet: mpm §2.11).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadTarget {
-    /// Outermost points of the body, which move the load with them. The load is smeared over the cells next to the side.
+    /// Outermost points of the body, which move the load; it is smeared over the cells next to the side.
     #[default]
     Points,
-    /// Nodes on the side, as in finite elements: exact up to the side, which must lie on a grid line (on a mesh along facets) and stay
-    /// there, because nodes that the body leaves have no load. For methods with a grid.
+    /// Nodes on the side, as in finite elements, exact up to it; for methods with a grid. The side must stay on a grid line (mesh: along
+    /// facets): nodes that the body leaves have no load.
     Nodes,
 }
 
@@ -331,7 +323,7 @@ pub enum RampShape {
     /// Linear in time.
     #[default]
     Linear,
-    /// Half a wave of a cosine, without a kink at either end.
+    /// Half a cosine wave, without a kink at either end.
     Cosine,
 }
 

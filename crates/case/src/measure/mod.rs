@@ -179,8 +179,8 @@ measures! {
     Profile(Profile),
     /// Fields averaged over the points within `radius` of a position.
     Probe(Probe),
-    /// Length of a crack through a body (m): columns `NAME`, the end of the part that is cracked or cut without a gap from the origin,
-    /// and `NAME.farthest`, the end of the farthest cracked or cut part, as of a crack that has opened ahead.
+    /// Length of a crack through a body (m): columns `NAME`, the end of the continuous crack or cut from the origin, and `NAME.farthest`,
+    /// that of the farthest part.
     CrackTip(CrackTip),
     /// Front of a flow along the line of an obstacle in the plane, slope, arcs and all (m): the position on the line behind which a
     /// fraction of the mass lies, each point at its nearest position on the line. Rigid bodies do not count, unless `bodies` names them.
@@ -204,8 +204,7 @@ measures! {
     /// Energy dissipated by the materials since the start (J; per metre in plane strain, per radian in axisymmetry): the work of their
     /// stresses minus the stored energy. For a law without a defined stored energy, all work counts as dissipated.
     Dissipation(Dissipation),
-    /// Factor of safety: the factor by which strength may be divided before the bodies no longer come to rest, by trials from the state
-    /// at the end of a stage. Computed after the run.
+    /// Factor of safety: the largest divisor of strength at which the bodies come to rest, by trials after the run.
     FactorOfSafety(FactorOfSafety),
 }
 

@@ -13,7 +13,7 @@ pub enum BinghamSolution {
     /// Solution to round-off.
     #[default]
     Exact,
-    /// Economised quadratic of Pastor et al. (2004): within -2.8 % to +5.2 %, the latter at rest.
+    /// Economised quadratic (Pastor et al. 2004): within -2.8 % to +5.2 %, the latter at rest.
     Quadratic,
 }
 

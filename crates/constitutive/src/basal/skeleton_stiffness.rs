@@ -10,7 +10,7 @@ use crate::contract::parameter_checks::{not_negative, positive};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkeletonSpec {
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,

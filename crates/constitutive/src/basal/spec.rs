@@ -7,7 +7,7 @@ use super::{BasalDrag, BasalRheology, BasalStrength, BinghamSolution, CohesionFo
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::{MaterialError, MaybeInfinite};
 
-/// Basal law of a case file: the name of the model and its parameters, angles in degrees.
+/// Basal law. The pore-pressure ratio is the constant share of the normal stress that water carries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "model", deny_unknown_fields)]
 pub enum BasalSpec {
@@ -130,14 +130,13 @@ fn pore_pressure_ratio(ratio: f64) -> Result<f64, MaterialError> {
 pub struct BinghamBaseSpec {
     /// Yield stress `τ_y` (Pa), not negative.
     pub yield_stress: f64,
-    /// Friction angle at the base (degrees), 0 to 90 (excluded), for a yield stress that grows with the effective
-    /// normal stress.
+    /// Friction angle (degrees), 0 to 90 (excluded), which adds `σ' tan φ` to the yield stress.
     #[serde(default)]
     pub friction_angle: f64,
-    /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries, 0 to 1.
+    /// Pore-pressure ratio `r_u`, 0 to 1.
     #[serde(default)]
     pub pore_pressure_ratio: f64,
-    /// Plastic viscosity `μ` (Pa s), not negative; at 0 the base has the yield stress only.
+    /// Plastic viscosity `μ` (Pa s), not negative.
     pub viscosity: f64,
     /// Solution of the cubic equation.
     #[serde(default)]
@@ -173,13 +172,13 @@ macro_rules! frictional {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($(#[$field_doc])* pub $field: $kind,)*
-            /// Cohesion `c` at the base (Pa), not negative.
+            /// Cohesion `c` (Pa), not negative.
             #[serde(default)]
             pub cohesion: f64,
-            /// Dependence of cohesion on the normal stress.
+            /// Form of the cohesion.
             #[serde(default)]
             pub cohesion_form: CohesionForm,
-            /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries, 0 to 1.
+            /// Pore-pressure ratio `r_u`, 0 to 1.
             #[serde(default)]
             pub pore_pressure_ratio: f64,
         }
@@ -212,11 +211,11 @@ macro_rules! frictional {
 frictional! {
     /// Parameters of `viscous-frictional`, angles in degrees.
     ViscousFrictionalSpec {
-        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), 0 to 90 (excluded).
         friction_angle: f64,
         /// Consistency `μ` (Pa sᵐ), not negative.
         consistency: f64,
-        /// Power `m` of the shear rate, > 0: 1 for a viscous fluid, 2 for grain inertia.
+        /// Power `m` of the shear rate, positive: 1 viscous, 2 grain inertia.
         exponent: f64,
     }
 }
@@ -235,9 +234,9 @@ impl ViscousFrictionalSpec {
 frictional! {
     /// Parameters of `voellmy`, angles in degrees.
     VoellmySpec {
-        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), 0 to 90 (excluded).
         friction_angle: f64,
-        /// Turbulence coefficient `ξ` (m/s²), > 0, or `"none"` for no turbulence.
+        /// Turbulence coefficient `ξ` (m/s²), positive, or `"none"`.
         turbulence: MaybeInfinite,
     }
 }
@@ -254,7 +253,7 @@ impl VoellmySpec {
 frictional! {
     /// Parameters of `coulomb`, angles in degrees.
     CoulombSpec {
-        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), 0 to 90 (excluded).
         friction_angle: f64,
     }
 }
@@ -304,7 +303,7 @@ impl GranularBaseSpec {
 frictional! {
     /// Parameters of `manning`, angles in degrees.
     ManningSpec {
-        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), 0 to 90 (excluded).
         friction_angle: f64,
         /// Manning's roughness `n` (s/m^⅓), not negative.
         roughness: f64,
@@ -323,9 +322,9 @@ impl ManningSpec {
 frictional! {
     /// Parameters of `chezy`, angles in degrees.
     ChezySpec {
-        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), 0 to 90 (excluded).
         friction_angle: f64,
-        /// Chézy's coefficient `C` (m^½/s), > 0: `ξ = C²`.
+        /// Chézy's coefficient `C` (m^½/s), positive: `ξ = C²`.
         coefficient: f64,
     }
 }

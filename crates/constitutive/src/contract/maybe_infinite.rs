@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Number, or `"none"` for an infinite value: a turbulence coefficient without turbulence, a settling velocity without drag.
+/// Number, or `"none"` for an infinite value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number or \"none\"")]
 pub enum MaybeInfinite {
@@ -13,11 +13,11 @@ pub enum MaybeInfinite {
     Word(NoneWord),
 }
 
-/// The word `"none"`, which stands for an infinite value in case files.
+/// Word `"none"`, an infinite value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoneWord {
-    /// The word.
+    /// Infinite.
     None,
 }
 

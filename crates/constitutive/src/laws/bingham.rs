@@ -28,7 +28,7 @@ use crate::{Corotational, Material, MaterialError};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum YieldForm {
-    /// Elastic below the yield stress, backward Euler above it. The default.
+    /// Elastic below yield, backward Euler above. The default.
     // With braces, so that unknown keys are refused here as well.
     Viscoplastic {},
     /// Effective viscosity with a cap.
@@ -48,20 +48,19 @@ impl Default for YieldForm {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BinghamSpec {
-    /// Density at zero pressure (kg/m³), > 0.
+    /// Density at zero pressure (kg/m³), positive.
     pub density: f64,
-    /// Bulk modulus at zero pressure (Pa), > 0.
+    /// Bulk modulus at zero pressure (Pa), positive.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
-    /// `viscoplastic`.
+    /// Shear modulus below yield (Pa), positive, for `viscoplastic`; by default from the bulk modulus and a Poisson's ratio of 0.3.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Yield stress `τ_y` (Pa), not negative.
     pub yield_stress: f64,
     /// Plastic viscosity `μ` (Pa s), not negative.
     pub viscosity: f64,
-    /// Largest tension before the fluid cavitates (Pa), not negative. With zero, the default, a fluid without confining pressure opens as
-    /// soon as it moves: in a channel without a free surface give this, or an initial pressure.
+    /// Largest tension before cavitation (Pa), not negative. At zero an unconfined fluid opens as it moves: without a free surface give
+    /// this or an initial pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.
@@ -76,12 +75,11 @@ pub struct BinghamSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionalFluidSpec {
-    /// Density at zero pressure (kg/m³), > 0.
+    /// Density at zero pressure (kg/m³), positive.
     pub density: f64,
-    /// Bulk modulus at zero pressure (Pa), > 0.
+    /// Bulk modulus at zero pressure (Pa), positive.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
-    /// `viscoplastic`.
+    /// Shear modulus below yield (Pa), positive, for `viscoplastic`; by default from the bulk modulus and a Poisson's ratio of 0.3.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Friction angle (degrees), 0 to 90 (excluded).
@@ -89,11 +87,11 @@ pub struct FrictionalFluidSpec {
     /// Cohesion (Pa), not negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Viscosity of the flow above yield (Pa s), not negative.
+    /// Viscosity above yield (Pa s), not negative.
     #[serde(default)]
     pub viscosity: f64,
-    /// Largest tension before the fluid cavitates (Pa), not negative. With zero, the default, a fluid without confining pressure opens as
-    /// soon as it moves: in a channel without a free surface give this, or an initial pressure.
+    /// Largest tension before cavitation (Pa), not negative. At zero an unconfined fluid opens as it moves: without a free surface give
+    /// this or an initial pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.

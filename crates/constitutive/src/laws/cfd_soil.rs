@@ -20,7 +20,7 @@ use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{FlowCurve, FlowOutputs, Viscoplastic};
 use crate::{Corotational, Material, MaterialError};
 
-/// Measure of shear stress that is compared with the strength.
+/// Measure of shear stress compared with the strength.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShearNorm {
@@ -35,9 +35,9 @@ pub enum ShearNorm {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CfdSoilSpec {
-    /// Density at zero pressure (kg/m³), > 0.
+    /// Density at zero pressure (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
@@ -46,7 +46,7 @@ pub struct CfdSoilSpec {
     /// Cohesion (Pa), not negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Measure of shear stress that is compared with the strength.
+    /// Measure of shear stress compared with the strength.
     #[serde(default)]
     pub norm: ShearNorm,
 }

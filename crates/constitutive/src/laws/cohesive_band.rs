@@ -32,16 +32,16 @@ const LARGEST_SOFTENING: f64 = 300.0;
 pub struct CohesiveBandSpec {
     /// Cohesion `c` (Pa), more than `μ f_t`.
     pub cohesion: f64,
-    /// Tensile strength `f_t` (Pa), > 0.
+    /// Tensile strength `f_t` (Pa), positive.
     pub tensile_strength: f64,
-    /// Coefficient of friction `μ`, > 0.
+    /// Coefficient of friction `μ`, positive.
     pub friction_coefficient: f64,
     /// Coefficient of dilation `μ_ψ`, 0 to `μ`.
     #[serde(default)]
     pub dilatancy_coefficient: f64,
-    /// Fracture energy in opening `G_I` (J/m²), > 0.
+    /// Fracture energy in opening `G_I` (J/m²), positive.
     pub opening_energy: f64,
-    /// Fracture energy in sliding `G_II` (J/m²), > 0.
+    /// Fracture energy in sliding `G_II` (J/m²), positive.
     pub sliding_energy: f64,
     /// Normal stiffness `K_n` (Pa/m), steeper than the softening, `f_t²/G_I`.
     pub normal_stiffness: f64,

@@ -20,11 +20,11 @@ const NAME: &str = "cohesive-damage";
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CohesiveDamageSpec {
-    /// Strength `f_t` (Pa), > 0, equal in opening and sliding.
+    /// Strength `f_t` (Pa), positive, equal in opening and sliding.
     pub tensile_strength: f64,
     /// Fracture energy `G` (J/m²), more than `f_t²/(2 K₀)`.
     pub fracture_energy: f64,
-    /// Stiffness `K₀` (Pa/m), > 0.
+    /// Stiffness `K₀` (Pa/m), positive.
     pub stiffness: f64,
 }
 

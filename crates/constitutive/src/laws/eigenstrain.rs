@@ -18,9 +18,9 @@ use crate::{Mat3, Material, MaterialError, MaterialSpec, Motion, SymTensor};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EigenstrainSpec {
-    /// Volumetric strain at the end (-), expansion-positive, -0.5 to 0.5.
+    /// Final volumetric strain, expansion-positive, -0.5 to 0.5.
     pub volumetric_strain: f64,
-    /// Time over which the strain grows linearly from the start (s), > 0.
+    /// Time of linear growth from the start (s), positive.
     pub duration: f64,
     /// Material that shrinks or swells.
     pub material: Box<MaterialSpec>,

@@ -62,11 +62,11 @@ impl fmt::Debug for ProgramLaw {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExternalSpec {
-    /// Density of the material with its pores (kg/m³), > 0.
+    /// Density with pores (kg/m³), positive.
     pub density: f64,
-    /// Name of the law: `granular-cell`, a periodic cell of grains.
+    /// Law: `granular-cell`, a periodic cell of grains.
     pub law: String,
-    /// Parameters of that law; for `granular-cell` see docs/theory/dem.md, "A cell of grains as a material".
+    /// Its parameters; for `granular-cell` see docs/theory/dem.md, "A cell of grains as a material".
     #[serde(default)]
     pub parameters: Map<String, Value>,
     /// Law that the program has handed over; a case file cannot contain it.

@@ -21,9 +21,9 @@ use crate::{Material, MaterialError, SymTensor, Tangent};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixedCorotatedSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus at small strain (Pa), > 0.
+    /// Young's modulus at small strain (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio at small strain, between -1 and 0.5.
     pub poissons_ratio: f64,

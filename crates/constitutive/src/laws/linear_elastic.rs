@@ -22,13 +22,13 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LinearElasticSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Strain measure: small strain in rate form, or logarithmic finite strain.
+    /// Strain measure, small or finite.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
 }

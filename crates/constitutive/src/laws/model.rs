@@ -90,14 +90,14 @@ pub enum ModelFamily {
     Wrapper,
 }
 
-/// Strain measure of a law with linear elasticity.
+/// Strain measure of linear elasticity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StrainMeasure {
-    /// Small-strain increments in a co-rotating frame (Jaumann rate).
+    /// Small strain in a co-rotating frame (Jaumann rate).
     #[default]
     Rate,
-    /// Logarithmic (Hencky) strain of the elastic deformation: finite strain, path-independent elasticity.
+    /// Logarithmic (Hencky) elastic strain: finite, path-independent.
     Hencky,
 }
 

@@ -32,23 +32,22 @@ const NAME: &str = "mu-i";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MuISpec {
-    /// Density of the packing at zero pressure, voids included (kg/m³), > 0.
+    /// Density at zero pressure, voids included (kg/m³), positive.
     pub density: f64,
-    /// Bulk modulus of the packing `ρ₀ c₀²` (Pa), > 0.
+    /// Bulk modulus of the packing `ρ₀ c₀²` (Pa), positive.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; when absent it follows from the bulk modulus with a Poisson's ratio of 0.3. Only for
-    /// `elasto-viscoplastic`.
+    /// Shear modulus below yield (Pa), positive, for `elasto-viscoplastic`; by default from the bulk modulus and a Poisson's ratio of 0.3.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
-    /// Density of the grains (kg/m³), > 0.
+    /// Density of the grains (kg/m³), positive.
     pub grain_density: f64,
-    /// Diameter of the grains (m), > 0.
+    /// Diameter of the grains (m), positive.
     pub grain_diameter: f64,
-    /// Friction coefficient at rest `μ_s`, between 0 and 2, both excluded.
+    /// Friction coefficient at rest `μ_s`, between 0 and 2.
     pub static_friction: f64,
-    /// Friction coefficient `μ_2`, the limit in fast flow: at least `static_friction`, below 2.
+    /// Friction coefficient `μ_2` in fast flow: at least `static_friction`, below 2.
     pub limit_friction: f64,
-    /// Inertial number `I_0` at which friction is halfway between the two, > 0.
+    /// Inertial number `I_0` at halfway friction, positive.
     pub reference_inertial_number: f64,
     /// Integration of the flow.
     #[serde(default)]
@@ -59,25 +58,25 @@ pub struct MuISpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MuIForm {
-    /// Elastic below the static yield stress: the material can rest on a slope, and the viscous step has no limit. The default.
+    /// Elastic below the static yield stress: the material can rest on a slope, and viscosity does not limit the step. The default.
     // With braces, so that unknown keys are refused here as well.
     ElastoViscoplastic {},
-    /// Capped viscosity `η = min(μ(I) p/γ̇, η_max)`, with `γ̇` no smaller than a floor (Bui & Nguyen 2021).
+    /// Capped viscosity `η = min(μ(I) p/γ̇, η_max)` with a floor of `γ̇` (Bui & Nguyen 2021).
     Capped {
-        /// Largest viscosity `η_max` (Pa s), > 0.
+        /// Largest viscosity `η_max` (Pa s), positive.
         max_viscosity: f64,
-        /// Floor of the shear rate (1/s), > 0.
+        /// Floor of the shear rate (1/s), positive.
         #[serde(default = "rate_floor")]
         min_shear_rate: f64,
     },
     /// Smoothed viscosity `η = μ(I) p/√(γ̇² + δ²)`.
     Smoothed {
-        /// Smoothing shear rate `δ` (1/s), > 0.
+        /// Smoothing shear rate `δ` (1/s), positive.
         shear_rate: f64,
     },
     /// Papanastasiou's viscosity `η = μ_s p (1 - e^(-mγ̇))/γ̇ + (μ(I) - μ_s) p/γ̇`.
     Papanastasiou {
-        /// Time constant `m` (s), > 0.
+        /// Time constant `m` (s), positive.
         time: f64,
     },
 }

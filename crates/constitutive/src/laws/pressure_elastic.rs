@@ -41,16 +41,16 @@ pub(super) const MIN_PRESSURE: f64 = MIN_PRESSURE_RATIO * REFERENCE_PRESSURE;
 pub enum PressureStiffness {
     /// Power law of pressure: `G = A (p/p_ref)ⁿ`.
     Sand {
-        /// Shear modulus at the reference pressure, `A` (Pa), > 0.
+        /// Shear modulus at the reference pressure, `A` (Pa), positive.
         shear_modulus: f64,
-        /// Reference pressure (Pa), > 0.
+        /// Reference pressure (Pa), positive.
         reference_pressure: f64,
         /// Exponent `n`, 0 (constant stiffness) to 1.
         exponent: f64,
     },
     /// Stiffness proportional to pressure: `K = (1+e) p/κ`.
     Clay {
-        /// Slope `κ` of the unloading line in the plane of specific volume and ln p, > 0.
+        /// Slope `κ` of the unloading line, positive.
         swelling_slope: f64,
     },
 }
@@ -59,16 +59,16 @@ pub enum PressureStiffness {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PressureElasticSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
     /// Dependence of stiffness on pressure.
     pub stiffness: PressureStiffness,
     /// Poisson's ratio, between -1 and 0.5.
     #[serde(default = "poissons_ratio")]
     pub poissons_ratio: f64,
-    /// Initial void ratio, > 0.
+    /// Initial void ratio, positive.
     pub void_ratio: f64,
-    /// Pressure below which the stiffness is constant (Pa), > 0; when absent a thousandth of the reference pressure (1 kPa for clay).
+    /// Pressure below which stiffness is constant (Pa), positive; by default 0.001 of the reference (1 kPa for clay).
     #[serde(default)]
     pub least_pressure: Option<f64>,
 }

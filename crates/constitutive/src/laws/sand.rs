@@ -41,24 +41,24 @@ const YIELD_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SandSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Friction angle (degrees), above 0, below 90; with `hardening` the friction angle after much flow.
+    /// Friction angle (degrees), above 0, below 90; with `hardening` that after much flow.
     pub friction_angle: f64,
     /// Change of the friction angle with flow; none when absent.
     #[serde(default)]
     pub hardening: Option<SandHardening>,
-    /// Whether volume gained in tension must be closed again before the sand carries stress; when false the sand retains that volume.
+    /// Whether volume gained in tension must close before the sand carries stress; otherwise it is kept.
     #[serde(default = "default_true")]
     pub volume_correction: bool,
     /// Tensor of the invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
-    /// Whether an initial stress outside the cone is returned to it; when false such a case is rejected.
+    /// Whether initial stress outside yield is returned to it; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -67,19 +67,18 @@ fn default_true() -> bool {
     true
 }
 
-/// Change of the friction angle of `sand` with flow (Klar et al. 2016): `φ = h0 + (h1 a - h3) exp(-h2 a)`, where `h0` is `friction_angle`
-/// and `a` is the sum of the norms of the plastic strain.
+/// Friction angle in flow: `φ = h0 + (h1 a - h3) exp(-h2 a)`, with `h0` the `friction_angle`, `a` the sum of plastic strain norms, and
+/// defaults of Klar et al. 2016.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SandHardening {
-    /// Initial growth `h1` of the friction angle with plastic strain (degrees), not negative; 9 in Klar et al. 2016.
+    /// Initial growth `h1` (degrees), not negative.
     #[serde(default = "growth")]
     pub growth: f64,
-    /// Decay rate `h2` of the change with plastic strain (-), > 0; 0.2 in Klar et al. 2016.
+    /// Decay rate `h2`, positive.
     #[serde(default = "default_decay_rate")]
     pub fading: f64,
-    /// Difference `h3` of `friction_angle` and the initial friction angle (degrees), not negative and below `friction_angle`; 10 in Klar et
-    /// al. 2016.
+    /// Initial deficit `h3` from `friction_angle` (degrees), not negative, below it.
     #[serde(default = "default_angle_difference")]
     pub below: f64,
 }

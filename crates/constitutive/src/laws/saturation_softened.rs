@@ -24,7 +24,7 @@ const NAME: &str = "saturation-softened";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturationSoftenedSpec {
-    /// Cohesion of the saturated soil (Pa), 0 to the cohesion of the material.
+    /// Cohesion of saturated soil (Pa), 0 to that of the material.
     pub saturated_cohesion: f64,
     /// Dry soil: `drucker-prager` or `mohr-coulomb` in rate form, of constant strength.
     pub material: Box<MaterialSpec>,

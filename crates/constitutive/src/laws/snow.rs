@@ -42,28 +42,28 @@ const LARGEST_STEP: f64 = 0.2;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SnowSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus before any plastic flow (Pa), > 0.
+    /// Young's modulus before any plastic flow (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Largest elastic compression θ_c along a direction, between 0 and 1 (exclusive).
+    /// Largest elastic compression θ_c along a direction, between 0 and 1.
     #[serde(default = "critical_compression")]
     pub critical_compression: f64,
-    /// Largest elastic extension θ_s along a direction, > 0.
+    /// Largest elastic extension θ_s along a direction, positive.
     #[serde(default = "critical_stretch")]
     pub critical_stretch: f64,
-    /// Factor ξ of the change of the moduli with the plastic volume, not negative.
+    /// Factor ξ of the change of moduli with plastic volume, not negative.
     #[serde(default = "hardening_factor")]
     pub hardening_factor: f64,
     /// Elastic law: stress from the elastic stretches.
     #[serde(default)]
     pub elastic_law: SnowElasticity,
-    /// Lower bound of the plastic volume ratio `J_P` for hardening, above 0 and at most 1. Denser snow does not harden further.
+    /// Lower bound of plastic volume ratio `J_P`, above 0, at most 1; denser snow hardens no further.
     #[serde(default = "least_plastic_volume")]
     pub least_plastic_volume: f64,
-    /// Upper bound of the plastic volume ratio `J_P` for softening, at least 1. Looser snow does not soften further.
+    /// Upper bound of plastic volume ratio `J_P`, at least 1; looser snow softens no further.
     #[serde(default = "largest_plastic_volume")]
     pub largest_plastic_volume: f64,
 }

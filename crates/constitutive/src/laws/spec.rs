@@ -23,7 +23,7 @@ macro_rules! density {
 /// gives the expression.
 macro_rules! models {
     ($($(#[$doc:meta])* $name:literal => $variant:ident($spec:ty $(, $($density:tt)+)?),)*) => {
-        /// Material of a case file: the name of the model and its parameters, angles in degrees.
+        /// Material: the name of the model and its parameters.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(tag = "model")]
         pub enum MaterialSpec {
@@ -126,8 +126,7 @@ models! {
     "fixed-corotated" => FixedCorotated(FixedCorotatedSpec),
     /// Drucker–Prager plasticity.
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
-    /// Sand without cohesion at finite strain (Klar): its friction angle may change with flow, and volume gained by separation is closed
-    /// again.
+    /// Sand without cohesion at finite strain (Klar); volume gained by separation is closed again.
     "sand" => Sand(SandSpec),
     /// Mohr–Coulomb plasticity.
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),

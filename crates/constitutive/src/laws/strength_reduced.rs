@@ -14,7 +14,7 @@ use crate::contract::parameter_checks::{check, positive};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, MaterialSpec};
 
-/// Choice of the strength parameters that the factor divides.
+/// Strength parameters that the factor divides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReductionScope {
@@ -71,12 +71,12 @@ impl StrengthReduction {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StrengthReducedSpec {
-    /// Factor by which strength is divided, > 0.
+    /// Divisor of the strength, positive.
     pub factor: f64,
     /// Strength parameters that the factor divides.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Whether the dilatancy angle is unchanged even if it exceeds the reduced friction angle.
+    /// Whether dilatancy is kept even above reduced friction.
     #[serde(default)]
     pub keep_dilatancy: bool,
     /// Material whose strength is reduced.

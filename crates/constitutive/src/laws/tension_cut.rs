@@ -27,18 +27,18 @@ const NAME: &str = "tension-cut";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TensionCutSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
     /// Largest principal tension (Pa), not negative.
     pub tensile_strength: f64,
-    /// Strain measure: small strain in rate form, or logarithmic finite strain.
+    /// Strain measure, small or finite.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
+    /// Whether initial stress outside yield is returned to it; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

@@ -19,17 +19,17 @@ use crate::{Material, MaterialError, MaterialSpec, Motion, SymTensor, Tangent};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UndrainedSpec {
-    /// Bulk modulus of the pore fluid `K_f` (Pa), > 0.
+    /// Bulk modulus of the pore fluid `K_f` (Pa), positive.
     pub fluid_bulk_modulus: f64,
     /// Porosity, between 0 and 1 (both excluded).
     pub porosity: f64,
     /// Initial pore pressure (Pa, compression-positive); initial stresses are total.
     #[serde(default)]
     pub initial_pore_pressure: f64,
-    /// Largest tension before the pore fluid cavitates (Pa), not negative; none when absent.
+    /// Largest tension before cavitation (Pa), not negative; none when absent.
     #[serde(default)]
     pub cavitation_strength: Option<f64>,
-    /// Skeleton material, in effective stresses, with the density of the saturated soil.
+    /// Skeleton in effective stresses, with the density of the saturated soil.
     pub skeleton: Box<MaterialSpec>,
 }
 

@@ -24,32 +24,32 @@ use crate::{Material, MaterialError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VonMisesSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Cohesion (Pa), > 0.
+    /// Cohesion (Pa), positive.
     pub cohesion: f64,
-    /// Stress state in which the strength is exactly that of the cohesion.
+    /// Stress state in which the strength is exactly `cohesion`.
     #[serde(default)]
     pub exact_in: ExactIn,
-    /// Cohesion after large plastic strain (Pa), 0 to the peak; no softening when absent. With `softening_rate`.
+    /// Cohesion after large plastic strain (Pa), 0 to the peak; no softening when absent.
     #[serde(default)]
     pub residual_cohesion: Option<f64>,
-    /// Rate of decay of the cohesion with plastic strain, > 0 with a `residual_cohesion`, 0 without.
+    /// Decay rate of the cohesion with plastic strain, positive with `residual_cohesion`, else 0.
     #[serde(default)]
     pub softening_rate: f64,
-    /// Strain measure: small strain in rate form, or logarithmic finite strain.
+    /// Strain measure, small or finite.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
+    /// Whether initial stress outside yield is returned to it; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
-/// Stress states in which the circle of von Mises intersects the hexagon of Tresca.
+/// Stress state in which von Mises and Tresca agree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExactIn {

@@ -3,31 +3,31 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Contact law of two kinds of grains, or of a kind of grains and a wall.
+/// Contact law of two kinds of grains, or of grains and a wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairSpec {
-    /// Names of the two kinds of grains; the same name twice for grains of one kind. The second may be the name of a wall (`boundaries`).
-    /// Contacts with a wall that is not named have the law of the grains with their own kind, and the friction of the wall.
+    /// Names of two kinds of grains, or twice one kind; the second may be a wall (`boundaries`). Unnamed walls have the law of like grains,
+    /// with their own friction.
     pub between: [String; 2],
     /// Normal law, along the line of centres.
     pub normal: NormalLaw,
     /// Tangential law, across the line of centres.
     #[serde(default)]
     pub tangential: TangentialSpec,
-    /// Coulomb friction. Leave it out for walls: they have their own.
+    /// Coulomb friction; not for walls, which have their own.
     #[serde(default)]
     pub friction: Option<Friction>,
-    /// Rolling resistance; none when absent.
+    /// Rolling resistance.
     #[serde(default)]
     pub rolling: Option<RollingSpec>,
-    /// Torsional resistance of spheres about the line of centres; none when absent.
+    /// Torsional resistance of spheres.
     #[serde(default)]
     pub twisting: Option<RollingSpec>,
-    /// Attractive force; none when absent.
+    /// Attractive force.
     #[serde(default)]
     pub adhesion: Option<Adhesion>,
-    /// Bonds between grains in contact at the start; none when absent.
+    /// Bonds of grains at the start.
     #[serde(default)]
     pub bond: Option<BondSpec>,
 }
@@ -65,42 +65,39 @@ pub enum NormalLaw {
         /// Normal stiffness `k_n` (N/m; in the plane per metre of thickness).
         #[serde(default)]
         stiffness: Option<f64>,
-        /// Modulus `E` of the grains (Pa) in place of the stiffness, which is then `2 E r_i r_j / (r_i + r_j)`; in the plane this value
-        /// over a metre (per metre of thickness).
+        /// Modulus `E` of the grains (Pa) in place of the stiffness, then `2 E r_i r_j / (r_i + r_j)` (in the plane over a metre).
         #[serde(default)]
         grain_modulus: Option<f64>,
-        /// Coefficient of restitution (-), above 0 up to 1, of two grains, or of a grain and a wall, in a head-on collision. With or
-        /// without the `clamp`, it is met within 0.005 at the default step (without the clamp in the mean of collisions).
+        /// Coefficient of restitution of a head-on collision, above 0 up to 1; within 0.005 at the default step (without `clamp` in the
+        /// mean).
         #[serde(default)]
         restitution: Option<f64>,
-        /// Damping ratio `ζ` (-) in place of `restitution`; the dashpot of each contact is `2 ζ √(k m_eff)`.
+        /// Damping ratio `ζ` in place of `restitution`; the dashpot is `2 ζ √(k m_eff)`.
         #[serde(default)]
         damping_ratio: Option<f64>,
-        /// Whether tension of spring and dashpot together is excluded. The damping ratio that follows from `restitution` is that of the
-        /// law with or without this limit.
+        /// Whether tension of spring and dashpot together is excluded; `restitution` allows for it.
         #[serde(default = "default_true")]
         clamp: bool,
     },
-    /// Elastic spheres: normal law of Hertz, tangential law of Mindlin; disks as spheres in a plane (sheet: dem §2.8).
+    /// Elastic spheres (Hertz, Mindlin); disks as spheres in a plane (sheet: dem §2.8).
     Hertz {
         /// Young's modulus of the grains (Pa).
         youngs_modulus: f64,
-        /// Poisson's ratio of the grains (-).
+        /// Poisson's ratio of the grains.
         poissons_ratio: f64,
-        /// Young's modulus (Pa) of the second kind or wall of the pair; equal to that of the first when absent.
+        /// Young's modulus (Pa) of the second kind or wall; that of the first when absent.
         #[serde(default)]
         other_youngs_modulus: Option<f64>,
-        /// Poisson's ratio (-) of the second kind or wall of the pair; equal to that of the first when absent.
+        /// Poisson's ratio of the second kind or wall; that of the first when absent.
         #[serde(default)]
         other_poissons_ratio: Option<f64>,
-        /// Coefficient of restitution (-), above 0 up to 1, of two grains, or of a grain and a wall, in a head-on collision, with or
-        /// without the `clamp`, at any speed.
+        /// Coefficient of restitution of a head-on collision at any speed, above 0 up to 1.
         #[serde(default)]
         restitution: Option<f64>,
-        /// Damping ratio `ζ` (-) in place of `restitution`.
+        /// Damping ratio `ζ` in place of `restitution`.
         #[serde(default)]
         damping_ratio: Option<f64>,
-        /// Whether tension of elastic and damping force together is excluded.
+        /// Whether tension of both forces together is excluded.
         #[serde(default = "default_true")]
         clamp: bool,
     },
@@ -146,20 +143,20 @@ impl NormalLaw {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TangentialSpec {
-    /// Tangential over normal stiffness (-), 0 to 3. When absent 0.5 with the law `linear`, and with `hertz` that of Mindlin, `4 G*/E*`.
+    /// Tangential over normal stiffness, 0 to 3. When absent 0.5 with `linear`, Mindlin's `4 G*/E*` with `hertz`.
     pub stiffness_ratio: Option<f64>,
-    /// Tangential damping ratio `ζ` (-): the dashpot is `2 ζ √(k_t m_eff)`, with `hertz` `2 √(5/6) ζ √(S_t m_eff)`. When absent 0 with
-    /// the law `linear`, and the normal damping ratio with `hertz`.
+    /// Tangential damping ratio `ζ`: the dashpot is `2 ζ √(k_t m_eff)`, with `hertz` `2 √(5/6) ζ √(S_t m_eff)`. When absent 0 with
+    /// `linear`, the normal one with `hertz`.
     pub damping_ratio: Option<f64>,
-    /// Elongation of the tangential spring after a contact slips.
+    /// Elongation of the spring after slip.
     pub reset: SpringReset,
 }
 
-/// Reset rule of the tangential spring when its contact slips (sheet: dem §2.4).
+/// Elongation of the tangential spring when its contact slips (sheet: dem §2.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpringReset {
-    /// Elongation that together with the dashpot gives the friction force, at most that force over the stiffness.
+    /// Elongation that with the dashpot gives the friction force, at most that force over the stiffness.
     #[default]
     Clip,
     /// Friction force over the stiffness.
@@ -170,9 +167,9 @@ pub enum SpringReset {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
-    /// Friction coefficient `μ` (-).
+    /// Friction coefficient `μ`.
     pub coefficient: f64,
-    /// Static friction coefficient (-), which must be overcome before a contact slips; equal to `coefficient` when absent.
+    /// Static friction coefficient, before slip; `coefficient` when absent.
     #[serde(default)]
     pub at_rest: Option<f64>,
 }
@@ -185,17 +182,17 @@ impl Friction {
     }
 }
 
-/// Rolling or torsional resistance: a spring and a dashpot, with an upper bound of the moment (sheet: dem §2.6).
+/// Rolling or torsional spring and dashpot with a largest moment (sheet: dem §2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollingSpec {
-    /// Rolling friction coefficient `μ_r` (-): largest moment over effective radius times normal force, and tangent of the steepest slope
-    /// on which a grain stays at rest.
+    /// Rolling friction coefficient `μ_r`: largest moment over effective radius times normal force, and tangent of the steepest slope on
+    /// which a grain rests.
     pub friction: f64,
-    /// Rolling stiffness over tangential stiffness times the square of the effective radius (-).
+    /// Rolling stiffness over tangential stiffness times effective radius squared.
     #[serde(default = "default_one")]
     pub stiffness_ratio: f64,
-    /// Damping ratio (-); the dashpot is the tangential one with this ratio times the square of the effective radius.
+    /// Damping ratio of the tangential dashpot times effective radius squared.
     #[serde(default)]
     pub damping_ratio: f64,
 }
@@ -216,28 +213,28 @@ pub enum Adhesion {
     Cohesive {
         /// Tensile force over the smaller radius (N/m per metre in the plane), or over its square in space (Pa).
         tension: f64,
-        /// Shear force at zero normal force, over the smaller radius or its square, in these units.
+        /// Shear force at zero normal force, in the units of `tension`.
         shear: f64,
         /// Whether shear beyond the strength breaks the contact too.
         #[serde(default)]
         fragile: bool,
-        /// Whether contacts that form later have the strength too.
+        /// Whether later contacts have the strength too.
         #[serde(default)]
         new_contacts: bool,
     },
-    /// Adhesion of elastic spheres of Johnson, Kendall and Roberts; with `hertz`.
+    /// Adhesion of elastic spheres (Johnson, Kendall and Roberts); with `hertz`.
     Jkr {
         /// Work of adhesion (J/m²), twice the surface energy of like grains.
         work_of_adhesion: f64,
     },
-    /// Liquid bridge between spheres that have been in contact, after Rabinovich et al. (2005).
+    /// Liquid bridge between spheres after contact (Rabinovich et al. 2005).
     Capillary {
         /// Surface tension of the liquid (N/m).
         surface_tension: f64,
         /// Contact angle (degrees).
         #[serde(default)]
         contact_angle: f64,
-        /// Volume of a liquid bridge over the cube of the effective radius (-).
+        /// Volume of a bridge over the cube of the effective radius.
         volume_ratio: f64,
     },
 }
@@ -256,7 +253,7 @@ impl Adhesion {
     }
 }
 
-/// Parallel bond: a beam between two grains, in parallel with their contact (Potyondy and Cundall 2004; sheet: dem §2.7).
+/// Parallel bond: a beam beside the contact (Potyondy and Cundall 2004; sheet: dem §2.7).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BondSpec {
@@ -264,25 +261,25 @@ pub struct BondSpec {
     pub normal_stiffness: f64,
     /// Shear stiffness per area (Pa/m).
     pub shear_stiffness: f64,
-    /// Radius of the bond over that of the smaller of its two grains (-).
+    /// Radius of the bond over that of its smaller grain.
     #[serde(default = "default_one")]
     pub radius_factor: f64,
-    /// Factor on the moments in the stresses that break the bond (-).
+    /// Factor on moments in the stresses that break the bond.
     #[serde(default = "default_one")]
     pub moment_factor: f64,
-    /// Tensile strength (Pa); the bond does not break in tension when absent.
+    /// Tensile strength (Pa); unlimited when absent.
     #[serde(default)]
     pub tensile_strength: Option<f64>,
-    /// Shear strength without pressure (Pa); the bond does not break by shear when absent.
+    /// Shear strength without pressure (Pa); unlimited when absent.
     #[serde(default)]
     pub cohesion: Option<f64>,
-    /// Friction angle of the bond (degrees), by which its shear strength grows with pressure.
+    /// Friction angle (degrees) of the shear strength.
     #[serde(default)]
     pub friction_angle: f64,
-    /// Coefficient of variation of the strengths (-), 0 to 1, which are drawn from a Weibull distribution with the given means.
+    /// Coefficient of variation of strengths, 0 to 1, of a Weibull distribution with the given means.
     #[serde(default)]
     pub scatter: f64,
-    /// Largest gap of two grains bonded at the start, over their mean diameter (-).
+    /// Largest gap of grains bonded at the start, over their mean diameter.
     #[serde(default = "default_bond_gap")]
     pub gap: f64,
 }
@@ -311,16 +308,16 @@ impl BondSpec {
 pub struct PairOverride {
     /// Names of the pair, as in `pairs`.
     pub between: [String; 2],
-    /// Normal law in the stage.
+    /// Normal law.
     #[serde(default)]
     pub normal: Option<NormalLaw>,
-    /// Tangential law in the stage.
+    /// Tangential law.
     #[serde(default)]
     pub tangential: Option<TangentialSpec>,
-    /// Friction in the stage.
+    /// Friction.
     #[serde(default)]
     pub friction: Option<Friction>,
-    /// Rolling resistance in the stage; its `friction` may be 0.
+    /// Rolling resistance; its `friction` may be 0.
     #[serde(default)]
     pub rolling: Option<RollingSpec>,
 }

@@ -23,76 +23,70 @@ pub use stages::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DemOptions {
-    /// Kinds of grains, by name. The kind of a body is named by the body's `material`. No property of the material itself is used, so
-    /// that one case serves methods for continua as well.
+    /// Kinds of grains, by name; the kind of a body is its `material`. Properties of the material itself are not used.
     pub grains: BTreeMap<String, GrainKind>,
-    /// Contact laws between kinds of grains and with walls.
+    /// Contact laws of kinds and walls.
     pub pairs: Vec<PairSpec>,
-    /// Parameters of bodies that replace those of their kind, by body name.
+    /// Parameters of bodies in place of those of their kind.
     #[serde(default)]
     pub bodies: BTreeMap<String, BodyGrains>,
-    /// Path of a specimen file, relative to the folder of the case, from which bodies start in place of their fill. The file is written by
-    /// `colluvium specimen`. Its bodies must be bodies of the case, of the same kind. Their grains begin with the positions, velocities,
-    /// spins and sizes of the file, `held` ones with the velocity of the case, and contacts with their histories. The cell along periodic
-    /// axes and walls of the same name are those of the file. Other bodies are filled beside them.
+    /// Specimen file of `colluvium specimen`, from the folder of the case. Its bodies, which must be in the case with their kinds, start
+    /// from it in place of their fill. It gives positions, velocities (not of `held` grains), spins, sizes and contact histories, the
+    /// periodic cell, and walls of equal name.
     #[serde(default)]
     pub specimen: Option<String>,
-    /// Parameters of single stages, by the names of the stages.
+    /// Parameters of single stages, by stage.
     #[serde(default)]
     pub stages: BTreeMap<String, GrainStage>,
-    /// Whether the laws of missing pairs of different kinds are derived from those of equal kinds: harmonic means of stiffnesses, the
-    /// smaller friction, geometric means of damping ratios. Rolling and torsional resistance, adhesion and bonds are not derived: `check`
-    /// warns where the like kinds have them. Otherwise a missing pair is refused.
+    /// Whether laws of missing pairs derive from those of equal kinds, otherwise refused: harmonic means of stiffnesses, the smaller
+    /// friction, geometric means of damping ratios. Rolling and torsional resistance, adhesion and bonds are left out; `check` warns of it.
     #[serde(default)]
     pub mix: bool,
-    /// Point at which the lever arms of contact forces end.
+    /// End of the lever arms of contact forces.
     #[serde(default)]
     pub lever_arm: LeverArm,
     /// Velocities in the contact forces.
     #[serde(default)]
     pub velocity: ContactVelocity,
-    /// Margin of the neighbour lists over the mean diameter (-), 0.01 to 2.
+    /// Margin of the neighbour lists over the mean diameter, 0.01 to 2.
     #[serde(default = "skin")]
     pub skin: f64,
-    /// Time step over half the period of the stiffest contact, `π/ω₀` with its lightest grains (-), up to 0.12.
+    /// Time step over half the period of the stiffest contact, `π/ω₀`, up to 0.12.
     #[serde(default = "step_fraction")]
     pub step_fraction: f64,
-    /// Fixed time step (s); chosen by the solver when absent. A step above 0.4/ω₀ of the stiffest contact is refused.
+    /// Fixed time step (s), at most 0.4/ω₀ of the stiffest contact; chosen by the solver when absent.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Largest overlap of grains at the start, over the smaller radius (-), 0 to 0.3.
+    /// Largest overlap of grains at the start, over the smaller radius, 0 to 0.3.
     #[serde(default = "initial_overlap")]
     pub initial_overlap: f64,
-    /// Whether the rotation of each grain is recorded: the angle in the plane, a quaternion in space, written as `orientation`.
+    /// Whether rotations are written as `orientation`: an angle in the plane, a quaternion in space.
     #[serde(default)]
     pub orientation: bool,
-    /// Whether the Laguerre tessellation (power diagram) is written, in the plane: the area of the cell of each grain (m²), the solid
-    /// fraction of the cell, and whether it is a cell of a surface (it reaches farther than three mean diameters). Rows of the measures
-    /// have the solid fraction of all other cells.
+    /// Whether the Laguerre tessellation (power diagram) is written, in the plane: area (m²) and solid fraction of cells, and whether a
+    /// cell is at a surface (farther than three mean diameters). The measures have the solid fraction of the others.
     #[serde(default)]
     pub voronoi: bool,
-    /// Width of the coarse-graining kernel of grains and contacts on `output.grid`, over the mean diameter (-), 0.5 to 20. Below 2 single
-    /// grains are visible.
+    /// Width of the coarse-graining kernel on `output.grid` over the mean diameter, 0.5 to 20. Below 2 single grains are visible.
     #[serde(default = "coarse_graining")]
     pub coarse_graining: f64,
-    /// Measuring regions, by name, over which rows of the measures have means: columns `NAME.porosity`, of the parts of grains within the
-    /// region; and, of the grains with their centres there, `NAME.grains` (number), `NAME.coordination` (contacts per grain),
-    /// `NAME.velocity.x` and so on (weighted by mass), and `NAME.stress.xx` and so on (tension-positive): the mean over the volumes of
-    /// grains, times one minus the porosity. Empty where there is no grain. Where axes are periodic, images count.
+    /// Measuring regions, by name, with means in the measures. `NAME.porosity` is of the parts of grains within. `NAME.grains` (number),
+    /// `NAME.coordination` (contacts per grain), `NAME.velocity.x`, … (by mass) and `NAME.stress.xx`, … (tension-positive; grain mean times
+    /// one minus porosity) are of grains centred there. Empty without grains; images along periodic axes count.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, MeasuringRegion>,
-    /// Seed of the random draws of sizes, positions and strengths of bonds.
+    /// Seed of random sizes, positions and bond strengths.
     #[serde(default)]
     pub seed: u64,
 }
 
-/// Measuring region of fixed position: a circle, in space a sphere.
+/// Fixed measuring region: a circle, in space a sphere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuringRegion {
     /// Centre (m).
     pub centre: Vec<f64>,
-    /// Radius (m), > 0; it should include several grains, so that a single one has little effect.
+    /// Radius (m), positive, best of several grains.
     pub radius: f64,
 }
 
@@ -147,14 +141,14 @@ impl DemOptions {
     }
 }
 
-/// Point at which the lever arms of contact forces end (sheet: dem §2.2).
+/// End of the lever arms of contact forces (sheet: dem §2.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeverArm {
-    /// Common point of the line of centres for both grains: conserves angular momentum exactly.
+    /// Common point on the line of centres: conserves angular momentum exactly.
     #[default]
     ContactPoint,
-    /// Undeformed surfaces of the grains: the error of angular momentum is friction times overlap.
+    /// Undeformed surfaces: the error of angular momentum is friction times overlap.
     Radius,
 }
 
@@ -162,11 +156,10 @@ pub enum LeverArm {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactVelocity {
-    /// Velocities half a step behind the positions. Stable up to `ω₀ Δt = 2 (√(1+ζ²) - ζ)`. Equivalent to the velocity Verlet scheme with
-    /// velocities of the half step.
+    /// Half a step behind the positions, as in velocity Verlet. Stable up to `ω₀ Δt = 2 (√(1+ζ²) - ζ)`.
     #[default]
     Lagged,
-    /// Velocities extrapolated by half a step with the last acceleration. Stable only up to `ω₀ Δt = 2 (√(1+4ζ²) - 2ζ)`.
+    /// Extrapolated by half a step with the last acceleration. Stable only up to `ω₀ Δt = 2 (√(1+4ζ²) - 2ζ)`.
     Predicted,
 }
 

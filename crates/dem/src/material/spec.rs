@@ -17,7 +17,7 @@ pub struct GranularCellSpec {
     /// computing time grows with it.
     #[serde(default = "default_grains")]
     pub grains: usize,
-    /// Density of the grains (kg/m³), > 0.
+    /// Density of the grains (kg/m³), positive.
     pub grain_density: f64,
     /// Diameters of the grains.
     pub diameter: Diameters,
@@ -51,7 +51,7 @@ pub struct CellContact {
     pub tangential: TangentialSpec,
     /// Coulomb friction.
     pub friction: Friction,
-    /// Rolling resistance; none when absent.
+    /// Rolling resistance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingSpec>,
 }

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phases {
-    /// Single phase: a dry material, a fluid, or a mixture whose components move together.
+    /// A dry material, a fluid, or a mixture that moves together.
     #[default]
     One,
-    /// Two phases: grains and pore fluid, each with its own flow depth and velocity.
+    /// Grains and pore fluid, each with its own depth and velocity.
     Two,
     /// Two layers: an avalanche below water.
     Layers,
@@ -23,8 +23,7 @@ pub enum InflowDistribution {
     /// Equal depth along the line.
     #[default]
     Even,
-    /// Level surface along the line: the inflow is deeper where the bed is lower, and absent where the bed is higher than the surface.
-    /// For a line across a channel.
+    /// Level surface along the line, as across a channel: deeper over lower bed, absent where the bed is above it.
     Level,
 }
 
@@ -42,12 +41,12 @@ pub enum FlowLayer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DepthFrame {
-    /// Horizontal axes and vertical depth over steep terrain: effective gravity follows slope and curvature.
+    /// Vertical depth over steep terrain: effective gravity follows slope and curvature.
     #[default]
     Horizontal,
-    /// Horizontal axes over gentle slopes: the full gravity acts on the depth.
+    /// Vertical depth over gentle slopes: full gravity acts on the depth.
     SmallSlope,
-    /// Axes along the bed, which is a plane, and depth normal to it.
+    /// Axes along the bed, a plane, and depth normal to it.
     BedFitted,
 }
 
@@ -55,12 +54,12 @@ pub enum DepthFrame {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
-    /// Blend of `vertical` where the free surface is level and `normal` where it is parallel to the bed, by the slope of the surface.
+    /// Blend by the surface slope: `vertical` where level, `normal` where parallel to the bed.
     #[default]
     Blended,
-    /// Gradients in the horizontal plan: a level surface stays level, and thin flows on steep slopes spread too fast.
+    /// Gradients in plan: a level surface stays level, but thin flows on steep slopes spread too fast.
     Vertical,
-    /// Gradients projected along the bed normal, for thin flows on steep slopes: lakes over rough terrain do not stay at rest.
+    /// Gradients along the bed, for thin flows on steep slopes: lakes over rough terrain do not stay at rest.
     Normal,
 }
 
@@ -69,7 +68,7 @@ pub enum Metric {
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthMomentum")]
 pub enum PressureForceForm {
-    /// Symmetric form `Σ m (P_I/h_I² + P_J/h_J²) ∇W`; for two phases, corrected differences at nodes whose drag is weak.
+    /// As `symmetric`; for two phases corrected differences where the drag is weak.
     #[default]
     Automatic,
     /// Symmetric form `Σ m (P_I/h_I² + P_J/h_J²) ∇W`, which conserves momentum.
@@ -78,8 +77,8 @@ pub enum PressureForceForm {
     Product,
     /// Gradients of flow depths by corrected differences, for phases that separate.
     Node,
-    /// Variational form `Σ m (P_I/(Ω_I h_I²) ∇W(ℓ_I) + P_J/(Ω_J h_J²) ∇W(ℓ_J))` with flow depths and smoothing lengths solved for
-    /// together, whatever `passes`: the forces derive from an energy, which is conserved too. One phase, depths by summation.
+    /// Variational form `Σ m (P_I/(Ω_I h_I²) ∇W(ℓ_I) + P_J/(Ω_J h_J²) ∇W(ℓ_J))`, with depths and smoothing lengths solved together,
+    /// whatever `passes`. Conserves energy too. One phase, depths by `summation`.
     Variational,
 }
 
@@ -91,7 +90,7 @@ pub enum ThicknessEquation {
     /// Summation `h = Σ m W`: exact mass, with free fronts.
     #[default]
     Summation,
-    /// Normalised summation `h = Σ m W / Σ (m/h) W`: level up to an edge, and therefore at a free front too.
+    /// Normalised summation `h = Σ m W / Σ (m/h) W`: level up to an edge, also at a free front.
     Normalised,
     /// Rate equation `dh/dt = -h Σ (m/h) v_J · ∇W`.
     RateBasic,
@@ -113,7 +112,7 @@ impl ThicknessEquation {
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthIntegration")]
 pub enum TimeScheme {
-    /// Leapfrog: half a position update, a velocity update, half a position update; second order, one evaluation of forces.
+    /// Half a position, a velocity, half a position update: second order, one evaluation.
     #[default]
     Leapfrog,
     /// Midpoint rule: second order, two evaluations.
@@ -130,6 +129,6 @@ pub enum SearchOrientation {
     /// Cells along the axes of the plan.
     #[default]
     Axes,
-    /// Cells rotated with the flow in every step: lines of cells are parallel to its longest extent.
+    /// Cells turned in every step along the longest extent of the flow.
     Turned,
 }

@@ -26,23 +26,23 @@ use crate::laws::pore_pressure_column::{Drainage, LowerBound, PressureProfile};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DepthOptions {
-    /// Initial distance of neighbouring nodes (m).
+    /// Initial distance of nodes (m).
     pub spacing: f64,
     /// Smoothing kernel.
     #[serde(default)]
     pub kernel: Kernel,
-    /// Smoothing length over `spacing` (-), 1 to 3. When absent 1.5 along a line and 1.3 in plan.
+    /// Smoothing length over `spacing`, 1 to 3; by default 1.5 along a line and 1.3 in plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<f64>,
-    /// Whether smoothing lengths vary with the flow depth, so that `ℓ^d h / m` is constant. They are between half the initial length and
-    /// three times it (fifty times along a line).
+    /// Whether smoothing lengths vary with the depth (`ℓ^d h / m` is constant), between half the initial length and three times it (fifty
+    /// times along a line).
     #[serde(default = "default_true")]
     pub variable_smoothing: bool,
-    /// Lower bound of variable smoothing lengths (m), at most the first one; none when absent. It bounds the time step from below.
+    /// Lower bound of variable smoothing lengths (m), at most the initial one; none when absent. It bounds the time step from below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_smoothing: Option<f64>,
-    /// Number of summations of flow depth per step, 1 to 10, each with the smoothing lengths that follow from the one before. With
-    /// `momentum` `variational` the number is as large as needed.
+    /// Depth summations per step, 1 to 10, each with the smoothing lengths of the one before. With `momentum` `variational` as many as
+    /// needed.
     #[serde(default = "default_passes")]
     pub passes: usize,
     /// Equation of the flow depth.
@@ -51,104 +51,97 @@ pub struct DepthOptions {
     /// Form of the pressure force.
     #[serde(default)]
     pub momentum: PressureForceForm,
-    /// Whether the pressure force uses the gradient of the free surface, by corrected differences. Lakes stay at rest; momentum is not
-    /// conserved to round-off.
+    /// Whether the pressure force uses differences of the free surface. Lakes stay at rest; momentum is not conserved to round-off.
     #[serde(default)]
     pub surface_gradient: bool,
     /// Time integration.
     #[serde(default)]
     pub integration: TimeScheme,
-    /// Linear artificial viscosity (-), at least 0.
+    /// Linear artificial viscosity, not negative.
     #[serde(default = "default_factor")]
     pub viscosity_linear: f64,
-    /// Quadratic artificial viscosity (-), at least 0.
+    /// Quadratic artificial viscosity, not negative.
     #[serde(default)]
     pub viscosity_quadratic: f64,
-    /// XSPH fraction (-), 0 to 1: share of the neighbours' velocity in the motion of nodes. With `integration` `leapfrog`. In two phases
-    /// it separates the sets of nodes.
+    /// XSPH fraction, 0 to 1: share of the neighbours' velocity in the motion, with `integration` `leapfrog`. It separates the nodes of two
+    /// phases.
     #[serde(default)]
     pub xsph: f64,
-    /// Orientation of the cells of the neighbour search. In three dimensions. `turned` gains a few per cent where a long flow is oblique;
-    /// kernel sums are then added in another order.
+    /// Orientation of the neighbour search, in 3D. `turned` gains a few per cent in long oblique flows and changes round-off.
     #[serde(default)]
     pub search: SearchOrientation,
-    /// Length (m) of a layer before absorbing sides in which waves decay; none when absent. Depth and normal speed relax to the initial
-    /// state in it, so that lasting changes of the flow are held back. A suitable length is that of two waves. With two layers only in a
-    /// profile.
+    /// Length (m) of a layer before absorbing sides in which depth and normal speed relax to the initial state; none when absent. It holds
+    /// back lasting changes. Choose about two waves. Two layers: only in a profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbing_layer: Option<f64>,
-    /// Courant number (-), up to 0.5.
+    /// Courant number, up to 0.5.
     #[serde(default = "courant")]
     pub courant: f64,
     /// Upper bound of the time step (s); none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_time_step: Option<f64>,
-    /// Axes of the flow depth. With gravity tilted over a flat bed always `bed-fitted`.
+    /// Axes of the flow depth; always `bed-fitted` with gravity tilted over a flat bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<DepthFrame>,
     /// Effect of depth gradients over steep terrain.
     #[serde(default)]
     pub metric: Metric,
-    /// Whether the curvature of the bed acts on friction and pore pressure, as the rotation of the velocity over a step on a bed that is
-    /// smooth at the scale of two cells of the terrain. The pressure force depends on the slope alone. The velocity rotates along the bed
-    /// in any case.
+    /// Whether the bed's curvature acts on friction and pore pressure, as rotation of the velocity over a step; for beds smooth over two
+    /// terrain cells. The pressure force depends on the slope alone.
     #[serde(default = "default_true")]
     pub curvature_in_friction: bool,
-    /// Number of averagings of the terrain levels, 0 to 20, over neighbouring nodes with weights 1, 2, 1 along each axis, before a cubic
-    /// spline of the bed is made. For the noise of surveys; formulas have none. One averaging halves the height of a wave of four cells.
-    /// Dams are raised afterwards.
+    /// Averagings of terrain levels, 0 to 20, with neighbours (weights 1, 2, 1 along each axis), against the noise of surveys. One halves a
+    /// wave of four cells. Dams are raised afterwards.
     #[serde(default = "default_smoothing_passes")]
     pub terrain_smoothing: usize,
-    /// Distance (m) of the positions at which the highest face of obstacles is evaluated, where the bed is no raster of a file and no
-    /// plane; `spacing` when absent.
+    /// Distance (m) at which obstacles are evaluated if the bed is neither a raster file nor a plane; `spacing` when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terrain_spacing: Option<f64>,
-    /// Resistance of the bed; from the wall below and the material when absent.
+    /// Resistance of the bed; when absent from the wall below and the material.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// Parts of the bed with other properties. At a position in several parts the first one applies.
+    /// Parts of the bed with other properties; of overlapping ones the first applies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<BedRegion>,
-    /// Dams on the terrain, in three dimensions.
+    /// Dams on the terrain, in 3D.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dams: Vec<DamOptions>,
-    /// Inflows of material, across lines in three dimensions or through the ends of a profile. The material is one phase, a mixture of
-    /// grains and fluid at one speed, or one of two layers. With pore-pressure columns the inflow has their `excess_ratio`.
+    /// Inflows across lines in 3D or through ends of a profile, of one phase, a mixture at one speed, or one of two layers. Pore-pressure
+    /// columns have their `excess_ratio`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
-    /// Drainage of the pore fluid through the bed.
+    /// Drainage through the bed.
     #[serde(default)]
     pub drainage: Drainage,
     /// Erosion of the bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
-    /// Erodible depth of the bed (m, vertical), at least 0; no limit when absent. The bed must be terrain.
+    /// Erodible depth (m, vertical), not negative; no limit when absent. The bed must be terrain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
-    /// Path of a raster of the erodible depth (m), ESRI ASCII grid or GeoTIFF, relative to the folder of the case. Nothing is eroded
-    /// outside it and where it has no data; `erodible_depth` bounds it too. In three dimensions.
+    /// Raster of the erodible depth (m), ESRI ASCII grid or GeoTIFF, bounded by `erodible_depth`. Nothing is eroded outside it or without
+    /// data. In 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth_raster: Option<String>,
-    /// Whether erosion lowers the bed. By default flows move over the initial bed, so that a plane bed may erode too. The bed must be
-    /// terrain.
+    /// Whether erosion lowers the bed, which must be terrain.
     #[serde(default, skip_serializing_if = "is_false")]
     pub lower_bed: bool,
     /// Number of phases with separate nodes.
     #[serde(default)]
     pub phases: Phases,
-    /// Components of the flowing material, with pore fluid or a second layer.
+    /// Components of the material.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mixture: Option<MixtureOptions>,
-    /// Columns of excess pore pressure over the depth; none when absent.
+    /// Columns of excess pore pressure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<ColumnOptions>,
     /// Earth-pressure coefficients; isotropic stress when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earth_pressure: Option<EarthPressureOptions>,
-    /// Conditions under which the scalar output `stopped` reports that the flow has stopped.
+    /// Conditions of the scalar output `stopped`.
     #[serde(default)]
     pub stop: StopOptions,
-    /// Whether a node that leaves the terrain ends the run with an error; if not, such nodes are removed and counted.
+    /// Whether a node that leaves the terrain ends the run; otherwise it is removed and counted.
     #[serde(default)]
     pub leaving_is_an_error: bool,
 }
@@ -157,29 +150,28 @@ pub struct DepthOptions {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BedRegion {
-    /// Region in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this, `outline` or `raster`.
+    /// Region in plan: a box of one coordinate in 2D, any shape of two dimensions in 3D. Or give `outline` or `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// Path of a file of the region's polygons (m), relative to the folder of the case: GeoJSON (`.geojson`, `.json`) or a shapefile
-    /// (`.shp`). In three dimensions.
+    /// Outline in plan (m), GeoJSON or shapefile, in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
-    /// Region as cells of a raster, for example of land cover. In three dimensions.
+    /// Cells of a raster in plan, as of land cover, in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<RasterCellSelection>,
-    /// Basal resistance in the region; when absent that of the whole bed.
+    /// Basal resistance; that of the whole bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// Drainage of pore fluid through the bed in the region; when absent that of the whole bed. A drainage rack is `atmospheric`.
+    /// Drainage; that of the whole bed when absent. A drainage rack is `atmospheric`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drainage: Option<Drainage>,
-    /// Resistance of the bed to the pore fluid in the region; when absent `mixture.fluid_resistance`.
+    /// Resistance to the pore fluid; `mixture.fluid_resistance` when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid_resistance: Option<FluidResistanceOptions>,
-    /// Erosion of the region; none when absent.
+    /// Erosion; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
-    /// Erodible depth in the region (m, vertical), at least 0; when absent that of the whole bed.
+    /// Erodible depth (m, vertical), not negative; that of the whole bed when absent. Needs `erosion` of the region.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
 }
@@ -188,51 +180,49 @@ pub struct BedRegion {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DamOptions {
-    /// Corners of the crest line (m) in plan, at least two.
+    /// Corners of the crest in plan (m), at least two.
     pub line: Vec<[f64; 2]>,
-    /// Height of the crest above the terrain below it (m, vertical).
+    /// Height of the crest above the terrain (m, vertical).
     pub height: f64,
     /// Width of the crest (m), not negative.
     #[serde(default)]
     pub width: f64,
-    /// Slope of the sides (-), fall over width, > 0. Sides steeper than 60° (1.73) do not stop a fast flow.
+    /// Slope of the sides, fall over width, positive. Sides above 1.73 (60°) do not stop a fast flow.
     #[serde(default = "default_factor")]
     pub side_slope: f64,
 }
 
-/// Inflow of material across a line, by a hydrograph.
+/// Inflow across a line, by a hydrograph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InflowOptions {
-    /// Start of the line (m) in plan. In three dimensions.
+    /// Start of the line in plan (m), in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
-    /// End of the line (m) in plan. The flow is to the right of the direction from start to end, and needs terrain for a few `spacing`
-    /// behind the line.
+    /// End of the line in plan (m). The flow is to the right from start to end; terrain is needed a few `spacing` behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
-    /// End of the profile through which the material flows in, `x-min` or `x-max`. In a profile.
+    /// End of a profile with the inflow, `x-min` or `x-max`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
-    /// Hydrograph: pairs of time from the start of the flow (s) and discharge (m³/s; m²/s in a profile), linear between them and zero
-    /// before and after. Give this or `hydrograph`.
+    /// Hydrograph: pairs of time from the start (s) and discharge (m³/s; m²/s in a profile), linear between, zero outside. Or give
+    /// `hydrograph`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub discharge: Vec<[f64; 2]>,
-    /// Path of a file of the hydrograph, relative to the folder of the case: CSV with two columns, time and discharge, in the units of
-    /// `discharge` or in those in brackets in a header line, such as `time (h),discharge (l/s)`.
+    /// CSV file of the hydrograph: time and discharge, in units as `discharge` or in a header line, as `time (h),discharge (l/s)`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hydrograph: Option<String>,
-    /// Froude number `u/√(g h)` at the line (-). It determines depth and speed of a discharge where there is no flow before the line, and
-    /// where the flow is faster than its waves. Otherwise they follow from the discharge and the flow before the line.
+    /// Froude number `u/√(g h)` at the line, which sets depth and speed of supercritical flow, or where no flow is before the line.
+    /// Otherwise they follow from the discharge and that flow.
     #[serde(default = "default_factor")]
     pub froude: f64,
-    /// Distribution of the inflow along the line, at one speed. In three dimensions.
+    /// Distribution along the line, at one speed, in 3D.
     #[serde(default)]
     pub across: InflowDistribution,
-    /// Layer of the inflow, for phases that are `layers`: one inflow for each layer, at one line or at two lines.
+    /// Layer of the inflow for `phases` `layers`, one inflow each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<FlowLayer>,
-    /// Porosity of the inflow (volume fraction of the pore fluid), between 0 and 1, for `phases` `two`; when absent that of the mixture.
+    /// Porosity of the inflow, between 0 and 1, for `phases` `two`; the mixture's when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,
 }
@@ -249,19 +239,19 @@ pub struct MixtureOptions {
     /// Initial porosity, between 0 and 1; without effect for two layers.
     #[serde(default = "default_porosity")]
     pub porosity: f64,
-    /// Initial porosities of bodies that differ, by name, between 0 and 1; for phases that are `two`.
+    /// Initial porosities of single bodies, by name, for `phases` `two`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub porosities: BTreeMap<String, f64>,
-    /// Drag law between grains and fluid in relative motion, or the permeability of columns.
+    /// Drag law of grains and fluid, or permeability of columns.
     #[serde(default)]
     pub drag: InterphaseDrag,
-    /// Resistance of the bed to the fluid, for phases that are `two`. Parts of the bed may have another one, see `regions`.
+    /// Resistance of the bed to the fluid, for `phases` `two`; see also `regions`.
     #[serde(default)]
     pub fluid_resistance: FluidResistanceOptions,
-    /// Names of the bodies of the upper layer of two.
+    /// Bodies of the upper of two layers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub upper: Vec<String>,
-    /// Friction coefficient between two layers (-), 0 to 1.
+    /// Friction coefficient between two layers, 0 to 1.
     #[serde(default)]
     pub interface_friction: f64,
 }
@@ -285,7 +275,7 @@ pub enum FluidResistanceOptions {
     },
     /// Turbulent flow, `ρ g v² / ξ`.
     Turbulent {
-        /// Turbulence coefficient `ξ` (m/s²), > 0.
+        /// Turbulence coefficient `ξ` (m/s²), positive.
         turbulence: f64,
     },
 }
@@ -294,26 +284,25 @@ pub enum FluidResistanceOptions {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnOptions {
-    /// Number of intervals over the depth, 4 to 1000.
+    /// Intervals over the depth, 4 to 1000.
     #[serde(default = "default_column_cells")]
     pub cells: usize,
-    /// Weight of the new time level (-): 1 is backward Euler, 0.5 Crank–Nicolson.
+    /// Weight of the new time level: 1 is backward Euler, 0.5 Crank–Nicolson.
     #[serde(default = "default_factor")]
     pub weight: f64,
     /// Discretisation of the pressure over the depth.
     #[serde(default)]
     pub profile: PressureProfile,
-    /// Coefficient of consolidation (m²/s), not negative; 0 without drainage. Give this or `skeleton`.
+    /// Coefficient of consolidation (m²/s), not negative; 0 without drainage. Or give `skeleton`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consolidation: Option<f64>,
-    /// Stiffness of the skeleton, which with the permeability of the drag law gives the coefficient of consolidation.
+    /// Skeleton stiffness, which with the permeability of the drag law gives the consolidation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skeleton: Option<SkeletonOptions>,
     /// Lower bound of the pressure.
     #[serde(default)]
     pub lower_bound: LowerBound,
-    /// Initial liquefaction ratio (-), 0 to 1: excess pressure at the base over that of full liquefaction, with a linear profile over the
-    /// depth.
+    /// Initial excess pressure at the base over that of full liquefaction, 0 to 1.
     #[serde(default)]
     pub excess_ratio: f64,
     /// Dilatancy under shear; none when absent.
@@ -325,7 +314,7 @@ pub struct ColumnOptions {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkeletonOptions {
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, 0 to 0.5 (excluded).
     pub poissons_ratio: f64,
@@ -334,7 +323,7 @@ pub struct SkeletonOptions {
     pub confinement: SkeletonConfinement,
 }
 
-/// Factor `α` of the state of stress (-).
+/// Factor `α` of the state of stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "DepthConfinement")]
@@ -342,21 +331,21 @@ pub enum SkeletonConfinement {
     /// No lateral strain: `α = (1 + 2 k₀)/3`, `k₀ = ν/(1 - ν)`.
     #[default]
     OneDimensional,
-    /// No lateral strain, with a given coefficient of lateral stress: `α = (1 + 2 k₀)/3`.
+    /// No lateral strain, with given `k₀`: `α = (1 + 2 k₀)/3`.
     Lateral {
-        /// Coefficient of lateral stress `k₀` (-), not negative.
+        /// Coefficient of lateral stress `k₀`, not negative.
         k0: f64,
     },
     /// Isotropic stress: `α = 1`.
     Isotropic,
     /// Form printed in the source: `α = k₀`.
     Source {
-        /// Coefficient of lateral stress `k₀` (-), > 0.
+        /// Coefficient of lateral stress `k₀`, positive.
         k0: f64,
     },
     /// Given value of `α`.
     Value {
-        /// Factor `α` (-), > 0.
+        /// Factor `α`, positive.
         alpha: f64,
     },
 }
@@ -380,7 +369,7 @@ impl SkeletonOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DilatancyOptions {
-    /// Slope of `tan ψ` over porosity (-), not negative.
+    /// Slope of `tan ψ` over porosity, not negative.
     pub slope: f64,
     /// Porosity at which shear changes no volume, between 0 and 1.
     pub critical_porosity: f64,
@@ -390,7 +379,7 @@ pub struct DilatancyOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EarthPressureOptions {
-    /// Internal friction angle (degrees), 0 to 90 (excluded), not below the basal one.
+    /// Internal friction angle (degrees), 0 to 90 (excluded), at least the basal one.
     pub internal_friction_angle: f64,
     /// Friction angle at the bed (degrees).
     pub basal_friction_angle: f64,
@@ -402,9 +391,9 @@ pub struct EarthPressureOptions {
 pub struct StopOptions {
     /// Speed (m/s) below which a node is at rest.
     pub speed: f64,
-    /// Share of the volume (-) that must be at rest.
+    /// Share of the volume that must be at rest.
     pub share: f64,
-    /// Upper bound of the kinetic energy over its largest value (-).
+    /// Upper bound of the kinetic energy over its largest value.
     pub kinetic_ratio: f64,
     /// Time (s) for which all conditions must be fulfilled.
     pub hold: f64,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Erosion {
-    /// Law of Hungr: `e_R = E_s h |v|`, with the speed along the bed.
+    /// Hungr: `e_R = E_s h |v|`, with the speed along the bed.
     Hungr {
         /// Growth rate `E_s` (1/m), 0 to 0.1.
         rate: f64,
@@ -15,12 +15,12 @@ pub enum Erosion {
         #[serde(default)]
         plan_speed: bool,
     },
-    /// Law of Blanc and Pastor: `e_R = K (tan θ)^2.5 h |v|`.
+    /// Blanc and Pastor: `e_R = K (tan θ)^2.5 h |v|`.
     BlancPastor {
         /// Coefficient `K` (1/m), 0 to 1.
         coefficient: f64,
     },
-    /// Law of Egashira: `e_R = |v| tan(θ - θ_e)`; negative rates, which are deposition, are omitted.
+    /// Egashira: `e_R = |v| tan(θ - θ_e)`; deposition (negative rates) is omitted.
     Egashira {
         /// Friction angle of the bed (degrees), 0 to 90 (excluded).
         friction_angle: f64,

@@ -14,31 +14,31 @@ pub enum InterphaseDrag {
     /// No drag between the phases.
     #[default]
     None,
-    /// Law of Anderson and Jackson, Pitman and Le: `C_d = n (1 - n) (ρ_s - ρ_w) g / (V_T n^m)`.
+    /// Anderson and Jackson, Pitman and Le: `C_d = n (1 - n) (ρ_s - ρ_w) g / (V_T n^m)`.
     Anderson {
-        /// Settling velocity of a grain in the fluid, `V_T` (m/s), > 0; `"none"` for no drag.
+        /// Settling velocity of a grain in the fluid, `V_T` (m/s), positive; `"none"` for no drag.
         settling_velocity: MaybeInfinite,
-        /// Exponent `m` of the porosity (-), 0 to 10: that of Richardson and Zaki less one.
+        /// Exponent `m`, 0 to 10: that of Richardson and Zaki less one.
         #[serde(default = "default_exponent")]
         exponent: f64,
     },
-    /// Darcy's law: `C_d = n² ρ_w g / K`.
+    /// Darcy: `C_d = n² ρ_w g / K`.
     Darcy {
-        /// Hydraulic conductivity `K` (m/s), > 0.
+        /// Hydraulic conductivity `K` (m/s), positive.
         permeability: f64,
     },
-    /// Darcy's law with the permeability of Kozeny and Carman, `k_w = d² n³ / (180 μ_w (1 - n)²)`.
+    /// Kozeny and Carman: Darcy's law with `k_w = d² n³ / (180 μ_w (1 - n)²)`.
     KozenyCarman {
-        /// Median diameter of the grains, `d` (m), > 0.
+        /// Median diameter of the grains, `d` (m), positive.
         diameter: f64,
-        /// Viscosity of the fluid, `μ_w` (Pa s), > 0.
+        /// Viscosity of the fluid, `μ_w` (Pa s), positive.
         viscosity: f64,
     },
-    /// Ergun's law: `C_d = 150 μ_w (1 - n)²/(n d²) + 1.75 ρ_w (1 - n) |u| / d`.
+    /// Ergun: `C_d = 150 μ_w (1 - n)²/(n d²) + 1.75 ρ_w (1 - n) |u| / d`.
     Ergun {
-        /// Diameter of the grains, `d` (m), > 0.
+        /// Diameter of the grains, `d` (m), positive.
         diameter: f64,
-        /// Viscosity of the fluid, `μ_w` (Pa s), > 0.
+        /// Viscosity of the fluid, `μ_w` (Pa s), positive.
         viscosity: f64,
     },
 }

@@ -16,13 +16,13 @@ pub enum Drainage {
     /// Impermeable base.
     #[default]
     Sealed,
-    /// Drainage of all excess pressure: the pore pressure at the base is hydrostatic.
+    /// Hydrostatic pressure at the base: all excess pressure drains.
     Hydrostatic,
-    /// Drainage of all pressure: the pore pressure at the base is atmospheric, as over a drainage rack.
+    /// Atmospheric pressure at the base: all pressure drains, as over a drainage rack.
     Atmospheric,
     /// Partial drainage: flow in proportion to the excess pressure, `k_w ∂p/∂x₃ = χ Δp`.
     Partly {
-        /// Hydraulic conductance of the base, `χ ρ_w g` (1/s), > 0: flow through it (m/s) under a head of one metre.
+        /// Hydraulic conductance `χ ρ_w g` (1/s), positive: flow (m/s) under a head of one metre.
         conductance: f64,
     },
 }
@@ -34,7 +34,7 @@ pub enum PressureProfile {
     /// Finite differences over the depth.
     #[default]
     FiniteDifference,
-    /// Amplitude of a quarter cosine. A drained base removes the pressure of the whole column, which does not return.
+    /// Amplitude of a quarter cosine. A drained base permanently removes all pressure.
     ShapeFunction,
 }
 
@@ -42,7 +42,7 @@ pub enum PressureProfile {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LowerBound {
-    /// Total pore pressure of at least zero less the tensile strength of the fluid.
+    /// Total pressure of at least minus the tensile strength of the fluid.
     Total {
         /// Tensile strength of the fluid (Pa), not negative; up to 1e5.
         #[serde(default)]

@@ -9,39 +9,36 @@ use serde::{Deserialize, Serialize};
 pub enum ShapeFunctions {
     /// Linear functions: the standard material point method.
     Linear,
-    /// Linear functions with gradients averaged around the nodes, which do not jump from cell to cell (dual domain material point
-    /// method).
+    /// Linear functions with gradients averaged around nodes, without jumps between cells (dual domain).
     DualDomain,
-    /// Generalised interpolation (GIMP) with point domains of fixed size.
+    /// Generalised interpolation (GIMP), point domains of fixed size.
     #[default]
     Ugimp,
-    /// Generalised interpolation (GIMP) with point domains that stretch with the deformation.
+    /// Generalised interpolation (GIMP), point domains that stretch.
     Cpgimp,
     /// Quadratic B-splines.
     Quadratic,
     /// Cubic B-splines.
     Cubic,
-    /// Convected particle domains (CPDI): parallelograms that deform with the deformation gradient of their points.
+    /// Convected particle domains (CPDI): parallelograms that deform with their points.
     Cpdi,
-    /// Convected particle domains of the second order: quadrilaterals whose corners move with the grid (plane strain).
+    /// CPDI of the second order: quadrilaterals whose corners move with the grid (plane strain).
     Cpdi2,
 }
 
-/// Configuration in which the gradients of the shape functions are taken (sheet: mpm §2.5g).
+/// Configuration of the gradients of the shape functions (sheet: mpm §2.5g).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "MpmFormulation")]
 pub enum LagrangianFormulation {
-    /// Current positions of the points.
+    /// Current positions.
     #[default]
     UpdatedLagrangian,
-    /// Initial positions of the points. No point crosses a cell and the grid does not tear a body. Bodies that touch at the start stay
-    /// together, and other bodies do not detect contact with each other. Walls act on the nodes on which they acted at the start. Needs
-    /// `shape` `linear` or `quadratic`.
+    /// Initial positions: no point crosses a cell, and the grid does not tear a body. Bodies that touch at the start stay together; others
+    /// do not detect contact. Walls act on their initial nodes. Needs `shape` `linear` or `quadratic`; not with `contacts`.
     TotalLagrangian,
-    /// Initial positions of the points, which do not move: loads and supports act on the initial geometry, as in finite elements for
-    /// small displacements. Stresses, volumes and displacements follow the strains as in the other formulations. For limit loads. Not
-    /// with `cpgimp`, `cpdi` and `cpdi2`, whose domains deform.
+    /// Initial positions of points that do not move, as in finite elements for small displacements; for limit loads. Stresses, volumes and
+    /// displacements follow the strains. Not with `cpgimp`, `cpdi`, `cpdi2`.
     SmallDisplacement,
 }
 
@@ -49,14 +46,12 @@ pub enum LagrangianFormulation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NodalMass {
-    /// Lumped mass: the row sums of the consistent matrix. Each transfer of velocities through the nodes dissipates a little kinetic
-    /// energy.
+    /// Row sums of the consistent matrix. Each transfer dissipates a little kinetic energy.
     #[default]
     Lumped,
     /// Consistent mass matrix, with a linear solve in each step, for studies of frequency and dissipation. Needs `stress_update` `usl`,
-    /// rough and smooth walls and two points per cell and direction or more. Steps are shorter, and each costs ten to fifty times as
-    /// much. A body that moves into empty cells makes nodes that are even lighter than with lumped mass: for bodies that move,
-    /// `lumped_share` must be larger.
+    /// rough and smooth walls, and at least two points per cell and direction. Steps are shorter, each ten to fifty times as expensive.
+    /// Bodies that move into empty cells need a larger `lumped_share`.
     Consistent,
 }
 
@@ -64,16 +59,16 @@ pub enum NodalMass {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityTransfer {
-    /// FLIP: points add the change of the grid velocity to their own, or blend this with the grid velocity (`flip` below 1).
+    /// FLIP: points add the change of the grid velocity, blended with the grid velocity if `flip` is below 1.
     #[default]
     Flip,
-    /// Extended PIC: points take the grid velocity, corrected for the loss of the mapping itself. Removes the noise that the grid does
-    /// not represent and dissipates little else.
+    /// Extended PIC: grid velocity, corrected for the loss of the mapping. Removes noise that the grid does not represent, and dissipates
+    /// little else.
     Xpic,
-    /// Affine PIC: points take the grid velocity and store its first moment. Conserves angular momentum (exactly with `stress_update`
-    /// `usl`). Needs `shape` `quadratic` or `cubic`.
+    /// Affine PIC: grid velocity with its first moment. Conserves angular momentum (exactly with `stress_update` `usl`). Needs `shape`
+    /// `quadratic` or `cubic`.
     Apic,
-    /// Affine transfer like `apic`, with the velocity gradient in place of the moment, for any shape functions.
+    /// As `apic`, with the velocity gradient in place of the moment, for any shape functions.
     Tpic,
 }
 
@@ -84,9 +79,9 @@ pub enum StepCriterion {
     /// Waves and drag of both phases together.
     #[default]
     Combined,
-    /// Smaller one of two limits: `courant` times the step of the undrained wave, and a limit of the drag (eqs. 4.122–4.128 of the
-    /// scientific manual of Anura3D). For repeating analyses made with that program. It is not safe: its limit of the drag is that of an
-    /// incompressible fluid and about a quarter too long, and with high conductivities the wave is faster.
+    /// Smaller of `courant` times the undrained wave step and a drag limit, to repeat analyses of Anura3D (scientific manual, eqs.
+    /// 4.122–4.128). Not safe: the drag limit, for incompressible fluid, is a quarter too long, and at high conductivities the wave is
+    /// faster.
     Simple,
 }
 
@@ -101,11 +96,11 @@ impl StepCriterion {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StressScheme {
-    /// Update stress first (USF): from the velocities before the momentum solve.
+    /// First (USF), from velocities before the momentum solve.
     Usf,
-    /// Update stress last (USL): from the velocities after the momentum solve. Dissipates a little.
+    /// Last (USL), from velocities after the momentum solve. Dissipates a little.
     Usl,
-    /// Modified update stress last (MUSL): from velocities mapped back from the updated points. Conserves energy well.
+    /// Modified last (MUSL), from velocities mapped back from the updated points. Conserves energy well.
     #[default]
     Musl,
 }
@@ -114,10 +109,10 @@ pub enum StressScheme {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FixedNodes {
-    /// Velocity and acceleration of the node are those of the wall; points keep their own velocity component.
+    /// Velocity and acceleration are the wall's; points keep their own component.
     #[default]
     Force,
-    /// Momentum that points transfer to the node is stopped by the wall.
+    /// The wall stops the momentum that points transfer to the node.
     Momentum,
 }
 
@@ -125,7 +120,7 @@ pub enum FixedNodes {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallFriction {
-    /// Momentum that the wall stops, with that of arriving material.
+    /// Momentum stopped by the wall, with that of arriving material.
     #[default]
     Impulse,
     /// Acceleration into the wall.
@@ -136,10 +131,10 @@ pub enum WallFriction {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ObstacleCoupling {
-    /// Nodes in an obstacle or on its surface: their velocity is constrained to one that the obstacle permits.
+    /// Nodes in an obstacle or on its surface, whose velocity is constrained.
     #[default]
     Nodes,
-    /// Points closer to the surface than half their width: a spring acts on the overlap, and a tangential spring up to Coulomb's bound.
+    /// Points closer to the surface than half their width: springs on overlap and slip, up to Coulomb's bound.
     Points,
 }
 
@@ -169,12 +164,11 @@ pub enum InternalForceIntegration {
     /// Sum over the points, each with its own stress and volume.
     #[default]
     Points,
-    /// Mixed integration (MPM-MIXED): full cells act with the average stress of their points, and the points of other cells with their
-    /// own. Reduces the noise of points that cross cells. Needs `shape` `linear`; the cells of a `mesh` are its elements.
+    /// Mixed (MPM-MIXED): full cells act with the average stress of their points, others by points. Reduces the noise of points that cross
+    /// cells. Needs `shape` `linear`; cells of a `mesh` are its elements.
     Mixed,
-    /// Gauss integration: every cell with a point acts with the average stress of its points and its whole volume, as in quasi-static
-    /// analyses. There is no noise of points that cross cells. A half-filled cell at the surface acts as a full one, so that stress times
-    /// volume is not proportional to the mass. Needs `shape` `linear`.
+    /// Gauss: every cell with a point acts with its average stress and whole volume, for quasi-static analyses. There is no noise of
+    /// crossing points. Half-filled surface cells act as full: stress times volume is not proportional to mass. Needs `shape` `linear`.
     Gauss,
 }
 
@@ -185,9 +179,8 @@ pub enum VolumetricStrain {
     /// Strain of the point itself.
     #[default]
     Point,
-    /// Average over the points of the cell that have the same material, phase by phase with a `pore_fluid`. It has no effect in the
-    /// triangles and tetrahedra of a `mesh`, whose strain is constant, except in axisymmetry.
+    /// Average over points of one material in the cell, by phase with a `pore_fluid`. No effect on a `mesh`, except in axisymmetry.
     CellAverage,
-    /// Average over the nodes of the cell, each of which has the average of the cells around it (nodal mixed discretisation).
+    /// Average over the cell's nodes, each with the average of the cells around it (nodal mixed discretisation).
     Nodal,
 }

@@ -4,27 +4,25 @@ use colluvium_case::CaseErrorKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Contact of two bodies (sheet: mpm §2.12). They may separate, and slide with Coulomb friction and adhesion.
+/// Contact of two bodies, with separation, Coulomb friction and adhesion (sheet: mpm §2.12).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyContact {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Friction coefficient (-), the tangent of the friction angle of the interface.
+    /// Friction coefficient of the interface.
     #[serde(default)]
     pub friction_coefficient: f64,
     /// Adhesion (Pa): shear strength of the closed interface without normal stress.
     #[serde(default)]
     pub adhesion: f64,
-    /// Direction from the first body to the second, for a plane interface. When absent, it follows from the gradients of the bodies'
-    /// volumes.
+    /// Direction from the first body to the second, for a plane interface; from volume gradients when absent.
     #[serde(default)]
     pub normal: Option<Vec<f64>>,
-    /// Test of contact. When absent `gap`, or `approach` where `normal` is given and on a mesh.
+    /// Test of contact; when absent `gap`, or `approach` on a mesh and with `normal`.
     #[serde(default)]
     pub test: Option<ContactTest>,
-    /// Penalty contact: a normal force that grows with the overlap of the bodies, in place of the condition that velocities do not
-    /// approach. Needs `test` `gap`.
+    /// Normal force that grows with the overlap, in place of a condition on velocities. Needs `test` `gap`.
     #[serde(default)]
     pub penalty: Option<PenaltyContact>,
 }
@@ -70,15 +68,13 @@ impl BodyContact {
     }
 }
 
-/// Penalty contact (sheet: mpm §4 row 58; after Ma, Zhang & Lian). The normal stress is `stiffness` times the overlap, and friction is
-/// limited by a shear strength.
+/// Penalty contact (sheet: mpm §4 row 58; after Ma, Zhang & Lian): normal stress from the overlap, friction up to a shear strength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PenaltyContact {
-    /// Penalty stiffness (Pa/m), > 0: normal stress per metre of overlap. However stiff the contact, a step never separates the bodies by
-    /// more than the overlap.
+    /// Normal stress per metre of overlap (Pa/m), positive. A step never separates the bodies by more than the overlap.
     pub stiffness: f64,
-    /// Upper bound of the shear stress (Pa) at any normal stress, not negative; no limit when absent.
+    /// Largest shear stress (Pa) at any normal stress, not negative; no limit when absent.
     #[serde(default)]
     pub shear_strength: Option<f64>,
 }
@@ -107,14 +103,14 @@ impl PenaltyContact {
     }
 }
 
-/// Condition of contact at a node with mass of both bodies, besides approaching velocities (sheet: mpm §2.12).
+/// Condition of contact at a node with mass of both bodies, besides approach (sheet: mpm §2.12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactTest {
-    /// Approaching velocities alone. Contact begins up to a cell early, and bodies that roll or approach at an angle are slowed down.
-    /// With normals from the gradients of volumes, corners catch: a sliding block loses more than half of its acceleration.
+    /// Approaching velocities alone. Contact begins up to a cell early, and slows bodies that roll or approach at an angle. With normals
+    /// from volume gradients corners catch: a sliding block loses more than half of its acceleration.
     Approach,
-    /// Closed gap between the surfaces, as estimated at the node from the bodies' volumes and surfaces. Bodies at rest on others bounce
-    /// more, since the approach is not damped. Not on a mesh.
+    /// Closed gap, estimated at the node from volumes and surfaces. Resting bodies bounce more, as the approach is not damped. Not on a
+    /// mesh.
     Gap,
 }

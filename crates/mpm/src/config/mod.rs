@@ -32,14 +32,13 @@ pub(crate) struct StepCoefficients {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MpmOptions {
-    /// Edge length of the square (cubic) grid cells (m). The domain must be a whole number of cells wide.
+    /// Edge of the square (cubic) grid cells (m). The domain must be a whole number of cells wide.
     pub cell_size: f64,
-    /// Mesh of triangles or tetrahedra in place of the structured grid. Needs `shape` `linear`. Measures still use columns of width
-    /// `cell_size`.
+    /// Mesh of triangles or tetrahedra in place of the grid. Needs `shape` `linear`. Measures still use columns of `cell_size`.
     #[serde(default)]
     pub mesh: Option<MeshSource>,
-    /// Points per cell and direction. The default is 2, or 3 where all bodies that deform are Newtonian liquids and there is no `mesh`.
-    /// With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points in a triangle and 1, 4 or 10 in a tetrahedron.
+    /// Points per cell and direction. The default is 3 where only Newtonian liquids deform and there is no `mesh`. On a `mesh` 1, 2 or 3
+    /// give 1, 3 or 6 points in a triangle, 1, 4 or 10 in a tetrahedron.
     #[serde(default = "default_points_per_cell")]
     pub points_per_cell: usize,
     /// Shape functions.
@@ -48,109 +47,102 @@ pub struct MpmOptions {
     /// Position of the stress update in the step.
     #[serde(default)]
     pub stress_update: StressScheme,
-    /// Transfer of velocities between points and grid. The default is `flip`, or `tpic` where all bodies that deform are Newtonian
-    /// liquids with `volumetric_strain` `point` and no option of FLIP or XPIC is given: with FLIP, points of liquids keep motion that the
-    /// grid does not represent. Liquid bodies in velocity fields of their own (`contacts`) have `tpic` beside bodies that have `flip`.
+    /// Transfer between points and grid. The default is `tpic` where only Newtonian liquids deform, with `volumetric_strain` `point`,
+    /// `mass` `lumped`, a shape other than `dual-domain`, `updated-lagrangian` and no FLIP or XPIC option: with FLIP they keep motion that
+    /// the grid does not represent. Liquids of `contacts` have `tpic` beside bodies
+    /// with `flip`.
     #[serde(default)]
     pub transfer: VelocityTransfer,
-    /// Order of the filter, 1 to 20, with `transfer` `xpic`, or `flip` with a `residual_time`. XPIC of order 1 is PIC. Higher orders
-    /// dissipate less; each costs one more loop over the grid.
+    /// Order of the filter, 1 to 20, with `transfer` `xpic`, or `flip` and a `residual_time`; 1 is PIC. Higher orders dissipate less, each
+    /// for one more grid loop.
     #[serde(default = "xpic_order")]
     pub xpic_order: usize,
-    /// Time (s) in which the point velocities that the grid does not represent fall to 1/e, at any step, with `transfer` `flip` or
-    /// `xpic`. A suitable value is of the order of the root of a deposit's height over gravity. When absent, FLIP keeps these velocities,
-    /// and XPIC removes all of them in each step, so that shorter steps dissipate more.
+    /// Time (s) in which point velocities that the grid does not represent fall to 1/e, with `transfer` `flip` or `xpic`: about the root of
+    /// a deposit's height over gravity. When absent FLIP keeps them, and XPIC removes them in each step, so that shorter steps dissipate
+    /// more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_time: Option<f64>,
-    /// FLIP fraction of the velocity update, 0 to 1, with `transfer` `flip`; the rest is PIC. 1 dissipates nothing.
+    /// FLIP fraction, 0 to 1, with `transfer` `flip`; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "default_one")]
     pub flip: f64,
-    /// FLIP fraction (`flip`) of single stages, by their names: bodies may come to rest with a smaller one than they flow with.
+    /// `flip` of single stages, such as less for rest than for flow.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub stage_flip: BTreeMap<String, f64>,
-    /// Courant number, 0 to 1: the step over cell size / (wave speed + point speed). The default is 0.5, or 0.9 in cases with a
-    /// `pore_fluid` and `musl`, whose critical step is that of both phases and their drag (with `step_criterion` `combined`). With
-    /// `stress_update` `usl` steps are bounded by stability at free surfaces: by 0.7, 0.57 and 0.48 in one, two and three dimensions with
-    /// `linear` and `dual-domain` functions without a `node_mass_cutoff`; in d dimensions by 0.95 times the root of 1 / (d times the
-    /// points per cell and axis) with GIMP and CPDI, of 1/d with quadratic splines.
+    /// Courant number, 0 to 1: step over cell size / (wave speed + point speed). Default 0.5, or 0.9 with a `pore_fluid`, `musl` and
+    /// `step_criterion` `combined`. With `stress_update` `usl` free surfaces bound it: by 0.7, 0.57 and 0.48 in 1D, 2D and 3D with `linear`
+    /// and `dual-domain` without `node_mass_cutoff`; in d dimensions by `0.95 √(1/(d n))` with GIMP and CPDI of n points per cell and axis,
+    /// by `0.95 √(1/d)` with `quadratic`.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s). It must be below the critical step, and the run stops when it no longer is. When absent, the solver chooses
-    /// the step. Steps before an output are shorter, so that they end at its time.
+    /// Fixed time step (s), below the critical step, or the run stops; chosen by the solver when absent. Steps before an output are
+    /// shorter.
     #[serde(default)]
     pub time_step: Option<f64>,
     /// Criterion of the critical step, with a `pore_fluid`.
     #[serde(default, skip_serializing_if = "StepCriterion::is_combined")]
     pub step_criterion: StepCriterion,
-    /// Mass scaling factor (-), at least 1: factor on inertia, not on weight. The stable step grows with its square root. For
-    /// quasi-static stages only, with a study of its effect on the result.
+    /// Mass scaling factor, at least 1, on inertia, not on weight. The stable step grows with its root. For quasi-static stages only, with
+    /// a study of its effect.
     #[serde(default = "default_one")]
     pub mass_scaling: f64,
-    /// Contacts between bodies. Each body named here has a velocity field of its own. All other bodies share one velocity field and stick
-    /// where they touch.
+    /// Contacts between bodies. Each body named here has its own velocity field; all others share one, and stick where they touch.
     #[serde(default)]
     pub contacts: Vec<BodyContact>,
-    /// Treatment of fixed degrees of freedom. Material that runs into a wall from which it may separate is always stopped with its
-    /// momentum, except for `wall_friction` `acceleration`.
+    /// Treatment of fixed degrees of freedom. Momentum into a wall that permits separation is always stopped, except with `wall_friction`
+    /// `acceleration`.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
-    /// Mass of a node over that of the heaviest point (-) below which the node has no force and moves with the points around it; 1e-12 when
-    /// absent. With `stress_update` `usl`, lumped mass, one phase and `shape` `linear` or `dual-domain`, an absent value also reduces the
-    /// point forces, except weight, at nodes whose cells contain little material: it extends into the cell by less than about half the
-    /// square of the step's Courant number times the number of axes, in cells. This keeps free surfaces stable, at the cost of a little
-    /// momentum. With a given value this reduction is off.
+    /// Mass of a node over that of the heaviest point below which it has no force and moves with the points around it; 1e-12 when absent.
+    /// When absent, with `stress_update` `usl`, lumped mass, one phase and `shape` `linear` or `dual-domain`, forces except weight are also
+    /// reduced at nodes with little material. This reaches less than about half the squared Courant number times the number of axes into
+    /// the cell, and keeps free surfaces stable at the cost of a little momentum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_mass_cutoff: Option<f64>,
     /// Source of the normal force in wall friction.
     #[serde(default)]
     pub wall_friction: WallFriction,
-    /// Nodes or points on which obstacles act. The default is `nodes`, or `points` where all bodies that deform are Newtonian liquids.
+    /// Nodes or points on which obstacles act. The default is `points` where only Newtonian liquids deform.
     #[serde(default)]
     pub obstacles: ObstacleCoupling,
-    /// Stiffness of the contact of a point with an obstacle (-), with `obstacles` `points`, above 0 and at most 1000. Its unit is the
-    /// wave modulus of the material times the volume of the point over the square of the cell size. In cells, points penetrate by about
-    /// their stress over wave modulus and stiffness. The step is shorter by the root of one and a quarter of the stiffness.
+    /// Contact stiffness with `obstacles` `points`, above 0, at most 1000, in units of wave modulus times point volume over squared cell
+    /// size. Points penetrate by about stress / (wave modulus × stiffness) cells. Steps are shorter by the factor `√(1 + stiffness/4)`.
     #[serde(default = "obstacle_stiffness")]
     pub obstacle_stiffness: f64,
-    /// Ratio of the friction coefficient of a node at rest to that of a sliding node, at least 1, with `wall_friction` `acceleration`. A
-    /// node is at rest when it has no speed along the wall.
+    /// Friction coefficient of a node at rest along the wall over that of a sliding one, at least 1, with `wall_friction` `acceleration`.
     #[serde(default = "default_one")]
     pub static_friction_ratio: f64,
     /// Mass of the nodes.
     #[serde(default)]
     pub mass: NodalMass,
-    /// Share of the lumped mass in the mass matrix, 0 to 1 (0 excluded), with `mass` `consistent`. Without it few points make the matrix
-    /// singular. From `3^-d` on, in `d` dimensions, the step is stable for any positions of the points; `ugimp` and `cpgimp` need that.
+    /// Share of the lumped mass in the mass matrix, 0 to 1 (0 excluded), with `mass` `consistent`; without it few points make the matrix
+    /// singular. From `3^-d` in `d` dimensions the step is stable for any positions; `ugimp` and `cpgimp` need that.
     #[serde(default = "default_lumped_share")]
     pub lumped_share: f64,
     /// Stretch of the domains of `cpgimp` points.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
-    /// Configuration in which gradients are taken: current or initial positions of the points.
+    /// Configuration of gradients: current or initial positions.
     #[serde(default)]
     pub formulation: LagrangianFormulation,
     /// Integration of the internal force.
     #[serde(default)]
     pub integration: InternalForceIntegration,
-    /// Whether the points of full cells take the average stress as their own at the beginning of each step, and with a `pore_fluid` the
-    /// average pore pressure too. By default only the internal force uses the average. Needs `integration` `mixed` or `gauss`. Points
-    /// keep their own internal variables. For materials whose stress is no function of these, the same in all bodies that share a
-    /// velocity field.
+    /// Whether points of full cells take the average stress and pore pressure as their own in each step; by default only the internal force
+    /// uses it. Needs `integration` `mixed` or `gauss`, and one material in each velocity field, whose stress is no function of internal
+    /// variables, which points keep.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mixed_reset: bool,
-    /// Fill ratio from which a cell at the boundary of the material is regarded as full, above 0 and at most 1, with `integration` `mixed`.
+    /// Fill ratio from which a boundary cell counts as full, above 0, at most 1, with `integration` `mixed`.
     #[serde(default = "full_cell")]
     pub full_cell: f64,
-    /// Source of the volumetric strain of a point; averages reduce locking of nearly incompressible materials.
+    /// Source of the volumetric strain; averages reduce locking of nearly incompressible materials.
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
-    /// Fill ratio of the surrounding cells, below 1, below which points of fluids are on the free surface and have no stress; 0 for none.
-    /// The default is 0, or 0.7 where all bodies that deform, or all of a velocity field (`contacts`), are Newtonian liquids, except in
-    /// periodic domains and axisymmetry.
+    /// Fill ratio of surrounding cells, below 1, under which points of fluids are on the free surface, without stress; 0 for none. The
+    /// default is 0, or 0.7 where only Newtonian liquids deform, in all or in a velocity field, except in periodic domains and axisymmetry.
     #[serde(default)]
     pub free_surface: Option<f64>,
-    /// Upper bound of the volume of a stress-free point over its initial volume. It prevents the points of a cohesionless free front from
-    /// swelling without bound.
+    /// Largest volume of a stress-free point over its initial one, against swelling of cohesionless free fronts.
     #[serde(default = "volume_cap")]
     pub volume_cap: f64,
     /// Numbers of the liquid bodies in velocity fields of their own, which have `tpic` whatever transfer the others have.
@@ -159,15 +151,15 @@ pub struct MpmOptions {
     pub liquid_bodies: Vec<usize>,
 }
 
-/// Source of a mesh of triangles (in the plane) or tetrahedra (sheet: mpm §2.5b).
+/// Source of a mesh of triangles (plane) or tetrahedra (sheet: mpm §2.5b).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MeshSource {
-    /// Mesh of the domain: cells of `cell_size`, each divided into two triangles or six tetrahedra.
+    /// Cells of `cell_size` in the domain, each of two triangles or six tetrahedra.
     Box,
-    /// Gmsh file, in text form of version 2.2 or 4.1. Boundaries can name its physical groups.
+    /// Gmsh file, text of version 2.2 or 4.1. Boundaries can name its physical groups.
     File {
-        /// Path of the file, relative to the folder of the case file.
+        /// File, from the folder of the case.
         file: String,
     },
 }

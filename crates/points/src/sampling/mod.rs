@@ -33,16 +33,14 @@ pub struct Sample<const D: usize> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
-    /// Lattice of the method, for any shape: round and oblique sides are stepped.
+    /// Lattice of the method, for any shape; round and oblique sides are stepped.
     #[default]
     Lattice,
-    /// Rows along the sides of the shape, in the plane, the first half a spacing from the side, each point at the centre of its patch and
-    /// with the exact area of it. Rows of round sides come first and continue until they reach those of other sides; the lattice fills
-    /// the rest. For boxes, balls, polygons and their combinations.
+    /// Rows along the sides, in the plane, for boxes, balls, polygons and combinations. The first is half a spacing from the side; points
+    /// are at the centres of their patches, with exact area. Rows of round sides come first; the lattice fills the rest.
     Fitted,
-    /// Random positions (Poisson disk), without the directions of a lattice: no two points are closer than a distance, and there is no
-    /// room for a further point. The number of points is that of a lattice, and each has the same share of the volume of the shape; the
-    /// selection follows from `sampling_seed`.
+    /// Random positions (Poisson disk), by `sampling_seed`, without the directions of a lattice. No two points are closer than a distance,
+    /// and no further point fits. They are as many as on a lattice, of equal volume.
     PoissonDisk,
 }
 

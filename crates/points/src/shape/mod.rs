@@ -34,10 +34,10 @@ pub enum Shape {
     Ball {
         /// Centre (m).
         centre: Vec<f64>,
-        /// Radius (m), > 0.
+        /// Radius (m), positive.
         radius: f64,
     },
-    /// Polygon in 2D, without self-intersection, in either sense of rotation.
+    /// Polygon in 2D, without crossings, in either sense.
     Polygon {
         /// Corners (m), at least three.
         #[schemars(with = "Vec<[f64; 2]>")]
@@ -47,20 +47,19 @@ pub enum Shape {
     Cylinder {
         /// Centre of the lower face (m).
         base: [f64; 3],
-        /// Axis of the cylinder: 0 is x, 1 is y, 2 is z.
+        /// Axis: 0 is x.
         axis: usize,
-        /// Radius (m), > 0.
+        /// Radius (m), positive.
         radius: f64,
-        /// Height along the axis (m), > 0.
+        /// Height along the axis (m), positive.
         height: f64,
     },
     /// Layer on terrain in 3D, as a release area of a map; for a body only.
     Layer {
-        /// Name of the obstacle below the layer, whose shape is a raster.
+        /// Obstacle below the layer, a raster.
         on: String,
-        /// File of the outline of the layer in plan, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of
-        /// the case. The layer covers all features of the file, without their holes. Without an outline the layer is where the raster of
-        /// its thickness is above zero.
+        /// Outline in plan (m), GeoJSON or shapefile; all features, without holes. When absent the layer is where its thickness raster is
+        /// above zero.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         outline: Option<String>,
         /// Thickness of the layer (m).
@@ -68,36 +67,35 @@ pub enum Shape {
         /// Direction in which thickness is measured.
         #[serde(default)]
         measured: ThicknessDirection,
-        /// Arrangement of the points in the layer, where a method sets them on a lattice.
+        /// Arrangement of points set on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
         /// Layer built from its files; empty before they are read.
         #[serde(skip)]
         laid: PlacedLayer,
     },
-    /// Region in 2D along the line of an obstacle, between two lengths along it and between two distances from it, as a snowpack on a
-    /// track; for a body only.
+    /// Region in 2D along the line of an obstacle, between two lengths and two distances, as a snowpack on a track; for a body only.
     ArcLayer {
-        /// Name of the obstacle, a `profile`, or a `ground-line` with its points in the case.
+        /// Obstacle, a `profile`, or a `ground-line` with its points in the case.
         on: String,
-        /// Length along the line from its beginning to the start of the layer (m), not negative.
+        /// Length along the line to the start of the layer (m), not negative.
         #[serde(default)]
         start: f64,
-        /// Length along the line to the end of the layer (m).
+        /// Length along the line to its end (m).
         end: f64,
-        /// Distance of the lower side of the layer from the line, along the normal out of the ground (m).
+        /// Distance of its lower side from the line, along the outward normal (m).
         #[serde(default)]
         from: f64,
-        /// Distance of the upper side of the layer from the line (m).
+        /// Distance of its upper side (m).
         to: f64,
-        /// Arrangement of the points in the layer, where a method sets them on a lattice.
+        /// Arrangement of points set on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
         /// Its corners (m), once the obstacle is looked at: those along its lower side, then as many along its upper side, back.
         #[serde(skip)]
         outline: PolygonVertices,
     },
-    /// Box filled with overlapping balls of one size (discs in 2D): the ice of snow, as a sintered structure. Not in 1D.
+    /// Box filled with overlapping balls of one size (discs in 2D), as the sintered ice of snow. Not in 1D.
     Microstructure {
         /// Lower corner of the box (m).
         min: Vec<f64>,
@@ -105,7 +103,7 @@ pub enum Shape {
         max: Vec<f64>,
         /// Diameter of the balls (m), less than the width of the box.
         diameter: f64,
-        /// Solid share of the box (-), above 0, at most 0.95. At random, discs are connected from 0.68 on, and balls from 0.29.
+        /// Solid share, above 0, at most 0.95. Random discs are connected from 0.68 on, balls from 0.29.
         solid_fraction: f64,
         /// Seed of the positions of the balls.
         #[serde(default)]

@@ -3,10 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Thickness of a layer: a number (m), the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the case), or the
-/// name of an attribute (m) of each feature in the file of the outline. Where features overlap, the last one in the file applies. Where a
-/// raster is zero or has no data, as that of a deposit outside the deposit, there is no layer. The raster must cover the outline, where
-/// there is one.
+/// Thickness of a layer: a number (m), a raster (m), or an attribute (m) of outline features, of the last one where they overlap. There is
+/// no layer where a raster is zero or has no data; it must cover the outline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
 pub enum LayerThickness {
@@ -18,7 +16,7 @@ pub enum LayerThickness {
     Attribute(ThicknessAttribute),
 }
 
-/// Attribute of the features of an outline whose value is their thickness.
+/// Attribute of the features with their thickness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ThicknessAttribute {
@@ -33,7 +31,7 @@ pub enum ThicknessDirection {
     /// Vertical direction.
     #[default]
     Vertical,
-    /// Normal to the terrain: the vertical thickness is larger by a factor of one over the cosine of the slope.
+    /// Normal to the terrain: the vertical thickness is larger by one over the cosine of the slope.
     Normal,
 }
 
@@ -41,12 +39,12 @@ pub enum ThicknessDirection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayerRows {
-    /// Lattice of the method, in level rows: the lowest point of a position lies anywhere up to a spacing above the terrain.
+    /// Lattice of the method, in level rows: the lowest point is up to a spacing above the terrain.
     #[default]
     Level,
-    /// Rows that follow the terrain, as many over a position as spacings fit into its thickness, and at least one. Each point represents
-    /// its share of the thickness, the lowest at half of that above the terrain. Where a layer on a map is thinner than a quarter of a
-    /// spacing there are no points. Along a line, the positions are as far apart as spacings fit into the length of the layer.
+    /// Rows that follow the terrain, as many as spacings fit into the thickness, at least one. Points have their share of it, the lowest at
+    /// half of that above the terrain. Map layers thinner than a quarter of a spacing have no points. Along a line, positions are as far
+    /// apart as spacings fit into its length.
     Terrain,
 }
 

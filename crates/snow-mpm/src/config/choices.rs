@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplineShape {
-    /// Cubic B-splines, with 4 nodes per axis.
+    /// Cubic B-splines, 4 nodes per axis.
     #[default]
     Cubic,
-    /// Quadratic B-splines, with 3 nodes per axis.
+    /// Quadratic B-splines, 3 nodes per axis.
     Quadratic,
-    /// Linear (hat) functions, for comparison only: points that cross cells cause noise, which grows as the grid is refined.
+    /// Linear (hat) functions, for comparison only: noise of points that cross cells grows as the grid is refined.
     Linear,
 }
 
@@ -20,19 +20,19 @@ pub enum SplineShape {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SnowTransfer {
-    /// Affine particle-in-cell (APIC): points store the affine velocity field around them. Conserves linear and angular momentum to
-    /// round-off and dissipates little at any step.
+    /// Affine particle-in-cell (APIC): points store the affine velocity field around them. Conserves momenta to round-off and dissipates
+    /// little at any step.
     #[default]
     Apic,
     /// Blend of FLIP and PIC, by `flip_ratio` or `blend_time`.
     Flip,
 }
 
-/// Deformation `f` of a step as a function of the velocity gradient `L`.
+/// Deformation `f` of a step from the velocity gradient `L`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeformationUpdate {
-    /// First order: `f = 1 + Δt L`. A constant spin strains a point by about `2π² / N` in `N` steps per revolution.
+    /// First order: `f = 1 + Δt L`. A constant spin strains a point by about `2π² / N` per revolution of `N` steps.
     #[default]
     Linear,
     /// Exponential: `f = exp(Δt L)`, to the fourth order. A spin causes no strain.

@@ -13,8 +13,8 @@ pub enum MomentumEquation {
     Rho2,
     /// Symmetric form `Σ m_j (σ_i + σ_j) / (ρ_i ρ_j) ∇W`.
     RhoRho,
-    /// Corrected form `Σ m_j (σ_i L_i + σ_j L_j) / (ρ_i ρ_j) ∇W` with the gradient corrections `L`. Conserves energy with the `corrected`
-    /// velocity gradient, which it needs.
+    /// Corrected form `Σ m_j (σ_i L_i + σ_j L_j) / (ρ_i ρ_j) ∇W` with gradient corrections `L`. Conserves energy with the `corrected`
+    /// velocity gradient, to which `compatible` and `corotated` then resolve; the other operators are refused.
     Corrected,
     /// Difference form `Σ m_j (σ_j - σ_i) / (ρ_i ρ_j) ∇W`, which conserves neither momentum nor energy; for demonstrations.
     Difference,
@@ -24,15 +24,15 @@ pub enum MomentumEquation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContinuityEquation {
-    /// Trace form `-ρ_i tr L` with the velocity gradient of the material law, so that density and strain agree, at surfaces too: `mass`
-    /// with its operator `density-difference`, `volume` with `difference`, exact for linear fields with `corrected`.
+    /// Trace form `-ρ_i tr L` with the velocity gradient of the law, so that density and strain agree, also at surfaces. It is `mass` with
+    /// `density-difference`, `volume` with `difference`, and exact for linear fields with `corrected`.
     #[default]
     Trace,
     /// Mass form `Σ m_j (v_i - v_j)·∇W`, for one material.
     Mass,
     /// Volume form `ρ_i Σ V_j (v_i - v_j)·∇W`, for jumps in density.
     Volume,
-    /// Density summation `Σ m_j W`, for one density in closed or periodic domains that the bodies fill: the supports must be full.
+    /// Density summation `Σ m_j W`, for one density with full supports, as in closed or periodic domains that the bodies fill.
     Summation,
 }
 
@@ -40,16 +40,16 @@ pub enum ContinuityEquation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityGradientOperator {
-    /// Adjoint of the momentum equation, which conserves energy: `density-difference` with `rho2`, `difference` otherwise.
+    /// Adjoint of the momentum equation, which conserves energy: `density-difference` with `rho2`, else `difference`.
     #[default]
     Compatible,
-    /// Operator `compatible` in a frame that rotates with the particle, plus this rotation: exact for rotations, also at surfaces.
+    /// Operator `compatible` in a frame that rotates with the particle: exact for rotations, also at surfaces.
     Corotated,
     /// Difference operator `Σ V_j (v_j - v_i) ⊗ ∇W`.
     Difference,
     /// Difference operator with densities, `Σ m_j (v_j - v_i) ⊗ ∇W / ρ_i`.
     DensityDifference,
-    /// Operator `difference` times the inverse moment matrix: exact for linear fields, also at surfaces.
+    /// `difference` times the inverse moment matrix: exact for linear fields, also at surfaces.
     Corrected,
 }
 
@@ -64,8 +64,8 @@ pub enum SoundSpeed {
     YoungsModulus,
 }
 
-/// Correction against tensile instability (sheet: sph §2.11). The kernel ratio is the kernel between two particles over its value at
-/// their spacing: the initial spacing, times the growth of the smoothing length where it varies.
+/// Correction against tensile instability (sheet: sph §2.11). The kernel ratio is the kernel over its value at the initial spacing, which
+/// grows with a varying smoothing length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Tensile {
@@ -74,16 +74,16 @@ pub enum Tensile {
     None,
     /// Artificial stress: repulsion along the principal tensions.
     ArtificialStress {
-        /// Strength `ε₀` (-), 0 to 1.
+        /// Strength `ε₀`, 0 to 1.
         strength: f64,
-        /// Exponent `n` of the kernel ratio (-).
+        /// Exponent `n` of the kernel ratio.
         exponent: f64,
     },
     /// Artificial pressure: repulsion by the mean tension.
     ArtificialPressure {
-        /// Strength (-), 0 to 1.
+        /// Strength, 0 to 1.
         strength: f64,
-        /// Exponent of the kernel ratio (-).
+        /// Exponent of the kernel ratio.
         exponent: f64,
     },
 }
@@ -117,12 +117,12 @@ pub enum Regularisation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallStress {
-    /// Stress and mirrored velocity of each particle that interacts with the wall: conserves energy.
+    /// Stress and mirrored velocity of each interacting particle: conserves energy.
     #[default]
     Pairwise,
     /// Stress and velocity interpolated from the soil.
     Interpolated,
-    /// Stress and velocity extrapolated from the soil, with the weight between soil and wall.
+    /// Stress and velocity extrapolated from the soil, with the weight between.
     Extrapolated,
 }
 
@@ -135,7 +135,7 @@ pub enum SmoothingLength {
     Constant,
     /// Function of the density, `h = h₀ (ρ₀/ρ)^(1/d)`.
     Density,
-    /// Rate `ḣ` from the difference between two rates of density (AL1 36–37); not tested by its authors.
+    /// Rate `ḣ` from two density rates (AL1 36–37); not tested by its authors.
     Rate,
 }
 
@@ -143,20 +143,20 @@ pub enum SmoothingLength {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Symmetrisation {
-    /// Kernel of the arithmetic mean `(h_i + h_j) / 2`.
+    /// Arithmetic mean `(h_i + h_j) / 2`.
     #[default]
     Arithmetic,
-    /// Kernel of the harmonic mean `2 h_i h_j / (h_i + h_j)`.
+    /// Harmonic mean `2 h_i h_j / (h_i + h_j)`.
     Harmonic,
-    /// Kernel of the geometric mean `√(h_i h_j)`.
+    /// Geometric mean `√(h_i h_j)`.
     Geometric,
-    /// Kernel of the larger smoothing length.
+    /// Larger smoothing length.
     Max,
-    /// Kernel of the smaller smoothing length.
+    /// Smaller smoothing length.
     Min,
     /// Mean of the two kernels.
     Kernel,
-    /// Kernel of each particle itself, with the factors of the gradient of `h` in the continuity and the momentum equation (BN 52–53).
+    /// Each particle's own kernel, with factors of the gradient of `h` in continuity and momentum (BN 52–53).
     GradH,
 }
 
@@ -164,20 +164,20 @@ pub enum Symmetrisation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeIntegration {
-    /// Leapfrog: velocities at half steps, all other variables at full steps.
+    /// Velocities at half steps, all else at full steps.
     #[default]
     Leapfrog,
-    /// Leapfrog of the source: velocity, density and stress at half steps, predicted to full steps for the rates.
+    /// As in the source: velocity, density and stress at half steps, predicted to full ones for the rates.
     LeapfrogRates,
-    /// Predictor-corrector: rates at the predicted middle of the step.
+    /// Rates at the predicted middle of the step.
     PredictorCorrector,
-    /// Position Verlet: half a position update, a whole velocity update, half a position update.
+    /// Half a position, a whole velocity, half a position update.
     PositionVerlet,
-    /// Velocity Verlet: half a velocity update, a whole position update, half a velocity update.
+    /// Half a velocity, a whole position, half a velocity update.
     VelocityVerlet,
-    /// Verlet scheme: velocities over two steps, with a simple step at intervals.
+    /// Velocities over two steps, with a simple step at intervals.
     Verlet,
-    /// Runge–Kutta scheme of four stages; the material law is evaluated once with the mean of their velocity gradients.
+    /// Four stages; the law is evaluated once, with the mean of their velocity gradients.
     RungeKutta4,
 }
 
@@ -194,7 +194,7 @@ pub enum DensityReset {
     Mls,
 }
 
-/// Velocity of rough walls that mirror the particle state pairwise (sheet: sph §2.13).
+/// Velocity of rough walls with `pairwise` stress (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallVelocity {
@@ -209,12 +209,11 @@ pub enum WallVelocity {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RoughWall {
-    /// Layers of fixed particles, with the stress and velocity of `wall_stress`.
+    /// Layers of fixed particles, as in `wall_stress`.
     #[default]
     Particles,
-    /// Images of the particles with opposite velocity and equal stress: the velocity along the face itself is zero, at any distance of
-    /// the particle. For viscous flow, with `hourglass_viscosity`, without which particles of loose material may pass the wall. Unlike
-    /// `pairwise` particles, images need not conserve energy.
+    /// Images with opposite velocity and equal stress: zero velocity at the face, at any particle distance. For viscous flow, with
+    /// `hourglass_viscosity`, without which loose particles may pass the wall. Images need not conserve energy.
     Mirror,
 }
 
@@ -222,22 +221,21 @@ pub enum RoughWall {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SmoothWall {
-    /// Mirror images of the particles, which represent the wall exactly.
+    /// Mirror images of the particles, an exact wall.
     #[default]
     Mirror,
     /// Layers of fixed particles that leave the tangential velocity unchanged.
     Particles,
 }
 
-/// Speed in the distance over which particles are shifted (sheet: sph §2.12).
+/// Speed in the distance of shifting (sheet: sph §2.12).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShiftingSpeed {
-    /// Speed of the particle itself: particles at rest are not shifted, however uneven their spacing.
+    /// Speed of the particle itself: particles at rest are not shifted.
     #[default]
     Own,
-    /// Speed of the fastest particle of the body, as in the δ⁺ scheme (Sun et al. 2017): particles in the middle of a vortex, which
-    /// hardly move, are kept evenly spaced too.
+    /// Speed of the fastest particle of the body, as in δ⁺-SPH (Sun et al. 2017), for even spacing in vortices too.
     Largest,
 }
 
@@ -249,23 +247,23 @@ pub enum LagrangianFormulation {
     /// Current configuration: neighbours change.
     #[default]
     Updated,
-    /// Initial configuration, with corrected gradients: for solids that keep their neighbours, free of tensile instability.
+    /// Initial configuration, corrected gradients: for solids that keep their neighbours, without tensile instability.
     TotalLagrangian,
 }
 
-/// Confining pressure of a flexible membrane (sheet: sph §2.13 g).
+/// Confining pressure of a flexible membrane (sheet: sph §2.13 g). It needs a `smoothing` of 1 to 1.5 and a constant smoothing length.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConfiningPressure {
-    /// Pressure (Pa), at least 0.
+    /// Pressure (Pa), not negative.
     pub pressure: f64,
     /// Time (s) over which the pressure grows from zero.
     #[serde(default)]
     pub ramp: f64,
-    /// Names of the bodies on which the pressure acts; when absent all bodies that are not `held`.
+    /// Bodies under the pressure; when absent all that are not `held`.
     #[serde(default)]
     pub bodies: Option<Vec<String>>,
-    /// Particles of these bodies on which the pressure acts.
+    /// Particles under the pressure.
     #[serde(default)]
     pub on: ConfiningPressureTarget,
 }
@@ -278,13 +276,13 @@ impl ConfiningPressure {
     }
 }
 
-/// Particles on which a confining pressure acts: those of the surface, or all of a body.
+/// Particles under a confining pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ConfiningPressureTarget {
     /// Particles at the surface and their nearest neighbours.
     #[default]
     Surface,
-    /// All particles. Within a body the sum vanishes only for evenly spaced particles.
+    /// All particles; within a body the sum vanishes only for even spacing.
     All,
 }

@@ -27,22 +27,22 @@ pub(crate) const MAX_SHIFT: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphOptions {
-    /// Initial distance of neighbouring particles (m).
+    /// Initial distance of particles (m).
     pub spacing: f64,
-    /// Smoothing kernel. The default is `cubic-spline`, or `wendland-c2` where all bodies that move by themselves are Newtonian liquids
-    /// (and `formulation` is `updated`): particles of liquids clump with the cubic spline.
+    /// Smoothing kernel. The default is `wendland-c2` where only Newtonian liquids move freely (`formulation` `updated`): they clump with
+    /// the cubic spline.
     #[serde(default)]
     pub kernel: Kernel,
-    /// Smoothing length over `spacing` (-), 0.9 to 3. The default is 1.2, or 1.5 for Newtonian liquids with `kernel` `wendland-c2`.
+    /// Smoothing length over `spacing`, 0.9 to 3. The default is 1.5 for Newtonian liquids with `wendland-c2`.
     #[serde(default = "smoothing")]
     pub smoothing: f64,
-    /// Whether a smoothing is allowed at which the kernel is known to make particles clump.
+    /// Whether a smoothing is allowed at which the kernel makes particles clump.
     #[serde(default)]
     pub allow_pairing: bool,
     /// Dependence of the smoothing length on the density.
     #[serde(default)]
     pub smoothing_length: SmoothingLength,
-    /// Upper bound of the smoothing length over the initial one (-), 1 to 3.
+    /// Upper bound of the smoothing length over the initial one, 1 to 3.
     #[serde(default = "growth")]
     pub smoothing_growth: f64,
     /// Kernel between particles of different smoothing lengths.
@@ -51,74 +51,70 @@ pub struct SphOptions {
     /// Time integration.
     #[serde(default)]
     pub integration: TimeIntegration,
-    /// Form of the momentum equation. When absent and bodies differ in density, `rho-rho`, except with `grad-h`.
+    /// Form of the momentum equation. When absent and bodies differ in density `rho-rho`, except with `grad-h`.
     #[serde(default)]
     pub momentum: MomentumEquation,
     /// Form of the continuity equation.
     #[serde(default)]
     pub continuity: ContinuityEquation,
-    /// Whether density by summation is allowed where supports are not full at the start, or densities differ. Particles at free surfaces
-    /// then lose up to half of their density, and jumps of density are smeared.
+    /// Whether density by summation is allowed where supports are not full or densities differ at the start. Free surfaces then lose up to
+    /// half of their density, and jumps are smeared.
     #[serde(default)]
     pub allow_summation: bool,
-    /// Operator of the velocity gradient of the material law. The default is `compatible` where all moving bodies are liquids, and
-    /// `corotated` elsewhere: near a surface `compatible` includes only a part of a rotation, and strains a rotating body until it stops.
+    /// Velocity gradient of the material law. The default is `corotated` unless all moving bodies are liquids: near a surface `compatible`
+    /// strains a rotating body until it stops.
     #[serde(default)]
     pub velocity_gradient: VelocityGradientOperator,
-    /// Linear artificial viscosity `α` (-), at least 0. It adds about `α h c/8` to the kinematic viscosity. The default is 0.1, or 0
-    /// where all bodies are liquids whose own viscosity is at least `ρ c spacing/100`.
+    /// Linear artificial viscosity `α`, not negative; it adds about `α h c/8` to the kinematic viscosity. The default is 0 where all bodies
+    /// are liquids with a viscosity of at least `ρ c spacing/100`.
     #[serde(default = "viscosity")]
     pub viscosity_linear: f64,
-    /// Quadratic artificial viscosity `β` (-), at least 0.
+    /// Quadratic artificial viscosity `β`, not negative.
     #[serde(default)]
     pub viscosity_quadratic: f64,
-    /// Speed of sound of the artificial viscosity and of the damping.
+    /// Speed of sound of artificial viscosity and damping.
     #[serde(default)]
     pub sound_speed: SoundSpeed,
-    /// Viscous damping `ξ` (-), at least 0: velocities decrease by the factor `exp(-ξ c dt / h)` in a step.
+    /// Viscous damping `ξ`, not negative: velocities decrease by the factor `exp(-ξ c dt / h)` in a step.
     #[serde(default)]
     pub damping: f64,
     /// Correction against tensile instability.
     #[serde(default)]
     pub tensile: Tensile,
-    /// Smoothing of stress, for bodies whose law is in rate form. A law whose stress follows from its elastic strain or the rate of the
-    /// motion, such as that of hyperelastic solids and Newtonian fluids, keeps its stress. Refused where no body's law is in rate form. A
-    /// step without motion returns the stress to yield; where the law depends on time (relaxation, eigenstrain, user materials) the next
-    /// step with motion does.
+    /// Smoothing of stress, for laws in rate form; refused without one. Other laws, as of hyperelastic solids and Newtonian fluids, keep
+    /// their stress. A step without motion returns the stress to yield; where the law depends on time (relaxation, eigenstrain, user
+    /// materials) the next step with motion does.
     #[serde(default)]
     pub regularisation: Regularisation,
-    /// Number of steps between two regularisations of stress.
+    /// Steps between two regularisations of stress.
     #[serde(default = "default_regularisation_steps")]
     pub regularisation_steps: u64,
-    /// Diffusion of stress `ζ` (-) within each body, 0 to 0.5. The stress difference due to the weight between particles is not diffused.
-    /// For bodies whose law is in rate form, as `regularisation`; refused where no body's law is.
+    /// Diffusion of stress `ζ` within each body, 0 to 0.5, without the difference due to weight. For laws in rate form; refused without
+    /// one.
     #[serde(default)]
     pub stress_diffusion: f64,
-    /// Ratio of horizontal to vertical stress (-) of the weight in `stress_diffusion`.
+    /// Ratio of horizontal to vertical stress of the weight in `stress_diffusion`.
     #[serde(default = "default_wall_k0")]
     pub stress_diffusion_k0: f64,
-    /// Diffusion of density `δ` (-) within each body of fluid, 0 to 0.5.
+    /// Diffusion of density `δ` within each body of fluid, 0 to 0.5.
     #[serde(default)]
     pub density_diffusion: f64,
     /// Reinitialisation of density, for fluids.
     #[serde(default)]
     pub density_reset: DensityReset,
-    /// Number of steps between two reinitialisations of density.
+    /// Steps between two reinitialisations of density.
     #[serde(default = "default_reset_steps")]
     pub density_reset_steps: u64,
-    /// XSPH fraction (-), 0 to 1: weight of the mean neighbour velocity in the motion of particles of bodies that are not `held`.
+    /// XSPH fraction, 0 to 1: weight of the mean neighbour velocity in the motion of bodies that are not `held`.
     #[serde(default)]
     pub xsph: f64,
-    /// Viscosity of hourglass (zero-energy) modes, in units of `viscosity_linear`, 0 to 1. It acts on the part of the relative velocity
-    /// of neighbours that their velocity gradients do not represent. It does not act on linear velocity fields where `velocity_gradient`
-    /// is `corrected`, nor on rotations where it is `corotated`.
+    /// Viscosity of hourglass (zero-energy) modes, in units of `viscosity_linear`, 0 to 1. It acts on relative velocities that velocity
+    /// gradients do not represent: not on linear fields with `velocity_gradient` `corrected`, nor on rotations with `corotated`.
     #[serde(default)]
     pub hourglass_viscosity: f64,
-    /// Shifting of particles towards even spacing, in smoothing lengths per length moved, at least 0. The default is 10 where all bodies
-    /// that move by themselves are Newtonian liquids that fill the domain (no free surface) and there is no obstacle, and 0 elsewhere.
-    /// Particles are shifted every four steps (more often with more than 10), in proportion to the distance moved since; this makes steps
-    /// 1.7 times as expensive. Velocity, density and stress are transported to first order, density and stress with their gradients
-    /// within the body.
+    /// Shifting towards even spacing, in smoothing lengths per length moved, not negative. The default is 10 where only Newtonian liquids
+    /// move freely, fill the domain (no free surface) and meet no obstacle. It acts every four steps (more often above 10) and makes steps
+    /// 1.7 times as expensive. Fields are transported to first order, density and stress with gradients within the body.
     #[serde(default)]
     pub shifting: f64,
     /// Speed in the distance of `shifting`.
@@ -127,64 +123,59 @@ pub struct SphOptions {
     /// Configuration in which the kernel sums are taken.
     #[serde(default)]
     pub formulation: LagrangianFormulation,
-    /// Confining pressure of a flexible membrane; none when absent.
+    /// Confining pressure of a membrane.
     #[serde(default)]
     pub confining: Option<ConfiningPressure>,
-    /// Names of bodies that keep their initial velocity field during the whole run, times the factor of `held_history`. Their stress
-    /// follows their law.
+    /// Bodies that keep their initial velocity field, times `held_history`. Their stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
-    /// Time histories of factors on the velocities of `held` bodies, by the name of the body. Bodies not named keep their velocities.
+    /// Factors on the velocities of `held` bodies in time, by body.
     #[serde(default)]
     pub held_history: BTreeMap<String, TimeHistory>,
-    /// Names of `held` bodies along which other bodies slip without friction. Towards each particle beside it, such a body has the
-    /// particle's own stress and velocity, mirrored in the plane normal to the direction from the particle to the body: forces act along
-    /// that direction only. No force acts on the body, and it keeps its stress.
+    /// `held` bodies along which others slip without friction. Particles beside them meet their own stress and velocity, mirrored in the
+    /// plane normal to their direction to the body. Forces act along that direction only, none on the body, which keeps its stress.
     #[serde(default)]
     pub smooth_bodies: Vec<String>,
-    /// Whether the accuracy of the kernel sums is written. Fields: the plain gradient of a constant, times the smoothing length
-    /// (`gradient_of_constant`, 0 where supports are full), and of the position (`gradient_of_position`, 1 there). Measures: the numbers
-    /// of pairs of particles at one position and of corrections that fall back. The neighbours are searched anew for every output.
+    /// Whether the accuracy of kernel sums is written. Fields: gradient of a constant times smoothing length (`gradient_of_constant`, 0
+    /// where supports are full), and of the position (`gradient_of_position`, 1 there). Measures: numbers of particle pairs at one position
+    /// and of corrections that fall back. Each output searches neighbours anew.
     #[serde(default)]
     pub diagnostics: bool,
-    /// Time histories of factors on the velocities of walls, by the name of the wall or, without a name, of its side. The face is at the
-    /// integral of the velocity over time. Walls not named keep their velocities.
+    /// Factors on the velocities of walls in time, by name or side. The face is at the integral of the velocity.
     #[serde(default)]
     pub wall_history: BTreeMap<String, TimeHistory>,
     /// Stress and velocity of rough walls.
     #[serde(default)]
     pub wall_stress: WallStress,
-    /// Velocity of rough walls that mirror the particle state pairwise.
+    /// Velocity of `pairwise` rough walls.
     #[serde(default)]
     pub wall_velocity: WallVelocity,
     /// Discretisation of rough walls.
     #[serde(default)]
     pub rough_wall: RoughWall,
-    /// Discretisation of smooth walls. Fluid particles that pass the face are replaced by their images in it; other particles stop the
-    /// run.
+    /// Discretisation of smooth walls. Fluid particles that pass the face are replaced by their images in it; others stop the run.
     #[serde(default)]
     pub smooth_wall: SmoothWall,
-    /// Repulsion of particles closer than half a spacing to a particle of a wall, as a share of the square of the speed of sound. It
-    /// prevents particles from passing a wall in hard impacts. 0 for none.
+    /// Repulsion from wall particles closer than half a spacing, over the squared speed of sound; 0 for none. It prevents passage in hard
+    /// impacts.
     #[serde(default)]
     pub wall_guard: f64,
-    /// Repulsion of particles of fluids closer than 0.7 spacings to each other or to their image in a smooth wall, as a share of the
-    /// square of the speed of sound, 0 to 0.2. It is needed since the pressure force decreases as particles approach each other. It
-    /// conserves momentum and energy; its stored energy counts as elastic energy. 0 for none.
+    /// Repulsion of fluid particles closer than 0.7 spacings to each other or to their image in a smooth wall, over the squared speed of
+    /// sound, 0 to 0.2; 0 for none. It conserves momentum and energy; its stored energy counts as elastic.
     #[serde(default = "repulsion")]
     pub close_repulsion: f64,
-    /// Ratio of horizontal to vertical stress (-) with which `extrapolated` walls continue the weight of the soil.
+    /// Ratio of horizontal to vertical stress of the weight at `extrapolated` walls.
     #[serde(default = "default_wall_k0")]
     pub wall_k0: f64,
     /// Courant number, up to 1: step times wave speed over smoothing length.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s); chosen by the solver when absent. A run whose critical step is or becomes shorter is refused or stops.
-    /// Elastic waves may cross 1.8 smoothing lengths in the step, whatever the value of `courant`.
+    /// Fixed time step (s); chosen by the solver when absent. A run whose critical step is or becomes shorter is refused or stops; elastic
+    /// waves may cross 1.8 smoothing lengths, whatever `courant`.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Number of ranks, 1 to 1024. Each rank computes a part of the particles and exchanges copies near its boundaries. Results equal those
-    /// of one rank. Only with the leapfrog and current neighbours (`formulation: updated`).
+    /// Ranks, 1 to 1024, each with a part of the particles; results do not depend on them. Only with `integration` `leapfrog` and
+    /// `formulation` `updated`.
     #[serde(default = "default_ranks")]
     pub ranks: u32,
 }

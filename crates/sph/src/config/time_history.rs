@@ -5,13 +5,13 @@ use colluvium_case::files::piecewise_linear as lines;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Factor that varies in time: linear between the given values, constant before the first and after the last.
+/// Factor in time: linear between values, constant outside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeHistory {
-    /// Times of the run (s), in ascending order.
+    /// Times of the run (s), ascending.
     pub times: Vec<f64>,
-    /// Factor at each of the times (-).
+    /// Factor at each time.
     pub factors: Vec<f64>,
 }
 

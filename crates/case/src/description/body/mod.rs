@@ -23,35 +23,33 @@ pub struct Body {
     pub name: String,
     /// Region of the body.
     pub shape: Shape,
-    /// Points from a file, in place of those that a method sets in the shape. The shape still defines the region of the body for
-    /// overlaps, weights, and loaded faces. All points must be in it.
+    /// Points from a file in place of those of the method. All must lie in the shape, which still defines overlaps, weights and loaded
+    /// faces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<PointFile>,
-    /// Arrangement of the points that a method sets in the shape. Grains (dem) and methods over the plan have their own arrangements.
+    /// Arrangement of the points. Grains (dem) and methods over the plan have their own.
     #[serde(default, skip_serializing_if = "Sampling::is_lattice")]
     pub sampling: Sampling,
-    /// Seed of the positions of `poisson-disk`: another number gives other positions.
+    /// Seed of the positions of `poisson-disk`.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sampling_seed: u64,
-    /// Name of the material of the body.
+    /// Name of its material.
     pub material: String,
-    /// Initial velocity (m/s); at rest by default. For a rigid body it is `uniform`, or `linear` with a rotation, where the motion of the
-    /// first stage leaves it free.
+    /// Initial velocity (m/s); at rest by default. For a rigid body `uniform`, or `linear` with a rotation, if the first stage leaves it
+    /// free.
     #[serde(default)]
     pub velocity: Velocity,
-    /// Initial stress (Pa, tension-positive); stress-free by default.
+    /// Initial stress; none by default.
     #[serde(default)]
     pub stress: InitialStress,
-    /// Whether the body is rigid: it keeps its shape and moves as the `motions` of the stages prescribe, or is at rest where they have
-    /// none. It moves at a prescribed velocity, or under its weight, a force and contact forces. Material in contact sticks to it, unless
-    /// the options of the method say otherwise. Of its material only the density is used.
+    /// Whether the body is rigid: at rest, or moved by `stages[].motions`. Material in contact sticks to it unless an option of the method
+    /// says otherwise. Only the density of its material is used.
     #[serde(default)]
     pub rigid: bool,
-    /// Fluid in the pores that moves independently (coupled two-phase analysis); none when absent.
+    /// Pore fluid that moves independently (two-phase analysis).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pore_fluid: Option<PoreFluid>,
-    /// Whether points of the body that leave the domain are removed with their mass, momentum and energy, as through an outlet. Otherwise
-    /// a point that leaves ends the run.
+    /// Whether points that leave the domain are removed, with mass, momentum and energy; otherwise they end the run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub remove_outside: bool,
 }
@@ -93,9 +91,9 @@ pub enum Velocity {
         #[serde(default)]
         phase: f64,
     },
-    /// Formula of the coordinates for each component (m/s).
+    /// Formula of the coordinates for each component.
     Formula {
-        /// Components, as many as the space has dimensions.
+        /// Components, one per space dimension.
         value: Vec<Formula>,
     },
     /// First mode of a slender cantilever, at rest behind its clamp.
@@ -120,25 +118,23 @@ pub enum InitialStress {
     /// Stress-free.
     #[default]
     None,
-    /// Uniform stress (Pa, tension-positive): xx yy zz xy yz zx.
+    /// Uniform stress: xx yy zz xy yz zx.
     Uniform {
         /// Stress components.
         value: [f64; 6],
     },
-    /// Formula of the coordinates for each component (Pa, tension-positive): xx yy zz xy yz zx.
+    /// Formula of the coordinates for each component: xx yy zz xy yz zx.
     Formula {
         /// Stress components.
         value: Box<[Formula; 6]>,
     },
-    /// Stress from the weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies above the
-    /// point count, up to `surface`, each with its own density (with a pore fluid the saturated one). Rigid bodies have no weight. Empty
-    /// space has none either, unless it lies below the surface of a hydrostatic pore fluid of the body: it is then open water, which a
-    /// case applies to the ground as a `pressure` and a `pore-pressure`. Pore pressure is subtracted, and that of an `undrained` material
-    /// is added again to its initial total stress. The stress is in equilibrium under level ground in level layers. Where the weight
-    /// above differs at the same height, give the first stage an `equilibrium`. A state outside the yield surface of the material is
-    /// refused, unless the material has `return_initial_stress_to_yield`.
+    /// Stress from the weight of the material above, and a ratio of horizontal to vertical stress. Bodies up to `surface` count with their
+    /// density (saturated with a pore fluid), but not rigid ones and empty space. Empty space below the surface of the body's hydrostatic
+    /// pore fluid counts as open water, which the case also applies as `pressure` and `pore-pressure`. Pore pressure is subtracted; that of
+    /// an `undrained` material is added again. The stress is in equilibrium under level ground in level layers; elsewhere give the first
+    /// stage an `equilibrium`. A state outside yield is refused without `return_initial_stress_to_yield`.
     K0 {
-        /// Coordinate along the axis of gravity (m) up to which bodies count: the top of the ground.
+        /// Coordinate of the ground surface along gravity (m), up to which bodies count.
         surface: f64,
         /// Ratio of horizontal to vertical effective stress.
         coefficient: f64,

@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 use crate::description::Velocity;
 use crate::description::formula::Formula;
 
-/// Fluid that fills the pores of a body and moves independently. The material of the body is then the dry skeleton in effective stresses:
-/// its `density` is that of the grains times one minus the porosity, and the initial stress is effective.
+/// Fluid in the pores of a body that moves independently. The material is then the dry skeleton in effective stresses. Its `density` is
+/// that of the grains times one minus the porosity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoreFluid {
     /// Initial porosity, between 0 and 1 (both excluded).
     pub porosity: f64,
-    /// Hydraulic conductivity under the gravity of the case (m/s). Give either this or `intrinsic_permeability`.
+    /// Hydraulic conductivity under the gravity of the case (m/s), or give `intrinsic_permeability`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub permeability: Option<f64>,
-    /// Intrinsic permeability (m²), used with `viscosity`. Give either this or `permeability`.
+    /// Intrinsic permeability (m²), with `viscosity`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intrinsic_permeability: Option<f64>,
     /// Density of the fluid (kg/m³).
@@ -28,17 +28,16 @@ pub struct PoreFluid {
     /// Dynamic viscosity of the fluid (Pa s).
     #[serde(default = "PoreFluid::water_viscosity")]
     pub viscosity: f64,
-    /// Initial pore pressure (Pa, compression-positive); zero by default.
+    /// Initial pore pressure; zero by default.
     #[serde(default)]
     pub pressure: PorePressure,
-    /// Initial excess pore pressure at the base of the body relative to that of full liquefaction, 0 to 1, linear over the depth; for
-    /// depth-integrated flow.
+    /// Initial excess pressure at the base over that of full liquefaction, 0 to 1, for depth-integrated flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excess_ratio: Option<f64>,
-    /// Initial velocity of the fluid (m/s); that of the body by default.
+    /// Initial velocity of the fluid (m/s); the body's by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Velocity>,
-    /// Largest tension before the fluid cavitates (Pa), not negative; none when absent.
+    /// Largest tension before cavitation (Pa), not negative; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cavitation_strength: Option<f64>,
 }
@@ -77,9 +76,9 @@ pub enum PorePressure {
         /// Pressure (Pa), compression-positive.
         value: Formula,
     },
-    /// Hydrostatic pressure: weight of the fluid above, along gravity.
+    /// Hydrostatic pressure: weight of the fluid above.
     Hydrostatic {
-        /// Coordinate of the surface of the fluid along the axis of gravity (m).
+        /// Coordinate of the fluid surface along gravity (m).
         surface: f64,
     },
 }

@@ -8,21 +8,20 @@ use crate::measure::points::front::front_point;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, default_fraction};
 use crate::{Case, Obstacle, ObstacleShape, Snapshot};
 
-/// Front of a flow along the line of an obstacle in the plane, slope, arcs and all (m): the position on the line behind which a
-/// fraction of the mass lies, each point at its nearest position on the line. Rigid bodies do not count, unless `bodies` names them.
+/// Front of a flow along the line of an obstacle in the plane (m): the length along it behind which a fraction of the mass lies, each point
+/// at its nearest position.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ArcFront {
-    /// Name of the obstacle, a `profile` or a `ground-line`.
+    /// Obstacle, a `profile` or a `ground-line`.
     pub obstacle: String,
-    /// Fraction of the mass behind the front: 1 gives the foremost point, and with 0.99 stray points do not change the front.
+    /// Fraction of the mass behind the front: 1 gives the foremost point; 0.99 excludes stray points.
     #[serde(default = "default_fraction")]
     pub quantile: f64,
-    /// Length of the line from its beginning to the zero of the front (m).
+    /// Length along the line to the zero of the front (m).
     #[serde(default)]
     pub zero: f64,
-    /// Names of the bodies whose points count; all bodies that are not rigid when absent, including those that a method fixes
-    /// (`held`).
+    /// Bodies that count; all but rigid ones when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
 }

@@ -17,21 +17,21 @@ const fn default_damage() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackTip {
-    /// Name of the body, the weak layer.
+    /// Body, the weak layer.
     pub body: String,
-    /// Name of a scalar field that marks failure: `collapsed` of a weak layer of `cohesive-cam-clay`.
+    /// Scalar field that marks failure: `collapsed` of a weak layer of `cohesive-cam-clay`.
     pub field: String,
-    /// Threshold of failure: a point has failed where the field is at least this.
+    /// Threshold: a point has failed where the field is at least this.
     #[serde(default = "default_damage")]
     pub threshold: f64,
-    /// Whether a point has failed where the field is at most the threshold instead.
+    /// Whether failed points are at or below the threshold instead.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub below: bool,
-    /// Direction in which the crack propagates, of any length.
+    /// Direction of the crack, of any length.
     pub direction: Vec<f64>,
-    /// Origin of bins and distances (m): the end of the body at which the crack begins.
+    /// Origin of bins and distances (m): the end of the body where the crack begins.
     pub from: Vec<f64>,
-    /// Width of a bin (m), not less than that of a point: a cell of the grid of the method.
+    /// Bin width (m), at least that of a point: a cell of the grid.
     pub bin: f64,
 }
 

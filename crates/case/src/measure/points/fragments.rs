@@ -16,22 +16,20 @@ const fn default_min_points() -> usize {
     20
 }
 
-/// Number of fragments of broken bodies: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`, the mass of
-/// fragments too small to count (kg). Rigid bodies do not count, unless `bodies` names them.
+/// Fragments of broken bodies: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose` (kg), the mass of those too
+/// small to count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fragments {
-    /// Largest distance of connected points (m): 1 to 1.5 cells of the grid of the method.
+    /// Largest distance of connected points (m): 1 to 1.5 cells of the grid.
     pub link: f64,
-    /// Number of points of the smallest fragment that counts.
+    /// Points of the smallest fragment that counts.
     #[serde(default = "default_min_points")]
     pub least: usize,
-    /// Criterion for broken points, which connect no fragments: crumbled points in a crack would bridge it. All points count when
-    /// absent.
+    /// Criterion for broken points, which connect no fragments; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub broken: Option<BreakageCriterion>,
-    /// Names of the bodies whose points count; all bodies that are not rigid when absent, including those that a method fixes
-    /// (`held`).
+    /// Bodies that count; all but rigid ones when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
 }
@@ -40,7 +38,7 @@ pub struct Fragments {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BreakageCriterion {
-    /// Name of a field of numbers: `compressive_strength` of `cohesive-cam-clay`, which is zero where the material has broken.
+    /// Field of numbers: `compressive_strength` of `cohesive-cam-clay`, zero where it has broken.
     pub field: String,
     /// Upper bound of the field at a broken point.
     #[serde(default)]

@@ -7,11 +7,9 @@ use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, default_fraction};
 use crate::{Case, FieldRole, Side, Snapshot};
 
-/// Front of the mass along an axis (m). Columns of cells start at the base; those with a point at any height, counted without a gap
-/// from the wall behind the mass, are the connected region, and the front is the farthest end of a point domain in it. Points beyond
-/// a gap are detached and do not count. Where no column at the wall is occupied, counting begins at the rearmost occupied column.
-/// With a quantile below 1, the front is the position behind which that fraction of the mass lies, which stray points do not change.
-/// Rigid bodies do not count, unless `bodies` names them.
+/// Front of the mass along an axis (m): the farthest end of a point domain in the connected region. The region is the columns of cells with
+/// points, without a gap from the wall behind the mass or from the rearmost occupied column. A quantile below 1 gives the position behind
+/// which that fraction of the mass lies, which stray points do not change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Front {
@@ -20,12 +18,10 @@ pub struct Front {
     /// Fraction of the mass behind the front.
     #[serde(default = "default_fraction")]
     pub quantile: f64,
-    /// Width of the columns (m), for a quantile of 1; by default the cells of the grid of the method, or two point widths for a
-    /// method without a grid.
+    /// Column width (m) for a quantile of 1; when absent a cell of the grid, or two point widths.
     #[serde(default)]
     pub cell: Option<f64>,
-    /// Names of the bodies whose points count; all bodies that are not rigid when absent, including those that a method fixes
-    /// (`held`).
+    /// Bodies that count; all but rigid ones when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
 }

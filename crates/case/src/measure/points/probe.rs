@@ -8,13 +8,13 @@ use crate::measure::{AXES, FieldUse, MeasureDefinition, MeasuredState, ScalarOut
 use crate::output::is_plain;
 use crate::{FieldData, Snapshot};
 
-/// Fields averaged over the points within `radius` of a position.
+/// Mean fields of the points within `radius` of a position.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
-    /// Position of the probe (m).
+    /// Position (m).
     pub position: Vec<f64>,
-    /// Radius of the probe (m).
+    /// Radius (m).
     pub radius: f64,
     /// Names of fields.
     pub fields: Vec<String>,

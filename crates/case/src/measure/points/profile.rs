@@ -9,19 +9,17 @@ use crate::Snapshot;
 use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
 
-/// Height of the surface in bins along an axis, written at each frame. Rigid bodies do not count, unless `bodies` names
-/// them.
+/// Height of the surface in bins along an axis, written at each frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// Axis along which the bins lie: 0 is x.
+    /// Axis of the bins: 0 is x.
     pub axis: usize,
     /// Axis of height.
     pub height: usize,
-    /// Width of a bin (m).
+    /// Bin width (m).
     pub bin: f64,
-    /// Names of the bodies whose points count; all bodies that are not rigid when absent, including those that a method fixes
-    /// (`held`).
+    /// Bodies that count; all but rigid ones when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
 }

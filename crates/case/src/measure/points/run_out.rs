@@ -8,7 +8,7 @@ use crate::error_collector::ErrorCollector;
 use crate::measure::points::front::{check_front, front_of_bodies};
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, default_fraction};
 
-/// Relative run-out `(front - initial) / initial`, both measured from `origin`; the front is that of the measure `front`.
+/// Relative run-out `(front - initial) / initial`, both from `origin`; the front is that of the measure `front`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunOut {
@@ -21,11 +21,10 @@ pub struct RunOut {
     /// Fraction of the mass behind the front.
     #[serde(default = "default_fraction")]
     pub quantile: f64,
-    /// Width of the columns (m), as in `front`.
+    /// Column width (m), as in `front`.
     #[serde(default)]
     pub cell: Option<f64>,
-    /// Names of the bodies whose points count; all bodies that are not rigid when absent, including those that a method fixes
-    /// (`held`).
+    /// Bodies that count; all but rigid ones when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
 }

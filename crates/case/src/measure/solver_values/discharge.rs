@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 
-/// Discharge of a flow across a line in plan (m³/s), positive to the right, seen along the line from `from` to `to`. In 3D, for
-/// methods that compute a flow over terrain.
+/// Discharge of a flow across a line in plan (m³/s), positive to the right from `from` to `to`. In 3D, for flows over terrain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Discharge {

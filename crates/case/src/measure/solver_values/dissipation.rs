@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
 
-/// Energy dissipated by the materials since the start (J; per metre in plane strain, per radian in axisymmetry): the work of their
-/// stresses minus the stored energy. For a law without a defined stored energy, all work counts as dissipated.
+/// Energy dissipated since the start (J; per metre in plane strain, per radian in axisymmetry): work of stresses minus stored energy, or
+/// all work of laws without a defined one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Dissipation {}

@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use crate::error_collector::ErrorCollector;
 use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 
-/// Depth of a flow at a position in plan (m), along the vertical, and its velocity in plan (m/s): columns `NAME.depth`,
-/// `NAME.velocity.x`, …; no velocity where it is dry. For methods that compute a flow over terrain.
+/// Vertical depth of a flow (m) and velocity in plan (m/s): columns `NAME.depth`, `NAME.velocity.x`, …; no velocity where dry. For flows
+/// over terrain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gauge {
-    /// Position of the gauge (m), without the coordinate of height.
+    /// Position (m), without the height.
     pub position: Vec<f64>,
 }
 

@@ -8,17 +8,16 @@ use crate::error_collector::ErrorCollector;
 use crate::measure::solver_values::reaction::check_target;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
 
-/// Pressure of the material on a rigid body, a patch or an obstacle (Pa): the component of the force of the last step along a
-/// direction, divided by an area. The column `NAME.impulse` (Pa s) is that of its impulse since the start, whose slope is the mean
-/// pressure.
+/// Pressure on a rigid body, patch or obstacle (Pa): a component of the force of the last step over an area. `NAME.impulse` (Pa s) is its
+/// impulse since the start, whose slope is the mean pressure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImpactPressure {
     /// Name of the rigid body, patch or obstacle.
     pub target: String,
-    /// Direction of the force component, a vector of any length.
+    /// Direction of the force component, of any length.
     pub direction: Vec<f64>,
-    /// Area by which the force is divided (m²; in plane strain a length, in m), for example that of the obstacle across the flow.
+    /// Area (m²; in plane strain m), as of the obstacle across the flow.
     pub area: f64,
 }
 

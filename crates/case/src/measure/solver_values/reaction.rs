@@ -7,15 +7,15 @@ use crate::error_collector::ErrorCollector;
 use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 use crate::{Space, spatial};
 
-/// Force of the material on a rigid body, a patch or an obstacle in the last step (N; per metre in plane strain, per radian in
-/// axisymmetry), and its impulse since the start (N s), whose slope is the mean force: columns `NAME.x`, `NAME.impulse.x`, ….
+/// Force on a rigid body, patch or obstacle in the last step (N; per metre in plane strain, per radian in axisymmetry): columns `NAME.x`,
+/// …. `NAME.impulse.x`, … (N s) are its impulse since the start, whose slope is the mean force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReactionForce {
     /// Name of the rigid body, patch or obstacle.
     pub target: String,
-    /// Reference point (m) of the moment of the force of the last step, also written (N m; in plane strain N m per metre,
-    /// anticlockwise): columns `NAME.moment.x`, …, in the plane `NAME.moment`. For obstacles, in the plane and in space.
+    /// Reference point (m) of its moment (N m; per metre in plane strain, anticlockwise): columns `NAME.moment.x`, …, in the plane
+    /// `NAME.moment`. For obstacles, in the plane and in space.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<f64>,
 }

@@ -18,31 +18,29 @@ use crate::{Corotational, Material, MaterialError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CamClaySpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Slope `M` of the critical state line, `q/p`, > 0.
+    /// Slope `M = q/p` of the critical state line, positive.
     pub critical_state_slope: f64,
-    /// Slope `λ` of the normal compression line in the plane of specific volume and ln p, above `κ`.
+    /// Slope `λ` of the normal compression line (specific volume over ln p), above `κ`.
     pub compression_slope: f64,
-    /// Slope `κ` of the unloading–reloading line in the plane of specific volume and ln p, > 0.
+    /// Slope `κ` of the unloading–reloading line, positive.
     pub swelling_slope: f64,
-    /// Poisson's ratio, between -1 and 0.5, as an alternative to `shear_modulus`.
+    /// Poisson's ratio, between -1 and 0.5, or give `shear_modulus`.
     #[serde(default)]
     pub poissons_ratio: Option<f64>,
-    /// Constant shear modulus (Pa), > 0, as an alternative to `poissons_ratio`.
+    /// Constant shear modulus (Pa), positive, or give `poissons_ratio`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
-    /// Initial void ratio, > 0.
+    /// Initial void ratio, positive.
     pub void_ratio: f64,
-    /// Pressure `p_c` at the tip of the initial yield surface (Pa), > 0, as an alternative to `overconsolidation_ratio`.
+    /// Tip pressure `p_c` of the initial yield surface (Pa), positive, or give `overconsolidation_ratio`.
     #[serde(default)]
     pub preconsolidation_pressure: Option<f64>,
-    /// Overconsolidation ratio (-), at least 1: `p_c` over the tip pressure of the yield surface through the initial stress. It is an
-    /// alternative to `preconsolidation_pressure`.
+    /// Overconsolidation ratio, at least 1: `p_c` over that of the surface through the initial stress.
     #[serde(default)]
     pub overconsolidation_ratio: Option<f64>,
-    /// Whether an initial stress outside the yield surface is moved onto it; when false such a case is rejected. The pressure is limited to
-    /// `p_c`, and then the deviator to that on the surface.
+    /// Whether initial stress outside yield is moved onto it (pressure down to `p_c`, then the deviator), otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

@@ -18,20 +18,20 @@ use crate::{Material, MaterialError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CohesiveCamClaySpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Slope `M = q/p` of the critical state without cohesion, > 0.
+    /// Slope `M = q/p` of the critical state without cohesion, positive.
     pub critical_state_slope: f64,
-    /// Ratio β of the isotropic tensile strength to `p0` (-), not negative.
+    /// Ratio β of the isotropic tensile strength to `p0`, not negative.
     #[serde(default)]
     pub cohesion_ratio: f64,
-    /// Isotropic compressive strength `p0` at the start (Pa), > 0 and below the bulk modulus.
+    /// Isotropic compressive strength `p0` at the start (Pa), positive, below the bulk modulus.
     pub compressive_strength: f64,
-    /// Factor ξ (-) of the growth of `p0` with the plastic volumetric strain, > 0.
+    /// Factor ξ of growth of `p0` with plastic volumetric strain, positive.
     pub hardening_factor: f64,
     /// Hardening variable of `p0`.
     #[serde(default)]
@@ -39,36 +39,36 @@ pub struct CohesiveCamClaySpec {
     /// Tensor of the invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
-    /// Time in the step of the `p0` to which the stress returns.
+    /// Time of the `p0` to which the stress returns.
     #[serde(default)]
     pub integration: CamClayIntegration,
-    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
+    /// Whether initial stress outside yield is returned to it; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
-/// Time in a step of `cohesive-cam-clay` of the `p0` to which the stress returns.
+/// Time in a step of the `p0` to which `cohesive-cam-clay` returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CamClayIntegration {
-    /// End of the step: the stress ends on the yield surface of that time.
+    /// End of the step: stress on its yield surface.
     #[default]
     Implicit,
-    /// Start of the step, as printed by Gaume et al.: the stress is one step behind hardening and softening. Both agree as the steps
-    /// shrink; in a weak layer that softens fast they differ at the steps of explicit dynamics.
+    /// Start of the step, as in Gaume et al.: stress one step behind. Both agree as steps shrink, but differ at explicit steps in a weak
+    /// layer that softens fast.
     Explicit,
 }
 
-/// Hardening rule: change of the isotropic compressive strength of `cohesive-cam-clay`.
+/// Change of the strength of `cohesive-cam-clay`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CamClayHardening {
-    /// Slab: plastic compaction hardens, plastic dilation softens.
+    /// Plastic compaction hardens, plastic dilation softens.
     #[default]
     Slab,
-    /// Weak layer: plastic volume change of either sign softens until the layer collapses; then as the slab, without cohesion.
+    /// Plastic volume change of either sign softens until collapse; then as the slab, without cohesion.
     WeakLayer {
-        /// Anticrack strain per plastic volumetric strain before the collapse, α, > 0.
+        /// Anticrack strain per plastic volumetric strain before collapse, α, positive.
         softening_factor: f64,
     },
 }

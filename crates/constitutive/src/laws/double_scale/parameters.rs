@@ -19,9 +19,9 @@ use crate::{Corotational, InterfaceLaw, Material, MaterialError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DoubleScaleSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus outside the band (Pa), > 0.
+    /// Young's modulus outside the band (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio outside the band, between -1 and 0.5.
     pub poissons_ratio: f64,
@@ -30,16 +30,16 @@ pub struct DoubleScaleSpec {
     pub outside: Option<OutsideStrength>,
     /// Interface law of the band.
     pub band: BandSpec,
-    /// Criterion for the insertion and orientation of a band.
+    /// Criterion for insertion and orientation of a band.
     #[serde(default)]
     pub onset: Onset,
-    /// Solution method for the jump of a step; when absent `return` where the surroundings are elastic, else `newton`.
+    /// Solver for the jump; when absent `return` in elastic surroundings, else `newton`.
     #[serde(default)]
     pub local_solve: Option<LocalSolve>,
-    /// Length of a band (m), > 0. When absent it is that of the method: in MPM one cell, or two cells with splines; in SPH two spacings.
+    /// Length of a band (m), positive; when absent one cell in MPM (two with splines), two spacings in SPH.
     #[serde(default)]
     pub size: Option<f64>,
-    /// Whether a fully broken band is removed and the point restarts from the intact material (desiccation networks).
+    /// Whether the point of a fully broken band restarts intact (desiccation networks).
     #[serde(default)]
     pub intact_reset: bool,
     /// Whether points so large that they snap back are allowed.
@@ -61,26 +61,26 @@ pub enum BandSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Onset {
-    /// Yield function of the band: a band is inserted where it is exceeded, on the plane where it is largest.
+    /// Where the yield function of the band is exceeded, on the plane where it is largest.
     #[default]
     BandYield,
-    /// Tensile strength: a band is inserted where the largest principal stress reaches it, normal to that stress.
+    /// Where the largest principal stress reaches the tensile strength, normal to that stress.
     Rankine,
-    /// Acoustic tensor of the material outside: a band is inserted where its determinant is no longer positive, on that plane.
+    /// Where the determinant of the outer acoustic tensor is not positive, on that plane.
     Ellipticity,
 }
 
-/// Method that solves for the jump of a step; all methods have the same solution.
+/// Solver for the jump of a step; the solution does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LocalSolve {
-    /// Return map of the band with the common stiffness of elastic surroundings and band, which are springs in series.
+    /// Return map with the stiffness of elastic surroundings and band in series.
     Return,
     /// Newton's method on the jump, `σ(Δε - n ⊗ Δu/H) n = t(u + Δu)`.
     Newton,
 }
 
-/// Drucker–Prager strength outside a band, angles in degrees.
+/// Drucker–Prager strength outside a band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutsideStrength {
@@ -89,13 +89,13 @@ pub struct OutsideStrength {
     /// Cohesion (Pa), not negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    /// Dilatancy angle (degrees), at most the friction angle in size.
     #[serde(default)]
     pub dilatancy_angle: f64,
     /// Matching of the cone to Mohr–Coulomb.
     #[serde(default)]
     pub matching: Matching,
-    /// Exponential softening of cohesion and friction; none when absent.
+    /// Exponential softening.
     #[serde(default)]
     pub softening: Option<Softening>,
 }

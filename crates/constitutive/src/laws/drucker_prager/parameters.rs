@@ -14,18 +14,18 @@ use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
 use crate::{Material, MaterialError};
 
-/// Matching of the cone to the Mohr–Coulomb pyramid.
+/// Matching of the cone to Mohr–Coulomb.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Matching {
-    /// Cone through the edges of triaxial compression: far too strong in plane strain.
+    /// Edges of triaxial compression: far too strong in plane strain.
     #[default]
     Compression,
-    /// Cone through the edges of triaxial extension.
+    /// Edges of triaxial extension.
     Extension,
     /// Inscribed cone: plane-strain strength for associated flow only.
     PlaneStrainAssociated,
-    /// Exact strength and dilatancy of Mohr–Coulomb in plane strain, for any dilatancy angle.
+    /// Mohr–Coulomb strength and dilatancy in plane strain, for any dilatancy angle.
     PlaneStrain,
 }
 
@@ -33,9 +33,9 @@ pub enum Matching {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DruckerPragerSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
@@ -44,25 +44,25 @@ pub struct DruckerPragerSpec {
     /// Cohesion (Pa), not negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    /// Dilatancy angle (degrees), at most the friction angle in size.
     #[serde(default)]
     pub dilatancy_angle: f64,
     /// Matching of the cone to Mohr–Coulomb.
     #[serde(default)]
     pub matching: Matching,
-    /// Exponential softening of cohesion and friction; none when absent.
+    /// Exponential softening.
     #[serde(default)]
     pub softening: Option<Softening>,
-    /// Rate at which the dilatancy angle decays with plastic strain.
+    /// Decay rate of the dilatancy angle with plastic strain.
     #[serde(default)]
     pub dilatancy_decay: f64,
     /// Integration of the plastic step.
     #[serde(default)]
     pub integration: PlasticIntegration,
-    /// Strain measure: small strain in rate form, or logarithmic finite strain.
+    /// Strain measure, small or finite.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
+    /// Whether initial stress outside yield is returned to it; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -71,17 +71,15 @@ pub struct DruckerPragerSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlasticIntegration {
-    /// Closest-point projection: fully implicit return to the cone or its apex.
+    /// Fully implicit return to the cone or its apex.
     #[default]
     ClosestPoint,
-    /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial. It equals the return where strength is constant;
-    /// otherwise the part that drifts outside is scaled back. The implicit return is used where softening takes half of the elastic
-    /// resistance to flow, `G + 9Kαα_ψ`, or more, or the step would gain work.
+    /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial; drift is scaled back. The implicit return replaces it if
+    /// softening takes at least half of the elastic resistance `G + 9Kαα_ψ`, or the step would gain work.
     SemiImplicit,
-    /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from the intersection of the elastic part with the
-    /// cone. Drift is corrected by tension cracking and stress scaling. Steps above half of the yield strain at zero pressure, `k/2G`,
-    /// are divided. The implicit return is used for a part that might reverse the deviator, as next to the apex, or that starts by
-    /// unloading: the slope at its start is then no estimate for its end. The same applies where softening is steep, see `semi-implicit`.
+    /// Algorithm 1 of Bui & Nguyen: forward step from the intersection with the cone; drift is corrected by tension cracking and stress
+    /// scaling. Steps above half of the yield strain at zero pressure, `k/2G`, are divided. The implicit return replaces parts that start
+    /// by unloading or might reverse the deviator, and steep softening.
     Explicit,
 }
 

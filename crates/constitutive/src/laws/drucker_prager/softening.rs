@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::MaterialError;
 use crate::contract::parameter_checks::{check, not_negative};
 
-/// Exponential softening to residual strength (Bui & Nguyen eqs. 76–77).
+/// Exponential softening with plastic strain (Bui & Nguyen eqs. 76–77).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Softening {
@@ -14,11 +14,11 @@ pub struct Softening {
     pub residual_friction_angle: f64,
     /// Residual cohesion (Pa), at most the peak.
     pub residual_cohesion: f64,
-    /// Rate of decay of the friction angle with plastic strain.
+    /// Decay rate of the friction angle.
     pub friction_rate: f64,
-    /// Rate of decay of the cohesion with plastic strain.
+    /// Decay rate of the cohesion.
     pub cohesion_rate: f64,
-    /// Whether residual values may exceed the peak, so that strength increases with plastic strain.
+    /// Whether residual values may exceed the peak.
     #[serde(default)]
     pub hardening: bool,
 }

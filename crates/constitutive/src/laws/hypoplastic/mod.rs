@@ -44,7 +44,7 @@ pub struct HypoplasticConstants {
     pub c4: f64,
 }
 
-/// Critical-state line and density function, with pressures as `|tr T| = 3p`.
+/// Critical-state line and density function, of `|tr T| = 3p`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CriticalState {

@@ -15,19 +15,19 @@ use crate::{Corotational, Material, MaterialError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HypoplasticSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Void ratio at the start, > 0.
+    /// Void ratio at the start, positive.
     pub void_ratio: f64,
-    /// Four constants, or the two states for their calibration.
+    /// Four constants, or two states for their calibration.
     pub parameters: HypoplasticParameters,
     /// Critical-state line; when absent density has no influence (`f_d = 1`).
     #[serde(default)]
     pub critical_state: Option<CriticalState>,
-    /// Mean pressure below which the skeleton is treated as stress-free (Pa), > 0.
+    /// Mean pressure (Pa), positive, below which stress is zero.
     #[serde(default = "minimum_pressure")]
     pub minimum_pressure: f64,
-    /// Viscous stress driven by the acceleration of strain; none when absent.
+    /// Viscous stress from the acceleration of strain.
     #[serde(default)]
     pub viscous: Option<AccelerationViscosity>,
 }
@@ -41,27 +41,26 @@ fn minimum_pressure() -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum HypoplasticParameters {
-    /// Constants given directly; a set with spurious stationary states raises a warning only.
+    /// Given constants; spurious stationary states raise a warning only.
     Constants(HypoplasticConstants),
-    /// Constants from a calibration; a set with spurious stationary states is refused.
+    /// Calibrated constants; spurious stationary states are refused.
     Calibration(Calibration),
 }
 
-/// Two states for the calibration of the constants, angles in degrees.
+/// Triaxial compression from an isotropic state: its start, and failure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// Young's modulus at the start of triaxial compression from the isotropic state (Pa), > 0.
+    /// Young's modulus at the start (Pa), positive.
     pub youngs_modulus: f64,
-    /// Pressure of the isotropic state (Pa), > 0.
+    /// Pressure of the isotropic state (Pa), positive.
     pub pressure: f64,
-    /// Poisson's ratio at the start of triaxial compression from the isotropic state, 0 to 0.5.
+    /// Poisson's ratio at the start, 0 to 0.5.
     #[serde(default)]
     pub poissons_ratio: f64,
     /// Critical friction angle (degrees), between 0 and 90.
     pub friction_angle: f64,
-    /// Dilatancy angle at failure (degrees), `tan ψ = 2ν - 1` with the ratio ν of lateral expansion to
-    /// axial compression; between -45 and 45.
+    /// Dilatancy angle at failure (degrees), between -45 and 45: `tan ψ = 2ν - 1`, with ν the lateral expansion over axial compression.
     #[serde(default)]
     pub dilatancy_angle: f64,
 }

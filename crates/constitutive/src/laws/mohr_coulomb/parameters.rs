@@ -19,9 +19,9 @@ use crate::{Material, MaterialError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MohrCoulombSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus (Pa), > 0.
+    /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
@@ -30,22 +30,22 @@ pub struct MohrCoulombSpec {
     /// Cohesion (Pa), not negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    /// Dilatancy angle (degrees), at most the friction angle in size.
     #[serde(default)]
     pub dilatancy_angle: f64,
-    /// Exponential softening of cohesion and friction; none when absent.
+    /// Exponential softening.
     #[serde(default)]
     pub softening: Option<Softening>,
-    /// Rate at which the dilatancy angle decays with plastic strain.
+    /// Decay rate of the dilatancy angle with plastic strain.
     #[serde(default)]
     pub dilatancy_decay: f64,
-    /// Largest principal tension (Pa, Rankine cut-off, associated), 0 to the apex `c / tan φ`; none when absent.
+    /// Largest principal tension (Pa, Rankine, associated), 0 to `c / tan φ`; no cut-off when absent.
     #[serde(default)]
     pub tensile_strength: Option<f64>,
-    /// Strain measure: small strain in rate form, or logarithmic finite strain.
+    /// Strain measure, small or finite.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether an initial stress outside the yield surface is returned to it; when false such a case is rejected.
+    /// Whether initial stress outside yield is returned to it; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

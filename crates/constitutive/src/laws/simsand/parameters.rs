@@ -17,11 +17,11 @@ use crate::{Corotational, Material, MaterialError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SimsandSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
     /// Initial void ratio `e`, 0 to 2.9 (both excluded).
     pub void_ratio: f64,
-    /// Elastic stiffness constant `K₀`, > 0.
+    /// Elastic stiffness constant `K₀`, positive.
     pub stiffness_constant: f64,
     /// Exponent `ζ` of pressure in the stiffness, 0 to 1.
     pub stiffness_exponent: f64,
@@ -29,11 +29,11 @@ pub struct SimsandSpec {
     pub poissons_ratio: f64,
     /// Friction angle `φ_c` of the critical state (degrees), 0 to 90 (both excluded).
     pub critical_friction_angle: f64,
-    /// Critical void ratio at zero pressure `e_ref`, > 0.
+    /// Critical void ratio at zero pressure `e_ref`, positive.
     pub reference_void_ratio: f64,
-    /// Factor `λ` of the critical state line, > 0.
+    /// Factor `λ` of the critical state line, positive.
     pub critical_state_factor: f64,
-    /// Exponent `ξ` of pressure in the critical state line, > 0.
+    /// Exponent `ξ` of pressure in the critical state line, positive.
     pub critical_state_exponent: f64,
     /// Dilatancy constant `A_d`, not negative.
     pub dilatancy_constant: f64,
@@ -41,16 +41,15 @@ pub struct SimsandSpec {
     pub dilatancy_exponent: f64,
     /// Exponent `n_p` of the density in the peak angle, not negative.
     pub peak_exponent: f64,
-    /// Plastic shear strain `k_p` at half of the strength, > 0.
+    /// Plastic shear strain `k_p` at half of the strength, positive.
     pub hardening_constant: f64,
-    /// Atmospheric pressure `p_at` (Pa), > 0.
+    /// Atmospheric pressure `p_at` (Pa), positive.
     #[serde(default = "atmospheric_pressure")]
     pub atmospheric_pressure: f64,
     /// Whether strength decreases from triaxial compression to extension.
     #[serde(default)]
     pub lode_dependence: bool,
-    /// Whether an initial deviator above the strength is reduced to the strength after a plastic shear of 1; when false such a case is
-    /// rejected.
+    /// Whether an initial deviator above the strength is reduced to that at a plastic shear of 1, otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

@@ -9,30 +9,29 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UmatSpec {
-    /// Density (kg/m³), > 0.
+    /// Density (kg/m³), positive.
     pub density: f64,
-    /// Shared library (.so, .dylib, .dll); a relative path starts at the working directory.
+    /// Shared library (.so, .dylib, .dll); relative paths start at the working directory.
     pub library: PathBuf,
     /// Name of the routine in the library.
     #[serde(default = "default_symbol")]
     pub symbol: String,
-    /// Name passed as `CMNAME` (at most 80 bytes), for libraries with several materials.
+    /// `CMNAME` (at most 80 bytes), for libraries with several materials.
     #[serde(default)]
     pub material_name: String,
-    /// Properties `PROPS`, in the units of the library.
+    /// `PROPS`, in the units of the library.
     #[serde(default)]
     pub props: Vec<f64>,
-    /// Initial state variables `STATEV`, as many as the library needs.
+    /// Initial `STATEV`, as many as the library needs.
     #[serde(default)]
     pub state_variables: Vec<f64>,
-    /// Unit of stress of the library in pascals: 1 for Pa, 1000 for kPa. Pa when absent; in a test of incrementalDriver files, their
-    /// unit.
+    /// Stress unit of the library (Pa), as 1000 for kPa; when absent 1, or that of incrementalDriver files.
     #[serde(default)]
     pub pascals: Option<f64>,
-    /// P-wave modulus that bounds the time step (Pa), > 0; from the library's stiffness when absent.
+    /// P-wave modulus for the time step (Pa), positive; from the library when absent.
     #[serde(default)]
     pub wave_modulus: Option<f64>,
-    /// Whether several threads may call the library at the same time.
+    /// Whether several threads may call the library at once.
     #[serde(default)]
     pub thread_safe: bool,
 }
