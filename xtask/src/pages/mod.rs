@@ -105,3 +105,39 @@ fn pages() -> Result<Vec<PathBuf>, String> {
     found.sort();
     Ok(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::pages;
+    use crate::benchmarks::all_benchmarks;
+
+    /// Words that follow `before` in a text.
+    fn words_after<'a>(text: &'a str, before: &'a str) -> impl Iterator<Item = &'a str> {
+        let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '/');
+        text.split(before).skip(1).map(move |rest| rest.split(|c| !is_part(c)).next().unwrap_or_default())
+    }
+
+    #[test]
+    fn pages_name_templates_and_benchmarks_that_exist() {
+        for page in pages().unwrap() {
+            let text = std::fs::read_to_string(&page).unwrap();
+            for name in words_after(&text, "colluvium new ").filter(|name| name.starts_with(char::is_lowercase)) {
+                assert!(colluvium::template(name).is_some(), "{}: no template {name:?}", page.display());
+            }
+            for name in words_after(&text, "cargo xtask validate ").filter(|name| name.contains('/')) {
+                let exists = all_benchmarks().any(|benchmark| benchmark.id.starts_with(name));
+                assert!(exists, "{}: no benchmark {name:?}", page.display());
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_of_all_pages_say_how_they_are_run() {
+        for page in pages().unwrap() {
+            let text = std::fs::read_to_string(&page).unwrap();
+            if let Err(problem) = super::blocks::blocks(&text) {
+                panic!("{}: {problem}", page.display());
+            }
+        }
+    }
+}
