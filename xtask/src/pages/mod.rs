@@ -121,7 +121,9 @@ mod tests {
     fn pages_name_templates_and_benchmarks_that_exist() {
         for page in pages().unwrap() {
             let text = std::fs::read_to_string(&page).unwrap();
-            for name in words_after(&text, "colluvium new ").filter(|name| name.starts_with(char::is_lowercase)) {
+            for name in
+                words_after(&text, "colluvium new ").filter(|name| name.starts_with(char::is_lowercase))
+            {
                 assert!(colluvium::template(name).is_some(), "{}: no template {name:?}", page.display());
             }
             for name in words_after(&text, "cargo xtask validate ").filter(|name| name.contains('/')) {

@@ -188,6 +188,18 @@ impl StepScaling {
         let unknowns = Vector7::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
         Self { stiffness, rows, unknowns }
     }
+
+    /// Scaled derivative of the residual by the unknowns, from the tangent of the law.
+    fn jacobian(
+        &self,
+        equations: &ControlSystem,
+        specimen: &ElementSpecimen,
+        motion: &Motion,
+    ) -> Result<Matrix7, StepError> {
+        let tangent = specimen.tangent(motion).map_err(StepError::Law)?;
+        let jacobian = equations.jacobian(&tangent);
+        Ok(Matrix7::from_fn(|i, j| jacobian[(i, j)] * self.rows[i] * self.unknowns[j]))
+    }
 }
 
 /// Tolerance of the residual for round-off, relative to the stresses of which it is the difference.
@@ -234,7 +246,9 @@ impl MixedControl {
         dt: f64,
         halvings: u32,
     ) -> Result<(), StepError> {
-        match self.solve(specimen, dt) {
+        // A foreign library may return a tangent that is not that of its step, such as the elastic one.
+        let by_differences = |_| self.solve(specimen, dt, Derivative::Differences);
+        match self.solve(specimen, dt, Derivative::Tangent).or_else(by_differences) {
             Ok((motion, pore)) => apply_step(specimen, record, &motion, pore).map_err(StepError::Law),
             Err(trouble) if halvings == 0 => Err(trouble),
             Err(_) => {
@@ -245,25 +259,45 @@ impl MixedControl {
         }
     }
 
+    /// Magnitude of the terms of the scaled residual (Pa).
+    fn magnitude(&self, specimen: &ElementSpecimen, scaling: &StepScaling) -> f64 {
+        let largest = self.total.component_mul(&scaling.rows).amax();
+        largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * scaling.stiffness)
+    }
+
+    /// Scaled residual of the equations at the unknowns `x`, and the motion of the step.
+    fn residual(
+        &self,
+        specimen: &ElementSpecimen,
+        scaling: &StepScaling,
+        dt: f64,
+        x: &Vector7,
+    ) -> Result<(Vector7, Motion), StepError> {
+        let motion = specimen.motion(&self.gradient(x), dt).ok_or(StepError::Singular)?;
+        let (new, _) = specimen.trial_update(&motion).map_err(StepError::Law)?;
+        let change = stress_vector(&(new - specimen.stress));
+        let ControlSystem { stress, strain_coefficients } = &self.equations;
+        let left = stress * change + strain_coefficients * x.component_mul(&scaling.unknowns);
+        Ok(((left - self.total).component_mul(&scaling.rows), motion))
+    }
+
     /// Motion of the step, and the change of the pore pressure (Pa).
-    fn solve(&self, specimen: &ElementSpecimen, dt: f64) -> Result<(Motion, f64), StepError> {
+    fn solve(
+        &self,
+        specimen: &ElementSpecimen,
+        dt: f64,
+        derivative: Derivative,
+    ) -> Result<(Motion, f64), StepError> {
         let still = specimen.motion(&Mat3::ZERO, dt).ok_or(StepError::Singular)?;
         let initial = specimen.tangent(&still).map_err(StepError::Law)?;
-        let ControlSystem { stress, strain_coefficients } = &self.equations;
-        let StepScaling { stiffness, rows, unknowns } = StepScaling::new(&self.equations, &initial);
-        let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
-        let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
+        let scaling = StepScaling::new(&self.equations, &initial);
+        let stiffness = scaling.stiffness;
+        let size = self.magnitude(specimen, &scaling);
         let accepted = (TOLERANCE * size).max(specimen.material.stress_tolerance() * specimen.stress.norm());
-        let residual = |x: &Vector7| -> Result<(Vector7, Motion), StepError> {
-            let motion = specimen.motion(&self.gradient(x), dt).ok_or(StepError::Singular)?;
-            let (new, _) = specimen.trial_update(&motion).map_err(StepError::Law)?;
-            let change = stress_vector(&(new - specimen.stress));
-            let left = stress * change + strain_coefficients * x.component_mul(&unknowns);
-            Ok(((left - self.total).component_mul(&rows), motion))
-        };
+        let residual = |x: &Vector7| self.residual(specimen, &scaling, dt, x);
         // With all strains prescribed only the law can fail; it counts as failed where it rejects the
         // shortest step tried.
-        let prescribed = stress.rows(0, 6).iter().all(|entry| *entry == 0.0);
+        let prescribed = self.equations.stress.rows(0, 6).iter().all(|entry| *entry == 0.0);
         let mut refused = None;
         let mut x = Vector7::zeros();
         let (mut r, mut motion) = residual(&x)?;
@@ -272,8 +306,12 @@ impl MixedControl {
                 return Ok((motion, x[6] * stiffness));
             }
             let stuck = StepError::Row(r.iamax());
-            let jacobian = self.equations.jacobian(&specimen.tangent(&motion).map_err(StepError::Law)?);
-            let jacobian = Matrix7::from_fn(|i, j| jacobian[(i, j)] * rows[i] * unknowns[j]);
+            let jacobian = match derivative {
+                Derivative::Tangent => scaling.jacobian(&self.equations, specimen, &motion)?,
+                Derivative::Differences => {
+                    difference_jacobian(|x| residual(x).map(|(r, _)| r), &x, &r, size / stiffness)?
+                }
+            };
             // On an edge of a yield surface two conditions may coincide: the shortest step satisfies both.
             let svd = jacobian.svd(true, true);
             let cut = 1e-9 * svd.singular_values.amax();
@@ -296,8 +334,11 @@ impl MixedControl {
                     // No improvement: converged at the round-off of the stresses, a failure above it.
                     let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * x.amax());
                     let solved = r.amax() <= round_off;
-                    let failed = refused.unwrap_or(stuck);
-                    return if solved { Ok((motion, x[6] * stiffness)) } else { Err(failed) };
+                    return if solved {
+                        Ok((motion, x[6] * stiffness))
+                    } else {
+                        Err(refused.unwrap_or(stuck))
+                    };
                 }
                 length *= 0.5;
             }
@@ -305,6 +346,35 @@ impl MixedControl {
         let refused = refused.filter(|_| prescribed);
         Err(refused.unwrap_or(StepError::Row(r.iamax())))
     }
+}
+
+/// Derivative of the residual in Newton's method.
+#[derive(Clone, Copy)]
+enum Derivative {
+    /// From the tangent of the law.
+    Tangent,
+    /// By forward differences of the residual.
+    Differences,
+}
+
+/// Step of forward differences over the magnitude of the unknowns: their errors by curvature and by round-off are equal near it.
+const DIFFERENCE: f64 = 1e-7;
+
+/// Derivative of the residual `r` at `x` by forward differences; `scale` is the magnitude of the unknowns.
+fn difference_jacobian(
+    residual: impl Fn(&Vector7) -> Result<Vector7, StepError>,
+    x: &Vector7,
+    r: &Vector7,
+    scale: f64,
+) -> Result<Matrix7, StepError> {
+    let mut jacobian = Matrix7::zeros();
+    for j in 0..7 {
+        let step = DIFFERENCE * x[j].abs().max(scale);
+        let mut moved = *x;
+        moved[j] += step;
+        jacobian.set_column(j, &((residual(&moved)? - r) / step));
+    }
+    Ok(jacobian)
 }
 
 /// Vector of the stress components with a zero for the pore pressure.

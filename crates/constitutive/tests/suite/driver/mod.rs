@@ -1,6 +1,7 @@
 //! Element tests: paths, controlled quantities, limits, output.
 
 mod control;
+mod elastic_tangent;
 mod incremental;
 mod materials;
 mod output;
