@@ -77,7 +77,7 @@ impl StressUpdate for ElasticTangent {
 /// pressure of failure is `σ₃ (1 + M/√3) / (1 - M/√3)`.
 #[test]
 fn a_law_with_an_elastic_tangent_fails_at_its_strength_and_not_before() {
-    let law = ElasticTangent(Corotational(Sand(Elasticity::new(2e6, 0.23).unwrap())));
+    let law = ElasticTangent(Corotational(Sand(Elasticity::new(2e7, 0.23).unwrap())));
     let mut test = ElementTest::of_law("elastic-tangent", 1925.0, Arc::new(law)).stage(TestStage {
         steps: 200,
         ..TestStage::new(LoadingPath::BiaxialPlaneStrain { axial_compression: 0.2 })
