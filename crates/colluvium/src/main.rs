@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    CommandError, check, compare, element_test, export, new, plot, report, run, schema, specimen, sweep,
+    CommandError, check, compare, element_test, export, fit, new, plot, report, run, schema, specimen, sweep,
     verify,
 };
 
@@ -39,6 +39,8 @@ enum Command {
     New(new::NewArguments),
     /// Runs an element test (a single material point) and writes its table and pictures.
     ElementTest(element_test::ElementTestArguments),
+    /// Fits the parameters of a material to laboratory tests and writes their values, uncertainties and pictures.
+    Fit(fit::FitArguments),
     /// Draws measures and points of a run.
     Plot(plot::PlotArguments),
     /// Writes frames and measures of a run as arrays for scripts (NPZ).
@@ -67,6 +69,7 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
         Command::ElementTest(arguments) => element_test::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

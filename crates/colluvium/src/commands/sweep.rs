@@ -10,7 +10,7 @@ use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
-use super::{CommandError, OutputArguments, duration_text, stop_on_interrupt, write_stdout};
+use super::{CommandError, OutputArguments, count_text, duration_text, stop_on_interrupt, write_stdout};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -149,11 +149,6 @@ fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandErr
         );
     }
     Ok(())
-}
-
-/// Number with its noun.
-fn count_text(number: usize, noun: &str) -> String {
-    if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
 /// Writes tables and pictures of a sweep and prints its summary.
