@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use commands::{
-    CommandError, check, compare, completions, element_test, export, new, plot, report, run, schema,
+    CommandError, check, compare, completions, element_test, export, fit, new, plot, report, run, schema,
     specimen, sweep, verify,
 };
 
@@ -41,6 +41,8 @@ enum Command {
     Export(export::ExportArguments),
     /// Runs an element test (a single material point) and writes its table and pictures.
     ElementTest(element_test::ElementTestArguments),
+    /// Fits the parameters of a material to laboratory tests and writes their values, uncertainties and pictures.
+    Fit(fit::FitArguments),
     /// Prepares a specimen of grains and writes its grains and contacts as the initial state of other cases.
     Specimen(specimen::SpecimenArguments),
     /// Checks that the files of a complete run have not changed since the run.
@@ -63,6 +65,7 @@ impl Command {
             Self::Report(arguments) => arguments.library.allow_library,
             Self::Export(arguments) => arguments.library.allow_library,
             Self::ElementTest(arguments) => arguments.library.allow_library,
+            Self::Fit(arguments) => arguments.library.allow_library,
             Self::Specimen(arguments) => arguments.library.allow_library,
             Self::New(_) | Self::Verify(_) | Self::Schema(_) | Self::Completions(_) => false,
         }
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
         Command::ElementTest(arguments) => element_test::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

@@ -345,6 +345,8 @@ mod tests {
             assert_eq!(pairs(format!("{head}\n0,1.5\n2,3\n").as_bytes()).unwrap(), right, "{head}");
         }
         let plain = vec![[0.0, 1.5], [2.0, 3.0]];
+        assert_eq!(name_and_unit("axial_compression (%)"), ("axial_compression", Some("%")));
+        assert_eq!(name_and_unit("void_ratio %"), ("void_ratio", Some("%")));
         for head in ["t_0,Q_in", "time,discharge of the gauge", "t s,Q"] {
             assert_eq!(pairs(format!("{head}\n0,1.5\n2,3\n").as_bytes()).unwrap(), plain, "{head}");
         }

@@ -21,6 +21,12 @@ pub enum Quantity {
     Mass,
     /// Volume (m³; m² in the plane, m in one dimension).
     Volume,
+    /// Ratio (-): strain, void ratio, saturation.
+    Ratio,
+    /// Angle (rad).
+    Angle,
+    /// Energy per volume (J/m³).
+    EnergyDensity,
     /// Number without a unit, or text.
     Dimensionless,
 }
@@ -37,6 +43,9 @@ impl Quantity {
             Self::Stress => (&[[-1, 1, -2]], "a stress, as Pa, kPa or kN/m2"),
             Self::Mass => (&[[0, 1, 0], [-1, 1, 0]], "a mass, as kg or t"),
             Self::Volume => (&[[3, 0, 0], [2, 0, 0], [1, 0, 0]], "a volume, as m3 or cm3"),
+            Self::Ratio => (&[[0, 0, 0]], "a ratio, as % or -"),
+            Self::Angle => (&[[0, 0, 0]], "an angle, as rad or deg"),
+            Self::EnergyDensity => (&[[-1, 1, -2]], "an energy per volume, as J/m3 or kJ/m3"),
             Self::Dimensionless => (&[], ""),
         }
     }
@@ -45,8 +54,18 @@ impl Quantity {
     pub(super) fn known_factor(self, unit: &str) -> Option<f64> {
         let powers = self.units().0;
         parse(unit)
-            .filter(|parsed| powers.contains(&parsed.powers) && unit != "in")
+            .filter(|parsed| powers.contains(&parsed.powers) && unit != "in" && self.fits_angle(unit))
             .map(|parsed| parsed.factor)
+    }
+
+    /// Whether a unit is an angle exactly if the quantity is; angles and ratios have equal powers.
+    fn fits_angle(self, unit: &str) -> bool {
+        let angle = ["rad", "deg", "°"].into_iter().any(|name| unit.to_lowercase().contains(name));
+        match self {
+            Self::Angle => angle,
+            Self::Ratio => !angle,
+            _ => true,
+        }
     }
 
     /// Factor to SI units of numbers in `unit`.
@@ -59,7 +78,7 @@ impl Quantity {
             return Ok(1.0);
         }
         match parse(unit) {
-            Some(unit) if powers.contains(&unit.powers) => Ok(unit.factor),
+            Some(parsed) if powers.contains(&parsed.powers) && self.fits_angle(unit) => Ok(parsed.factor),
             _ => Err(format!("the unit must be one of {words}; without any, numbers are in SI units")),
         }
     }
@@ -87,7 +106,7 @@ impl Unit {
 
 /// Whether a word is a unit.
 pub(super) fn is_known(word: &str) -> bool {
-    parse(word).is_some_and(|unit| unit.powers != [0; 3])
+    word == "%" || parse(word).is_some_and(|unit| unit.powers != [0; 3])
 }
 
 /// Unit of a text; `None` where it is unknown.
@@ -166,6 +185,9 @@ fn unit_by_name(word: &str) -> Option<Unit> {
         "psi" => of(6_894.757_293_168, stress),
         "l" | "litre" | "litres" | "liter" | "liters" => of(1e-3, volume),
         "ml" => of(1e-6, volume),
+        "j" => of(1.0, [2, 1, -2]),
+        "kj" => of(1e3, [2, 1, -2]),
+        "%" | "percent" => of(0.01, [0; 3]),
         "rad" => of(1.0, [0; 3]),
         "deg" | "°" => of(PI / 180.0, [0; 3]),
         "rpm" => of(TAU / 60.0, [0, 0, -1]),
@@ -182,7 +204,8 @@ mod tests {
     #[test]
     fn column_units_are_accepted_in_their_usual_spellings() {
         use Quantity::{
-            AngularVelocity, Dimensionless, Discharge, Length, Mass, Stress, Time, Velocity, Volume,
+            Angle, AngularVelocity, Dimensionless, Discharge, EnergyDensity, Length, Mass, Ratio, Stress,
+            Time, Velocity, Volume,
         };
         for (quantity, unit, factor) in [
             (Length, "mm", 1e-3),
@@ -208,6 +231,11 @@ mod tests {
             (AngularVelocity, "1/s", 1.0),
             (AngularVelocity, "rpm", TAU / 60.0),
             (AngularVelocity, "deg/s", PI / 180.0),
+            (Ratio, "%", 0.01),
+            (Ratio, "-", 1.0),
+            (Ratio, "mm/m", 1e-3),
+            (Angle, "deg", PI / 180.0),
+            (EnergyDensity, "kJ/m³", 1e3),
             (Dimensionless, "anything", 1.0),
         ] {
             let found = quantity.factor(unit).unwrap();
@@ -221,6 +249,9 @@ mod tests {
             (Discharge, "m3"),
             (Time, ""),
             (Length, "m99"),
+            (Ratio, "deg"),
+            (Ratio, "kPa"),
+            (Angle, "%"),
         ] {
             assert!(quantity.factor(unit).is_err(), "{unit}");
         }

@@ -46,6 +46,22 @@ impl DerivedFiles {
         }
     }
 
+    /// Removes all files of the list that are unchanged, and the list. Other files remain.
+    ///
+    /// # Errors
+    /// When a file cannot be read or removed.
+    pub fn remove_own(&mut self) -> Result<(), OutputError> {
+        let remove = |path: PathBuf| fs::remove_file(&path).map_err(|error| OutputError::new(&path, error));
+        for name in self.checksums.keys().filter(|name| !name.contains(['/', '\\'])) {
+            if self.is_own(name)? {
+                remove(self.folder.join(name))?;
+            }
+        }
+        self.checksums.clear();
+        let list = self.folder.join(DERIVED);
+        if list.exists() { remove(list) } else { Ok(()) }
+    }
+
     /// Rejects the replacement of a file that no command wrote.
     ///
     /// # Errors
@@ -99,6 +115,21 @@ mod tests {
     fn write(folder: &Path, overwrite: bool, text: &str) -> Result<(), OutputError> {
         let mut files = DerivedFiles::open(folder, overwrite)?;
         files.write("a b.png", |path| crate::output::write_atomically(path, text.as_bytes()))
+    }
+
+    #[test]
+    fn only_unchanged_files_of_the_list_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path(), false, "first").unwrap();
+        let mut files = DerivedFiles::open(folder.path(), false).unwrap();
+        files.write("c.csv", |path| crate::output::write_atomically(path, b"1")).unwrap();
+        fs::write(folder.path().join("c.csv"), "edited").unwrap();
+        fs::write(folder.path().join("mine"), "").unwrap();
+        files.remove_own().unwrap();
+        let left = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        let mut left: Vec<_> = left.collect();
+        left.sort();
+        assert_eq!(left, ["c.csv", "mine"]);
     }
 
     #[test]

@@ -18,6 +18,8 @@ pub enum FileKind {
     ElementTest,
     /// A sweep over parameters of a case.
     Sweep,
+    /// A fit of a material to tests.
+    Fit,
 }
 
 impl FileKind {
@@ -25,12 +27,14 @@ impl FileKind {
     fn from_keys(value: &Value) -> Option<Self> {
         let has = |key: &str| value.get(key).is_some();
         let case = ["space", "domain", "bodies", "materials", "methods"].into_iter().any(has);
-        let test = has("material") || has("initial_stress");
+        let fit = has("tests");
+        let test = (has("material") || has("initial_stress")) && !fit;
         let sweep = has("parameters") && has("case");
-        match [case, test, sweep] {
-            [true, false, false] => Some(Self::Case),
-            [false, true, false] => Some(Self::ElementTest),
-            [false, false, true] => Some(Self::Sweep),
+        match [case, test, sweep, fit] {
+            [true, false, false, false] => Some(Self::Case),
+            [false, true, false, false] => Some(Self::ElementTest),
+            [false, false, true, false] => Some(Self::Sweep),
+            [false, false, false, true] => Some(Self::Fit),
             _ => None,
         }
     }
@@ -41,6 +45,7 @@ impl FileKind {
             Self::Case => ("a case", "colluvium check"),
             Self::ElementTest => ("an element test", "colluvium element-test"),
             Self::Sweep => ("a sweep", "colluvium sweep"),
+            Self::Fit => ("a fit", "colluvium fit"),
         }
     }
 }
@@ -83,6 +88,9 @@ pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
                     "its results are in {name}/runs.csv, and `colluvium sweep SWEEP --out {name} --resume` continues it"
                 );
                 wrong("the folder of a sweep", tables)
+            }
+            (false, false) if file.join("fit.json").exists() && file.join("material.json").exists() => {
+                wrong("the folder of a fit", format!("its results are in {name}/fit.csv"))
             }
             (false, false) if wanted != FileKind::ElementTest => {
                 wrong("a folder", "give the path of the file".to_owned())

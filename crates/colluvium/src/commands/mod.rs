@@ -16,6 +16,7 @@ pub mod completions;
 pub mod element_test;
 pub mod export;
 mod file_kind;
+pub mod fit;
 pub mod new;
 pub mod plot;
 pub mod report;
@@ -36,6 +37,7 @@ use colluvium::case::output::OutputError;
 use colluvium::case::{CaseError, CaseErrors, RunError};
 use colluvium::case::{printable, shortened};
 use colluvium::compare::CompareError;
+use colluvium::fit::FitError;
 use colluvium::machine;
 use colluvium::sweep::SweepError;
 use thiserror::Error;
@@ -70,6 +72,9 @@ pub enum CommandError {
     /// The sweep could not go on.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// The results of a fit could not be written.
+    #[error(transparent)]
+    Fit(#[from] FitError),
     /// There is no comparison.
     #[error(transparent)]
     Compare(#[from] CompareError),
@@ -109,7 +114,12 @@ impl CommandError {
         match self {
             Self::Case(_) | Self::Run(RunError::Case(_)) | Self::Compare(CompareError::NoMethod(_)) => 3,
             Self::Usage(_) | Self::Compare(CompareError::UnknownMethod { .. }) => 2,
-            Self::Run(_) | Self::Sweep(_) | Self::Compare(_) | Self::Output(_) | Self::Message(_) => 1,
+            Self::Run(_)
+            | Self::Sweep(_)
+            | Self::Fit(_)
+            | Self::Compare(_)
+            | Self::Output(_)
+            | Self::Message(_) => 1,
             Self::Interrupted => 4,
         }
     }
@@ -145,6 +155,12 @@ fn check_run_folder(folder: &Path) -> Result<(), CommandError> {
         );
         return Err(CommandError::Usage(problem));
     }
+    if folder.join("fit.json").exists() && folder.join("material.json").exists() {
+        let problem = format!(
+            "{name}: is the folder of a fit: its results are in {name}/fit.csv and the pictures beside it"
+        );
+        return Err(CommandError::Usage(problem));
+    }
     Err(CommandError::Usage(format!("{name}: contains no run (summary.json is missing)")))
 }
 
@@ -157,6 +173,11 @@ fn duration_text(seconds: f64) -> String {
         s if s.is_finite() => format!("{:.1} h", s / 3600.0),
         _ => "an unknown time".to_owned(),
     }
+}
+
+/// Number with its noun.
+fn count_text(number: usize, noun: &str) -> String {
+    if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
 /// Thread pool of a run; all cores where no number is given.

@@ -48,6 +48,7 @@ pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
         TemplateKind::Case => "check",
         TemplateKind::ElementTest => "element-test",
         TemplateKind::Sweep => "sweep --check",
+        TemplateKind::Fit => "fit",
     };
     print_line!("wrote {0}; try: colluvium {command} {0}", file.display());
     Ok(())

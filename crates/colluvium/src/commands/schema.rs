@@ -13,17 +13,23 @@ pub struct SchemaArguments {
     /// Print the schema of a sweep's file instead.
     #[arg(long, conflicts_with = "markdown")]
     sweep: bool,
+    /// Print the schema of a fit's file instead.
+    #[arg(long, conflicts_with_all = ["markdown", "sweep"])]
+    fit: bool,
 }
 
-/// Prints the JSON Schema of a case or of a sweep, or the case reference.
+/// Prints the JSON Schema of a case, a sweep or a fit, or the case reference.
 pub fn run(arguments: &SchemaArguments) -> Result<(), CommandError> {
     if arguments.markdown {
         for (_, text) in colluvium::case_reference() {
             print_line!("{text}");
         }
     } else {
-        let schema =
-            if arguments.sweep { colluvium::sweep::Sweep::schema() } else { colluvium::case_schema() };
+        let schema = match (arguments.sweep, arguments.fit) {
+            (true, _) => colluvium::sweep::Sweep::schema(),
+            (_, true) => colluvium::fit::Fit::schema(),
+            _ => colluvium::case_schema(),
+        };
         let text = serde_json::to_string_pretty(&schema);
         print_line!("{}", text.map_err(|error| CommandError::Message(error.to_string()))?);
     }

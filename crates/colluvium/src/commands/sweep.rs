@@ -11,7 +11,7 @@ use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
 use super::{
-    CommandError, LibraryArguments, OutputArguments, duration_text, stop_on_interrupt, write_stdout,
+    CommandError, LibraryArguments, OutputArguments, count_text, duration_text, stop_on_interrupt, write_stdout,
 };
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
@@ -154,11 +154,6 @@ fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandErr
         );
     }
     Ok(())
-}
-
-/// Number with its noun.
-fn count_text(number: usize, noun: &str) -> String {
-    if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
 /// Writes tables and pictures of a sweep and prints its summary.

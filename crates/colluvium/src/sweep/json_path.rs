@@ -33,7 +33,7 @@ fn parse_path(path: &str) -> Result<Vec<PathStep<'_>>, String> {
 ///
 /// # Errors
 /// When the path is malformed or leads nowhere.
-pub(super) fn set_value(case: &mut Value, path: &str, value: &Value) -> Result<(), String> {
+pub(crate) fn set_value(case: &mut Value, path: &str, value: &Value) -> Result<(), String> {
     let nowhere = || format!("{path:?} is not in the case");
     let steps = parse_path(path)?;
     let mut place = case;
@@ -52,6 +52,14 @@ pub(super) fn set_value(case: &mut Value, path: &str, value: &Value) -> Result<(
     Ok(())
 }
 
+/// Value at a path; `None` where the path is malformed or leads nowhere.
+pub(crate) fn value_at<'a>(root: &'a Value, path: &str) -> Option<&'a Value> {
+    parse_path(path).ok()?.iter().try_fold(root, |place, step| match step {
+        PathStep::Key(key) => place.get(key),
+        PathStep::Index(index) => place.get(index),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -66,6 +74,8 @@ mod tests {
         set_value(&mut case, "gravity[1][0]", &json!("x")).unwrap();
         let expected = json!({ "bodies": [{ "shape": { "max": [1, 7] }, "rigid": true }], "gravity": [[1, 2], ["x", 4]] });
         assert_eq!(case, expected);
+        assert_eq!(value_at(&case, "bodies[0].shape.max[1]"), Some(&json!(7)));
+        assert_eq!(value_at(&case, "bodies[1].shape"), None);
     }
 
     #[test]

@@ -3,10 +3,10 @@
 mod convergence;
 mod exceedance;
 mod intensity;
-mod json_path;
+pub(crate) mod json_path;
 mod results_table;
 mod run;
-mod sampling_plan;
+pub(crate) mod sampling_plan;
 
 use std::collections::BTreeMap;
 use std::path::Path;

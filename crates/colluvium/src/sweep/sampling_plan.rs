@@ -14,7 +14,7 @@ use crate::sweep::SweepParameter;
 /// Largest number of runs of a sweep.
 const MAX_RUNS: usize = 100_000;
 /// Largest number of parameters of a Sobol sequence.
-const SOBOL_DIMENSIONS: usize = sobol_burley::NUM_DIMENSIONS as usize;
+pub(crate) const SOBOL_DIMENSIONS: usize = sobol_burley::NUM_DIMENSIONS as usize;
 
 /// Sampling plan: combinations of parameter values that are run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -144,7 +144,7 @@ fn latin_hypercube(runs: usize, parameters: usize, seed: u64) -> Vec<Vec<f64>> {
 }
 
 /// Scrambled Sobol sequence: for each run one fraction in `0..1` for each parameter.
-fn sobol(runs: usize, parameters: usize, seed: u32) -> Vec<Vec<f64>> {
+pub(crate) fn sobol(runs: usize, parameters: usize, seed: u32) -> Vec<Vec<f64>> {
     let point = |run: usize| {
         let coordinate = |k: usize| f64::from(sobol_burley::sample(run as u32, k as u32, seed));
         (0..parameters).map(coordinate).collect()

@@ -1,4 +1,4 @@
-//! Starting files that `colluvium new` writes: cases by topic, an element test and a sweep, with the files that they name.
+//! Starting files that `colluvium new` writes: cases by topic, an element test, a sweep and a fit, with the files that they name.
 
 pub(crate) mod debris_flow;
 
@@ -11,6 +11,8 @@ pub enum TemplateKind {
     ElementTest,
     /// Sweep of another template, for `colluvium sweep`.
     Sweep,
+    /// Fit of a material to tests, for `colluvium fit`.
+    Fit,
 }
 
 /// Starting file of a topic.
@@ -168,6 +170,14 @@ pub const TEMPLATES: &[Template] = &[
         text: include_str!("studies/sweep.json"),
         files: &["column-collapse.json"],
     },
+    Template {
+        name: "fit",
+        topic: STUDIES,
+        summary: "parameters of a law from two drained triaxial tests: colluvium fit fit.json",
+        kind: TemplateKind::Fit,
+        text: include_str!("studies/fit.json"),
+        files: &[TRIAXIAL_DATA[0].0, TRIAXIAL_DATA[1].0],
+    },
 ];
 
 /// Name and text of the terrain of the landslide.
@@ -178,6 +188,10 @@ const LANDSLIDE_TERRAIN: (&str, &str) =
 const LANDSLIDE_RELEASE: (&str, &str) =
     ("landslide-release.geojson", include_str!("flows/landslide-release.geojson"));
 
+/// Names and texts of the data of the fit.
+const TRIAXIAL_DATA: [(&str, &str); 2] =
+    [("cd100.csv", include_str!("studies/cd100.csv")), ("cd300.csv", include_str!("studies/cd300.csv"))];
+
 impl Template {
     /// Template of a name; `None` if there is none.
     pub fn find(name: &str) -> Option<&'static Self> {
@@ -186,7 +200,8 @@ impl Template {
 
     /// Text of a file of [`Template::files`]; `None` for one that is computed.
     pub(crate) fn text_of_file(file: &str) -> Option<&'static str> {
-        let texts = [LANDSLIDE_TERRAIN, LANDSLIDE_RELEASE, debris_flow::RELEASE_FILE];
+        let [first, second] = TRIAXIAL_DATA;
+        let texts = [LANDSLIDE_TERRAIN, LANDSLIDE_RELEASE, debris_flow::RELEASE_FILE, first, second];
         let case = || Self::find(file.strip_suffix(".json")?).map(|template| template.text);
         texts.iter().find(|(name, _)| *name == file).map(|(_, text)| *text).or_else(case)
     }

@@ -24,6 +24,7 @@ fn files_of_another_kind_are_refused_with_the_command_for_them() {
     let stage = json!({ "path": { "kind": "strain", "increment": [-0.01, 0, 0, 0, 0, 0] }, "steps": 5 });
     write("test.json", &json!({ "title": "t", "material": elastic, "stages": [stage] }));
     write("sweep.json", &json!({ "title": "t", "case": "case.json", "parameters": {} }));
+    write("fit.json", &json!({ "title": "t", "material": elastic, "parameters": {}, "tests": [] }));
     write("case.json", &json!({ "title": "t", "space": "1d", "domain": {}, "bodies": [] }));
     fs::create_dir(folder.join("run")).unwrap();
     write("run/summary.json", &json!({}));
@@ -36,6 +37,7 @@ fn files_of_another_kind_are_refused_with_the_command_for_them() {
                 "test.json: is an element test, and not a case: use `colluvium element-test test.json`",
             ),
             ("sweep.json", "sweep.json: is a sweep, and not a case: use `colluvium sweep sweep.json`"),
+            ("fit.json", "fit.json: is a fit, and not a case: use `colluvium fit fit.json`"),
             ("run", "run: is the folder of a run, and not a case: `colluvium report run` writes its report"),
             (
                 "driver",
@@ -47,6 +49,9 @@ fn files_of_another_kind_are_refused_with_the_command_for_them() {
     }
     for (command, file, is) in [
         ("sweep", "test.json", "is an element test, and not a sweep: use `colluvium element-test"),
+        ("fit", "test.json", "is an element test, and not a fit: use `colluvium element-test"),
+        ("fit", "case.json", "is a case, and not a fit: use `colluvium check"),
+        ("element-test", "fit.json", "is a fit, and not an element test: use `colluvium fit"),
         ("sweep", "case.json", "is a case, and not a sweep: use `colluvium check"),
         ("element-test", "case.json", "is a case, and not an element test: use `colluvium check"),
         ("element-test", "sweep.json", "is a sweep, and not an element test: use `colluvium sweep"),

@@ -184,6 +184,11 @@ impl PathRecorder {
         self.rows.push(row);
     }
 
+    /// Index of the last row.
+    pub(super) fn last_row(&self) -> usize {
+        self.rows.len().saturating_sub(1)
+    }
+
     /// Returns the table of the path; the output values of the law are in the last columns.
     pub(super) fn into_path(self, outputs: &[&'static str]) -> ElementPath {
         let mut columns = COLUMNS.to_vec();

@@ -202,6 +202,8 @@ pub struct TestTrace {
     pub path: ElementPath,
     /// Reason for which the test stopped early; `None` for a complete test.
     pub stop_reason: Option<DriverError>,
+    /// Row of the path with which each stage begins, for the stages that began.
+    pub stage_rows: Vec<usize>,
     start: ElementSpecimen,
     end: ElementSpecimen,
 }
@@ -272,15 +274,22 @@ impl ElementTest {
         }
         let start = specimen.clone();
         let mut record = PathRecorder::new(&specimen);
-        let stop_reason = self.stages(&mut specimen, &mut record).err();
+        let mut stage_rows = Vec::with_capacity(self.stages.len());
+        let stop_reason = self.stages(&mut specimen, &mut record, &mut stage_rows).err();
         let path = record.into_path(specimen.material.output_names());
-        Ok(TestTrace { path, stop_reason, start, end: specimen })
+        Ok(TestTrace { path, stop_reason, stage_rows, start, end: specimen })
     }
 
-    /// Runs the stages of the test one after another on the specimen and records the path.
-    fn stages(&self, specimen: &mut ElementSpecimen, record: &mut PathRecorder) -> Result<(), DriverError> {
+    /// Runs the stages of the test one after another on the specimen and records the path, with the row at which each stage begins.
+    fn stages(
+        &self,
+        specimen: &mut ElementSpecimen,
+        record: &mut PathRecorder,
+        stage_rows: &mut Vec<usize>,
+    ) -> Result<(), DriverError> {
         let mut before = None;
         for (number, stage) in self.stages.iter().enumerate() {
+            stage_rows.push(record.last_row());
             let program = stage.path.program(&specimen.stress, stage.duration, before.as_ref());
             let program = program.ok_or_else(|| DriverError::Stage {
                 stage: number,

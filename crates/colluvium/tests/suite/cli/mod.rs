@@ -2,6 +2,7 @@
 
 mod checks;
 mod element_tests;
+mod fits;
 mod outputs;
 mod runs;
 

@@ -66,6 +66,7 @@ fn templates_are_listed_and_pass_their_check() {
             }
             TemplateKind::ElementTest => vec![vec!["element-test"]],
             TemplateKind::Sweep => vec![vec!["sweep", "--check"]],
+            TemplateKind::Fit => vec![vec!["fit", "--check"], vec!["fit"]],
         };
         for arguments in checks {
             let (code, text, errors) = output(program().args(&arguments).arg(&file).current_dir(&own));
