@@ -11,7 +11,8 @@ use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
 use super::{
-    CommandError, LibraryArguments, OutputArguments, count_text, duration_text, stop_on_interrupt, write_stdout,
+    CommandError, LibraryArguments, OutputArguments, count_text, duration_text, stop_on_interrupt,
+    write_stdout,
 };
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
