@@ -9,6 +9,8 @@ pub struct Block {
     pub line: usize,
     /// Whether it needs a long run.
     pub is_long: bool,
+    /// Program without which it is skipped.
+    pub needs: Option<String>,
     /// Action of the block.
     pub action: BlockAction,
 }
@@ -37,6 +39,8 @@ pub enum BlockAction {
 struct Directives {
     /// `<!-- long -->`.
     is_long: bool,
+    /// `<!-- needs: PROGRAM -->`.
+    needs: Option<String>,
     /// `<!-- not run: REASON -->`.
     is_not_run: bool,
     /// Kind and value of any other: `output`, `file: NAME`, `change: NAME POINTER`, `example: FILE`, `picture: FILE`.
@@ -58,11 +62,8 @@ pub fn blocks(page: &str) -> Result<Vec<Block>, String> {
         match event {
             Event::Html(text) => {
                 let hidden = directives.read(&text).map_err(at_line)?;
-                found.extend(hidden.map(|command| Block {
-                    line,
-                    is_long: directives.is_long,
-                    action: BlockAction::Commands(vec![command]),
-                }));
+                let action = hidden.map(|command| BlockAction::Commands(vec![command]));
+                found.extend(action.map(|action| directives.block(line, action)));
             }
             Event::Start(Tag::CodeBlock(kind)) => code = Some((language(&kind), String::new())),
             Event::Text(text) if code.is_some() => {
@@ -70,17 +71,15 @@ pub fn blocks(page: &str) -> Result<Vec<Block>, String> {
             }
             Event::End(TagEnd::CodeBlock) => {
                 let (language, text) = code.take().expect("a block that ends has begun");
-                let is_long = directives.is_long;
-                let action = std::mem::take(&mut directives).action(&language, text).map_err(at_line)?;
-                found.extend(action.map(|action| Block { line, is_long, action }));
+                let used = std::mem::take(&mut directives);
+                let action = used.action(&language, text).map_err(at_line)?;
+                found.extend(action.map(|action| used.block(line, action)));
             }
             Event::Start(Tag::Image { dest_url, .. }) => {
-                let is_long = directives.is_long;
-                if let Some((_, made)) =
-                    std::mem::take(&mut directives).other.filter(|(kind, _)| kind == "picture")
-                {
-                    let action = BlockAction::Picture { shown: dest_url.to_string(), made };
-                    found.push(Block { line, is_long, action });
+                let used = std::mem::take(&mut directives);
+                if let Some((_, made)) = used.other.as_ref().filter(|(kind, _)| kind == "picture") {
+                    let action = BlockAction::Picture { shown: dest_url.to_string(), made: made.clone() };
+                    found.push(used.block(line, action));
                 }
             }
             _ => {}
@@ -107,6 +106,7 @@ impl Directives {
         match kind {
             "run" => return Ok(Some(value.trim().to_owned())),
             "long" => self.is_long = true,
+            "needs" => self.needs = Some(value.trim().to_owned()),
             "not run" => {
                 if value.trim().is_empty() {
                     return Err("`not run` needs a reason".to_owned());
@@ -122,13 +122,18 @@ impl Directives {
         Ok(None)
     }
 
+    /// Block with an action.
+    fn block(&self, line: usize, action: BlockAction) -> Block {
+        Block { line, is_long: self.is_long, needs: self.needs.clone(), action }
+    }
+
     /// Action of a block of this language; `None` where it is not run.
-    fn action(self, language: &str, text: String) -> Result<Option<BlockAction>, String> {
+    fn action(&self, language: &str, text: String) -> Result<Option<BlockAction>, String> {
         let lines = |text: &str| text.lines().map(str::to_owned).collect();
         if self.is_not_run {
             return Ok(None);
         }
-        let (kind, value) = self.other.unwrap_or_default();
+        let (kind, value) = self.other.clone().unwrap_or_default();
         Ok(Some(match (kind.as_str(), language) {
             ("output", _) => BlockAction::Output(lines(&text)),
             ("file", _) => BlockAction::File { name: value, content: text },

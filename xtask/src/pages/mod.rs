@@ -52,9 +52,7 @@ pub fn run(arguments: &PagesArguments) -> Result<bool, String> {
         }
     }
     if skipped > 0 {
-        println!(
-            "{skipped} blocks of Python were not run: python3 or a module that they import is not installed"
-        );
+        println!("{skipped} blocks were not run: a program or a module of Python is not installed");
     }
     Ok(all_pass)
 }

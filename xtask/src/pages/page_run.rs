@@ -24,7 +24,7 @@ pub struct PageRun<'a> {
     writes_pictures: bool,
     /// Output of the last commands.
     output: String,
-    /// Blocks that were not run for want of Python or of a module that they import.
+    /// Blocks that were not run for want of a program or of a module of Python.
     pub skipped: usize,
 }
 
@@ -39,6 +39,10 @@ impl<'a> PageRun<'a> {
     /// # Errors
     /// A command that fails, output that lacks a line, a file or picture that does not exist.
     pub fn run(&mut self, block: &Block) -> Result<(), String> {
+        if block.needs.as_deref().is_some_and(|program| !is_installed(program)) {
+            self.skipped += 1;
+            return Ok(());
+        }
         match &block.action {
             BlockAction::Commands(lines) => self.run_commands(lines),
             BlockAction::Output(lines) => self.compare_output(lines),
@@ -139,6 +143,12 @@ impl<'a> PageRun<'a> {
             Err(format!("{shown} is not in the documentation: use --pictures"))
         }
     }
+}
+
+/// Whether the shell finds a program.
+fn is_installed(program: &str) -> bool {
+    let output = Command::new("sh").args(["-c", "command -v \"$0\"", program]).output();
+    output.is_ok_and(|output| output.status.success())
 }
 
 /// Whether a printed line is that of a page, in which `…` is any text.

@@ -115,7 +115,7 @@ pub const TEMPLATES: &[Template] = &[
         summary: "landslide on a terrain raster; MPM, SPH, DEM and depth-integrated SPH",
         kind: TemplateKind::Case,
         text: include_str!("flows/landslide.json"),
-        files: &[LANDSLIDE_TERRAIN.0, LANDSLIDE_RELEASE.0],
+        files: &["landslide-terrain.asc", "landslide-release.geojson"],
     },
     case(
         "two-grains",
@@ -163,6 +163,14 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "umat",
+        topic: STUDIES,
+        summary: "routine of Abaqus in C: cc -shared -fPIC -O2 -o libsoil.so soil.c -lm, then element-test",
+        kind: TemplateKind::ElementTest,
+        text: include_str!("studies/umat.json"),
+        files: &["soil.c"],
+    },
+    Template {
         name: "sweep",
         topic: STUDIES,
         summary: "run-out of column-collapse over two parameters: colluvium sweep sweep.json",
@@ -176,21 +184,19 @@ pub const TEMPLATES: &[Template] = &[
         summary: "parameters of a law from two drained triaxial tests: colluvium fit fit.json",
         kind: TemplateKind::Fit,
         text: include_str!("studies/fit.json"),
-        files: &[TRIAXIAL_DATA[0].0, TRIAXIAL_DATA[1].0],
+        files: &["cd100.csv", "cd300.csv"],
     },
 ];
 
-/// Name and text of the terrain of the landslide.
-const LANDSLIDE_TERRAIN: (&str, &str) =
-    ("landslide-terrain.asc", include_str!("flows/landslide-terrain.asc"));
-
-/// Name and text of the release area of the landslide.
-const LANDSLIDE_RELEASE: (&str, &str) =
-    ("landslide-release.geojson", include_str!("flows/landslide-release.geojson"));
-
-/// Names and texts of the data of the fit.
-const TRIAXIAL_DATA: [(&str, &str); 2] =
-    [("cd100.csv", include_str!("studies/cd100.csv")), ("cd300.csv", include_str!("studies/cd300.csv"))];
+/// Names and texts of the files beside templates that are not computed.
+const TEXT_FILES: [(&str, &str); 6] = [
+    debris_flow::RELEASE_FILE,
+    ("landslide-terrain.asc", include_str!("flows/landslide-terrain.asc")),
+    ("landslide-release.geojson", include_str!("flows/landslide-release.geojson")),
+    ("cd100.csv", include_str!("studies/cd100.csv")),
+    ("cd300.csv", include_str!("studies/cd300.csv")),
+    ("soil.c", include_str!("studies/soil.c")),
+];
 
 impl Template {
     /// Template of a name; `None` if there is none.
@@ -200,9 +206,7 @@ impl Template {
 
     /// Text of a file of [`Template::files`]; `None` for one that is computed.
     pub(crate) fn text_of_file(file: &str) -> Option<&'static str> {
-        let [first, second] = TRIAXIAL_DATA;
-        let texts = [LANDSLIDE_TERRAIN, LANDSLIDE_RELEASE, debris_flow::RELEASE_FILE, first, second];
         let case = || Self::find(file.strip_suffix(".json")?).map(|template| template.text);
-        texts.iter().find(|(name, _)| *name == file).map(|(_, text)| *text).or_else(case)
+        TEXT_FILES.iter().find(|(name, _)| *name == file).map(|(_, text)| *text).or_else(case)
     }
 }
