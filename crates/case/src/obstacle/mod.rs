@@ -16,6 +16,7 @@ use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleRegion, ObstacleShape};
 use crate::{Case, CaseError, CaseErrorKind};
+use colluvium_constitutive::Warning;
 
 /// Obstacle of a case with its surface.
 #[derive(Clone, Debug)]
@@ -193,14 +194,17 @@ impl Case {
         places: &[[f64; D]],
         slack: f64,
         reason: &str,
-    ) -> Option<String> {
+    ) -> Option<Warning> {
         let mut standing = self.placed_obstacles::<D>().ok()?;
         standing.retain(|standing| standing.obstacle.motion.is_none());
         let ObstacleOverlap { obstacle, point_index, depth } = deepest_overlap(&standing, places, slack)?;
         let name = &self.obstacles[obstacle].name;
-        Some(format!(
-            "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
-            self.map_position(&places[point_index])
+        Some(Warning::new(
+            "obstacle-penetration",
+            format!(
+                "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
+                self.map_position(&places[point_index])
+            ),
         ))
     }
 }

@@ -13,6 +13,7 @@ use crate::run::{RunEnd, RunError, RunEvent, RunOptions, RunReport, SafetyResult
 use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
 use crate::simulation::{ConfigurableMethod, ConfiguredMethod};
 use crate::{Case, CaseError, CaseErrors, Method, Snapshot, Solver};
+use colluvium_constitutive::Warning;
 
 /// Shortest wall-clock time between two summaries of a run in progress.
 pub(super) const SUMMARY_INTERVAL: Duration = Duration::from_secs(1);
@@ -49,7 +50,7 @@ pub struct Run<'m> {
     /// Wall-clock time of earlier sessions (s).
     previous_wall_time: f64,
     /// Warnings about the run.
-    pub(super) warnings_at_end: Vec<String>,
+    pub(super) warnings_at_end: Vec<Warning>,
 }
 
 /// Part of a run that [`Run::advance`] does next.
@@ -434,7 +435,7 @@ impl<'m> Run<'m> {
         &self,
         status: &str,
         reason: Option<&str>,
-        remarks: &[String],
+        remarks: &[Warning],
     ) -> Result<(), RunError> {
         let run = (self.wall(), &self.safety, remarks);
         self.recorder.summary(status, reason, &*self.solver, &self.progress, run)

@@ -2,6 +2,7 @@
 
 use super::TimeStep;
 use crate::{Case, CaseError, Resolution};
+use colluvium_constitutive::Warning;
 
 /// Approximate size of a problem, before its points are generated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,14 +41,18 @@ fn duration_text(seconds: f64) -> String {
 
 impl ProblemSize {
     /// Notice before the points are generated, with their number, time and memory. `None` where that takes little time.
-    pub fn size_notice(&self) -> Option<String> {
+    pub fn size_notice(&self) -> Option<Warning> {
         (self.placing_time >= LONG_PLACING_TIME).then(|| {
-            format!(
-                "{}: about {:.1e} points will be placed. This takes about {} and at least {:.2} GB of memory",
-                self.case_key,
-                self.points,
-                duration_text(self.placing_time),
-                self.memory / 1e9
+            Warning::new(
+                "large-problem",
+                format!(
+                    "{}: about {:.1e} points will be placed. This takes about {} and at least {:.2} GB of \
+                 memory. If that is not intended, make the key larger",
+                    self.case_key,
+                    self.points,
+                    duration_text(self.placing_time),
+                    self.memory / 1e9
+                ),
             )
         })
     }
@@ -102,7 +107,7 @@ pub struct Plan {
     /// Expected point updates per second and thread, from this project's benchmarks.
     pub updates_per_second: f64,
     /// Warnings, for example about cells with few points or a Poisson's ratio near 0.5.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Plan {
@@ -110,7 +115,7 @@ impl Plan {
     pub(super) fn complete(
         mut self,
         case: &Case,
-        notes: Vec<String>,
+        notes: Vec<Warning>,
         has_laws: bool,
     ) -> Result<Self, CaseError> {
         self.check_progress(case)?;
@@ -179,16 +184,19 @@ impl Plan {
             let share = volume / whole;
             seconds += share * cost.update;
             let points = (share * self.points as f64).round();
-            self.warnings.push(format!(
-                "materials.{}: an update of a point takes about {:.2} ms on one thread, and one with a \
+            self.warnings.push(Warning::new(
+                "slow-law",
+                format!(
+                    "materials.{}: an update of a point takes about {:.2} ms on one thread, and one with a \
                  strain of 1e-4 takes {:.2} ms. The run takes at least {} for the {points} points of the \
-                 body {:?} and {} steps",
-                body.material,
-                1e3 * cost.update,
-                1e3 * (1e-4 * cost.strain).max(cost.update),
-                duration_text(points * self.steps as f64 * cost.update),
-                body.name,
-                self.steps
+                 body {:?} and {} steps. Use fewer points if that is too long",
+                    body.material,
+                    1e3 * cost.update,
+                    1e3 * (1e-4 * cost.strain).max(cost.update),
+                    duration_text(points * self.steps as f64 * cost.update),
+                    body.name,
+                    self.steps
+                ),
             ));
         }
         if seconds > 0.0 {

@@ -13,9 +13,10 @@ use colluvium::constitutive::driver::{
 };
 use colluvium::plots::{LineChart, Picture, Series, Style};
 
-use super::CommandError;
+use super::{CommandError, print_warning};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
+use colluvium::case::Warning;
 
 #[derive(Args)]
 pub struct ElementTestArguments {
@@ -108,7 +109,12 @@ fn read_incremental_driver(
     for ((count, file, what), _) in
         of_files.iter().zip(test.uses_file_values).filter(|((count, ..), takes)| *count > 0 && !takes)
     {
-        print_error_line!("warning: {file}: the law of --material does not use the {count} {what}");
+        print_warning(&Warning::new(
+            "unused-values",
+            format!(
+                "{file}: the law of --material does not use the {count} {what}. Check that it is the intended law"
+            ),
+        ));
     }
     Ok(test)
 }

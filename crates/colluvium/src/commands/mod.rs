@@ -32,7 +32,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use colluvium::MethodChoiceError;
 use colluvium::case::output::OutputError;
-use colluvium::case::{CaseError, CaseErrors, RunError};
+use colluvium::case::{CaseError, CaseErrors, RunError, Warning};
 use colluvium::case::{printable, shortened};
 use colluvium::compare::CompareError;
 use colluvium::machine;
@@ -55,6 +55,16 @@ fn escape_lines(text: &str) -> String {
 /// Prints a line on standard error, if possible. Control characters and colours are escaped; the middle of an overlong line is left out.
 pub fn write_stderr(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "{}", shortened(&printable(&line.to_string())));
+}
+
+/// Prints a warning with its code on standard error.
+pub fn print_warning(warning: &Warning) {
+    print_error_line!("{}", warning.line("warning"));
+}
+
+/// Prints a note with its code on standard error.
+fn print_note(note: &Warning) {
+    print_error_line!("{}", note.line("note"));
 }
 
 /// Failure of a command, which determines its exit code.
@@ -127,7 +137,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
 /// consequence `without` and returns the default.
 fn or_default_with_warning<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
     read.unwrap_or_else(|error| {
-        print_error_line!("warning: {error}: {without}");
+        print_warning(&Warning::new("results-missing", format!("{error}: {without}")));
         T::default()
     })
 }

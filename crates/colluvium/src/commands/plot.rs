@@ -14,7 +14,8 @@ use colluvium::output::run_pictures::{
 };
 use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCloud, RigidGeometry, to_gif};
 
-use super::{CommandError, check_run_folder, or_default_with_warning};
+use super::{CommandError, check_run_folder, or_default_with_warning, print_note, print_warning};
+use colluvium::case::Warning;
 
 /// Largest number of frames of an animation.
 const MAX_ANIMATION_FRAMES: usize = 120;
@@ -79,7 +80,10 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let (frames, chosen) = (frames.unwrap_or_default(), chosen.unwrap_or_default());
     let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
-        print_error_line!("warning: {}: the pictures do not show terrain and obstacles", ground.missing);
+        print_warning(&Warning::new(
+            "results-missing",
+            format!("{}: the pictures do not show terrain and obstacles", ground.missing),
+        ));
     }
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     create_folder(&out)?;
@@ -115,7 +119,12 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
             let bytes = to_gif(&shown, 0.1).map_err(CommandError::Message)?;
             let name = picture_name(arguments, &name);
             save(&|file| Ok(write_atomically(file, &bytes)?), &name, "gif")?;
-            print_line!("{name}.gif shows {} of {} frames", even.len(), frames.len());
+            let text = format!("{name}.gif shows {} of {} frames", even.len(), frames.len());
+            if even.len() < frames.len() {
+                print_note(&Warning::new("frames-thinned", text));
+            } else {
+                print_line!("{text}");
+            }
         }
     }
     if written == 0 {

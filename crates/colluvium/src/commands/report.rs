@@ -6,7 +6,7 @@ use clap::Args;
 use colluvium::output::run_pictures::view_plane;
 use colluvium::report::{self, Report, ReportError, ReportOptions};
 
-use super::CommandError;
+use super::{CommandError, print_warning};
 
 #[derive(Args)]
 pub struct ReportArguments {
@@ -40,9 +40,7 @@ pub fn run(arguments: &ReportArguments) -> Result<(), CommandError> {
             ReportError::NoRun(_) | ReportError::Field { .. } => CommandError::Usage(error.to_string()),
             other => CommandError::Message(other.to_string()),
         })?;
-    for file in missing {
-        print_error_line!("warning: {file}");
-    }
+    missing.iter().for_each(print_warning);
     print_line!("wrote {}", file.display());
     Ok(())
 }

@@ -11,9 +11,10 @@ use colluvium::machine::free_memory;
 use colluvium::run_progress::RunProgress;
 use colluvium::select_method;
 
-use super::{CommandError, check_run_folder, stop_on_interrupt, thread_pool};
+use super::{CommandError, check_run_folder, print_warning, stop_on_interrupt, thread_pool};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
+use colluvium::case::Warning;
 
 #[derive(Args)]
 pub struct SpecimenArguments {
@@ -97,14 +98,8 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
         warnings: plan.all_warnings(&case),
         ..RunOptions::default()
     };
-    for warning in options.warnings.iter().filter(|_| !quiet) {
-        print_error_line!("warning: {warning}");
-    }
-    let mut progress = RunProgress::new(
-        &case,
-        !quiet,
-        (!quiet).then_some(|warning| print_error_line!("warning: {warning}")),
-    );
+    options.warnings.iter().filter(|_| !quiet).for_each(print_warning);
+    let mut progress = RunProgress::new(&case, !quiet, (!quiet).then_some(print_warning));
     let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
     let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
     if report.ending == RunEnd::Interrupted {
@@ -149,9 +144,12 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     let status = summary["status"].as_str().unwrap_or("unknown");
     if status != "completed" && !arguments.quiet {
         let (now, end) = (solver.time(), case.end_time());
-        print_error_line!(
-            "warning: the run is not complete ({status}): the specimen is that of its last checkpoint, {now} of {end} s"
-        );
+        print_warning(&Warning::new(
+            "specimen-of-checkpoint",
+            format!(
+                "the run is not complete ({status}): the specimen is that of its last checkpoint, {now} of {end} s. To complete the run, use --resume"
+            ),
+        ));
     }
     Ok(PreparedSpecimen { text, grains: solver.point_count(), time: solver.time() })
 }

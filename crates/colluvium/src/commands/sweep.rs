@@ -10,9 +10,10 @@ use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
-use super::{CommandError, OutputArguments, duration_text, stop_on_interrupt, write_stdout};
+use super::{CommandError, OutputArguments, duration_text, print_warning, stop_on_interrupt, write_stdout};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
+use colluvium::case::Warning;
 
 #[derive(Args)]
 pub struct SweepArguments {
@@ -121,9 +122,7 @@ fn print_plan(
         );
     }
     let warnings = plans.iter().zip(members).flat_map(|(plan, member)| plan.all_warnings(&member.case));
-    for warning in warnings.collect::<BTreeSet<_>>() {
-        print_error_line!("warning: {warning}");
-    }
+    warnings.collect::<BTreeSet<_>>().iter().for_each(print_warning);
     Ok(())
 }
 
@@ -142,11 +141,14 @@ fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandErr
         count_text(runs.len(), "run")
     );
     if memory > free {
-        print_error_line!(
-            "warning: the simultaneous runs need about {:.2} GB of memory, and {:.2} GB are free: reduce --jobs",
-            memory / 1e9,
-            free / 1e9
-        );
+        print_warning(&Warning::new(
+            "sweep-memory",
+            format!(
+                "the simultaneous runs need about {:.2} GB of memory, and {:.2} GB are free: reduce --jobs",
+                memory / 1e9,
+                free / 1e9
+            ),
+        ));
     }
     Ok(())
 }

@@ -14,6 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
+use crate::case::Warning;
 use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::run::RunEnd;
 use crate::case::{Case, CaseError, Method, ProblemSize, Run, RunError, RunOptions};
@@ -50,7 +51,7 @@ pub struct CompareOptions {
     /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
     /// Function that is called with each warning during a run.
-    pub on_warning: Option<fn(&str)>,
+    pub on_warning: Option<fn(&Warning)>,
 }
 
 /// Outcome of a method.

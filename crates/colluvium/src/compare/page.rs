@@ -12,6 +12,7 @@ use crate::compare::reference_profiles::distance_to;
 use crate::output::animation;
 use crate::output::rigid_geometry::rigid_geometry;
 use crate::plots::{Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, View};
+use crate::report::page::coded;
 
 /// Number of times at which pictures are shown.
 const PICTURE_TIMES: usize = 5;
@@ -345,7 +346,7 @@ fn method_table(results: &[MethodResult]) -> Markup {
                     td { @if took.is_empty() { "from the case" } @else { (took) } }
                     td {
                         @if let MethodOutcome::Completed(report) = outcome {
-                            @for remark in &report.warnings { (remark) br; }
+                            @for remark in &report.warnings { (coded(remark)) br; }
                         }
                     }
                 }

@@ -278,7 +278,7 @@ fn slow_grain_placement_gives_a_notice_and_grains_beyond_memory_are_refused() {
     let notice = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
     let words = notice(&filled(1.0, 0.01)).unwrap();
     assert!(
-        words.starts_with("methods.dem.grains: about 1.4e6 points will be placed. This takes about "),
+        words.text.starts_with("methods.dem.grains: about 1.4e6 points will be placed. This takes about "),
         "{words}"
     );
     assert_eq!(notice(&filled(1.0, 0.1)), None);

@@ -9,7 +9,7 @@ use crate::config::{CellControl, DemOptions, PairSpec};
 /// Message for an adhesion that the case gives for an obstacle.
 const ADHESION: &str = "the adhesion is given in the pair of the grains and the obstacle: leave it out";
 /// Message for the sampling of a body.
-const PACKING: &str = "grains fill a body by a packing of their own";
+const PACKING: &str = "is ignored, because grains fill a body by a packing of their own";
 /// Message for a space other than plane strain and 3D.
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 

@@ -11,6 +11,7 @@ use crate::laws::erosion::Erosion;
 use crate::laws::interphase_drag::InterphaseDrag;
 use crate::laws::pore_pressure_column::MAX_CELLS;
 use crate::laws::pore_pressure_column::{Drainage, LowerBound};
+use colluvium_case::Warning;
 
 /// Option that is out of range: its key and the reason.
 pub type OptionError = (String, CaseErrorKind);
@@ -196,23 +197,29 @@ impl DepthOptions {
     }
 
     /// Warnings about values that are allowed but unusual (sheet: depth-sph §7, units).
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let drag = self.mixture.as_ref().map(|mixture| mixture.drag);
         if let Some(InterphaseDrag::Anderson { settling_velocity: MaybeInfinite::Number(velocity), .. }) =
             drag
             && velocity > 10.0
         {
-            warnings.push(format!(
-                "methods.depth-sph.mixture.drag.settling_velocity: {velocity} m/s is faster than grains \
+            warnings.push(Warning::new(
+                "doubtful-unit",
+                format!(
+                    "methods.depth-sph.mixture.drag.settling_velocity: {velocity} m/s is faster than grains \
                  settle: check the unit (m/s)"
+                ),
             ));
         }
         let consolidation = self.column.as_ref().and_then(|column| column.consolidation);
         if let Some(value) = consolidation.filter(|value| *value > 100.0) {
-            warnings.push(format!(
-                "methods.depth-sph.column.consolidation: {value} m²/s is higher than the coefficient of \
+            warnings.push(Warning::new(
+                "doubtful-unit",
+                format!(
+                    "methods.depth-sph.column.consolidation: {value} m²/s is higher than the coefficient of \
                  consolidation of soils: check the unit (m²/s)"
+                ),
             ));
         }
         let of_bed = self.basal.iter().map(|spec| ("basal".to_owned(), spec));
@@ -222,7 +229,7 @@ impl DepthOptions {
         });
         for (key, spec) in of_bed.chain(of_regions) {
             let found = spec.warnings().into_iter();
-            warnings.extend(found.map(|warning| format!("methods.depth-sph.{key}.{warning}")));
+            warnings.extend(found.map(|warning| warning.at(format!("methods.depth-sph.{key}"))));
         }
         warnings
     }

@@ -8,6 +8,7 @@ use crate::config::DepthOptions;
 use crate::config::choices::{Phases, SearchOrientation};
 use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::{NAME, pore_fluid};
+use colluvium_case::Warning;
 
 /// Number of nodes of the flow below which its resolution is too coarse and the plan has a warning (sheet: depth-sph §0).
 const MIN_NODES: usize = 10;
@@ -240,18 +241,22 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
 }
 
 /// Warnings about inputs that are allowed.
-pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
+pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<Warning> {
     let mut warnings = case.warnings();
     if nodes < MIN_NODES {
-        warnings.push(format!(
-            "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow: make it smaller"
-        ));
+        warnings.push(Warning::new("few-nodes", format!(
+            "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow ({MIN_NODES} are needed): \
+             make it smaller"
+        )));
     }
     for (number, stage) in case.stages.iter().enumerate() {
         if is_equilibration_stage(stage) {
-            warnings.push(format!(
-                "stages[{number}]: the flow does not move in this stage, which equilibrates the initial stress: \
-                 depth-integrated flow does not need it"
+            warnings.push(Warning::new(
+                "idle-stage",
+                format!(
+                    "stages[{number}]: the flow does not move in this stage, which equilibrates the initial \
+                 stress: depth-integrated flow does not need it. Leave it out"
+                ),
             ));
         }
     }
@@ -260,17 +265,21 @@ pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
             && !matches!(boundary.wall, Wall::Smooth | Wall::Absorbing { .. })
     };
     if let Some(boundary) = case.boundaries.iter().find(sticks) {
-        warnings.push(format!(
-            "boundaries: the side wall {:?} acts as a smooth wall; its friction is ignored",
-            boundary.name()
+        warnings.push(Warning::new(
+            "side-wall-friction-ignored",
+            format!(
+                "boundaries: the side wall {:?} acts as a smooth wall; its friction is ignored. Make it \
+             `smooth`",
+                boundary.name()
+            ),
         ));
     }
     if case.bodies.iter().any(|body| body.stress != colluvium_case::description::InitialStress::None) {
-        warnings.push(
+        warnings.push(Warning::new(
+            "stress-ignored",
             "bodies: the given initial stress is ignored: the stress of depth-integrated flow follows from \
-             the weight over the depth"
-                .to_owned(),
-        );
+             the weight over the depth. Leave `stress` out",
+        ));
     }
     warnings
 }

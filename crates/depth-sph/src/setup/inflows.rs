@@ -10,6 +10,7 @@ use crate::flow::{Flow, Inlet, Opening};
 use crate::inflow::cross_section::CrossSection;
 use crate::inflow::{Inflow, InflowSection, InflowState};
 use crate::setup::open_boundaries::MAX_SEGMENTS;
+use colluvium_case::Warning;
 
 /// Mean bed slope in the direction of an inflow above which there is a warning.
 const MAX_UPHILL_SLOPE: f64 = 0.02;
@@ -22,7 +23,7 @@ pub fn add_inflows<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     flow: &mut Flow<D>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Vec<(Opening, String)>, CaseError> {
     let (mut openings, mut standing): (Vec<(Opening, String)>, _) = (Vec::new(), Vec::new());
     for (number, given) in options.inflows.iter().enumerate() {
@@ -34,7 +35,7 @@ pub fn add_inflows<const D: usize>(
                 .inlets
                 .iter()
                 .find_map(|inlet| truncated_hydrograph_warning(&inlet.hydrograph, case.end_time()));
-            warnings.extend(cut.map(|cut| format!("{place}: {cut}")));
+            warnings.extend(cut.map(|cut| Warning::new(cut.code, format!("{place}: {}", cut.text))));
             add_opening(&mut openings, opening, &key)?;
             continue;
         }
@@ -60,15 +61,15 @@ pub fn add_inflows<const D: usize>(
         standing.push(before);
         flow.limits.include(level + deepest, speed);
         if let Some(slope) = uphill_slope(&inflow, &flow.bed) {
-            warnings.push(format!(
+            warnings.push(Warning::new("inflow-uphill", format!(
                 "{place}: the bed rises by {:.1} % in the direction of the inflow, to the right of the line from `from` to `to`: \
                  check whether the two must be exchanged",
                 100.0 * slope
-            ));
+            )));
         }
         let doubts =
             little.into_iter().chain(truncated_hydrograph_warning(&inflow.hydrograph, case.end_time()));
-        warnings.extend(doubts.map(|doubt| format!("{place}: {doubt}")));
+        warnings.extend(doubts.map(|doubt| Warning::new(doubt.code, format!("{place}: {}", doubt.text))));
         flow.boundary.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
@@ -99,7 +100,7 @@ fn add_opening(
 const MIN_AREA_AHEAD: f64 = 0.1;
 
 /// Warning for an inflow that is directed out of most of the domain, or an error if the flow leaves at once.
-fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
+fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<Warning>, String> {
     let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.start[c] + inflow.end[c]));
     let to_edge = |sense: f64| {
         let direction = inflow.normal().map(|c| sense * c);
@@ -116,11 +117,15 @@ fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Op
          behind the line: it flows to the right of the direction from `from` to `to`; exchange the two to \
          reverse the inflow"
     );
-    if ahead < inflow.row_extent { Err(problem) } else { Ok(Some(problem)) }
+    if ahead < inflow.row_extent {
+        Err(problem)
+    } else {
+        Ok(Some(Warning::new("inflow-leaves-domain", problem)))
+    }
 }
 
 /// Warning for a run that ends (s) before the whole hydrograph has entered.
-fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<String> {
+fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<Warning> {
     let until = |end: f64| {
         let part = |pair: &[[f64; 2]]| {
             let [[from, first], [to, last]] = [pair[0], pair[1]];
@@ -133,10 +138,13 @@ fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<Str
     let (whole, brought) = (until(f64::INFINITY), until(end));
     let share = brought / whole;
     (share < 1.0 - 1e-9).then(|| {
-        format!(
-            "the run ends at {end} s, when {:.1} % of the volume of the hydrograph has flowed in: to \
+        Warning::new(
+            "hydrograph-truncated",
+            format!(
+                "the run ends at {end} s, when {:.1} % of the volume of the hydrograph has flowed in: to \
              include all of it, make the stages longer",
-            100.0 * share
+                100.0 * share
+            ),
         )
     })
 }
@@ -386,8 +394,8 @@ mod tests {
     fn a_hydrograph_longer_than_the_run_causes_a_warning() {
         let triangle = [[10.0, 0.0], [20.0, 4.0], [30.0, 0.0]];
         assert_eq!(truncated_hydrograph_warning(&triangle, 30.0), None);
-        assert!(truncated_hydrograph_warning(&triangle, 20.0).unwrap().contains("at 20 s, when 50.0 %"));
-        assert!(truncated_hydrograph_warning(&triangle, 25.0).unwrap().contains("when 87.5 %"));
-        assert!(truncated_hydrograph_warning(&triangle, 5.0).unwrap().contains("when 0.0 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 20.0).unwrap().text.contains("at 20 s, when 50.0 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 25.0).unwrap().text.contains("when 87.5 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 5.0).unwrap().text.contains("when 0.0 %"));
     }
 }

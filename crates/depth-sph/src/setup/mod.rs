@@ -28,6 +28,7 @@ use crate::config::settings::{Consolidation, EarthPressure, FlowSettings, Mixtur
 use crate::flow::{Flow, FlowFailure, OutsideNodes};
 use crate::laws::interphase_drag::MixtureDensities;
 use crate::solver::DepthSolver;
+use colluvium_case::Warning;
 
 /// Node updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;
@@ -165,7 +166,7 @@ pub(crate) fn solver<const D: usize>(
 fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
-) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
+) -> Result<(DepthSolver<D>, Vec<Warning>), CaseError> {
     let ground = bed::case_bed::case_bed::<D>(case, options)?;
     let mut of_maps = Vec::new();
     let maps = hazard_rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
@@ -192,9 +193,12 @@ fn build_in<const D: usize>(
     if !filled.transferred_pressures.is_empty() {
         let held = flow.set_pore_pressures(&filled.transferred_pressures);
         if held > 0 {
-            warnings.push(format!(
-                "bodies: the initial pore pressure of {held} nodes exceeds the weight of the material or \
+            warnings.push(Warning::new(
+                "pore-pressure-limited",
+                format!(
+                    "bodies: the initial pore pressure of {held} nodes exceeds the weight of the material or \
                  is below the lower bound of methods.depth-sph.column: it is limited to this range"
+                ),
             ));
         }
     }

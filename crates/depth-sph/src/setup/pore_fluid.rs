@@ -12,6 +12,7 @@ use crate::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
 use crate::laws::pore_pressure_column::Drainage;
 use crate::setup::bed::case_bed::highest_wall;
 use crate::setup::{NAME, option_error};
+use colluvium_case::Warning;
 
 /// Relative tolerance of densities and permeabilities that are given twice, of which one is derived.
 const DERIVED_TOLERANCE: f64 = 0.01;
@@ -326,7 +327,7 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
 }
 
 /// Warnings for bodies without an initial pore pressure.
-pub fn warnings(case: &Case) -> Vec<String> {
+pub fn warnings(case: &Case) -> Vec<Warning> {
     let without = |body: &Body| {
         body.points.is_none()
             && body
@@ -336,9 +337,12 @@ pub fn warnings(case: &Case) -> Vec<String> {
     };
     let found = case.bodies.iter().position(without);
     let warning = |number: usize| {
-        format!(
-            "bodies[{number}].pore_fluid.pressure: is not given: the initial pore pressure is hydrostatic \
-             below the surface of the flow"
+        Warning::new(
+            "default-pore-pressure",
+            format!(
+                "bodies[{number}].pore_fluid.pressure: is not given: the initial pore pressure is hydrostatic \
+             below the surface of the flow. For another one give `pressure` or `excess_ratio`"
+            ),
         )
     };
     found.map(warning).into_iter().collect()

@@ -23,6 +23,7 @@ use crate::run::verify;
 use crate::run::{RunError, RunOptions};
 use crate::solver::save_value;
 use crate::{Case, Dataset, DatasetGeometry, Frame, FrameRequest, Snapshot, Solver, SolverError};
+use colluvium_constitutive::Warning;
 
 /// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
@@ -462,7 +463,7 @@ impl RunRecorder {
     }
 
     /// Probes that no point has reached.
-    pub(crate) fn probes_without_points(&self) -> Vec<String> {
+    pub(crate) fn probes_without_points(&self) -> Vec<Warning> {
         let sees = |name: &str| {
             let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
             let own: Vec<usize> =
@@ -471,7 +472,17 @@ impl RunRecorder {
         };
         let probes = self.case.measures.iter().filter(|(_, measure)| measure.has_empty_radius());
         let blind = probes.filter(|(name, _)| !sees(name));
-        blind.map(|(name, _)| format!("measures.{name}: no point came within its radius")).collect()
+        blind
+            .map(|(name, _)| {
+                Warning::new(
+                    "probe-without-points",
+                    format!(
+                        "measures.{name}: no point came within its radius. Move the probe, or give a \
+                               larger radius"
+                    ),
+                )
+            })
+            .collect()
     }
 }
 

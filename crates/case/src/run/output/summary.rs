@@ -13,6 +13,7 @@ use crate::run::output::run_folder::{CHECKPOINT, SUMMARY};
 use crate::run::progress::{RunProgress, StepBoundCount};
 use crate::run::{RunError, SafetyResult, verify};
 use crate::{Budget, Solver};
+use colluvium_constitutive::Warning;
 
 impl RunRecorder {
     /// Writes the summary, with wall-clock time (s), factors of safety and warnings about the state.
@@ -22,7 +23,7 @@ impl RunRecorder {
         reason: Option<&str>,
         solver: &dyn Solver,
         progress: &RunProgress,
-        (wall, safety, remarks): (f64, &BTreeMap<String, SafetyResult>, &[String]),
+        (wall, safety, remarks): (f64, &BTreeMap<String, SafetyResult>, &[Warning]),
     ) -> Result<(), RunError> {
         let names = self.table.columns.iter().map(|(name, _)| name.clone());
         let last = self.table.rows.last().cloned().unwrap_or_default();

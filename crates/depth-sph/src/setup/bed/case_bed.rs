@@ -12,6 +12,7 @@ use crate::config::choices::TimeScheme;
 use crate::output::hazard_rasters::PlanCells;
 use crate::setup::bed::dams;
 use crate::setup::bed::face_heights::highest_faces;
+use colluvium_case::Warning;
 
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
@@ -43,7 +44,7 @@ pub struct CaseBed<const D: usize> {
     /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
     pub fit_errors: Option<[f64; 2]>,
     /// Warnings about the bed for the user.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Bed of a case: its obstacles, and upward-facing walls where these are higher.
@@ -124,11 +125,10 @@ fn fit_errors(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
 }
 
 /// Warns of time schemes that do not transport velocities along the bed.
-fn energy_warning(options: &DepthOptions) -> Option<String> {
+fn energy_warning(options: &DepthOptions) -> Option<Warning> {
     (options.integration != TimeScheme::Leapfrog).then(|| {
-        "methods.depth-sph.integration: Runge-Kutta steps lose energy over rough ground: leave the option \
-         out over surveyed terrain"
-            .to_owned()
+        Warning::new("integration-loses-energy", "methods.depth-sph.integration: Runge-Kutta steps lose energy over rough ground: leave the option \
+         out over surveyed terrain")
     })
 }
 
@@ -181,7 +181,7 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
 }
 
 /// Warning for steep faces that a flow may reach, and for terrain so steep everywhere that its levels are probably not in metres.
-fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
+fn too_steep(case: &Case, ground: &TerrainBed) -> Option<Warning> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
     let slope = |number: usize| {
@@ -200,21 +200,21 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
         let middle = slopes.len() / 2;
         let angle = slopes.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0)).1.0.atan().to_degrees();
         return (angle > STEEPEST_TERRAIN).then(|| {
-            format!(
+            Warning::new("doubtful-unit", format!(
                 "obstacles: half of the raster is steeper than {angle:.1}°: check that its heights are in \
                  metres, like the distances of its nodes"
-            )
+            ))
         });
     }
     let (steepest, number) = slopes.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let angle = steepest.atan().to_degrees();
     let place: Vec<f64> = (0..case.dimension() - 1).map(|c| place(number)[c] + case.origin()[c]).collect();
     (angle > STEEPEST_FACE).then(|| {
-        format!(
+        Warning::new("steep-face", format!(
             "obstacles: the slope of the bed reaches {angle:.1}° at {place:?} m: a flow that reaches such \
              a face runs up along it and is not reflected as by a wall; give faces that must stop the flow \
              slopes below {STEEPEST_FACE}°"
-        )
+        ))
     })
 }
 

@@ -6,6 +6,7 @@ use colluvium_points::surface::distance_to_line;
 
 use crate::config::{DamOptions, DepthOptions};
 use crate::setup::option_error;
+use colluvium_case::Warning;
 
 /// Height of a dam above the ground at a distance from its crest line (m).
 fn height(dam: &DamOptions, distance: f64) -> f64 {
@@ -18,7 +19,7 @@ pub fn raise_terrain(
     case: &Case,
     options: &DepthOptions,
     raster: &mut Raster,
-) -> Result<Vec<String>, CaseError> {
+) -> Result<Vec<Warning>, CaseError> {
     if options.dams.is_empty() {
         return Ok(Vec::new());
     }
@@ -51,11 +52,11 @@ pub fn raise_terrain(
         let raster_height = height(dam, farthest);
         if raster_height < 0.9 * dam.height {
             let [dx, dy] = raster.spacing;
-            warnings.push(format!(
+            warnings.push(Warning::new("low-dam-crest", format!(
                 "methods.depth-sph.dams[{number}]: cells of {dx} m by {dy} m reduce its crest to {raster_height:.2} \
                  m in places, instead of {} m: make the dam wider, or the terrain finer",
                 dam.height
-            ));
+            )));
         }
     }
     raster.values.iter_mut().zip(added).for_each(|(z, added)| *z += added);
