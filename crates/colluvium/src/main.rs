@@ -86,8 +86,8 @@ fn main() -> ExitCode {
 impl CommandError {
     /// Prints the error to the standard error stream, line by line.
     fn report(&self) {
-        for line in self.to_string().lines() {
-            commands::write_stderr(format_args!("error: {line}"));
+        for (code, line) in self.lines() {
+            commands::write_stderr(format_args!("error[{code}]: {line}"));
         }
     }
 }

@@ -46,13 +46,40 @@ use crate::raster::world_file::WorldFile;
 pub struct FileError {
     /// Path of the file.
     pub file: PathBuf,
+    /// Stable code of the problem, which `docs/messages.md` of the repository explains.
+    pub code: &'static str,
     /// Description of the error.
     pub problem: String,
 }
 
 /// Function that makes an error of a file from a description.
-fn error_in_file(file: &Path) -> impl Fn(String) -> FileError {
-    move |problem| FileError { file: file.to_owned(), problem }
+fn error_in_file<P: Into<Problem>>(file: &Path) -> impl Fn(P) -> FileError {
+    move |problem| {
+        let Problem { code, text } = problem.into();
+        FileError { file: file.to_owned(), code, problem: text }
+    }
+}
+
+/// Problem of the content of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Problem {
+    /// Stable code.
+    code: &'static str,
+    /// Description.
+    text: String,
+}
+
+impl Problem {
+    /// Function that makes a problem of the code `code` from a description.
+    fn coded(code: &'static str) -> impl Fn(String) -> Self {
+        move |text| Self { code, text }
+    }
+}
+
+impl From<String> for Problem {
+    fn from(text: String) -> Self {
+        Self { code: "unreadable-file", text }
+    }
 }
 
 /// Byte order mark, with which some editors begin a file.

@@ -192,6 +192,18 @@ pub enum TimeStepError {
     },
 }
 
+impl TimeStepError {
+    /// Stable code of the error.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoMotion { .. } => "nothing-moves",
+            Self::TooSmall { .. } => "time-step-too-small",
+            Self::Unstable { .. } => "no-stable-step",
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -74,7 +74,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed(_));
     match results.iter().filter(failed).count() {
         0 => Ok(()),
-        _ => Err(CommandError::Message("the run of at least one method failed".to_owned())),
+        _ => Err(CommandError::message("methods-failed", "the run of at least one method failed")),
     }
 }
 

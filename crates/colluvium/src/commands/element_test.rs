@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use colluvium::case::files::json;
 use colluvium::case::output::{create_folder, write_atomically};
-use colluvium::case::{CaseError, CaseErrors};
+use colluvium::case::{CaseError, CaseErrorKind, CaseErrors};
 use colluvium::constitutive::MaterialSpec;
 use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
 use colluvium::constitutive::driver::{
@@ -46,12 +46,14 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
             (test.test.clone(), Some(test))
         }
         (true, None) => {
-            return Err(CommandError::Usage(
+            return Err(CommandError::usage(
+                "wrong-usage",
                 "a folder has no material law: give the file of one with --material".into(),
             ));
         }
         (false, Some(_)) => {
-            return Err(CommandError::Usage(
+            return Err(CommandError::usage(
+                "wrong-usage",
                 "--material applies to a folder only; a test file has its own material".into(),
             ));
         }
@@ -59,7 +61,9 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
     };
     let stem = || PathBuf::from(file.canonicalize().unwrap_or_default().file_stem().unwrap_or_default());
     let out = arguments.out.clone().unwrap_or_else(stem);
-    let broken = |error: DriverError| CaseError::new(file.display().to_string(), error.to_string());
+    let broken = |error: DriverError| {
+        CaseError::new(file.display().to_string(), CaseErrorKind::coded(error.code(), error.to_string()))
+    };
     let mut trace = test.trace().map_err(broken)?;
     if let Some(incremental) = &incremental {
         incremental.remove_unwanted_rows(&mut trace.path);
@@ -70,7 +74,7 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
         _ => "not a number".to_owned(),
     });
     print_line!("{} rows; at the end p = {p}, q = {q}; results in {}", trace.path.rows.len(), out.display());
-    trace.stop_reason.map_or(Ok(()), |error| Err(CommandError::Message(error.to_string())))
+    trace.stop_reason.map_or(Ok(()), |error| Err(CommandError::message(error.code(), error.to_string())))
 }
 
 /// Reads the files of an incrementalDriver test.
@@ -121,10 +125,10 @@ fn read_incremental_driver(
 
 /// Writes the table and the pictures, in place of those of an earlier test.
 fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Result<(), CommandError> {
-    let fail = |error: std::io::Error| CommandError::Message(format!("{}: {error}", out.display()));
+    let fail = |error: std::io::Error| CommandError::message("output", format!("{}: {error}", out.display()));
     create_folder(out)?;
     let mut table = Vec::new();
-    trace.path.write_csv(&mut table).map_err(|error| CommandError::Message(error.to_string()))?;
+    trace.path.write_csv(&mut table).map_err(|error| CommandError::message("output", error.to_string()))?;
     let path = out.join("path.csv");
     let pictures: Vec<PathBuf> = (StandardPlot::NAMES.iter())
         .flat_map(|name| ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))))
@@ -135,10 +139,13 @@ fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Re
     let is_table = std::fs::read(&path).is_ok_and(|earlier| earlier.starts_with(units));
     let foreign = Some(&path).filter(|path| path.exists()).or(pictures.first());
     if let Some(file) = foreign.filter(|_| !is_table) {
-        return Err(CommandError::Message(format!(
-            "{} would be overwritten, and no element test wrote it: choose another folder with --out",
-            file.display()
-        )));
+        return Err(CommandError::message(
+            "output",
+            format!(
+                "{} would be overwritten, and no element test wrote it: choose another folder with --out",
+                file.display()
+            ),
+        ));
     }
     pictures.iter().try_for_each(std::fs::remove_file).map_err(fail)?;
     write_atomically(&path, &table)?;

@@ -171,7 +171,7 @@ fn point_indices_of_body(
             "--body {name}: has no points in the last frame; there are the bodies {}",
             known.join(", ")
         );
-        return Err(CommandError::Usage(problem));
+        return Err(CommandError::usage("wrong-usage", problem));
     }
     Ok(kept)
 }

@@ -37,8 +37,9 @@ pub fn run(arguments: &ReportArguments) -> Result<(), CommandError> {
     let Report { file, missing_files: missing } =
         report::write(&arguments.folder, &options).map_err(|error| match error {
             ReportError::Output(error) => CommandError::Output(error),
-            ReportError::NoRun(_) | ReportError::Field { .. } => CommandError::Usage(error.to_string()),
-            other => CommandError::Message(other.to_string()),
+            ReportError::NoRun(_) => CommandError::usage("not-a-run-folder", error.to_string()),
+            ReportError::Field { .. } => CommandError::usage("field-missing", error.to_string()),
+            other => CommandError::message(other.code(), other.to_string()),
         })?;
     missing.iter().for_each(print_warning);
     print_line!("wrote {}", file.display());

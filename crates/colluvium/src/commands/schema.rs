@@ -24,7 +24,7 @@ pub fn run(arguments: &SchemaArguments) -> Result<(), CommandError> {
         let schema =
             if arguments.sweep { colluvium::sweep::Sweep::schema() } else { colluvium::case_schema() };
         let text = serde_json::to_string_pretty(&schema);
-        print_line!("{}", text.map_err(|error| CommandError::Message(error.to_string()))?);
+        print_line!("{}", text.map_err(|error| CommandError::message("output", error.to_string()))?);
     }
     Ok(())
 }

@@ -44,10 +44,10 @@ pub struct SpecimenArguments {
 pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     let out = &arguments.out;
     if out.exists() && !arguments.overwrite {
-        return Err(CommandError::Usage(format!(
-            "{}: exists already: give --overwrite to replace it",
-            out.display()
-        )));
+        return Err(CommandError::usage(
+            "wrong-usage",
+            format!("{}: exists already: give --overwrite to replace it", out.display()),
+        ));
     }
     let made =
         if arguments.case.is_dir() { specimen_of_run_folder(arguments)? } else { run_case(arguments)? };
@@ -69,10 +69,10 @@ struct PreparedSpecimen {
 
 /// Error for a method without grains.
 fn no_grains_error(method: &dyn Method) -> CommandError {
-    CommandError::Usage(format!(
-        "a specimen consists of grains with contacts, and {} has none",
-        method.name()
-    ))
+    CommandError::usage(
+        "no-contacts",
+        format!("a specimen consists of grains with contacts, and {} has none", method.name()),
+    )
 }
 
 /// Runs the case.
@@ -103,7 +103,8 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
     let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
     let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
     if report.ending == RunEnd::Interrupted {
-        return Err(CommandError::Message(
+        return Err(CommandError::message(
+            "interrupted",
             "interrupted before the specimen was ready: nothing is written".to_owned(),
         ));
     }
@@ -121,7 +122,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     let of_run = summary["method"].as_str().unwrap_or_default();
     if let Some(requested) = arguments.method.as_deref().filter(|requested| *requested != of_run) {
         let problem = format!("{}: is a run of {of_run}, not of {requested}", from.display());
-        return Err(CommandError::Usage(problem));
+        return Err(CommandError::usage("wrong-usage", problem));
     }
     let method = select_method(&case, Some(of_run))?;
     let again = format!("`colluvium specimen {}", path.display());
@@ -133,7 +134,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
                 from.display(),
                 arguments.out.display()
             );
-            return Err(CommandError::Usage(problem));
+            return Err(CommandError::usage("wrong-usage", problem));
         }
     }
     let pool = thread_pool(arguments.threads)?;
@@ -164,12 +165,15 @@ fn missing_state_error(
     if !method.plan_and_build(case)?.1.has_specimen() {
         return Ok(no_grains_error(method));
     }
-    Ok(CommandError::Message(format!(
-        "{}: checkpoint.bin with the history of the contacts is missing: {again} --out FILE` runs the case again; `colluvium export \
+    Ok(CommandError::message(
+        "history-missing",
+        format!(
+            "{}: checkpoint.bin with the history of the contacts is missing: {again} --out FILE` runs the case again; `colluvium export \
          --points {}` writes grains without contacts",
-        from.display(),
-        from.display()
-    )))
+            from.display(),
+            from.display()
+        ),
+    ))
 }
 
 /// Removes the stages after `stage`.

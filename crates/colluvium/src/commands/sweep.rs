@@ -186,6 +186,9 @@ fn write_results(
             Err(CommandError::Interrupted)
         }
         0 => Ok(()),
-        failed => Err(CommandError::Message(format!("{failed} of {} runs failed", results.rows.len()))),
+        failed => Err(CommandError::message(
+            "runs-failed",
+            format!("{failed} of {} runs failed", results.rows.len()),
+        )),
     }
 }

@@ -29,9 +29,10 @@ pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
     }
     let (files, wrong) = (verified.files, verified.problems.len());
     if wrong > 0 {
-        return Err(CommandError::Message(format!(
-            "{wrong} of {files} files differ from those that the run wrote"
-        )));
+        return Err(CommandError::message(
+            "verify-mismatch",
+            format!("{wrong} of {files} files differ from those that the run wrote"),
+        ));
     }
     print_line!("{}: {files} files are unchanged since the run", folder.display());
     Ok(())

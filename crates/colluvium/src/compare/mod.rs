@@ -113,6 +113,21 @@ pub enum CompareError {
     Picture(String),
 }
 
+impl CompareError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::UnknownMethod { .. } => "unknown-method",
+            Self::NoMethod(_) => "no-method-supports",
+            Self::Output(error) => error.code,
+            Self::Threads(_) => "no-threads",
+            Self::Reference { .. } => "reference-profiles",
+            Self::Picture(_) => "picture",
+        }
+    }
+}
+
 /// Returns the methods called `names`, or all methods where `names` is empty.
 ///
 /// # Errors

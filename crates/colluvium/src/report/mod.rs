@@ -73,6 +73,19 @@ pub enum ReportError {
     },
 }
 
+impl ReportError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Output(error) => error.code,
+            Self::NoRun(_) => "not-a-run-folder",
+            Self::Field { .. } => "field-missing",
+            Self::Picture { .. } => "picture",
+        }
+    }
+}
+
 /// Results of a run, complete or not.
 struct RunResults {
     summary: Value,

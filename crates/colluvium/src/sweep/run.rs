@@ -69,6 +69,18 @@ pub enum SweepError {
     Threads(String),
 }
 
+impl SweepError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Output(error) => error.code,
+            Self::Folder { .. } => "sweep-folder",
+            Self::Threads(_) => "no-threads",
+        }
+    }
+}
+
 /// Folder of a run.
 fn run_folder(out: &Path, number: usize) -> PathBuf {
     out.join(format!("run-{:04}", number + 1))

@@ -120,7 +120,10 @@ fn a_law_that_ignores_the_properties_of_parameters_inp_causes_a_warning() {
     let (code, errors) = test("own.json");
     assert_eq!(
         (code, errors.as_str()),
-        (0, "warning: parameters.inp: the law of --material does not use the 2 properties\n")
+        (
+            0,
+            "warning[unused-values]: parameters.inp: the law of --material does not use the 2 properties. Check that it is the intended law\n"
+        )
     );
     let rows = || -> Vec<String> {
         let text = fs::read_to_string(folder.join("out/path.csv")).unwrap();

@@ -227,7 +227,7 @@ fn check_warns_of_the_cost_of_representative_cells_of_grains() {
     let (code, text, errors) = output(program().args(["check", file.to_str().unwrap()]));
     assert_eq!(code, 0, "{errors}");
     assert!(
-        errors.contains("warning: materials.grains: an update of a point takes about 0.14 ms "),
+        errors.contains("warning[slow-law]: materials.grains: an update of a point takes about 0.14 ms "),
         "{errors}"
     );
     assert!(errors.contains("for the 4 points of the body \"b\" and 1000 steps"), "{errors}");

@@ -184,7 +184,8 @@ fn columns_begin_with_the_pore_pressure_of_the_fluid() {
         }
         let warned = plan(&value).unwrap();
         // A pressure of a metre of water at all heights exceeds the weight of the grains above the base.
-        let held = warned.iter().any(|warning| warning.text.starts_with("bodies: the initial pore pressure of"));
+        let held =
+            warned.iter().any(|warning| warning.text.starts_with("bodies: the initial pore pressure of"));
         assert_eq!(held, exact < 0.0, "{warned:?}");
         assert!(!warned.iter().any(|warning| warning.text.contains("pressure: is not given")), "{warned:?}");
     }

@@ -95,7 +95,7 @@ impl RunRecorder {
     pub(crate) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(()) };
         let text = serde_json::to_string_pretty(summary)
-            .map_err(|error| checkpoint_error(out, error.to_string()))?;
+            .map_err(|error| checkpoint_error(out, "output", error.to_string()))?;
         let path = out.join(SUMMARY);
         let written = write_atomically(&path, text.as_bytes());
         if written.is_err() && summary["status"] == "failed" {

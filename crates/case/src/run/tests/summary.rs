@@ -46,7 +46,10 @@ fn the_summary_of_a_killed_run_states_its_progress() {
         let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(summary["status"], "running");
-        assert_eq!(summary["warnings"][0], serde_json::json!({ "code": "slow-law", "text": "mind the step" }));
+        assert_eq!(
+            summary["warnings"][0],
+            serde_json::json!({ "code": "slow-law", "text": "mind the step" })
+        );
         let time = summary["time"].as_f64().unwrap();
         assert!((smallest - 1e-9..1.22).contains(&time), "{time} s");
         assert_eq!(summary["stages"][0]["ended"], "duration over");

@@ -65,7 +65,7 @@ fn invalid_cases_end_with_code_3_and_one_error_line() {
             let (code, _, errors) = output(&mut run);
             assert_eq!(code, 3, "{command} {pointer}: {errors}");
             // A run warns before its method looks at the case.
-            let first = errors.lines().find(|line| !line.starts_with("warning: ")).unwrap_or_default();
+            let first = errors.lines().find(|line| !line.starts_with("warning[")).unwrap_or_default();
             assert!(first.starts_with(&format!("error: {path}: ")), "{command} {pointer}: {first}");
             assert!(!errors.contains("panicked"), "{errors}");
         }
@@ -91,7 +91,7 @@ fn a_check_warns_on_standard_error() {
     let file = write(folder.path(), "column.json", &column());
     let (code, text, errors) = output(program().arg("check").arg(&file));
     assert!(code == 0 && text.contains("points") && !text.contains("warning"), "{text}");
-    assert!(errors.starts_with("warning: stages[0].damping: "), "{errors}");
+    assert!(errors.starts_with("warning[option-slows-motion]: stages[0].damping: "), "{errors}");
 }
 
 #[test]

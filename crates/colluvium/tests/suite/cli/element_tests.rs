@@ -127,7 +127,7 @@ fn a_folder_of_an_incremental_driver_is_an_element_test() {
     let (code, text, errors) = run(&law);
     assert_eq!(code, 0, "{errors}");
     assert!(text.starts_with("12 rows"), "{text}");
-    assert!(errors.starts_with("warning: parameters.inp: "), "{errors}");
+    assert!(errors.starts_with("warning[unused-values]: parameters.inp: "), "{errors}");
     assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-9, "{}", last(&out, "q"));
     put("test.inp", "out.txt\n*TriaxialE9\n100 10 1.0\n-0.01\n");
     let (code, _, errors) = run(&law);
