@@ -100,9 +100,13 @@ impl Case {
                 }
                 Err(error) => wrong(&format!("shape.{}", error.path), error.problem.into()),
             },
-            (None, Some(_), None) if self.dimension() != 3 => {
-                wrong("outline", "an outline in plan needs a space of 3d: give a shape".into())
-            }
+            (None, Some(_), None) if self.dimension() != 3 => wrong(
+                "outline",
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "an outline in plan needs a space of 3d: give a shape",
+                ),
+            ),
             (None, Some(file), None) => match self.outline(file) {
                 Ok(outline) => {
                     let (low, high) = outline.bounds();
@@ -113,14 +117,21 @@ impl Case {
                 }
                 Err(problem) => wrong("outline", problem),
             },
-            (None, None, Some(_)) if self.dimension() != 3 => {
-                wrong("raster", "a raster over a plan needs a space of 3d: give a shape".into())
-            }
+            (None, None, Some(_)) if self.dimension() != 3 => wrong(
+                "raster",
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "a raster over a plan needs a space of 3d: give a shape",
+                ),
+            ),
             (None, None, Some(raster)) => self
                 .cells_of(raster)
                 .map(|cells| PlanRegion::Cells(Arc::new(cells)))
                 .map_err(|(key, problem)| (format!("raster.{key}"), problem)),
-            _ => wrong("shape", "give one of a shape, an outline and a raster".into()),
+            _ => wrong(
+                "shape",
+                CaseErrorKind::coded("conflicting-keys", "give one of a shape, an outline and a raster"),
+            ),
         }
     }
 
@@ -142,12 +153,18 @@ impl Case {
         let cells = RasterCells::from_raster(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());
         if !cells.is_selected.contains(&true) {
-            let problem = format!("no cell of {file} has {what}: {}", values_text(&raster));
+            let problem = CaseErrorKind::coded(
+                "no-data",
+                format!("no cell of {file} has {what}: {}", values_text(&raster)),
+            );
             return Err(("value", problem.into()));
         }
         if !cells.intersect_box(&self.domain.min, &self.domain.max) {
             let key = if value.is_some() { "value" } else { "file" };
-            let problem = format!("none of the cells of {file} that have {what} lies in the domain");
+            let problem = CaseErrorKind::coded(
+                "no-data",
+                format!("none of the cells of {file} that have {what} lies in the domain"),
+            );
             return Err((key, problem.into()));
         }
         Ok(cells)

@@ -162,9 +162,9 @@ impl Case {
         let ground = self.heights(number)?.ok_or_else(|| {
             wrong(
                 "on",
-                format!(
+                CaseErrorKind::coded("needs-other-key", format!(
                     "the shape of the obstacle {on:?} is not a raster, but a layer needs a raster below it"
-                )
+                ))
                 .into(),
             )
         })?;
@@ -186,7 +186,10 @@ impl Case {
             (None, ThicknessData::Raster(raster)) => TerrainLayer::outline_of_thickness(raster, &ground)
                 .map_err(|problem| wrong("thickness", problem.into()))?,
             (None, _) => {
-                let problem = "is missing: only with a raster of thickness the outline can be left out";
+                let problem = CaseErrorKind::coded(
+                    "needs-other-key",
+                    "is missing: only with a raster of thickness the outline can be left out",
+                );
                 return Err(wrong("outline", problem.into()));
             }
         };

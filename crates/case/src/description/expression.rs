@@ -1,5 +1,6 @@
 //! Parsed text of a formula of the coordinates.
 
+
 /// Names of the coordinates in a formula.
 pub(super) const COORDINATES: [&str; 3] = ["x", "y", "z"];
 
@@ -112,8 +113,11 @@ mod without_parser {
 
     impl Expression {
         pub(in crate::description) fn parse(words: &str) -> Result<Self, String> {
-            Err(format!(
-                "{words:?} is a formula, which needs the feature `formulas` of the crate colluvium-case"
+            Err(CaseErrorKind::coded(
+                "formula",
+                format!(
+                    "{words:?} is a formula, which needs the feature `formulas` of the crate colluvium-case"
+                ),
             ))
         }
 

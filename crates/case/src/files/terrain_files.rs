@@ -40,7 +40,8 @@ mod without_files {
 
     /// Refuses a file.
     fn refuse<T>(file: &Path) -> Result<T, FileError> {
-        let problem = "needs the feature `files` of the crate colluvium-case".to_owned();
+        let problem =
+            CaseErrorKind::coded("needs-other-key", "needs the feature `files` of the crate colluvium-case");
         Err(FileError { file: file.to_owned(), code: "unsupported-format", problem })
     }
 

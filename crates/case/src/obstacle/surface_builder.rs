@@ -106,7 +106,16 @@ fn in_space<const N: usize, const D: usize>(
 ) -> Result<SharedSurface<D>, ShapeProblem> {
     let surface: Box<dyn Any> = Box::new(surface);
     let own = surface.downcast::<SharedSurface<D>>().map(|own| *own);
-    own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}").into()))
+    own.map_err(|_| {
+        (
+            String::new(),
+            CaseErrorKind::coded(
+                "wrong-dimension",
+                format!("is a shape of {N} dimensions, the space has {D}"),
+            )
+            .into(),
+        )
+    })
 }
 
 /// Vector of the space from a list of components, whose length has been checked.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::CaseErrorKind;
 use crate::output::Table;
 use crate::run::factor_of_safety::StrengthSearch;
 use crate::run::output::measure_row::check_names;
@@ -117,7 +118,10 @@ impl<'m> Run<'m> {
         options: RunOptions,
     ) -> Result<Self, RunError> {
         let refuse = |path: String| {
-            let problem = "needs a run with its method, which builds a solver for each strength";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "needs a run with its method, which builds a solver for each strength",
+            );
             CaseErrors::from_error(CaseError::new(path, problem))
         };
         if let Some(number) = case.stages.iter().position(|stage| stage.weakening.is_some()) {

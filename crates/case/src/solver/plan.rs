@@ -1,6 +1,7 @@
 //! Size of a problem and plan of its solution.
 
 use super::TimeStep;
+use crate::CaseErrorKind;
 use crate::{Case, CaseError, Resolution};
 use colluvium_constitutive::Warning;
 
@@ -68,16 +69,22 @@ impl ProblemSize {
         }
         let cure = if self.advice.is_empty() { "make it larger" } else { self.advice };
         if !self.memory.is_finite() {
-            let problem = format!("gives more points or nodes than can be counted: {cure}");
+            let problem = CaseErrorKind::coded(
+                "not-enough-memory",
+                format!("gives more points or nodes than can be counted: {cure}"),
+            );
             return Err(CaseError::new(self.case_key, problem));
         }
         let nodes =
             if self.nodes > 0.0 { format!(" and {:.1e} grid nodes", self.nodes) } else { String::new() };
-        let problem = format!(
-            "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: {cure}",
-            self.points,
-            self.memory / 1e9,
-            available / 1e9
+        let problem = CaseErrorKind::coded(
+            "not-enough-memory",
+            format!(
+                "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: {cure}",
+                self.points,
+                self.memory / 1e9,
+                available / 1e9
+            ),
         );
         Err(CaseError::new(self.case_key, problem))
     }
@@ -132,8 +139,11 @@ impl Plan {
     fn has_points(&self, case: &Case) -> Result<(), CaseError> {
         let empty = self.volumes.iter().position(|volume| *volume <= 0.0).filter(|_| self.grains.is_none());
         let Some(body) = empty.filter(|body| *body < case.bodies.len()) else { return Ok(()) };
-        let problem = "the body has no points: it lies under the ground, inside an obstacle or between the \
-                       points. Move it, make it larger, or use smaller cells or spacings";
+        let problem = CaseErrorKind::coded(
+            "empty-body",
+            "the body has no points: it lies under the ground, inside an obstacle or between the \
+                       points. Move it, make it larger, or use smaller cells or spacings",
+        );
         Err(CaseError::new(format!("bodies[{body}].shape"), problem))
     }
 
@@ -143,9 +153,15 @@ impl Plan {
         if dt == f64::INFINITY {
             let loose = case.bodies.iter().any(|body| case.moves_freely(&body.name));
             let problem = if loose {
-                "all bodies are rigid, so no limit of the time step exists: give the method a `time_step`"
+                CaseErrorKind::coded(
+                    "nothing-moves",
+                    "all bodies are rigid, so no limit of the time step exists: give the method a `time_step`",
+                )
             } else {
-                "nothing in the case can move, because all bodies are rigid: there is no time step"
+                CaseErrorKind::coded(
+                    "nothing-moves",
+                    "nothing in the case can move, because all bodies are rigid: there is no time step",
+                )
             };
             return Err(CaseError::new("bodies", problem));
         }

@@ -48,13 +48,13 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
         (true, None) => {
             return Err(CommandError::usage(
                 "wrong-usage",
-                "a folder has no material law: give the file of one with --material".into(),
+                "a folder has no material law: give the file of one with --material",
             ));
         }
         (false, Some(_)) => {
             return Err(CommandError::usage(
                 "wrong-usage",
-                "--material applies to a folder only; a test file has its own material".into(),
+                "--material applies to a folder only; a test file has its own material",
             ));
         }
         (false, None) => (colluvium::load_element_test(file)?, None),

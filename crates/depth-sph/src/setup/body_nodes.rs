@@ -13,6 +13,7 @@ use crate::config::settings::Mixture;
 use crate::points::phase_nodes::NewNode;
 use crate::pore_pressure::pressure_transfer::{PointAboveSquare, TransferredPressure};
 use crate::setup::pore_fluid::PorePressureField;
+use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
 /// Tolerance of the gap between a body and the bed, or between bodies, over the height of the domain.
@@ -89,7 +90,10 @@ pub fn body_nodes<const D: usize>(
         assign_to_phases(options, &mut sets, own, body);
     }
     if sets.iter().all(Vec::is_empty) {
-        let problem = "no body covers a point of the lattice: make methods.depth-sph.spacing smaller";
+        let problem = CaseErrorKind::coded(
+            "empty-body",
+            "no body covers a point of the lattice: make methods.depth-sph.spacing smaller",
+        );
         return Err(CaseError::new("bodies", problem));
     }
     Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
@@ -184,8 +188,10 @@ fn transferred_nodes<const D: usize>(
         if bed.bed_point(&position).is_none() {
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| position[c] + origin[c]).collect();
-            let problem =
-                format!("there is no ground below points at {place:?} m: the raster of the bed ends there");
+            let problem = CaseErrorKind::coded(
+                "no-data",
+                format!("there is no ground below points at {place:?} m: the raster of the bed ends there"),
+            );
             return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
         }
         let mut own = new_node(&case.bodies[number], number, position, volume[0], options);
@@ -266,12 +272,15 @@ fn check_hydrostatic<const D: usize>(
         Some(surface) if (surface - top).abs() > SURFACE_TOLERANCE * depth => {
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
-            let problem = format!(
-                "{} m differs from the surface of the flow at {place:?} m, {} m, below which the pore \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                format!(
+                    "{} m differs from the surface of the flow at {place:?} m, {} m, below which the pore \
                  pressure of depth-sph is hydrostatic: give methods.depth-sph.column for another surface, \
                  or leave `pressure` out",
-                surface + origin[D],
-                top + origin[D]
+                    surface + origin[D],
+                    top + origin[D]
+                ),
             );
             Err(CaseError::new(format!("bodies[{number}].pore_fluid.pressure.surface"), problem))
         }

@@ -111,7 +111,10 @@ pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(),
         return Err(crate::setup::option_error("shortest_smoothing", problem));
     }
     if options.search == SearchOrientation::Turned && last == 1 {
-        return Err(crate::setup::option_error("search", "a profile has one axis: leave this out"));
+        return Err(crate::setup::option_error(
+            "search",
+            CaseErrorKind::coded("conflicting-keys", "a profile has one axis: leave this out"),
+        ));
     }
     check_walls(case)?;
     check_open_boundaries(case, options)?;
@@ -127,7 +130,10 @@ fn check_walls(case: &Case) -> Result<(), CaseError> {
         if boundary.side.axis() == up && boundary.side != lowest(case) {
             return Err(CaseError::new(
                 path("side"),
-                "a flow of depth-sph has a free surface: a wall above it is not available",
+                CaseErrorKind::coded(
+                    "incompatible-options",
+                    "a flow of depth-sph has a free surface: a wall above it is not available",
+                ),
             ));
         }
         if boundary.velocity.as_ref().is_some_and(|velocity| velocity.iter().any(|v| *v != 0.0)) {
@@ -142,7 +148,10 @@ fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     let mut absorbing =
         case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
     if absorbing.peek().is_none() {
-        return Err(crate::setup::option_error("absorbing_layer", "no side is absorbing: leave this out"));
+        return Err(crate::setup::option_error(
+            "absorbing_layer",
+            CaseErrorKind::coded("conflicting-keys", "no side is absorbing: leave this out"),
+        ));
     }
     let room = |side: &Boundary| case.domain.max[side.side.axis()] - case.domain.min[side.side.axis()];
     match absorbing.find(|side| 2.0 * length > room(side)) {
@@ -162,9 +171,12 @@ fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), Case
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
         if options.phases == Phases::Layers && up > 1 {
-            let problem = "is not available for two layers in 3d, because its reflection of their waves is \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "is not available for two layers in 3d, because its reflection of their waves is \
                            known for profiles only: leave it out, absorbing sides transmit the waves of \
-                           two layers without it";
+                           two layers without it",
+            );
             return Err(crate::setup::option_error("absorbing_layer", problem));
         }
         check_absorbing_layer(case, length)?;

@@ -10,6 +10,7 @@ use crate::flow::{Flow, Inlet, Opening};
 use crate::inflow::cross_section::CrossSection;
 use crate::inflow::{Inflow, InflowSection, InflowState};
 use crate::setup::open_boundaries::MAX_SEGMENTS;
+use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
 /// Mean bed slope in the direction of an inflow above which there is a warning.
@@ -90,7 +91,10 @@ fn add_opening(
         return Ok(());
     };
     if known.inlets.iter().any(|known| opening.inlets.iter().any(|inlet| inlet.layer == known.layer)) {
-        return Err(option_error(&key("side"), "has another inflow: add up their discharges"));
+        return Err(option_error(
+            &key("side"),
+            CaseErrorKind::coded("duplicate-name", "has another inflow: add up their discharges"),
+        ));
     }
     known.inlets.append(&mut opening.inlets);
     Ok(())
@@ -212,14 +216,23 @@ fn end_inlet<const D: usize>(
     if given.from.is_some() || given.to.is_some() {
         return Err(option_error(
             &key("from"),
-            "belongs to a line in plan, which a profile does not have: leave it out",
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "belongs to a line in plan, which a profile does not have: leave it out",
+            ),
         ));
     }
     if given.across != InflowDistribution::Even {
-        return Err(option_error(&key("across"), "applies only to a line in plan: leave it out"));
+        return Err(option_error(
+            &key("across"),
+            CaseErrorKind::coded("conflicting-keys", "applies only to a line in plan: leave it out"),
+        ));
     }
     if case.boundaries.iter().any(|boundary| boundary.side == side) {
-        return Err(option_error(&key("side"), "has a wall: leave the wall out"));
+        return Err(option_error(
+            &key("side"),
+            CaseErrorKind::coded("conflicting-keys", "has a wall: leave the wall out"),
+        ));
     }
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;
@@ -231,7 +244,10 @@ fn end_inlet<const D: usize>(
     if beyond != [true; 2] {
         return Err(option_error(
             &key("side"),
-            "has no ground beyond it, where the nodes of the inflow are placed",
+            CaseErrorKind::coded(
+                "no-data",
+                "has no ground beyond it, where the nodes of the inflow are placed",
+            ),
         ));
     }
     let (spacing, span) = (options.spacing, (0.0, 0.0));
@@ -285,7 +301,12 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
             check(&given.discharge).map_err(|problem| option_error(&key("discharge"), problem))?;
             given.discharge.clone()
         }
-        _ => return Err(option_error(&key("discharge"), "give either discharge or hydrograph")),
+        _ => {
+            return Err(option_error(
+                &key("discharge"),
+                CaseErrorKind::coded("conflicting-keys", "give either discharge or hydrograph"),
+            ));
+        }
     };
     Ok(pairs)
 }
@@ -303,12 +324,18 @@ fn inflow<const D: usize>(
     if given.side.is_some() {
         return Err(option_error(
             &key("side"),
-            "applies only to a profile: give a line in plan, `from` and `to`",
+            CaseErrorKind::coded(
+                "needs-other-key",
+                "applies only to a profile: give a line in plan, `from` and `to`",
+            ),
         ));
     }
     let (Some(from), Some(to)) = (given.from, given.to) else {
         let name = if given.from.is_none() { "from" } else { "to" };
-        return Err(option_error(&key(name), "is missing: a line in plan needs `from` and `to`"));
+        return Err(option_error(
+            &key(name),
+            CaseErrorKind::coded("needs-other-key", "is missing: a line in plan needs `from` and `to`"),
+        ));
     };
     if from == to {
         return Err(option_error(&key("to"), "is equal to `from`: the line has no length"));

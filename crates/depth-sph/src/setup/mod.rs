@@ -213,7 +213,10 @@ fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
     let wrong = |kind: CaseErrorKind| option_error("erodible_depth_raster", kind);
     if case.dimension() != 3 {
-        return Err(wrong("a raster is available in 3d only: give `erodible_depth`".into()));
+        return Err(wrong(CaseErrorKind::coded(
+            "needs-other-key",
+            "a raster is available in 3d only: give `erodible_depth`",
+        )));
     }
     let raster = case.plan_raster(file).map_err(wrong)?;
     raster.validate().map_err(|error| wrong(CaseErrorKind::file(file, error.to_string())))?;

@@ -4,6 +4,7 @@ use colluvium_case::{Case, CaseError};
 use colluvium_grid::{Basis1d, Grid, Layout};
 
 use crate::MpmOptions;
+use colluvium_case::CaseErrorKind;
 
 /// Returns the grid of the case.
 pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>, CaseError> {
@@ -24,12 +25,17 @@ pub fn layout<const D: usize>(
         return Ok(layout);
     }
     if !options.contacts.is_empty() {
-        return Err(CaseError::new("domain.periodic", "is not available with contacts"));
+        return Err(CaseError::new(
+            "domain.periodic",
+            CaseErrorKind::coded("incompatible-options", "is not available with contacts"),
+        ));
     }
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     layout.periodic(periodic).ok_or_else(|| {
-        let problem =
-            "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
+        let problem = CaseErrorKind::coded(
+            "needs-other-key",
+            "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)",
+        );
         CaseError::new("domain.periodic", problem)
     })
 }

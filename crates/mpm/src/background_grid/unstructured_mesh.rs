@@ -11,6 +11,7 @@ use colluvium_points::Sample;
 use crate::background_grid::structured_grid;
 use crate::config::{InternalForceIntegration, MeshSource, ShapeFunctions, VolumetricStrain};
 use crate::{LagrangianFormulation, MpmOptions, VelocityTransfer};
+use colluvium_case::CaseErrorKind;
 
 /// Rejects features that meshes do not support.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
@@ -20,14 +21,20 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     let Some(source) = &options.mesh else {
         return match grouped {
             Some(number) => {
-                let problem = "needs methods.mpm.mesh from a file: a structured grid has no groups of nodes";
+                let problem = CaseErrorKind::coded(
+                    "needs-other-key",
+                    "needs methods.mpm.mesh from a file: a structured grid has no groups of nodes",
+                );
                 Err(CaseError::new(format!("boundaries[{number}].group"), problem))
             }
             None => Ok(()),
         };
     };
     if let (Some(number), MeshSource::Box) = (grouped, source) {
-        let problem = "needs methods.mpm.mesh from a file: a box has no groups of nodes";
+        let problem = CaseErrorKind::coded(
+            "needs-other-key",
+            "needs methods.mpm.mesh from a file: a box has no groups of nodes",
+        );
         return Err(CaseError::new(format!("boundaries[{number}].group"), problem));
     }
     if case.dimension() == 1 {

@@ -167,7 +167,9 @@ impl DimensionVisitor for BuildTypedSolver<'_> {
 pub fn typed_solver<const D: usize>(case: &Case) -> Result<MpmSolver<D>, CaseError> {
     let options = options(case)?;
     let solver = dispatch(case, &options, BuildTypedSolver { case, options: &options })?;
-    let other_dimension = |_| CaseError::new("space", format!("has not {D} dimensions"));
+    let other_dimension = |_| {
+        CaseError::new("space", CaseErrorKind::coded("wrong-dimension", format!("has not {D} dimensions")))
+    };
     solver.downcast().map(|solver| *solver).map_err(other_dimension)
 }
 

@@ -162,10 +162,10 @@ fn periodic_background<const D: usize>(
 ) -> Result<BackgroundGrid<D>, CaseError> {
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     background.with_periodic_axes(periodic).map_err(|smallest| {
-        let problem = format!(
+        let problem = CaseErrorKind::coded("needs-other-key", format!(
             "needs {smallest} cells or more along each periodic axis, because shape functions extend that far \
              beyond its sides"
-        );
+        ));
         CaseError::new("domain.periodic", problem)
     })
 }
@@ -190,7 +190,12 @@ fn solver<const D: usize>(
     options: &SnowOptions,
     chosen: SelectedTransfers<D>,
 ) -> Result<SnowSolver<D>, CaseError> {
-    let sweeps = chosen.ok_or_else(|| option_error("shape", "is not available in so many dimensions"))?;
+    let sweeps = chosen.ok_or_else(|| {
+        option_error(
+            "shape",
+            CaseErrorKind::coded("wrong-dimension", "is not available in so many dimensions"),
+        )
+    })?;
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
     capabilities::check_layer_thickness(case, options)?;

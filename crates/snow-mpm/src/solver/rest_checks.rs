@@ -7,6 +7,7 @@ use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::points::vectors::square;
 use crate::solver::SnowSolver;
 use crate::solver::saw_test::{sawn_layer, strength_of_weak_layer};
+use colluvium_case::FailureReason;
 use colluvium_case::Warning;
 
 /// Relative loss of strength that is regarded as round-off.
@@ -64,11 +65,14 @@ impl<const D: usize> SnowSolver<D> {
         if let (Some(number), Some(YieldedPoints { collapsed_points, layer_count: of, index, .. })) =
             (number, yielded.filter(|yielded| yielded.collapsed_points > 0))
         {
-            let reason = format!(
-                "{collapsed_points} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
+            let reason = FailureReason::coded(
+                "weak-layer-collapsed",
+                format!(
+                    "{collapsed_points} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
                  first cut, this one among them: make the layer stronger or the slab lighter, apply its \
                  weight more slowly (gravity_ramp and damping of the stage before), or, on ground that is not \
                  parallel to an axis, add old, elastic snow below the layer"
+                ),
             );
             return Err(self.point_error(number, &PointFailure { index, reason: reason.into() }));
         }

@@ -165,30 +165,51 @@ impl SphOptions {
         use VelocityGradientOperator::{Compatible, Corotated, Corrected};
         let fits = matches!(self.velocity_gradient, Compatible | Corotated | Corrected);
         if corrects && !fits {
-            return Err(("velocity_gradient", "must be corrected if momentum is corrected".into()));
+            return Err((
+                "velocity_gradient",
+                CaseErrorKind::coded("incompatible-options", "must be corrected if momentum is corrected"),
+            ));
         }
         if corrects && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise if momentum is corrected".into()));
+            return Err((
+                "wall_stress",
+                CaseErrorKind::coded("incompatible-options", "must be pairwise if momentum is corrected"),
+            ));
         }
         let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.ranks > 1 {
-            return Err(("integration", "must be leapfrog with more than one rank".into()));
+            return Err((
+                "integration",
+                CaseErrorKind::coded("incompatible-options", "must be leapfrog with more than one rank"),
+            ));
         }
         let shifts = self.shifting > 0.0;
         if !shifts && self.shifting_speed != ShiftingSpeed::Own {
-            return Err(("shifting_speed", "needs shifting above 0".into()));
+            return Err((
+                "shifting_speed",
+                CaseErrorKind::coded("needs-other-key", "needs shifting above 0"),
+            ));
         }
         if shifts && self.shifting_speed == ShiftingSpeed::Largest && self.ranks > 1 {
             return Err((
                 "shifting_speed",
-                "must be own with more than one rank, because a rank has its own particles only".into(),
+                CaseErrorKind::coded(
+                    "incompatible-options",
+                    "must be own with more than one rank, because a rank has its own particles only",
+                ),
             ));
         }
         if self.formulation == LagrangianFormulation::TotalLagrangian && self.ranks > 1 {
-            return Err(("formulation", "must be updated with more than one rank".into()));
+            return Err((
+                "formulation",
+                CaseErrorKind::coded("incompatible-options", "must be updated with more than one rank"),
+            ));
         }
         if stages && self.smoothing_length == SmoothingLength::Rate {
-            return Err(("smoothing_length", "rate needs integration leapfrog".into()));
+            return Err((
+                "smoothing_length",
+                CaseErrorKind::coded("needs-other-key", "rate needs integration leapfrog"),
+            ));
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use colluvium_constitutive::MaterialSpec;
 use crate::config::SphOptions;
 use crate::kernel::Kernel;
 use crate::stress::stress_update::band_length;
+use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
 /// Largest ratio of smoothing length to spacing for which a crack opens two rows of particles. With 1.5 a bar in tension dissipates 1.6 to
@@ -40,11 +41,14 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
         }
         let Some(largest) = law.largest_band() else { continue };
         if band_length::<D>(options.spacing.powi(D as i32)) >= largest {
-            let problem = format!(
-                "bands of the material {name:?} show snap-back from {:.4e} m on (half of E G/f_t², or of the \
+            let problem = CaseErrorKind::coded(
+                "snap-back",
+                format!(
+                    "bands of the material {name:?} show snap-back from {:.4e} m on (half of E G/f_t², or of the \
                  same with the shear modulus if that is less): make it smaller, or set `allow_snapback` in \
                  the material",
-                0.5 * largest
+                    0.5 * largest
+                ),
             );
             return Err(CaseError::new("methods.sph.spacing", problem));
         }

@@ -226,7 +226,10 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
     }
     if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
-        return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
+        return Err(CaseError::new(
+            "methods.sph.held",
+            CaseErrorKind::coded("nothing-moves", "at least one body must be free to move"),
+        ));
     }
     for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
         if !case.bodies.iter().any(|body| body.name == *name) {
@@ -284,7 +287,7 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
         if on && !fluid {
             return Err(CaseError::new(
                 format!("methods.sph.{name}"),
-                "is for fluids, but no body is a fluid",
+                CaseErrorKind::coded("incompatible-options", "is for fluids, but no body is a fluid"),
             ));
         }
     }
@@ -301,8 +304,10 @@ pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions)
         ("stress_diffusion", options.stress_diffusion > 0.0),
     ] {
         if on {
-            let problem =
-                "is for laws in rate form, but no body has one: other laws compute their stress anew";
+            let problem = CaseErrorKind::coded(
+                "incompatible-options",
+                "is for laws in rate form, but no body has one: other laws compute their stress anew",
+            );
             return Err(CaseError::new(format!("methods.sph.{name}"), problem));
         }
     }

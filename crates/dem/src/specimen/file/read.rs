@@ -11,6 +11,7 @@ use crate::boundary::periodic_cell::{PeriodicCell, inverse};
 use crate::config::DemOptions;
 use crate::points::grains::Grains;
 use crate::specimen::file::{FORMAT, KEY, StoredSpecimen, names};
+use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
 /// Names of the axes in column headings.
@@ -335,5 +336,11 @@ fn refuse_twice(options: &DemOptions, number: usize, body: &Body) -> Result<(), 
     } else {
         return Ok(());
     };
-    Err(CaseError::new(path, format!("the grains and velocities of this body come from {KEY}: leave it out")))
+    Err(CaseError::new(
+        path,
+        CaseErrorKind::coded(
+            "conflicting-keys",
+            format!("the grains and velocities of this body come from {KEY}: leave it out"),
+        ),
+    ))
 }

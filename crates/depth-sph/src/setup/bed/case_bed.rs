@@ -12,6 +12,7 @@ use crate::config::choices::TimeScheme;
 use crate::output::hazard_rasters::PlanCells;
 use crate::setup::bed::dams;
 use crate::setup::bed::face_heights::highest_faces;
+use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
@@ -69,10 +70,13 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
         let (bed, smallest) = plane(case, point, normal)?;
         if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > smallest) {
-            let problem = format!(
-                "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                format!(
+                    "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
                  wall out or lower it",
-                first.name
+                    first.name
+                ),
             );
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
@@ -173,7 +177,9 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
         return Ok((highest_faces::<D>(case, spacing, None)?, "obstacles".to_owned()));
     };
     let path = format!("obstacles[{number}].shape.file");
-    let own = case.heights(number)?.ok_or_else(|| CaseError::new(path.clone(), "has no heights"))?;
+    let own = case
+        .heights(number)?
+        .ok_or_else(|| CaseError::new(path.clone(), CaseErrorKind::coded("no-data", "has no heights")))?;
     if case.obstacles.len() == 1 {
         return Ok((own, path));
     }
@@ -231,11 +237,14 @@ fn raise_to_wall(
     let smallest = known(raster);
     let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > smallest) else { return Ok(()) };
     if wall_friction(wall) != friction_of_obstacle(obstacle) {
-        let problem = format!(
-            "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
+        let problem = CaseErrorKind::coded(
+            "conflicting-keys",
+            format!(
+                "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
              bed has one kind of wall",
-            level + case.origin()[case.dimension() - 1],
-            smallest + case.origin()[case.dimension() - 1]
+                level + case.origin()[case.dimension() - 1],
+                smallest + case.origin()[case.dimension() - 1]
+            ),
         );
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }

@@ -6,6 +6,7 @@ use colluvium_points::surface::distance_to_line;
 
 use crate::config::{DamOptions, DepthOptions};
 use crate::setup::option_error;
+use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
 /// Height of a dam above the ground at a distance from its crest line (m).
@@ -43,8 +44,11 @@ pub fn raise_terrain(
             *added = added.max(own);
         }
         if highest == 0.0 {
-            let problem = "covers no node of the terrain: it lies outside the terrain, or the dam is \
-                           narrower than the cells";
+            let problem = CaseErrorKind::coded(
+                "outside-domain",
+                "covers no node of the terrain: it lies outside the terrain, or the dam is \
+                           narrower than the cells",
+            );
             return Err(option_error(&format!("dams[{number}].line"), problem));
         }
         // Between nodes on both sides of the line the crest is as high as the nearest of them.
