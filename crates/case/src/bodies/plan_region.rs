@@ -111,7 +111,9 @@ impl Case {
                 Ok(outline) => {
                     let (low, high) = outline.bounds();
                     match self.outside_domain_problem(&low, &high) {
-                        Some(problem) => wrong("outline", CaseErrorKind::file(file, problem)),
+                        Some(problem) => {
+                            wrong("outline", CaseErrorKind::coded_file(file, "outside-domain", problem))
+                        }
                         None => Ok(PlanRegion::Outline(Arc::new(outline))),
                     }
                 }
@@ -148,7 +150,7 @@ impl Case {
         let low: [f64; 2] = std::array::from_fn(|c| raster.origin[c] - half[c]);
         let high: [f64; 2] = std::array::from_fn(|c| raster.last_node_position()[c] + half[c]);
         if let Some(problem) = self.outside_domain_problem(&low, &high) {
-            return Err(("file", CaseErrorKind::file(file, problem)));
+            return Err(("file", CaseErrorKind::coded_file(file, "no-data", problem)));
         }
         let cells = RasterCells::from_raster(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());

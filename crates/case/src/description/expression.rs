@@ -1,6 +1,5 @@
 //! Parsed text of a formula of the coordinates.
 
-
 /// Names of the coordinates in a formula.
 pub(super) const COORDINATES: [&str; 3] = ["x", "y", "z"];
 

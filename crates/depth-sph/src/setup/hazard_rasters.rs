@@ -31,7 +31,10 @@ pub fn hazard_rasters<const D: usize>(
         let outline = case.outline(file);
         let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);
         if beyond > 1.0 - NEGLIGIBLE {
-            return Err(CaseError::new(KEY, CaseErrorKind::file(file, "lies outside the terrain")));
+            return Err(CaseError::new(
+                KEY,
+                CaseErrorKind::coded_file(file, "outside-domain", "lies outside the terrain"),
+            ));
         }
         if beyond > NEGLIGIBLE {
             warnings.push(Warning::new(

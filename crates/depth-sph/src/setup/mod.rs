@@ -219,7 +219,9 @@ fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>
         )));
     }
     let raster = case.plan_raster(file).map_err(wrong)?;
-    raster.validate().map_err(|error| wrong(CaseErrorKind::file(file, error.to_string())))?;
+    raster
+        .validate()
+        .map_err(|error| wrong(CaseErrorKind::coded_file(file, error.code(), error.to_string())))?;
     match raster.values.iter().find(|depth| **depth < 0.0) {
         Some(depth) => {
             let problem = format!("a depth of {depth} m must not be negative");

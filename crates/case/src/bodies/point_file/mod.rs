@@ -130,7 +130,10 @@ impl Case {
         let Some(source) = &self.bodies[body].points else { return Ok(None) };
         let list = self.read_points(&self.bodies[body], source);
         list.map(Some).map_err(|problem| {
-            CaseError::new(format!("bodies[{body}].points.file"), CaseErrorKind::file(&source.file, problem))
+            CaseError::new(
+                format!("bodies[{body}].points.file"),
+                CaseErrorKind::coded_file(&source.file, "wrong-column", problem),
+            )
         })
     }
 
