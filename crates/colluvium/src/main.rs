@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    CommandError, check, compare, element_test, export, new, plot, report, run, schema, specimen, sweep,
-    verify,
+    CommandError, check, compare, element_test, explain, export, new, plot, report, run, schema, specimen,
+    sweep, verify,
 };
 
 /// Point-based numerical methods for geomechanics.
@@ -49,6 +49,8 @@ enum Command {
     Specimen(specimen::SpecimenArguments),
     /// Runs a case with varied parameters and writes a table with misfit and convergence.
     Sweep(sweep::SweepArguments),
+    /// Explains the code of a warning or an error: its meaning, how to find the cause, and what to change.
+    Explain(explain::ExplainArguments),
     /// Checks that the files of a complete run have not changed since the run.
     Verify(verify::VerifyArguments),
 }
@@ -72,6 +74,7 @@ fn main() -> ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Specimen(arguments) => specimen::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
     };
     match result {

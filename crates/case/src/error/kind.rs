@@ -196,6 +196,12 @@ impl CaseErrorKind {
         Self::File { file: file.into(), code, problem: problem.into() }
     }
 
+    /// Error in the content of `file`; an error without a code of its own is one of a column.
+    pub fn in_table(self, file: impl Into<PathBuf>) -> Self {
+        let code = if self.code() == "invalid" { "wrong-column" } else { self.code() };
+        Self::coded_file(file, code, self.to_string())
+    }
+
     /// Other error of the code `code`.
     pub fn coded(code: &'static str, problem: impl Into<String>) -> Self {
         Self::Invalid { code, problem: problem.into() }

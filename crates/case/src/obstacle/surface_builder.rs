@@ -161,7 +161,7 @@ fn ground_line(
     ];
     let points = read_pairs(file, names)
         .map(|points| points.into_iter().map(|x| plan_relative_to_origin(x, origin)).collect::<Vec<_>>());
-    let points = points.map_err(|problem| file_problem(file, problem))?;
+    let points = points.map_err(|problem| ("file".to_owned(), problem.in_table(file)))?;
     let in_file = |error: SurfaceError| file_problem(file, format!("{}: {}", error.path, error.problem));
     FacettedSurface::ground_line(&points).map_err(in_file)
 }

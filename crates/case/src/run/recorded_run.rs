@@ -145,3 +145,19 @@ impl RecordedRun {
         last_state(&self.folder, method, &self.case)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn warnings_of_a_summary_have_codes_and_those_of_earlier_versions_are_texts() {
+        let list = json!([{ "code": "thin-body", "text": "bodies[0].shape: is thin" }, "bodies[1]: is old"]);
+        let expected =
+            [Warning::new("thin-body", "bodies[0].shape: is thin"), Warning::new("", "bodies[1]: is old")];
+        assert_eq!(recorded_warnings(&list), expected);
+        assert!(recorded_warnings(&serde_json::Value::Null).is_empty());
+    }
+}

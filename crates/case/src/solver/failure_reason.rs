@@ -1,6 +1,7 @@
 //! Reasons of failed points and steps.
 
 use colluvium_constitutive::MaterialError;
+use colluvium_points::SearchError;
 use thiserror::Error;
 
 /// Reason why a point or a step cannot be continued.
@@ -77,6 +78,15 @@ impl FailureReason {
 impl From<MaterialError> for FailureReason {
     fn from(error: MaterialError) -> Self {
         Self::Law { material: String::new(), error: Box::new(error) }
+    }
+}
+
+impl From<SearchError> for FailureReason {
+    fn from(error: SearchError) -> Self {
+        match error {
+            SearchError::NotFinite(_) => Self::NotFinite(error.to_string()),
+            other => Self::coded(other.code(), other.to_string()),
+        }
     }
 }
 

@@ -71,7 +71,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let plane = view_plane_for_gravity(case.gravity.get(2).copied(), arguments.view.as_deref());
     let page = compare::write_page(&out, &case, &results, plane, &reference)?;
     print_line!("comparison: {}", page.display());
-    let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed(_));
+    let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed { .. });
     match results.iter().filter(failed).count() {
         0 => Ok(()),
         _ => Err(CommandError::message("methods-failed", "the run of at least one method failed")),
@@ -82,8 +82,8 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
 fn print_method_result(result: &MethodResult, quiet: bool) {
     let MethodResult { method, chosen_options: took, outcome, .. } = result;
     let line = match outcome {
-        MethodOutcome::Failed(why) => {
-            return print_error_line!("error: {method}: {}", why.replace('\n', "; "));
+        MethodOutcome::Failed { code, reason } => {
+            return print_error_line!("error[{code}]: {method}: {}", reason.replace('\n', "; "));
         }
         _ if quiet => return,
         MethodOutcome::Refused(why) => {

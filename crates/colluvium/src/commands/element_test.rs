@@ -102,7 +102,10 @@ fn read_incremental_driver(
         let located = problems.into_iter().map(|TestProblem { path, problem }| {
             // A key that is in none of the files belongs to the material.
             let inner = path.strip_prefix("material.").map(beside);
-            CaseError::new(inner.unwrap_or_else(|| folder.join(path).display().to_string()), problem)
+            CaseError::new(
+                inner.unwrap_or_else(|| folder.join(path).display().to_string()),
+                CaseErrorKind::coded("incremental-driver", problem),
+            )
         });
         CaseErrors(located.collect())
     })?;

@@ -13,6 +13,7 @@ macro_rules! print_error_line {
 pub mod check;
 pub mod compare;
 pub mod element_test;
+pub mod explain;
 pub mod export;
 mod file_kind;
 pub mod new;

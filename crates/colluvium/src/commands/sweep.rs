@@ -10,7 +10,9 @@ use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
-use super::{CommandError, OutputArguments, duration_text, print_warning, stop_on_interrupt, write_stdout};
+use super::{
+    CommandError, OutputArguments, duration_text, print_note, print_warning, stop_on_interrupt, write_stdout,
+};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 use colluvium::case::Warning;
@@ -49,7 +51,8 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
             let size = method.problem_size(case)?;
             size.check_memory(free)?;
             if let Some(ahead) = size.size_notice().filter(|_| !files.quiet) {
-                print_error_line!("note: {}: {ahead}", sweep.run_description(number, values));
+                let text = format!("{}: {}", sweep.run_description(number, values), ahead.text);
+                print_note(&Warning::new(ahead.code, text));
             }
             method.plan(case)
         };
@@ -76,8 +79,8 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
     let tell = |number: usize, state: &SweepRunState| {
         let (run, quiet) = (sweep.run_description(number, &members[number].values), files.quiet);
         let state = match state {
-            SweepRunState::Failed(why) => {
-                return print_error_line!("error: {run}: {}", why.replace('\n', "; "));
+            SweepRunState::Failed { code, reason } => {
+                return print_error_line!("error[{code}]: {run}: {}", reason.replace('\n', "; "));
             }
             _ if quiet => return,
             SweepRunState::AlreadyComplete => "already complete",

@@ -25,7 +25,7 @@ pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
         verified.problems.push(format!("{MAP_FILE}: is missing: `run --resume` draws it"));
     }
     for problem in &verified.problems {
-        print_error_line!("error: {}/{problem}", folder.display());
+        print_error_line!("error[verify-mismatch]: {}/{problem}", folder.display());
     }
     let (files, wrong) = (verified.files, verified.problems.len());
     if wrong > 0 {

@@ -60,7 +60,12 @@ pub enum MethodOutcome {
     /// The method does not support the case; the text gives the reason.
     Refused(String),
     /// The run began and did not finish; the text gives the reason.
-    Failed(String),
+    Failed {
+        /// Code of the error.
+        code: &'static str,
+        /// Text of the error.
+        reason: String,
+    },
     /// The run was stopped on request.
     Interrupted,
     /// The run reached its end, now or earlier.
@@ -241,18 +246,18 @@ fn compare_one_method(
             Ok(report) if report.ending == RunEnd::Interrupted => MethodOutcome::Interrupted,
             Ok(_) => read_outcome(&folder),
             Err(RunError::Case(error)) => MethodOutcome::Refused(error.to_string()),
-            Err(error) => MethodOutcome::Failed(error.to_string()),
+            Err(error) => MethodOutcome::Failed { code: error.code(), reason: error.to_string() },
         }
     };
     catch_unwind(AssertUnwindSafe(attempt))
-        .unwrap_or_else(|_| MethodOutcome::Failed("the method panicked".to_owned()))
+        .unwrap_or_else(|_| MethodOutcome::Failed { code: "panic", reason: "the method panicked".to_owned() })
 }
 
 /// Outcome of a complete run, read from its folder.
 fn read_outcome(folder: &Path) -> MethodOutcome {
     match CompletedRun::read(folder) {
         Ok(ran) => MethodOutcome::Completed(Box::new(ran)),
-        Err(error) => MethodOutcome::Failed(error.to_string()),
+        Err(error) => MethodOutcome::Failed { code: error.code, reason: error.to_string() },
     }
 }
 

@@ -333,12 +333,12 @@ fn method_table(results: &[MethodResult]) -> Markup {
         table {
             tr { th { "Method" } th { "Result" } th { "Discretisation" } th { "Warnings" } }
             @for MethodResult { method, chosen_options: took, outcome, .. } in results {
-                tr class=(if matches!(outcome, MethodOutcome::Failed(_)) { "failed" } else { "" }) {
+                tr class=(if matches!(outcome, MethodOutcome::Failed { .. }) { "failed" } else { "" }) {
                     td { (method) }
                     td {
                         @match outcome {
                             MethodOutcome::Refused(why) => { "does not support this case: " (why) }
-                            MethodOutcome::Failed(why) => { "failed: " (why) }
+                            MethodOutcome::Failed { reason, .. } => { "failed: " (reason) }
                             MethodOutcome::Interrupted => { "interrupted; continue with --resume" }
                             MethodOutcome::Completed(_) => { "completed" }
                         }

@@ -42,7 +42,11 @@ fn files_of_another_kind_are_refused_with_the_command_for_them() {
                 "driver: is the folder of an incrementalDriver, and not a case: `colluvium element-test driver --material FILE` runs it",
             ),
         ] {
-            assert_eq!(run(folder, &[command, file]), (3, format!("error: {line}\n")), "{command} {file}");
+            assert_eq!(
+                run(folder, &[command, file]),
+                (3, format!("error[wrong-file-kind]: {line}\n")),
+                "{command} {file}"
+            );
         }
     }
     for (command, file, is) in [

@@ -267,7 +267,8 @@ fn slow_grain_placement_gives_a_notice_and_grains_beyond_memory_are_refused() {
     for command in ["check", "run"] {
         let (code, _, errors) = output(program().args([command, path]));
         assert_eq!(code, 3, "{errors}");
-        let refusal = "error: methods.dem.grains: gives about 1.4e18 points, which need at least ";
+        let refusal =
+            "error[not-enough-memory]: methods.dem.grains: gives about 1.4e18 points, which need at least ";
         assert!(
             errors.starts_with(refusal) && errors.ends_with("use larger grains or smaller bodies\n"),
             "{errors}"

@@ -157,7 +157,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.count_changes();
         self.boundary.membranes.clear();
         self.neighbours.since_build.cell = None;
-        self.build_lists().map_err(|error| CaseError::new("points", error.to_string()))
+        self.build_lists()
+            .map_err(|error| CaseError::new("points", CaseErrorKind::coded(error.code(), error.to_string())))
     }
 }
 

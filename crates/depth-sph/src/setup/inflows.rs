@@ -74,7 +74,9 @@ pub fn add_inflows<const D: usize>(
         flow.boundary.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
-        flow.initialise_inflows(&standing).map_err(|failure| option_error("inflows", failure.to_string()))?;
+        flow.initialise_inflows(&standing).map_err(|failure| {
+            option_error("inflows", CaseErrorKind::coded(failure.reason.code(), failure.to_string()))
+        })?;
     }
     Ok(openings)
 }
@@ -293,7 +295,8 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
             let columns: [(Quantity, &[&str]); 2] =
                 [(Quantity::Time, &TIMES), (Quantity::Discharge, &DISCHARGES)];
             let of_file = |error: String| option_error(&key("hydrograph"), format!("{file}: {error}"));
-            let pairs = read_pairs(file, columns).map_err(of_file)?;
+            let pairs = read_pairs(file, columns)
+                .map_err(|kind| option_error(&key("hydrograph"), kind.in_table(file)))?;
             check(&pairs).map_err(of_file)?;
             pairs
         }

@@ -185,7 +185,9 @@ fn build_in<const D: usize>(
     let filled = body_nodes::body_nodes::<D>(case, options, &settings.material, &bed)?;
     warnings.extend(filled.warnings);
     let ends = plan_boundaries::<D>(case, 0);
-    let failed = |failure: FlowFailure| CaseError::new("bodies", failure.to_string());
+    let failed = |failure: FlowFailure| {
+        CaseError::new("bodies", CaseErrorKind::coded(failure.reason.code(), failure.to_string()))
+    };
     let mut flow = Flow::new(settings, bed, ends, &filled.sets).map_err(failed)?;
     let mut openings = inflows::add_inflows(case, options, &mut flow, &mut warnings)?;
     openings.extend(open_boundaries::openings(case, options));

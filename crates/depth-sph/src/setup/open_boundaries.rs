@@ -8,6 +8,7 @@ use crate::config::DepthOptions;
 use crate::config::choices::DepthFrame;
 use crate::flow::{Flow, OpenBoundary, Opening};
 use crate::setup::NAME;
+use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
 /// Bed slope across an open boundary above which the depth at the boundary does not apply outside (sheet: depth-sph §3.9).
@@ -67,7 +68,9 @@ pub fn open_boundaries<const D: usize>(
     }
     let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
     let known = flow.boundary.open_sides.len();
-    flow.open_sides(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
+    flow.open_sides(&sides).map_err(|failure| {
+        CaseError::new(first, CaseErrorKind::coded(failure.reason.code(), failure.to_string()))
+    })?;
     let each = (flow.boundary.open_sides.len() - known) / openings.len();
     let ends = flow.boundary.open_sides[known..].chunks(each.max(1));
     for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {

@@ -9,8 +9,9 @@ use colluvium_case::CaseErrorKind;
 /// Returns the grid of the case.
 pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>, CaseError> {
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
-    Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size)
-        .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
+    Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size).map_err(|error| {
+        CaseError::new("methods.mpm.cell_size", CaseErrorKind::coded(error.code(), error.to_string()))
+    })
 }
 
 /// Returns the layout of the nodes of the case.

@@ -97,8 +97,9 @@ pub fn grid_mesh_and_layout<const D: usize>(
         return Ok((grid, Arc::default(), layout));
     };
     let mesh = match source {
-        MeshSource::Box => Mesh::of_grid(&structured_grid::grid::<D>(case, options)?)
-            .map_err(|error| CaseError::new("methods.mpm.mesh", error.to_string()))?,
+        MeshSource::Box => Mesh::of_grid(&structured_grid::grid::<D>(case, options)?).map_err(|error| {
+            CaseError::new("methods.mpm.mesh", CaseErrorKind::coded(error.code(), error.to_string()))
+        })?,
         MeshSource::File { file } => read(Path::new(file))?,
     };
     let Some(grid) = mesh.cells() else {

@@ -201,7 +201,7 @@ fn solver<const D: usize>(
     capabilities::check_layer_thickness(case, options)?;
     crate::solver::saw_test::check_saw_tests(case)?;
     let background = BackgroundGrid::new(corners, options.cell_size, sweeps)
-        .map_err(|error| option_error("cell_size", error.to_string()))?;
+        .map_err(|error| option_error("cell_size", CaseErrorKind::coded(error.code(), error.to_string())))?;
     let background = periodic_background(case, background)?;
     let standing = case.placed_obstacles::<D>()?;
     let mut all = Vec::new();

@@ -171,7 +171,7 @@ pub(super) fn check_distances<const D: usize>(
     let smallest = 1e-6 * options.spacing;
     // Search cells must not be much smaller than the spacing.
     list.build(position, 0.5 * options.spacing)
-        .map_err(|error| CaseError::new("bodies", error.to_string()))?;
+        .map_err(|error| CaseError::new("bodies", CaseErrorKind::coded(error.code(), error.to_string())))?;
     let close = |&(i, j): &(u32, u32)| {
         let (a, b) = (&position[i as usize], &position[j as usize]);
         (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < smallest * smallest

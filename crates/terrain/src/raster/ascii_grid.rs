@@ -193,7 +193,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<Raster, String> {
-        super::parse(text, BandMetadata::default())
+        super::parse(text, BandMetadata::default()).map_err(|problem| problem.text)
     }
 
     const CORNER: &str =

@@ -212,7 +212,7 @@ mod tests {
     use geo_keys::GEOGRAPHIC_MODEL;
 
     fn parse(bytes: &[u8]) -> Result<Raster, String> {
-        super::parse(bytes, GeotiffSidecars::default())
+        super::parse(bytes, GeotiffSidecars::default()).map_err(|problem| problem.text)
     }
 
     fn raster(corner: bool) -> Raster {
