@@ -47,14 +47,14 @@ pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     let file =
         compare::write_page(&out, &case, &results, plane, &reference).map_err(|error| error.to_string())?;
     println!("comparison: {}", file.display());
-    Ok(!results.iter().any(|result| matches!(result.outcome, MethodOutcome::Failed(_))))
+    Ok(!results.iter().any(|result| matches!(result.outcome, MethodOutcome::Failed { .. })))
 }
 
 /// Prints the result of a method.
 fn print_result(MethodResult { method, chosen_options: took, outcome, .. }: &MethodResult) {
     match outcome {
         MethodOutcome::Refused(why) => println!("{method}: does not support this case: {why}"),
-        MethodOutcome::Failed(why) => println!("{method}: FAILED, {why}"),
+        MethodOutcome::Failed { reason, .. } => println!("{method}: FAILED, {reason}"),
         MethodOutcome::Interrupted => println!("{method}: interrupted"),
         MethodOutcome::Completed(report) => {
             println!("{method}: {} steps in {:.1} s", report.steps, report.wall_time);

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use commands::{
-    CommandError, check, compare, completions, element_test, export, fit, new, plot, report, run, schema,
-    specimen, sweep, verify,
+    CommandError, check, compare, completions, element_test, explain, export, fit, new, plot, report, run,
+    schema, specimen, sweep, verify,
 };
 
 /// Point-based numerical methods for geomechanics.
@@ -45,6 +45,8 @@ enum Command {
     Fit(fit::FitArguments),
     /// Prepares a specimen of grains and writes its grains and contacts as the initial state of other cases.
     Specimen(specimen::SpecimenArguments),
+    /// Explains the code of a warning or an error: its meaning, how to find the cause, and what to change.
+    Explain(explain::ExplainArguments),
     /// Checks that the files of a complete run have not changed since the run.
     Verify(verify::VerifyArguments),
     /// Prints the JSON Schema of a case file, or its reference as Markdown.
@@ -67,7 +69,9 @@ impl Command {
             Self::ElementTest(arguments) => arguments.library.allow_library,
             Self::Fit(arguments) => arguments.library.allow_library,
             Self::Specimen(arguments) => arguments.library.allow_library,
-            Self::New(_) | Self::Verify(_) | Self::Schema(_) | Self::Completions(_) => false,
+            Self::New(_) | Self::Verify(_) | Self::Explain(_) | Self::Schema(_) | Self::Completions(_) => {
+                false
+            }
         }
     }
 }
@@ -92,6 +96,7 @@ fn main() -> ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Specimen(arguments) => specimen::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, &mut CommandLine::command()),
     };
@@ -107,8 +112,8 @@ fn main() -> ExitCode {
 impl CommandError {
     /// Prints the error to the standard error stream, line by line.
     fn report(&self) {
-        for line in self.to_string().lines() {
-            commands::write_stderr(format_args!("error: {line}"));
+        for (code, line) in self.lines() {
+            commands::write_stderr(format_args!("error[{code}]: {line}"));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::case::{Case, CaseError, Method};
+use crate::case::{Case, CaseError, CaseErrorKind, Method};
 
 /// Reason why no method can be chosen.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -26,6 +26,18 @@ pub enum MethodChoiceError {
     },
 }
 
+impl MethodChoiceError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Case(error) => error.code(),
+            Self::Several { .. } => "several-methods",
+            Self::Unknown { .. } => "unknown-method",
+        }
+    }
+}
+
 /// Method of a run: the requested one, or the only one that the case has options for.
 ///
 /// # Errors
@@ -35,7 +47,8 @@ pub fn select_method(case: &Case, requested: Option<&str>) -> Result<&'static dy
     for name in case.methods.keys() {
         if !known.contains(&name.as_str()) {
             let problem = format!("is not a method; there are: {}", known.join(", "));
-            return Err(CaseError::new(format!("methods.{name}"), problem).into());
+            let kind = CaseErrorKind::coded("unknown-method", problem);
+            return Err(CaseError::new(format!("methods.{name}"), kind).into());
         }
     }
     let mut names = case.methods.keys();
@@ -44,7 +57,7 @@ pub fn select_method(case: &Case, requested: Option<&str>) -> Result<&'static dy
         (None, Some(only), None) => only,
         (None, None, _) => {
             let problem = format!("is empty: give the options of a method, one of {}", known.join(", "));
-            return Err(CaseError::new("methods", problem).into());
+            return Err(CaseError::new("methods", CaseErrorKind::coded("no-method", problem)).into());
         }
         (None, Some(_), Some(_)) => {
             return Err(MethodChoiceError::Several { names: case.methods.keys().cloned().collect() });

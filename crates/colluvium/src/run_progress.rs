@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::case::{Advance, Case, Run, RunEvent};
+use crate::case::{Advance, Case, Run, RunEvent, Warning};
 
 /// Wall-clock time between two lines of progress without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
@@ -21,14 +21,14 @@ pub struct RunProgress {
     end_time: f64,
     last_line: Instant,
     /// Receives warnings during the run.
-    on_warning: Option<fn(&str)>,
+    on_warning: Option<fn(&Warning)>,
     /// Warnings so far.
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl RunProgress {
     /// Progress of a run of the case. Without `is_shown` only warnings are handed to `on_warning`.
-    pub fn new(case: &Case, is_shown: bool, on_warning: Option<fn(&str)>) -> Self {
+    pub fn new(case: &Case, is_shown: bool, on_warning: Option<fn(&Warning)>) -> Self {
         let bar = || {
             let template = "{bar:30} {percent:>3} %  {msg}  {elapsed} of about {duration}";
             let style =
@@ -47,7 +47,7 @@ impl RunProgress {
     }
 
     /// Warnings of the run so far, which have been handed on.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -55,10 +55,10 @@ impl RunProgress {
     pub fn observe(&mut self, run: &Run<'_>, event: &RunEvent) {
         match event {
             RunEvent::Step(step) => self.show_step(run, step),
-            RunEvent::Warning(text) => {
+            RunEvent::Warning(warning) => {
                 if let Some(warn) = self.on_warning {
-                    self.warnings.push(text.clone());
-                    self.suspended(|| warn(text));
+                    self.warnings.push(warning.clone());
+                    self.suspended(|| warn(warning));
                 }
             }
             RunEvent::SearchBegan { measure, message } => {

@@ -55,6 +55,7 @@ pub use crate::contract::stress_update::{
     InitialCondition, Law, Point, PointLaw, SmallStrain, StressUpdate, UpdateCost,
 };
 pub use crate::contract::tangent::Tangent;
+pub use crate::contract::warning::Warning;
 pub use crate::laws::model::{Model, ModelFamily, ModelInfo, with_defaults};
 pub use crate::laws::spec::MaterialSpec;
 pub use crate::tensors::spectral::Spectrum;

@@ -23,6 +23,7 @@ use crate::setup::stage_changes::enter_stage;
 use crate::solver::DemSolver;
 use crate::specimen::pluviation::EnteredGrains;
 use crate::specimen::pluviation_entry::full_source_warning;
+use colluvium_case::Warning;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 15;
@@ -368,21 +369,21 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
         Some(self.records.energy_balance.dissipated())
     }
 
-    fn warning(&self) -> Option<String> {
+    fn warning(&self) -> Option<Warning> {
         if let Some(full) = full_source_warning(&self.clock, &self.specimen) {
             return Some(full);
         }
         // Sheet: dem §3.5.
         (self.records.energy_balance.overlap > 0.05).then(|| {
-            format!(
+            Warning::new("soft-grains", format!(
                 "t = {:.4e} s: overlaps reach {:.3} of the smaller radius, more than 0.05: the solid fraction and the \
                  number of contacts are affected by soft grains (make contacts stiffer)",
                 self.clock.time, self.records.energy_balance.overlap
-            )
+            ))
         })
     }
 
-    fn warnings_at_end(&self) -> Vec<String> {
+    fn warnings_at_end(&self) -> Vec<Warning> {
         self.specimen
             .source
             .notes
@@ -392,8 +393,12 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
             .collect()
     }
 
-    fn notes(&self) -> Vec<String> {
-        self.specimen.reports.iter().map(|specimen| format!("at the start, {specimen}")).collect()
+    fn notes(&self) -> Vec<Warning> {
+        self.specimen
+            .reports
+            .iter()
+            .map(|specimen| Warning::new("specimen-state", format!("at the start, {specimen}")))
+            .collect()
     }
 
     fn frame(&self, wanted: FrameRequest) -> Frame {

@@ -33,6 +33,18 @@ pub enum GridError {
     TooLarge(f64),
 }
 
+impl GridError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::CellSize(_) => "cell-size",
+            Self::NotDivisible { .. } => "domain-not-divisible",
+            Self::TooLarge(_) => "too-many-nodes",
+        }
+    }
+}
+
 /// Largest number of cells along the first axis that is tried for a common cell size.
 const MAX_TRIED_CELLS: f64 = 1e5;
 

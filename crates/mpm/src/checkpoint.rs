@@ -23,6 +23,7 @@ use crate::points::bodies::point_error;
 use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
 use crate::stress::stress_work::dissipated_energy;
+use colluvium_case::Warning;
 
 /// Version of the layout of a checkpoint.
 const FORMAT: u32 = 22;
@@ -189,17 +190,20 @@ impl<const D: usize> Solver for MpmSolver<D> {
         self.is_energetically_closed()
     }
 
-    fn warning(&self) -> Option<String> {
+    fn warning(&self) -> Option<Warning> {
         self.tension_warning()
     }
 
-    fn warnings_at_end(&self) -> Vec<String> {
+    fn warnings_at_end(&self) -> Vec<Warning> {
         let crushed: usize = self.bodies.deformable_sets().map(PointSet::points_at_min_volume).sum();
-        let remark = format!(
-            "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is \
+        let remark = Warning::new(
+            "crushed-points",
+            format!(
+                "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is \
              allowed. Their material is far outside the range of its law: check its stiffness, the loads and \
              the constraints",
-            self.point_count()
+                self.point_count()
+            ),
         );
         (crushed > 0)
             .then_some(remark)
@@ -316,7 +320,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
 
 impl<const D: usize> MpmSolver<D> {
     /// Warning on points within obstacles that act on the nodes.
-    fn node_obstacle_warning(&self) -> Option<String> {
+    fn node_obstacle_warning(&self) -> Option<Warning> {
         if self.clock.case.obstacles.is_empty() || self.boundary.penalty_obstacles.is_some() {
             return None;
         }

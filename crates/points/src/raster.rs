@@ -93,6 +93,19 @@ pub enum RasterError {
     },
 }
 
+impl RasterError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Empty => "raster-empty",
+            Self::Count { .. } | Self::TooFewNodes { .. } | Self::Spacing { .. } | Self::Window { .. } => {
+                "raster-size"
+            }
+        }
+    }
+}
+
 /// Magnitude above which a thickness or a depth (m) probably stands for no data.
 const LIKELY_NO_DATA: f64 = 9000.0;
 

@@ -18,6 +18,7 @@ use crate::output::energy_balance::{CutRemoval, EnergyBalance, StoredEnergies};
 use crate::output::hazard_rasters::HazardCell;
 use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::solver::SnowSolver;
+use colluvium_case::Warning;
 
 /// Version of the checkpoint format.
 const FORMAT: u32 = 10;
@@ -172,11 +173,11 @@ impl<const D: usize> Solver for SnowSolver<D> {
         self.collect_scalar_outputs()
     }
 
-    fn warning(&self) -> Option<String> {
+    fn warning(&self) -> Option<Warning> {
         self.rest_warning()
     }
 
-    fn warnings_at_end(&self) -> Vec<String> {
+    fn warnings_at_end(&self) -> Vec<Warning> {
         let places: Vec<[f64; D]> =
             self.bodies.bodies.iter().flat_map(|body| &body.points.position).copied().collect();
         let slack = REPORTED_DEPTH * self.background.grid.cell;

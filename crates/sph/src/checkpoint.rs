@@ -21,6 +21,7 @@ use crate::points::rigid_body::RigidBody;
 use crate::rates::ReactionSum;
 use crate::solver::{EquilibriumTerms, SphSolver};
 use crate::walls::{ObstacleEnergies, flat_walls};
+use colluvium_case::Warning;
 
 /// Version of the checkpoint format.
 const FORMAT: u32 = 15;
@@ -293,7 +294,7 @@ impl<const D: usize> Solver for SphSolver<D> {
         Some(Reaction { force, impulse, moment: Some(moment) })
     }
 
-    fn warnings_at_end(&self) -> Vec<String> {
+    fn warnings_at_end(&self) -> Vec<Warning> {
         unconverged_warning(self.rates.unconverged_supports).into_iter().collect()
     }
 

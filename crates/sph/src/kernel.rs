@@ -46,6 +46,17 @@ pub enum KernelError {
     Length(f64),
 }
 
+impl KernelError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Dimension { .. } => "kernel",
+            Self::Length(_) => "out-of-range",
+        }
+    }
+}
+
 /// Truncated power `x_+^n`.
 fn positive_power(x: f64, n: i32) -> f64 {
     x.max(0.0).powi(n)

@@ -46,13 +46,40 @@ use crate::raster::world_file::WorldFile;
 pub struct FileError {
     /// Path of the file.
     pub file: PathBuf,
+    /// Stable code of the problem, which `docs/messages.md` of the repository explains.
+    pub code: &'static str,
     /// Description of the error.
     pub problem: String,
 }
 
 /// Function that makes an error of a file from a description.
-fn error_in_file(file: &Path) -> impl Fn(String) -> FileError {
-    move |problem| FileError { file: file.to_owned(), problem }
+fn error_in_file<P: Into<Problem>>(file: &Path) -> impl Fn(P) -> FileError {
+    move |problem| {
+        let Problem { code, text } = problem.into();
+        FileError { file: file.to_owned(), code, problem: text }
+    }
+}
+
+/// Problem of the content of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Problem {
+    /// Stable code.
+    code: &'static str,
+    /// Description.
+    text: String,
+}
+
+impl Problem {
+    /// Function that makes a problem of the code `code` from a description.
+    fn coded(code: &'static str) -> impl Fn(String) -> Self {
+        move |text| Self { code, text }
+    }
+}
+
+impl From<String> for Problem {
+    fn from(text: String) -> Self {
+        Self { code: "unreadable-file", text }
+    }
 }
 
 /// Byte order mark, with which some editors begin a file.
@@ -95,10 +122,10 @@ fn extension(file: &Path) -> String {
 
 /// Error of a file whose extension is not supported; `known` lists the supported ones.
 fn unknown_format(file: &Path, known: &str) -> FileError {
-    error_in_file(file)(format!(
+    error_in_file(file)(Problem::coded("unsupported-format")(format!(
         "the ending {:?} of the name is not supported: it must be {known}",
         extension(file)
-    ))
+    )))
 }
 
 /// Reads heights or other numbers on a grid in plan: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`). Scale,
@@ -114,6 +141,7 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     let raster = match extension(file).as_str() {
         "asc" | "grd" | "txt" => {
             let system = projection::prj_file::read_text(file)
+                .map_err(Problem::coded("crs-unreadable"))
                 .map_err(error_in_file(file))?
                 .or_else(|| beside.crs.clone());
             let mut raster = raster::ascii_grid::parse(&read_text(file)?, beside);
@@ -129,7 +157,9 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
             let name = format!("{}.msk", file.file_name().unwrap_or_default().to_string_lossy());
             let mask = file.with_file_name(name);
             let mask = mask.is_file().then(|| bytes(&mask)).transpose()?;
-            let world = WorldFile::sidecar_of(file).map_err(error_in_file(file))?;
+            let world = WorldFile::sidecar_of(file)
+                .map_err(Problem::coded("no-georeference"))
+                .map_err(error_in_file(file))?;
             raster::geotiff::parse(
                 &bytes(file)?,
                 raster::geotiff::GeotiffSidecars { band: beside, mask, world },
@@ -143,17 +173,23 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
         }
     };
     let mut raster = raster.map_err(error_in_file(file))?;
-    raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
+    raster
+        .validate()
+        .map_err(|error| error_in_file(file)(Problem::coded(error.code())(error.to_string())))?;
     let is_nameless = raster.reference.epsg.is_none() && raster.reference.crs.is_none();
     if is_nameless {
         projection::prj_file::set_georeference(
             &mut raster.reference,
-            projection::prj_file::read_text(file).map_err(error_in_file(file))?,
+            projection::prj_file::read_text(file)
+                .map_err(Problem::coded("crs-unreadable"))
+                .map_err(error_in_file(file))?,
         );
     }
     // A GeoTIFF states its units itself, but an `.aux.xml` of GDAL beside it takes precedence.
     if is_nameless || is_beside || !extension(file).starts_with("tif") {
-        projection::prj_file::check_metres(file).map_err(error_in_file(file))?;
+        projection::prj_file::check_metres(file)
+            .map_err(Problem::coded("crs-not-metres"))
+            .map_err(error_in_file(file))?;
     }
     Ok(raster)
 }
@@ -164,15 +200,18 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
 /// # Errors
 /// When the raster is invalid, or the file cannot be written.
 pub fn write_raster(file: &Path, raster: &Raster) -> Result<(), FileError> {
-    raster.validate().map_err(|error| error_in_file(file)(error.to_string()))?;
+    raster
+        .validate()
+        .map_err(|error| error_in_file(file)(Problem::coded(error.code())(error.to_string())))?;
     let bytes = match extension(file).as_str() {
         "asc" => raster::ascii_grid::format(raster).into_bytes(),
         "tif" | "tiff" => raster::geotiff::encode(raster).map_err(error_in_file(file))?,
         _ => return Err(unknown_format(file, ".asc (ESRI ASCII grid), .tif or .tiff (GeoTIFF)")),
     };
     let write = |file: &Path, bytes: &[u8]| {
-        std::fs::write(file, bytes)
-            .map_err(|error| error_in_file(file)(format!("cannot be written: {error}")))
+        std::fs::write(file, bytes).map_err(|error| {
+            error_in_file(file)(Problem::coded("output")(format!("cannot be written: {error}")))
+        })
     };
     write(file, &bytes)?;
     match projection::map_projection::georeference_well_known_text(&raster.reference)
@@ -195,5 +234,5 @@ pub fn read_mesh(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Face
         "obj" => mesh::mesh_files::read_obj(file, placed),
         _ => return Err(unknown_format(file, ".stl or .obj")),
     };
-    mesh.map_err(error_in_file(file))
+    mesh.map_err(Problem::coded("invalid-surface")).map_err(error_in_file(file))
 }

@@ -22,6 +22,11 @@ pub use solver_runs::{
     single_threaded, solve, start_solver, stresses, take_steps, vectors, with_keys,
 };
 
+/// Texts of all values of a list, one a line.
+pub fn lines(list: &[impl std::fmt::Display]) -> String {
+    list.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
 /// Asserts that `found` is within `tolerance` of `exact`.
 ///
 /// # Panics

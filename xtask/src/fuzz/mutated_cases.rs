@@ -227,7 +227,7 @@ fn try_method(method: &dyn Method, case: &Case) -> Result<FuzzOutcome, String> {
         Ok(plan) => plan,
     };
     for warning in plan.all_warnings(case) {
-        check_readable(&warning)?;
+        check_readable(&warning.text)?;
     }
     let step = plan.time_step.dt;
     if !(step.is_finite() && step > 0.0) {

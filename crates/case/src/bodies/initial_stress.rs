@@ -4,6 +4,7 @@ use colluvium_constitutive::{MaterialSpec, SymTensor};
 
 use crate::Case;
 use crate::description::{Body, InitialStress, PoreFluid};
+use colluvium_constitutive::Warning;
 
 /// Sampling points per direction for the comparison of the weights above a body.
 const SAMPLES: usize = 24;
@@ -72,7 +73,7 @@ impl Case {
     }
 
     /// Warns of K0 stresses that are not in equilibrium, and of surfaces above all bodies.
-    pub(crate) fn warn_of_weights(&self, warnings: &mut Vec<String>) {
+    pub(crate) fn warn_of_weights(&self, warnings: &mut Vec<Warning>) {
         let Some(axis) = self.vertical() else { return };
         let settles = self.stages.first().is_some_and(|stage| stage.equilibrium.is_some());
         let up = -self.gravity3()[axis].signum();
@@ -87,41 +88,58 @@ impl Case {
             self.warn_of_table((number, body), axis, warnings);
             let InitialStress::K0 { surface, .. } = body.stress else { continue };
             if up * surface > all + WEIGHT_TOLERANCE * size {
-                warnings.push(format!(
-                    "bodies[{number}].stress.surface: {surface} m lies above all bodies. The empty space \
-                     above the bodies adds no weight to the stress"
+                warnings.push(Warning::new(
+                    "stress-surface-misplaced",
+                    format!(
+                        "bodies[{number}].stress.surface: {surface} m lies above all bodies, which end at {} \
+                     m. The empty space above the bodies adds no weight to the stress. Set the surface to \
+                     the top of the ground",
+                        up * all
+                    ),
                 ));
             } else if up * surface < top(body) - WEIGHT_TOLERANCE * size {
-                warnings.push(format!(
-                    "bodies[{number}].stress.surface: {surface} m lies below the top of the body. The \
-                     material above the surface adds no weight to the stress"
+                warnings.push(Warning::new(
+                    "stress-surface-misplaced",
+                    format!(
+                        "bodies[{number}].stress.surface: {surface} m lies below the top of the body, {} m. \
+                     The material above the surface adds no weight to the stress. Set the surface to the \
+                     top of the ground",
+                        up * top(body)
+                    ),
                 ));
             }
             if ramped {
-                warnings.push(format!(
-                    "bodies[{number}].stress: it is the stress under full gravity, but the first stage \
+                warnings.push(Warning::new(
+                    "stress-with-gravity-ramp",
+                    format!(
+                        "bodies[{number}].stress: it is the stress under full gravity, but the first stage \
                      begins without gravity (gravity_ramp). Leave out one of the two"
+                    ),
                 ));
             }
             if !settles && !self.is_level(body, axis, surface) {
-                warnings.push(format!(
+                warnings.push(Warning::new("stress-not-in-equilibrium", format!(
                     "bodies[{number}].stress: the weight above differs at the same height (a slope, a step, \
                      or layers that are not level), so a k0 stress is not in equilibrium. Begin with a stage \
                      that has `equilibrium`"
-                ));
+                )));
             }
         }
     }
 
     /// Warns of a water table within a body: its pores are saturated above the table too.
-    fn warn_of_table(&self, (number, body): (usize, &Body), axis: usize, warnings: &mut Vec<String>) {
+    fn warn_of_table(&self, (number, body): (usize, &Body), axis: usize, warnings: &mut Vec<Warning>) {
         let Some(table) = body.pore_fluid.as_ref().and_then(PoreFluid::surface) else { return };
         let (low, high) = body.shape.bounds(self.dimension());
         let slack = WEIGHT_TOLERANCE * (high[axis] - low[axis]);
         if low[axis] + slack < table && table < high[axis] - slack {
-            warnings.push(format!(
-                "bodies[{number}].pore_fluid.pressure.surface: {table} m lies within the body, and the pores \
-                 above it are full too. The water above the surface is not in equilibrium and flows down"
+            warnings.push(Warning::new(
+                "water-table-in-body",
+                format!(
+                    "bodies[{number}].pore_fluid.pressure.surface: {table} m lies within the body, and the \
+                 pores above it are full too. The water above the surface is not in equilibrium and flows \
+                 down. Split the body there, and leave out the pore fluid above"
+                ),
             ));
         }
     }
@@ -228,7 +246,7 @@ mod tests {
         let high = layers(&[("/bodies/0/stress", high)]);
         assert!((vertical(&high, 0, [1.0, 1.0, 0.0]) + 40e3).abs() < 1e-9);
         assert!(
-            high.warnings()[0].starts_with("bodies[0].stress.surface: 5 m lies above"),
+            high.warnings()[0].text.starts_with("bodies[0].stress.surface: 5 m lies above"),
             "{:?}",
             high.warnings()
         );
@@ -284,7 +302,7 @@ mod tests {
     fn surfaces_below_ground_gravity_ramps_and_water_tables_in_the_ground_cause_warnings() {
         let one = |changes: &[(&str, Value)], word: &str| {
             let warnings = layers(changes).warnings();
-            assert!(warnings.iter().any(|warning| warning.contains(word)), "{word}: {warnings:?}");
+            assert!(warnings.iter().any(|warning| warning.text.contains(word)), "{word}: {warnings:?}");
         };
         let low = json!({ "kind": "k0", "surface": 1.5, "coefficient": 0 });
         one(&[("/bodies/0/stress", low)], "1.5 m lies below the top of the body");
@@ -301,7 +319,7 @@ mod tests {
         let slope = json!({ "kind": "polygon", "vertices": [[0, 2], [8, 2], [8, 3], [1, 3]] });
         let tilted = layers(&[("/bodies/1/shape", slope.clone())]).warnings();
         assert_eq!(tilted.len(), 2, "both layers: {tilted:?}");
-        assert!(tilted[0].starts_with("bodies[0].stress: the weight above differs"), "{tilted:?}");
+        assert!(tilted[0].text.starts_with("bodies[0].stress: the weight above differs"), "{tilted:?}");
         let settle =
             json!([{ "name": "settle", "duration": 9, "equilibrium": {} }, { "name": "go", "duration": 1 }]);
         assert!(layers(&[("/bodies/1/shape", slope), ("/stages", settle)]).warnings().is_empty());

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use colluvium_constitutive::{BLOCK_SIZE, InitialCondition, Material, StateBlock, States, SymTensor};
 
+use crate::CaseErrorKind;
 use crate::solver::reset_error;
 use crate::{Case, CaseError, Field, FieldData, PointList, spatial};
 
@@ -31,9 +32,12 @@ impl Case {
     ) -> Result<InitialLawState, CaseError> {
         let body = &self.bodies[number];
         if body.pore_fluid.is_none() && listed.is_some_and(|list| list.pore_pressures.is_some()) {
-            let problem = "the points have pore pressures, but the body has no `pore_fluid` (an undrained \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "the points have pore pressures, but the body has no `pore_fluid` (an undrained \
                            material has its own pore pressure). Give the body a `pore_fluid`, or leave the \
-                           column out";
+                           column out",
+            );
             return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
         }
         let spec = &self.materials[&body.material];

@@ -100,27 +100,40 @@ impl Case {
                 }
                 Err(error) => wrong(&format!("shape.{}", error.path), error.problem.into()),
             },
-            (None, Some(_), None) if self.dimension() != 3 => {
-                wrong("outline", "an outline in plan needs a space of 3d: give a shape".into())
-            }
+            (None, Some(_), None) if self.dimension() != 3 => wrong(
+                "outline",
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "an outline in plan needs a space of 3d: give a shape",
+                ),
+            ),
             (None, Some(file), None) => match self.outline(file) {
                 Ok(outline) => {
                     let (low, high) = outline.bounds();
                     match self.outside_domain_problem(&low, &high) {
-                        Some(problem) => wrong("outline", CaseErrorKind::file(file, problem)),
+                        Some(problem) => {
+                            wrong("outline", CaseErrorKind::coded_file(file, "outside-domain", problem))
+                        }
                         None => Ok(PlanRegion::Outline(Arc::new(outline))),
                     }
                 }
                 Err(problem) => wrong("outline", problem),
             },
-            (None, None, Some(_)) if self.dimension() != 3 => {
-                wrong("raster", "a raster over a plan needs a space of 3d: give a shape".into())
-            }
+            (None, None, Some(_)) if self.dimension() != 3 => wrong(
+                "raster",
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "a raster over a plan needs a space of 3d: give a shape",
+                ),
+            ),
             (None, None, Some(raster)) => self
                 .cells_of(raster)
                 .map(|cells| PlanRegion::Cells(Arc::new(cells)))
                 .map_err(|(key, problem)| (format!("raster.{key}"), problem)),
-            _ => wrong("shape", "give one of a shape, an outline and a raster".into()),
+            _ => wrong(
+                "shape",
+                CaseErrorKind::coded("conflicting-keys", "give one of a shape, an outline and a raster"),
+            ),
         }
     }
 
@@ -137,17 +150,23 @@ impl Case {
         let low: [f64; 2] = std::array::from_fn(|c| raster.origin[c] - half[c]);
         let high: [f64; 2] = std::array::from_fn(|c| raster.last_node_position()[c] + half[c]);
         if let Some(problem) = self.outside_domain_problem(&low, &high) {
-            return Err(("file", CaseErrorKind::file(file, problem)));
+            return Err(("file", CaseErrorKind::coded_file(file, "no-data", problem)));
         }
         let cells = RasterCells::from_raster(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());
         if !cells.is_selected.contains(&true) {
-            let problem = format!("no cell of {file} has {what}: {}", values_text(&raster));
+            let problem = CaseErrorKind::coded(
+                "no-data",
+                format!("no cell of {file} has {what}: {}", values_text(&raster)),
+            );
             return Err(("value", problem.into()));
         }
         if !cells.intersect_box(&self.domain.min, &self.domain.max) {
             let key = if value.is_some() { "value" } else { "file" };
-            let problem = format!("none of the cells of {file} that have {what} lies in the domain");
+            let problem = CaseErrorKind::coded(
+                "no-data",
+                format!("none of the cells of {file} that have {what} lies in the domain"),
+            );
             return Err((key, problem.into()));
         }
         Ok(cells)

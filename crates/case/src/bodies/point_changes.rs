@@ -71,7 +71,14 @@ impl Case {
         // Comparisons with NaN are false.
         let index = positions.iter().position(|x| !is_inside(x))?;
         let own = &positions[index][..axes];
-        Some((index, format!("{own:?} m is outside the domain, from {min:?} to {max:?} m").into()))
+        Some((
+            index,
+            CaseErrorKind::coded(
+                "outside-domain",
+                format!("{own:?} m is outside the domain, from {min:?} to {max:?} m"),
+            )
+            .into(),
+        ))
     }
 
     /// First position on the axis of symmetry, where the volume of a point is zero.
@@ -99,7 +106,7 @@ impl PointList {
         match self.column_lengths().iter().find(|(column, _)| unused.contains(column)) {
             Some((column, _)) => Err(CaseError::new(
                 format!("points.{column}"),
-                format!("is not used by {method}: leave it out"),
+                CaseErrorKind::coded("conflicting-keys", format!("is not used by {method}: leave it out")),
             )),
             None => Ok(()),
         }

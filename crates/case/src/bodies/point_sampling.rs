@@ -2,6 +2,7 @@
 
 use colluvium_points::{Sample, Sampling, Shape, fitted_rows, lattice, poisson_spaced};
 
+use crate::CaseErrorKind;
 use crate::description::{Body, PointFile, Space};
 use crate::{Case, CaseError};
 
@@ -33,7 +34,12 @@ impl Case {
                 ("sampling", samples.map(|samples| self.weighted_by_radius(&body.shape, samples)))
             }
         };
-        samples.map_err(|error| CaseError::new(format!("bodies[{number}].{key}"), error.to_string()))
+        samples.map_err(|error| {
+            CaseError::new(
+                format!("bodies[{number}].{key}"),
+                CaseErrorKind::coded(error.code(), error.to_string()),
+            )
+        })
     }
 
     /// Scales random points of an axisymmetric shape to equal areas in the plane. The areas are such that the volumes of the points sum up

@@ -11,6 +11,7 @@ use crate::bodies::arc_layer;
 use crate::files::decimal_sum::relative_to_origin;
 use crate::files::terrain_files;
 use crate::{Case, CaseError, CaseErrorKind};
+use colluvium_constitutive::Warning;
 
 /// File names in the layers of a shape.
 pub fn layer_files(shape: &mut Shape) -> Vec<&mut String> {
@@ -74,7 +75,7 @@ impl Case {
     }
 
     /// Warns of overlapping features of an outline with different thicknesses.
-    pub(crate) fn warn_of_overlaps(&self, warnings: &mut Vec<String>) {
+    pub(crate) fn warn_of_overlaps(&self, warnings: &mut Vec<Warning>) {
         for (number, body) in self.bodies.iter().enumerate() {
             for (path, layer) in body.shape.clone().layers_mut(format!("bodies[{number}].shape")) {
                 let Shape::Layer { outline: Some(file), laid, .. } = layer else { continue };
@@ -86,12 +87,12 @@ impl Case {
                     1 => " (so does another pair of features)".to_owned(),
                     more => format!(" (so do {more} other pairs of features)"),
                 };
-                warnings.push(format!(
+                warnings.push(Warning::new("overlapping-features", format!(
                     "{path}.outline: {file}: features {below} and {above} overlap in {} m²{others}. There \
                      the thickness of the later feature is used, here that of feature {above}. To add the \
                      thicknesses, or to use the earlier feature, cut one out of the other",
                     (1e6 * first.area).round() / 1e6
-                ));
+                )));
             }
         }
     }
@@ -161,9 +162,9 @@ impl Case {
         let ground = self.heights(number)?.ok_or_else(|| {
             wrong(
                 "on",
-                format!(
+                CaseErrorKind::coded("needs-other-key", format!(
                     "the shape of the obstacle {on:?} is not a raster, but a layer needs a raster below it"
-                )
+                ))
                 .into(),
             )
         })?;
@@ -185,7 +186,10 @@ impl Case {
             (None, ThicknessData::Raster(raster)) => TerrainLayer::outline_of_thickness(raster, &ground)
                 .map_err(|problem| wrong("thickness", problem.into()))?,
             (None, _) => {
-                let problem = "is missing: only with a raster of thickness the outline can be left out";
+                let problem = CaseErrorKind::coded(
+                    "needs-other-key",
+                    "is missing: only with a raster of thickness the outline can be left out",
+                );
                 return Err(wrong("outline", problem.into()));
             }
         };
@@ -344,12 +348,12 @@ mod tests {
         std::fs::write(folder.path().join("release.geojson"), text).unwrap();
         let over = read().unwrap();
         assert!((over.bodies[0].shape.measure(3).unwrap() / (100.0 * (1.0 + 2.0 * 3.0)) - 1.0).abs() < 0.02);
-        let overlap_warnings: Vec<String> =
-            over.warnings().into_iter().filter(|w| w.contains("overlap")).collect();
+        let overlap_warnings: Vec<Warning> =
+            over.warnings().into_iter().filter(|w| w.text.contains("overlap")).collect();
         assert!(
             overlap_warnings.len() == 1
-                && overlap_warnings[0].starts_with("bodies[0].shape.outline: ")
-                && overlap_warnings[0].contains(
+                && overlap_warnings[0].text.starts_with("bodies[0].shape.outline: ")
+                && overlap_warnings[0].text.contains(
                     "release.geojson: features 1 and 2 overlap in 100 m². There the thickness of the later \
                      feature is used, here that of feature 2"
                 ),
@@ -419,8 +423,9 @@ mod tests {
             assert!(refused.contains(name), "{refused}");
         }
         write("grid of the site");
-        let unknown =
-            |warning: &String| warning.contains("grid of the site") && warning.contains("cannot decide");
+        let unknown = |warning: &Warning| {
+            warning.text.contains("grid of the site") && warning.text.contains("cannot decide")
+        };
         assert!(read().unwrap().warnings().iter().any(unknown));
         write("urn:ogc:def:crs:OGC:1.3:CRS84");
         assert!(read().unwrap_err().to_string().contains("degrees"));

@@ -103,7 +103,7 @@ impl Case {
         for file in self.files() {
             let path = folder.join(&*file);
             if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
-                let kind = CaseErrorKind::file(path, "is not a regular file");
+                let kind = CaseErrorKind::coded_file(path, "unreadable-file", "is not a regular file");
                 return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), kind).into());
             }
             if let Some(system) = terrain_files::read_reference_system(&path) {
@@ -112,7 +112,7 @@ impl Case {
                         "is in another coordinate reference system ({system}) than {other} ({known}). \
                          Project one file to the system of the other"
                     );
-                    let kind = CaseErrorKind::file(path, problem);
+                    let kind = CaseErrorKind::coded_file(path, "crs-different", problem);
                     return Err(CaseError::new(path_of_text(value, file).unwrap_or_default(), kind).into());
                 }
                 systems.push((file.clone(), system));

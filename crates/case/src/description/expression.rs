@@ -112,8 +112,11 @@ mod without_parser {
 
     impl Expression {
         pub(in crate::description) fn parse(words: &str) -> Result<Self, String> {
-            Err(format!(
-                "{words:?} is a formula, which needs the feature `formulas` of the crate colluvium-case"
+            Err(CaseErrorKind::coded(
+                "formula",
+                format!(
+                    "{words:?} is a formula, which needs the feature `formulas` of the crate colluvium-case"
+                ),
             ))
         }
 

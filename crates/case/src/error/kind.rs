@@ -132,23 +132,30 @@ pub enum CaseErrorKind {
     File {
         /// File.
         file: PathBuf,
+        /// Code of the problem.
+        code: &'static str,
         /// Message.
         problem: String,
     },
     /// Other error: keys that exclude each other, repeated names, positions that do not fit.
-    #[error("{0}")]
-    Invalid(String),
+    #[error("{problem}")]
+    Invalid {
+        /// Code of the problem.
+        code: &'static str,
+        /// Message.
+        problem: String,
+    },
 }
 
 impl From<String> for CaseErrorKind {
     fn from(problem: String) -> Self {
-        Self::Invalid(problem)
+        Self::coded("invalid", problem)
     }
 }
 
 impl From<&str> for CaseErrorKind {
     fn from(problem: &str) -> Self {
-        Self::Invalid(problem.to_owned())
+        Self::coded("invalid", problem)
     }
 }
 
@@ -179,9 +186,48 @@ impl CaseErrorKind {
         Self::MissingInput { method: method.into(), problem: problem.into() }
     }
 
-    /// File that cannot be read or does not fit.
+    /// File that does not fit.
     pub fn file(file: impl Into<PathBuf>, problem: impl Into<String>) -> Self {
-        Self::File { file: file.into(), problem: problem.into() }
+        Self::coded_file(file, "file", problem)
+    }
+
+    /// File with a problem of the code `code`.
+    pub fn coded_file(file: impl Into<PathBuf>, code: &'static str, problem: impl Into<String>) -> Self {
+        Self::File { file: file.into(), code, problem: problem.into() }
+    }
+
+    /// Error in the content of `file`; an error without a code of its own is one of a column.
+    pub fn in_table(self, file: impl Into<PathBuf>) -> Self {
+        let code = if self.code() == "invalid" { "wrong-column" } else { self.code() };
+        Self::coded_file(file, code, self.to_string())
+    }
+
+    /// Other error of the code `code`.
+    pub fn coded(code: &'static str, problem: impl Into<String>) -> Self {
+        Self::Invalid { code, problem: problem.into() }
+    }
+
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::UnknownKey { .. } => "unknown-key",
+            Self::UnknownChoice { .. } => "unknown-choice",
+            Self::UnknownName { .. } => "unknown-name",
+            Self::RenamedKey { .. } => "renamed-key",
+            Self::RenamedChoice { .. } => "renamed-choice",
+            Self::MissingKey { .. } => "missing-key",
+            Self::MissingInput { .. } => "missing-input",
+            Self::OutOfRange { .. } => "out-of-range",
+            Self::NotFinite(_) => "not-finite",
+            Self::WrongType { .. } => "wrong-type",
+            Self::WrongLength { .. } => "wrong-length",
+            Self::Syntax { .. } => "syntax",
+            Self::NotSupported { .. } => "not-supported",
+            Self::Material(error) => error.code(),
+            Self::Unreadable { .. } => "unreadable-file",
+            Self::File { code, .. } | Self::Invalid { code, .. } => code,
+        }
     }
 }
 

@@ -31,7 +31,9 @@ impl CaseError {
             Some((field, Some(value), rule)) => {
                 Self::new(format!("{path}.{field}"), CaseErrorKind::out_of_range(value, rule))
             }
-            Some((field, None, rule)) => Self::new(format!("{path}.{field}"), rule),
+            Some((field, None, rule)) => {
+                Self::new(format!("{path}.{field}"), CaseErrorKind::coded("incompatible-options", rule))
+            }
             None => Self::new(path, error),
         }
     }
@@ -41,6 +43,12 @@ impl CaseError {
     pub fn problem(&self) -> String {
         self.kind.to_string()
     }
+
+    /// Stable code of the error, as [`CaseErrorKind::code`].
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        self.kind.code()
+    }
 }
 
 /// Error of writing or reading a file.
@@ -49,6 +57,8 @@ impl CaseError {
 pub struct OutputError {
     /// Path of the file.
     pub path: PathBuf,
+    /// Code of the problem.
+    pub code: &'static str,
     /// Description of the problem.
     pub problem: String,
 }
@@ -56,7 +66,12 @@ pub struct OutputError {
 impl OutputError {
     /// Creates an error about `path`.
     pub fn new(path: &Path, problem: impl std::fmt::Display) -> Self {
-        Self { path: path.to_owned(), problem: format!("{problem}") }
+        Self::coded(path, "output", problem)
+    }
+
+    /// Creates an error about `path` with the code `code`.
+    pub fn coded(path: &Path, code: &'static str, problem: impl std::fmt::Display) -> Self {
+        Self { path: path.to_owned(), code, problem: format!("{problem}") }
     }
 }
 

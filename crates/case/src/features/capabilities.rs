@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use crate::{Case, CaseError, CaseErrorKind, Feature, RequestedFeature};
+use colluvium_constitutive::Warning;
 
 /// Inputs that a method requires of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -217,14 +218,14 @@ impl Capabilities {
     ///
     /// # Errors
     /// The first rejected feature, or the required input that the case lacks, by JSON path.
-    pub fn check(&self, case: &Case) -> Result<Vec<String>, CaseError> {
+    pub fn check(&self, case: &Case) -> Result<Vec<Warning>, CaseError> {
         self.check_needs(case)?;
-        let mut notes: Vec<String> = Vec::new();
+        let mut notes: Vec<Warning> = Vec::new();
         for RequestedFeature { feature, path } in case.features() {
             match self.capability(feature) {
                 Some(Capability::Supported) => {}
                 Some(Capability::IgnoredWithWarning(note)) => {
-                    let note = format!("{path}: {note}");
+                    let note = Warning::new("ignored-feature", format!("{path}: {note}"));
                     if !notes.contains(&note) {
                         notes.push(note);
                     }
@@ -301,7 +302,10 @@ mod tests {
             .ignores_all_of_with_warning(Feature::Stages, "grains are not damped")
             .supports(&[Feature::StagesDamping]);
         let notes = honours.check(&case("")).unwrap();
-        assert_eq!(notes, ["stages[0].rayleigh_damping: grains are not damped"]);
+        assert_eq!(
+            notes,
+            [Warning::new("ignored-feature", "stages[0].rayleigh_damping: grains are not damped")]
+        );
     }
 
     #[test]

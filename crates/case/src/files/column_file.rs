@@ -1,5 +1,6 @@
 //! Tables in text files: columns of numbers, with or without a header line.
 
+use crate::CaseErrorKind;
 use crate::files::terrain_files;
 use std::path::Path;
 
@@ -51,13 +52,14 @@ impl ColumnFile {
     ///
     /// # Errors
     /// Description of the error, in one line with its position.
-    pub fn read(file: &Path) -> Result<Self, String> {
-        let text = terrain_files::read_text(file).map_err(|error| error.problem)?;
+    pub fn read(file: &Path) -> Result<Self, CaseErrorKind> {
+        let text = terrain_files::read_text(file)
+            .map_err(|error| CaseErrorKind::coded(error.code, error.problem))?;
         Self::from_text(text)
     }
 
     /// Reads a text, and determines its separator and whether its first line has headings.
-    fn from_text(mut text: String) -> Result<Self, String> {
+    fn from_text(mut text: String) -> Result<Self, CaseErrorKind> {
         let Some(mut first) = text.lines().find(|line| !is_comment(line)).map(str::to_owned) else {
             return Ok(Self { text, separator: b',', heads: None });
         };
@@ -84,7 +86,8 @@ impl ColumnFile {
         };
         if ![b',', b';', b'\t', b' ', b'|'].contains(&separator) {
             let separator = char::from(separator);
-            return Err(format!("its columns are separated by {separator:?}: use commas or semicolons"));
+            let problem = format!("its columns are separated by {separator:?}: use commas or semicolons");
+            return Err(CaseErrorKind::coded("decimal-comma", problem));
         }
         let mut table = Self { text, separator, heads: None };
         let mut rows = table.reader();
@@ -176,7 +179,7 @@ impl ColumnFile {
     ///
     /// # Errors
     /// When a unit is unknown or of another quantity.
-    pub fn factor(head: &str, quantity: Quantity) -> Result<f64, String> {
+    pub fn factor(head: &str, quantity: Quantity) -> Result<f64, CaseErrorKind> {
         let (name, unit) = name_and_unit(head);
         // A unit alone, as `hours` or `m3/s`.
         if let Some(factor) = quantity.known_factor(head.trim()) {
@@ -184,7 +187,7 @@ impl ColumnFile {
         }
         let unnamed = || Ok(unit_after_underscore(name, quantity).unwrap_or(1.0));
         unit.map_or_else(unnamed, |unit| quantity.factor(unit))
-            .map_err(|problem| format!("column {head:?}: {problem}"))
+            .map_err(|problem| CaseErrorKind::coded("unknown-unit", format!("column {head:?}: {problem}")))
     }
 
     /// Name of a column without its unit.
@@ -231,7 +234,7 @@ fn matching_quantity(head: &str, of: &[(Quantity, &[&str]); 2]) -> Option<usize>
 ///
 /// # Errors
 /// Error of the file, in one line with its position.
-pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 2]>, String> {
+pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 2]>, CaseErrorKind> {
     let table = ColumnFile::read(Path::new(file))?;
     let mut factors = [1.0; 2];
     let mut order = [0, 1];
@@ -242,10 +245,13 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
                 (Some(1), None | Some(0)) | (None, Some(0)) => [1, 0],
                 _ => {
                     let names = of.map(|(_, words)| words[0]);
-                    return Err(format!(
-                        "its columns are called {first:?} and {second:?}, which does not define their \
+                    return Err(CaseErrorKind::coded(
+                        "wrong-column",
+                        format!(
+                            "its columns are called {first:?} and {second:?}, which does not define their \
                          quantities: call them {:?} and {:?}",
-                        names[0], names[1]
+                            names[0], names[1]
+                        ),
                     ));
                 }
             };
@@ -262,7 +268,11 @@ pub fn read_pairs(file: &str, of: [(Quantity, &[&str]); 2]) -> Result<Vec<[f64; 
         if cells.len() != 2 {
             let found = cells.len();
             let cure = table.decimal_comma_advice(found as u64, 2);
-            return Err(format!("line {line}: has {found} columns, but must have two{cure}"));
+            let problem = format!("line {line}: has {found} columns, but must have two{cure}");
+            return Err(CaseErrorKind::coded(
+                if cure.is_empty() { "wrong-column" } else { "decimal-comma" },
+                problem,
+            ));
         }
         let mut point = [0.0; 2];
         for (wanted, value) in point.iter_mut().enumerate() {
@@ -310,7 +320,7 @@ mod tests {
             (Quantity::Time, &["time", "t", "zeit"][..]),
             (Quantity::Discharge, &["discharge", "q", "flow", "abfluss"]),
         ];
-        read_pairs(&file.display().to_string(), of)
+        read_pairs(&file.display().to_string(), of).map_err(|kind| kind.to_string())
     }
 
     #[test]

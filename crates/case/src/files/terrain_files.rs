@@ -16,7 +16,7 @@ use crate::CaseErrorKind;
 
 impl From<FileError> for CaseErrorKind {
     fn from(error: FileError) -> Self {
-        Self::File { file: error.file, problem: error.problem }
+        Self::File { file: error.file, code: error.code, problem: error.problem }
     }
 }
 
@@ -34,13 +34,15 @@ mod without_files {
     #[error("{}: {problem}", file.display())]
     pub(crate) struct FileError {
         pub(crate) file: PathBuf,
+        pub(crate) code: &'static str,
         pub(crate) problem: String,
     }
 
     /// Refuses a file.
     fn refuse<T>(file: &Path) -> Result<T, FileError> {
-        let problem = "needs the feature `files` of the crate colluvium-case".to_owned();
-        Err(FileError { file: file.to_owned(), problem })
+        let problem =
+            CaseErrorKind::coded("needs-other-key", "needs the feature `files` of the crate colluvium-case");
+        Err(FileError { file: file.to_owned(), code: "unsupported-format", problem })
     }
 
     pub(crate) fn read_raster(file: &Path) -> Result<Raster, FileError> {
@@ -64,8 +66,11 @@ mod without_files {
 
     /// Reads a text file in UTF-8.
     pub(crate) fn read_text(file: &Path) -> Result<String, FileError> {
-        std::fs::read_to_string(file)
-            .map_err(|error| FileError { file: file.to_owned(), problem: format!("cannot be read: {error}") })
+        std::fs::read_to_string(file).map_err(|error| FileError {
+            file: file.to_owned(),
+            code: "unreadable-file",
+            problem: format!("cannot be read: {error}"),
+        })
     }
 
     /// No file is read, so none has a reference system.

@@ -4,6 +4,7 @@ use colluvium_points::Raster;
 
 use crate::Case;
 use crate::description::ObstacleShape;
+use colluvium_constitutive::Warning;
 
 /// Advice on the declaration of a no-data value.
 const NO_DATA_ADVICE: &str = "declare it in the file, as NODATA_value or in the GDAL tag";
@@ -17,37 +18,37 @@ const MIN_RIM_SLOPE: f64 = 5.0;
 impl Case {
     /// Warns of heights that are not finite, and of heights that probably stand for an undeclared no-data value. Files that cannot be read
     /// are rejected elsewhere.
-    pub(crate) fn warn_of_heights(&self, warnings: &mut Vec<String>) {
+    pub(crate) fn warn_of_heights(&self, warnings: &mut Vec<Warning>) {
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             let ObstacleShape::Raster { file, .. } = &obstacle.shape else { continue };
             let Ok(Some(raster)) = self.heights(number) else { continue };
             let unmarked = raster.reference.undeclared_no_data;
             if unmarked > 0 {
-                warnings.push(format!(
+                warnings.push(Warning::new("doubtful-no-data", format!(
                     "obstacles[{number}].shape.file: {file}: {unmarked} of its values are not finite and are \
                      not the declared no-data value. There is no ground at these values. Fill them where \
                      ground is needed"
-                ));
+                )));
             }
             let low = |height: &f64| height + self.origin()[2] < MIN_HEIGHT;
             let count = raster.values.iter().filter(|height| low(height)).count();
             if count > 0 {
                 let lowest = raster.values.iter().copied().fold(f64::INFINITY, f64::min) + self.origin()[2];
-                warnings.push(format!(
+                warnings.push(Warning::new("doubtful-no-data", format!(
                     "obstacles[{number}].shape.file: {file}: {count} of its heights are below {MIN_HEIGHT} \
                      m, the lowest {lowest} m. If that value stands for no data, {NO_DATA_ADVICE}"
-                ));
+                )));
                 continue;
             }
             for IsolatedLevel { level, count, height_difference } in isolated_levels(&raster) {
                 let (level, side) =
                     (level + self.origin()[2], if height_difference > 0.0 { "above" } else { "below" });
-                warnings.push(format!(
+                warnings.push(Warning::new("doubtful-no-data", format!(
                     "obstacles[{number}].shape.file: {file}: {count} of its heights are {level} m, and all \
                      adjacent heights are at least {:.1} m {side}. If that value stands for no data, \
                      {NO_DATA_ADVICE}",
                     height_difference.abs()
-                ));
+                )));
             }
         }
     }
@@ -119,7 +120,8 @@ mod tests {
             "obstacles": [{ "name": "ground", "wall": { "kind": "rough" }, "shape": { "kind": "raster", "file": name } }],
             "stages": [{ "name": "s", "duration": 1 }]
         });
-        let mut warnings = Case::from_value(&case, folder).unwrap().warnings();
+        let warnings = Case::from_value(&case, folder).unwrap().warnings();
+        let mut warnings: Vec<String> = warnings.into_iter().map(|warning| warning.text).collect();
         warnings.retain(|warning| warning.starts_with("obstacles[0].shape.file"));
         warnings
     }

@@ -16,6 +16,7 @@ use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleRegion, ObstacleShape};
 use crate::{Case, CaseError, CaseErrorKind};
+use colluvium_constitutive::Warning;
 
 /// Obstacle of a case with its surface.
 #[derive(Clone, Debug)]
@@ -99,12 +100,15 @@ impl Case {
         slack: f64,
     ) -> Result<(), CaseError> {
         let Some(deepest) = deepest_overlap(standing, places, slack) else { return Ok(()) };
-        let problem = format!(
-            "the point at {:.6?} m lies {:.3e} m inside the obstacle {:?}: a body must not overlap an \
+        let problem = CaseErrorKind::coded(
+            "outside-domain",
+            format!(
+                "the point at {:.6?} m lies {:.3e} m inside the obstacle {:?}: a body must not overlap an \
              obstacle at the start",
-            self.map_position(&places[deepest.point_index]),
-            deepest.depth,
-            self.obstacles[deepest.obstacle].name
+                self.map_position(&places[deepest.point_index]),
+                deepest.depth,
+                self.obstacles[deepest.obstacle].name
+            ),
         );
         Err(CaseError::new(format!("bodies[{body}].shape"), problem))
     }
@@ -121,14 +125,16 @@ impl Case {
         };
         let path = format!("obstacles[{number}].motion");
         if self.obstacles[number].motion.is_none() {
-            let problem =
-                "is missing: a program can move an obstacle with a motion in the case, which may be zero";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "is missing: a program can move an obstacle with a motion in the case, which may be zero",
+            );
             return Err(CaseError::new(path, problem));
         }
         if !velocity.iter().all(|v| v.is_finite()) {
             return Err(CaseError::new(
                 format!("{path}.velocity"),
-                format!("{velocity:?} must be finite (m/s)"),
+                CaseErrorKind::coded("program-request", format!("{velocity:?} must be finite (m/s)")),
             ));
         }
         Ok(self.obstacles[..number].iter().filter(|obstacle| obstacle.motion.is_some()).count())
@@ -163,7 +169,10 @@ impl Case {
         if velocity.iter().all(|v| v.is_finite()) {
             return Ok(());
         }
-        Err(CaseError::new(format!("{path}.velocity"), format!("{velocity:?} must be finite (m/s)")))
+        Err(CaseError::new(
+            format!("{path}.velocity"),
+            CaseErrorKind::coded("program-request", format!("{velocity:?} must be finite (m/s)")),
+        ))
     }
 
     /// Reports an error where points that a program adds lie deeper than `slack` (m) in an obstacle without a motion.
@@ -178,9 +187,12 @@ impl Case {
         let mut at_rest: Vec<PlacedObstacle<'_, D>> = self.placed_obstacles()?;
         at_rest.retain(|placed| placed.obstacle.motion.is_none());
         let Some(deepest) = deepest_overlap(&at_rest, places, slack) else { return Ok(()) };
-        let problem = format!(
-            "lies {:.3e} m inside the obstacle {:?}",
-            deepest.depth, self.obstacles[deepest.obstacle].name
+        let problem = CaseErrorKind::coded(
+            "outside-domain",
+            format!(
+                "lies {:.3e} m inside the obstacle {:?}",
+                deepest.depth, self.obstacles[deepest.obstacle].name
+            ),
         );
         Err(CaseError::new(format!("points.positions[{}]", deepest.point_index), problem))
     }
@@ -193,14 +205,17 @@ impl Case {
         places: &[[f64; D]],
         slack: f64,
         reason: &str,
-    ) -> Option<String> {
+    ) -> Option<Warning> {
         let mut standing = self.placed_obstacles::<D>().ok()?;
         standing.retain(|standing| standing.obstacle.motion.is_none());
         let ObstacleOverlap { obstacle, point_index, depth } = deepest_overlap(&standing, places, slack)?;
         let name = &self.obstacles[obstacle].name;
-        Some(format!(
-            "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
-            self.map_position(&places[point_index])
+        Some(Warning::new(
+            "obstacle-penetration",
+            format!(
+                "a point at {:.4?} m lies {depth:.3e} m under the surface of the obstacle {name:?}: {reason}",
+                self.map_position(&places[point_index])
+            ),
         ))
     }
 }

@@ -106,7 +106,16 @@ fn in_space<const N: usize, const D: usize>(
 ) -> Result<SharedSurface<D>, ShapeProblem> {
     let surface: Box<dyn Any> = Box::new(surface);
     let own = surface.downcast::<SharedSurface<D>>().map(|own| *own);
-    own.map_err(|_| (String::new(), format!("is a shape of {N} dimensions, the space has {D}").into()))
+    own.map_err(|_| {
+        (
+            String::new(),
+            CaseErrorKind::coded(
+                "wrong-dimension",
+                format!("is a shape of {N} dimensions, the space has {D}"),
+            )
+            .into(),
+        )
+    })
 }
 
 /// Vector of the space from a list of components, whose length has been checked.
@@ -152,7 +161,7 @@ fn ground_line(
     ];
     let points = read_pairs(file, names)
         .map(|points| points.into_iter().map(|x| plan_relative_to_origin(x, origin)).collect::<Vec<_>>());
-    let points = points.map_err(|problem| file_problem(file, problem))?;
+    let points = points.map_err(|problem| ("file".to_owned(), problem.in_table(file)))?;
     let in_file = |error: SurfaceError| file_problem(file, format!("{}: {}", error.path, error.problem));
     FacettedSurface::ground_line(&points).map_err(in_file)
 }

@@ -73,7 +73,7 @@ impl DerivedFiles {
         }
         let problem = "would be overwritten, but colluvium did not write it with these contents. Move it \
                        away, or give --overwrite";
-        Err(OutputError::new(&path, problem))
+        Err(OutputError::coded(&path, "would-be-overwritten", problem))
     }
 
     /// Writes a file in the folder and adds it to the list.

@@ -2,6 +2,7 @@
 
 use colluvium_points::{Georeference, Raster};
 
+use crate::CaseErrorKind;
 use crate::description::Rasters;
 use crate::{Case, CaseError};
 
@@ -15,7 +16,8 @@ impl Case {
     /// Where the space has no plan view.
     pub fn plan_rasters(&self) -> Result<Option<&Rasters>, CaseError> {
         if self.output.rasters.is_some() && self.dimension() != 3 {
-            let problem = "a profile has no plan: rasters need a space of 3d";
+            let problem =
+                CaseErrorKind::coded("wrong-dimension", "a profile has no plan: rasters need a space of 3d");
             return Err(CaseError::new("output.rasters", problem));
         }
         Ok(self.output.rasters.as_ref())

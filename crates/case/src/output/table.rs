@@ -129,10 +129,15 @@ impl TableFile {
         let found = file.metadata().map_err(|error| fail(&error))?.len();
         if found < checksum.bytes {
             let had = checksum.bytes;
-            return Err(fail(&format!("has {found} bytes, but had {had} when the checkpoint was written")));
+            let problem = format!("has {found} bytes, but had {had} when the checkpoint was written");
+            return Err(OutputError::coded(path, "table-changed", problem));
         }
         if FileChecksum::of_file(path, Some(checksum.bytes))? != checksum {
-            return Err(fail(&"was changed since the checkpoint: run the case anew"));
+            return Err(OutputError::coded(
+                path,
+                "table-changed",
+                "was changed since the checkpoint: run the case anew",
+            ));
         }
         Ok(Self { path: path.to_owned(), file, checksum })
     }

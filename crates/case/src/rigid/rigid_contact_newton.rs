@@ -1,6 +1,7 @@
 //! Newton's method for the motion of a rigid body that satisfies the contact laws at all contact points.
 
 use crate::rigid::{RigidStep, Twist, solve, velocity_at, wrench_at};
+use colluvium_constitutive::Warning;
 
 /// Largest number of Newton iterations.
 const MAX_ITERATIONS: usize = 60;
@@ -58,13 +59,13 @@ pub fn add_stiffness<T: ContactLawAtPoint>(
 }
 
 /// Warning about the number of steps (`times`) in which the contact was not solved; `None` for zero.
-pub fn unconverged_warning(times: u64) -> Option<String> {
+pub fn unconverged_warning(times: u64) -> Option<Warning> {
     (times > 0).then(|| {
-        format!(
+        Warning::new("rigid-contact-not-converged", format!(
             "the contact of a rigid body that moves freely did not converge in {times} steps. In these steps \
              its friction or its support is smaller than the contact law gives; momentum is conserved. Use a \
              smaller time step"
-        )
+        ))
     })
 }
 

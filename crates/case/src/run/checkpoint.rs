@@ -29,8 +29,8 @@ pub(super) struct Checkpoint {
 }
 
 /// Error about the checkpoint in a folder.
-pub(super) fn checkpoint_error(out: &Path, problem: String) -> RunError {
-    RunError::Folder { path: out.join(CHECKPOINT), problem }
+pub(super) fn checkpoint_error(out: &Path, code: &'static str, problem: String) -> RunError {
+    RunError::Folder { path: out.join(CHECKPOINT), code, problem }
 }
 
 /// Reads the checkpoint of a run. Returns the data of the run and a reader that is positioned at the state of the solver; `None` without a
@@ -45,13 +45,17 @@ pub(super) fn read_checkpoint(
     }
     let mut file = run_folder::read_state(&path)?;
     let checkpoint: Checkpoint =
-        restore_value(&mut file).map_err(|error| checkpoint_error(out, error.to_string()))?;
+        restore_value(&mut file).map_err(|error| checkpoint_error(out, error.code(), error.to_string()))?;
     if checkpoint.fingerprint != fingerprint {
-        return Err(checkpoint_error(out, "was written for another case".to_owned()));
+        return Err(checkpoint_error(
+            out,
+            "other-case-checkpoint",
+            "was written for another case".to_owned(),
+        ));
     }
     if checkpoint.method != method || checkpoint.version != env!("CARGO_PKG_VERSION") {
         let problem = format!("was written by {} of version {}", checkpoint.method, checkpoint.version);
-        return Err(checkpoint_error(out, problem));
+        return Err(checkpoint_error(out, "other-version-checkpoint", problem));
     }
     Ok(Some((checkpoint, file)))
 }
@@ -66,7 +70,7 @@ pub fn last_state(out: &Path, method: &dyn Method, case: &Case) -> Result<Option
         return Ok(None);
     };
     let mut solver = method.build(case).map_err(CaseErrors::from_error)?;
-    solver.restore(&mut state).map_err(|error| checkpoint_error(out, error.to_string()))?;
+    solver.restore(&mut state).map_err(|error| checkpoint_error(out, error.code(), error.to_string()))?;
     let progress = checkpoint.progress;
     if progress.has_begun {
         solver.resume_stage(progress.stages.stage, progress.stages.start())?;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Budget;
+use colluvium_constitutive::Warning;
 
 /// Relative growth of the total energy without a warning, over the largest exchange of energy.
 const GROWTH_TOLERANCE: f64 = 0.01;
@@ -52,17 +53,20 @@ impl EnergyMonitor {
     }
 
     /// Returns a warning if the total energy has grown beyond the tolerance.
-    pub(super) fn warning(&self) -> Option<String> {
+    pub(super) fn warning(&self) -> Option<Warning> {
         let (growth, time) = self.growth;
         if growth <= GROWTH_TOLERANCE * self.exchange.max(MIN_EXCHANGE * self.max_recoverable) {
             return None;
         }
-        Some(format!(
-            "the total energy has grown by {growth:.2e} J until {time:.4} s, {:.1} % of the largest change \
+        Some(Warning::new(
+            "energy-gain",
+            format!(
+                "the total energy has grown by {growth:.2e} J until {time:.4} s, {:.1} % of the largest change \
              of kinetic, recoverable or potential energy, without external work. The growth is a numerical \
              error (column total_energy of the measures). To find its source, try a shorter step, other \
              shape functions or schemes, or some damping",
-            100.0 * growth / self.exchange
+                100.0 * growth / self.exchange
+            ),
         ))
     }
 }
@@ -71,7 +75,7 @@ impl EnergyMonitor {
 mod tests {
     use super::*;
 
-    fn warning_for(total: impl Fn(f64) -> f64) -> Option<String> {
+    fn warning_for(total: impl Fn(f64) -> f64) -> Option<Warning> {
         let mut watch = EnergyMonitor::default();
         for step in 0..200 {
             let time = 0.01 * f64::from(step);
@@ -87,7 +91,7 @@ mod tests {
         assert_eq!(warning_for(|time| 3.0 * (-time).exp()), None);
         assert_eq!(warning_for(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
         let warning = warning_for(|time| 3.0 + 0.1 * time).unwrap();
-        assert!(warning.contains("grown by 1.99e-1 J until 1.9900 s"), "{warning}");
+        assert!(warning.text.contains("grown by 1.99e-1 J until 1.9900 s"), "{warning}");
         // Growth after a decrease of the energy.
         assert!(warning_for(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some());
     }

@@ -61,7 +61,25 @@ pub enum RunError {
     Folder {
         /// Path of the folder.
         path: PathBuf,
+        /// Code of the problem.
+        code: &'static str,
         /// Problem with the folder.
         problem: String,
     },
+}
+
+impl RunError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains; of several errors of a case that of the first.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Case(errors) => errors.first().code(),
+            Self::Solver(source) | Self::Stopped { source, .. } => source.code(),
+            Self::Output(error) => error.code,
+            Self::HasFailed => "run-has-failed",
+            Self::Trial { .. } => "search-trial-failed",
+            Self::NeverAtRest { .. } => "search-never-at-rest",
+            Self::Folder { code, .. } => code,
+        }
+    }
 }

@@ -27,11 +27,12 @@ pub use crate::run::factor_of_safety::{
 };
 pub use crate::run::output::measure_row::{check_names, column_names};
 pub use crate::run::output::run_folder::remove_run;
-pub use crate::run::recorded_run::{RecordedRun, RunStatus, open};
+pub use crate::run::recorded_run::{RecordedRun, RunStatus, open, recorded_warnings};
 use crate::run::run_loop::Phase;
 pub use crate::run::run_loop::Run;
 pub use crate::run::run_timing::{RunTiming, frame_memory};
 pub use checkpoint::last_state;
+use colluvium_constitutive::Warning;
 pub use error::RunError;
 pub use verify::{VerificationResult, changed_inputs, verify};
 
@@ -56,7 +57,7 @@ pub struct RunOptions {
     /// Commit of the program, for the summary.
     pub commit: Option<String>,
     /// Warnings about the case from before the run, for the summary.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl RunOptions {
@@ -81,7 +82,7 @@ pub enum RunEvent {
     /// A frame has been recorded. Positions are relative to [`Case::origin`].
     Frame(Frame),
     /// A warning about the state.
-    Warning(String),
+    Warning(Warning),
     /// A stage has ended.
     StageEnded {
         /// Index of the stage.
@@ -145,9 +146,9 @@ pub struct RunReport {
     /// Number of steps, including those before a restart.
     pub steps: u64,
     /// Warnings about the run and its final state.
-    pub warnings_at_end: Vec<String>,
+    pub warnings_at_end: Vec<Warning>,
     /// Notes of the method about the run, which are no warnings ([`Solver::notes`]).
-    pub notes: Vec<String>,
+    pub notes: Vec<Warning>,
     /// Wall-clock time of this run (s).
     pub wall: f64,
     /// Point updates per second of wall-clock time.

@@ -8,6 +8,7 @@ use crate::output::{Collection, FileChecksum};
 use crate::run::energy_monitor::EnergyMonitor;
 use crate::simulation::stage_progress::StageProgress;
 use crate::{Budget, TimeStep};
+use colluvium_constitutive::Warning;
 
 /// Progress of a run: all data of a restart other than the state of the solver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -37,15 +38,15 @@ pub(crate) struct RunProgress {
     /// Bound on the first step (s).
     pub(crate) first_time_step: Option<f64>,
     /// Warning that the step has become a small part of the first step.
-    pub(crate) collapse: Option<String>,
+    pub(crate) collapse: Option<Warning>,
     /// First warning of the solver.
-    pub(crate) warning: Option<String>,
+    pub(crate) warning: Option<Warning>,
     /// Monitor of the energy of the stage.
     pub(crate) energy: EnergyMonitor,
     /// Warning about the energy of earlier stages.
-    pub(crate) energy_warning: Option<String>,
+    pub(crate) energy_warning: Option<Warning>,
     /// Numbers of stages that ended without their optional equilibrium, with the warnings.
-    pub(crate) missed_equilibria: Vec<(usize, String)>,
+    pub(crate) missed_equilibria: Vec<(usize, Warning)>,
     /// End times of the completed stages (s).
     pub(crate) stage_ends: Vec<f64>,
     /// Number of steps that each criterion limited.

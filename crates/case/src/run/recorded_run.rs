@@ -10,6 +10,7 @@ use crate::run::output::run_folder::{CASE, COLLECTION, MEASURES, SUMMARY};
 use crate::run::verify::verify;
 use crate::run::{RunError, VerificationResult};
 use crate::{Case, Method, Snapshot, Solver};
+use colluvium_constitutive::Warning;
 
 /// Status of a run in its folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,7 +35,7 @@ pub struct RecordedRun {
     case: Case,
     method: String,
     status: RunStatus,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     table: Table,
     frames: Collection,
 }
@@ -63,16 +64,23 @@ pub fn open(folder: &Path) -> Result<RecordedRun, OutputError> {
         case,
         method: text("method"),
         status,
-        warnings: ["warnings", "remarks"].into_iter().flat_map(|key| texts(&summary[key])).collect(),
+        warnings: ["warnings", "remarks"]
+            .into_iter()
+            .flat_map(|key| recorded_warnings(&summary[key]))
+            .collect(),
         table: if table.exists() { Table::read(&table)? } else { Table::default() },
         frames: if frames.exists() { Collection::read(&frames)? } else { Collection::default() },
         folder: folder.to_owned(),
     })
 }
 
-/// Texts of a list.
-fn texts(list: &Value) -> Vec<String> {
-    list.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
+/// Warnings of a list in a `summary.json`. Those of an earlier version are texts: their code is empty.
+pub fn recorded_warnings(list: &Value) -> Vec<Warning> {
+    let warning = |value: &Value| match value.as_str() {
+        Some(text) => Some(Warning::new("", text)),
+        None => serde_json::from_value(value.clone()).ok(),
+    };
+    list.as_array().into_iter().flatten().filter_map(warning).collect()
 }
 
 impl RecordedRun {
@@ -97,7 +105,7 @@ impl RecordedRun {
     }
 
     /// Warnings about the case, and then those of the run.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -135,5 +143,21 @@ impl RecordedRun {
     /// As [`last_state`].
     pub fn last_state(&self, method: &dyn Method) -> Result<Option<Box<dyn Solver>>, RunError> {
         last_state(&self.folder, method, &self.case)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn warnings_of_a_summary_have_codes_and_those_of_earlier_versions_are_texts() {
+        let list = json!([{ "code": "thin-body", "text": "bodies[0].shape: is thin" }, "bodies[1]: is old"]);
+        let expected =
+            [Warning::new("thin-body", "bodies[0].shape: is thin"), Warning::new("", "bodies[1]: is old")];
+        assert_eq!(recorded_warnings(&list), expected);
+        assert!(recorded_warnings(&serde_json::Value::Null).is_empty());
     }
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::CaseErrorKind;
 use crate::output::Table;
 use crate::run::factor_of_safety::StrengthSearch;
 use crate::run::output::measure_row::check_names;
@@ -13,6 +14,7 @@ use crate::run::{RunEnd, RunError, RunEvent, RunOptions, RunReport, SafetyResult
 use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
 use crate::simulation::{ConfigurableMethod, ConfiguredMethod};
 use crate::{Case, CaseError, CaseErrors, Method, Snapshot, Solver};
+use colluvium_constitutive::Warning;
 
 /// Shortest wall-clock time between two summaries of a run in progress.
 pub(super) const SUMMARY_INTERVAL: Duration = Duration::from_secs(1);
@@ -49,7 +51,7 @@ pub struct Run<'m> {
     /// Wall-clock time of earlier sessions (s).
     previous_wall_time: f64,
     /// Warnings about the run.
-    pub(super) warnings_at_end: Vec<String>,
+    pub(super) warnings_at_end: Vec<Warning>,
 }
 
 /// Part of a run that [`Run::advance`] does next.
@@ -116,7 +118,10 @@ impl<'m> Run<'m> {
         options: RunOptions,
     ) -> Result<Self, RunError> {
         let refuse = |path: String| {
-            let problem = "needs a run with its method, which builds a solver for each strength";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "needs a run with its method, which builds a solver for each strength",
+            );
             CaseErrors::from_error(CaseError::new(path, problem))
         };
         if let Some(number) = case.stages.iter().position(|stage| stage.weakening.is_some()) {
@@ -434,7 +439,7 @@ impl<'m> Run<'m> {
         &self,
         status: &str,
         reason: Option<&str>,
-        remarks: &[String],
+        remarks: &[Warning],
     ) -> Result<(), RunError> {
         let run = (self.wall(), &self.safety, remarks);
         self.recorder.summary(status, reason, &*self.solver, &self.progress, run)

@@ -60,7 +60,7 @@ pub struct VerificationResult {
 pub fn verify(out: &Path) -> Result<VerificationResult, OutputError> {
     let path = out.join(SUMMARY);
     let summary = read_json(&path)?;
-    let fail = |problem: String| OutputError::new(&path, problem);
+    let fail = |problem: String| OutputError::coded(&path, "verify-mismatch", problem);
     let status = summary["status"].as_str().unwrap_or("unknown");
     if status != "completed" {
         return Err(fail(format!("the run is not complete ({status}): only complete runs have checksums")));

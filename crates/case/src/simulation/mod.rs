@@ -19,6 +19,7 @@ use crate::simulation::stage_progress::StageProgress;
 use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
 use crate::solver::{Advance, FailureReason, Solver, SolverError, TimeStep, restore_value, save_value};
 use crate::{Case, CaseErrors, measure};
+use colluvium_constitutive::Warning;
 
 pub use crate::simulation::body_force::{BodyForce, InvalidBodyForce, check_saved_body_force};
 pub use crate::simulation::configured_method::{ConfigurableMethod, ConfiguredMethod, TypedMethod};
@@ -36,7 +37,7 @@ pub struct Simulation<S> {
     access: SolverAccess<S>,
     progress: StageProgress,
     /// Notes of the method on ignored parts of the case.
-    notes: Vec<String>,
+    notes: Vec<Warning>,
     has_failed: bool,
     /// Fingerprint of the case, for checkpoints.
     fingerprint: OnceLock<u64>,
@@ -51,7 +52,7 @@ impl<S> Simulation<S> {
         case: Arc<Case>,
         mut solver: S,
         access: SolverAccess<S>,
-        notes: Vec<String>,
+        notes: Vec<Warning>,
     ) -> Result<Self, CaseErrors> {
         let dynamic = access.1(&mut solver);
         let start = dynamic.time();
@@ -89,7 +90,7 @@ impl<S> Simulation<S> {
     }
 
     /// Notes of the method on parts of the case that it ignores.
-    pub fn notes(&self) -> &[String] {
+    pub fn notes(&self) -> &[Warning] {
         &self.notes
     }
 

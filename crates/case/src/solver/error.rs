@@ -46,6 +46,17 @@ pub enum SolverError {
 }
 
 impl SolverError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Point { reason, .. } | Self::Step { reason, .. } => reason.code(),
+            Self::TimeStep(error) => error.code(),
+            Self::NoEquilibrium(_) => "no-equilibrium",
+            Self::Checkpoint(_) => "state-mismatch",
+        }
+    }
+
     /// Error with its position translated by `origin` (m).
     #[cfg(feature = "output")]
     pub(crate) fn on_map(mut self, origin: [f64; 3]) -> Self {

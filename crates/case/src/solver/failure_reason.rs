@@ -1,6 +1,7 @@
 //! Reasons of failed points and steps.
 
 use colluvium_constitutive::MaterialError;
+use colluvium_points::SearchError;
 use thiserror::Error;
 
 /// Reason why a point or a step cannot be continued.
@@ -34,11 +35,36 @@ pub enum FailureReason {
     #[error("the last stage has ended: add a stage to the case, or make the last one longer")]
     IsComplete,
     /// Other reason, in words.
-    #[error("{0}")]
-    Other(String),
+    #[error("{reason}")]
+    Other {
+        /// Code of the reason.
+        code: &'static str,
+        /// Reason.
+        reason: String,
+    },
 }
 
 impl FailureReason {
+    /// Reason of the code `code`, in words.
+    pub fn coded(code: &'static str, reason: impl Into<String>) -> Self {
+        Self::Other { code, reason: reason.into() }
+    }
+
+    /// Stable code of the reason, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Law { error, .. } => error.code(),
+            Self::NotFinite(_) => "state-not-finite",
+            Self::Unstable(_) => "unstable",
+            Self::LeftDomain(_) => "left-domain",
+            Self::FixedStep(_) => "fixed-step-too-long",
+            Self::HasFailed => "solver-has-failed",
+            Self::IsComplete => "stages-complete",
+            Self::Other { code, .. } => code,
+        }
+    }
+
     /// Reason with the name of the material, where a law refuses the step.
     #[must_use]
     pub fn of_material(mut self, name: &str) -> Self {
@@ -55,14 +81,23 @@ impl From<MaterialError> for FailureReason {
     }
 }
 
+impl From<SearchError> for FailureReason {
+    fn from(error: SearchError) -> Self {
+        match error {
+            SearchError::NotFinite(_) => Self::NotFinite(error.to_string()),
+            other => Self::coded(other.code(), other.to_string()),
+        }
+    }
+}
+
 impl From<String> for FailureReason {
     fn from(reason: String) -> Self {
-        Self::Other(reason)
+        Self::coded("step-failed", reason)
     }
 }
 
 impl From<&str> for FailureReason {
     fn from(reason: &str) -> Self {
-        Self::Other(reason.to_owned())
+        Self::coded("step-failed", reason)
     }
 }

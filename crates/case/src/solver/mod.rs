@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::description::Stage;
 use crate::{Capabilities, Case, CaseError, Equilibrium};
+use colluvium_constitutive::Warning;
 
 pub use crate::solver::equilibrium::MissedEquilibrium;
 pub use crate::solver::error::SolverError;
@@ -314,17 +315,17 @@ pub trait Solver: Send {
     }
 
     /// Warning about the state during the run, such as a liquid in tension.
-    fn warning(&self) -> Option<String> {
+    fn warning(&self) -> Option<Warning> {
         None
     }
 
     /// Warnings about the state at the end of a run, such as points whose law is outside its range of validity.
-    fn warnings_at_end(&self) -> Vec<String> {
+    fn warnings_at_end(&self) -> Vec<Warning> {
         Vec::new()
     }
 
     /// Notes on a run that are no warnings, such as the density of grain packings.
-    fn notes(&self) -> Vec<String> {
+    fn notes(&self) -> Vec<Warning> {
         Vec::new()
     }
 

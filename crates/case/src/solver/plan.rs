@@ -1,7 +1,9 @@
 //! Size of a problem and plan of its solution.
 
 use super::TimeStep;
+use crate::CaseErrorKind;
 use crate::{Case, CaseError, Resolution};
+use colluvium_constitutive::Warning;
 
 /// Approximate size of a problem, before its points are generated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,14 +42,18 @@ fn duration_text(seconds: f64) -> String {
 
 impl ProblemSize {
     /// Notice before the points are generated, with their number, time and memory. `None` where that takes little time.
-    pub fn size_notice(&self) -> Option<String> {
+    pub fn size_notice(&self) -> Option<Warning> {
         (self.placing_time >= LONG_PLACING_TIME).then(|| {
-            format!(
-                "{}: about {:.1e} points will be placed. This takes about {} and at least {:.2} GB of memory",
-                self.case_key,
-                self.points,
-                duration_text(self.placing_time),
-                self.memory / 1e9
+            Warning::new(
+                "large-problem",
+                format!(
+                    "{}: about {:.1e} points will be placed. This takes about {} and at least {:.2} GB of \
+                 memory. If that is not intended, make the key larger",
+                    self.case_key,
+                    self.points,
+                    duration_text(self.placing_time),
+                    self.memory / 1e9
+                ),
             )
         })
     }
@@ -63,16 +69,22 @@ impl ProblemSize {
         }
         let cure = if self.advice.is_empty() { "make it larger" } else { self.advice };
         if !self.memory.is_finite() {
-            let problem = format!("gives more points or nodes than can be counted: {cure}");
+            let problem = CaseErrorKind::coded(
+                "not-enough-memory",
+                format!("gives more points or nodes than can be counted: {cure}"),
+            );
             return Err(CaseError::new(self.case_key, problem));
         }
         let nodes =
             if self.nodes > 0.0 { format!(" and {:.1e} grid nodes", self.nodes) } else { String::new() };
-        let problem = format!(
-            "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: {cure}",
-            self.points,
-            self.memory / 1e9,
-            available / 1e9
+        let problem = CaseErrorKind::coded(
+            "not-enough-memory",
+            format!(
+                "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: {cure}",
+                self.points,
+                self.memory / 1e9,
+                available / 1e9
+            ),
         );
         Err(CaseError::new(self.case_key, problem))
     }
@@ -102,7 +114,7 @@ pub struct Plan {
     /// Expected point updates per second and thread, from this project's benchmarks.
     pub updates_per_second: f64,
     /// Warnings, for example about cells with few points or a Poisson's ratio near 0.5.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Plan {
@@ -110,7 +122,7 @@ impl Plan {
     pub(super) fn complete(
         mut self,
         case: &Case,
-        notes: Vec<String>,
+        notes: Vec<Warning>,
         has_laws: bool,
     ) -> Result<Self, CaseError> {
         self.check_progress(case)?;
@@ -127,8 +139,11 @@ impl Plan {
     fn has_points(&self, case: &Case) -> Result<(), CaseError> {
         let empty = self.volumes.iter().position(|volume| *volume <= 0.0).filter(|_| self.grains.is_none());
         let Some(body) = empty.filter(|body| *body < case.bodies.len()) else { return Ok(()) };
-        let problem = "the body has no points: it lies under the ground, inside an obstacle or between the \
-                       points. Move it, make it larger, or use smaller cells or spacings";
+        let problem = CaseErrorKind::coded(
+            "empty-body",
+            "the body has no points: it lies under the ground, inside an obstacle or between the \
+                       points. Move it, make it larger, or use smaller cells or spacings",
+        );
         Err(CaseError::new(format!("bodies[{body}].shape"), problem))
     }
 
@@ -138,9 +153,15 @@ impl Plan {
         if dt == f64::INFINITY {
             let loose = case.bodies.iter().any(|body| case.moves_freely(&body.name));
             let problem = if loose {
-                "all bodies are rigid, so no limit of the time step exists: give the method a `time_step`"
+                CaseErrorKind::coded(
+                    "nothing-moves",
+                    "all bodies are rigid, so no limit of the time step exists: give the method a `time_step`",
+                )
             } else {
-                "nothing in the case can move, because all bodies are rigid: there is no time step"
+                CaseErrorKind::coded(
+                    "nothing-moves",
+                    "nothing in the case can move, because all bodies are rigid: there is no time step",
+                )
             };
             return Err(CaseError::new("bodies", problem));
         }
@@ -179,16 +200,19 @@ impl Plan {
             let share = volume / whole;
             seconds += share * cost.update;
             let points = (share * self.points as f64).round();
-            self.warnings.push(format!(
-                "materials.{}: an update of a point takes about {:.2} ms on one thread, and one with a \
+            self.warnings.push(Warning::new(
+                "slow-law",
+                format!(
+                    "materials.{}: an update of a point takes about {:.2} ms on one thread, and one with a \
                  strain of 1e-4 takes {:.2} ms. The run takes at least {} for the {points} points of the \
-                 body {:?} and {} steps",
-                body.material,
-                1e3 * cost.update,
-                1e3 * (1e-4 * cost.strain).max(cost.update),
-                duration_text(points * self.steps as f64 * cost.update),
-                body.name,
-                self.steps
+                 body {:?} and {} steps. Use fewer points if that is too long",
+                    body.material,
+                    1e3 * cost.update,
+                    1e3 * (1e-4 * cost.strain).max(cost.update),
+                    duration_text(points * self.steps as f64 * cost.update),
+                    body.name,
+                    self.steps
+                ),
             ));
         }
         if seconds > 0.0 {

@@ -6,6 +6,7 @@ use colluvium_points::{Shape, common_interior_point};
 use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{Body, Space};
 use crate::{Case, Plan};
+use colluvium_constitutive::Warning;
 
 /// Relative difference of the volume of a body's points from its shape above which there is a warning.
 const VOLUME_TOLERANCE: f64 = 0.02;
@@ -25,7 +26,7 @@ impl Plan {
     }
 
     /// Warnings of the plan, extended by those about bodies with poor resolution or volume and about outputs more frequent than steps.
-    pub fn all_warnings(&self, case: &Case) -> Vec<String> {
+    pub fn all_warnings(&self, case: &Case) -> Vec<Warning> {
         let mut warnings = self.warnings.clone();
         let bodies = case.bodies.iter().zip(&self.volumes).enumerate();
         for (number, (body, volume)) in bodies.filter(|(_, (body, _))| !body.rigid && self.grains.is_none()) {
@@ -40,18 +41,21 @@ impl Plan {
                     }
                     None => "Use smaller cells or spacings, or a shape that ends on their lines",
                 };
-                warnings.push(format!(
+                warnings.push(Warning::new("volume-mismatch", format!(
                     "bodies[{number}].shape: its points have {share:.1} % of its volume of {exact:.4e}, and \
                      of its mass. {cure}"
-                ));
+                )));
             }
         }
         let dt = self.time_step.dt;
         for (key, interval) in [("frames", case.output.frames), ("measures", case.output.measures)] {
             let Some(interval) = interval.filter(|interval| *interval < dt) else { continue };
-            warnings.push(format!(
-                "output.{key}: {interval} s is shorter than the time step, {dt:.4e} s, so all steps are \
-                 shortened to it"
+            warnings.push(Warning::new(
+                "output-shortens-steps",
+                format!(
+                    "output.{key}: {interval} s is shorter than the time step, {dt:.4e} s, so all steps are \
+                 shortened to it. Give a longer interval"
+                ),
             ));
         }
         if let Some(resolution) = &self.resolution {
@@ -96,7 +100,7 @@ fn thinnest(case: &Case, body: &Body, axes: usize) -> Option<(f64, Option<usize>
 }
 
 /// Warns of bodies that are thinner than two widths.
-fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
+fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<Warning> {
     let Resolution { width, point_distance: apart, axes, case_key, noun } = *resolution;
     let mut found = Vec::new();
     for (number, body) in case.bodies.iter().enumerate() {
@@ -109,18 +113,18 @@ fn thin_bodies(case: &Case, resolution: &Resolution) -> Vec<String> {
         }
         let rows = if thickness < 1.5 * apart { ", one row of points" } else { "" };
         let place = axis.map_or_else(String::new, |axis| format!(" along {}", ["x", "y", "z"][axis]));
-        found.push(format!(
+        found.push(Warning::new("thin-body", format!(
             "bodies[{number}].shape: is {thickness:.4} m thick{place}, {:.1} {noun} of {width} m{rows}. Its \
              bending and shear are not resolved. Make {case_key} {:.3} m or less",
             thickness / width,
             thickness / MIN_WIDTHS
-        ));
+        )));
     }
     found
 }
 
 /// Warns of bodies whose gap is less than a width: they interact before they touch.
-fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
+fn gaps(case: &Case, resolution: &Resolution) -> Vec<Warning> {
     let Resolution { width, case_key, noun, .. } = *resolution;
     let bounds: Vec<_> = case.bodies.iter().map(|body| body.shape.bounds(case.dimension())).collect();
     let mut found = Vec::new();
@@ -135,12 +139,12 @@ fn gaps(case: &Case, resolution: &Resolution) -> Vec<String> {
         };
         let Some((gap, axis)) = gap.filter(|(gap, _)| *gap > ROUND_OFF * width) else { continue };
         if gap < width * (1.0 - ROUND_OFF) {
-            found.push(format!(
+            found.push(Warning::new("gap-below-cell", format!(
                 "bodies[{second}].shape: begins {gap:.4e} m from {:?}{axis}, less than one of the {noun} of \
                  {width} m. The two bodies interact across the gap from the start. Close the gap, or make \
                  the gap larger or {case_key} smaller",
                 case.bodies[first].name
-            ));
+            )));
         }
     }
     found
@@ -220,21 +224,24 @@ mod tests {
     fn output_intervals_that_shorten_the_steps_cause_a_warning() {
         let (case, plan) = case_and_plan(&json!({ "frames": 0.01, "measures": 0.1 }), 1.0);
         let warnings = plan.all_warnings(&case);
-        assert!(warnings.len() == 1 && warnings[0].starts_with("output.frames: 0.01 s"), "{warnings:?}");
+        assert!(warnings.len() == 1 && warnings[0].text.starts_with("output.frames: 0.01 s"), "{warnings:?}");
     }
 
     #[test]
     fn missing_volume_of_points_causes_a_warning_except_for_grains() {
         let (case, mut plan) = case_and_plan(&json!({}), 0.5);
         let warnings = plan.all_warnings(&case);
-        assert!(warnings.len() == 1 && warnings[0].contains("have 50.0 % of its volume"), "{warnings:?}");
+        assert!(
+            warnings.len() == 1 && warnings[0].text.contains("have 50.0 % of its volume"),
+            "{warnings:?}"
+        );
         assert_eq!(plan.masses(&case), [1.5]);
         plan.grains = Some(vec![2.5]);
         assert_eq!((plan.all_warnings(&case).len(), plan.masses(&case)), (0, vec![2.5]));
     }
 
     /// Warnings about two boxes of 1 m in the plane with cells of 0.2 m, the second one changed by `change`.
-    fn of_boxes(change: impl Fn(&mut Value)) -> Vec<String> {
+    fn of_boxes(change: impl Fn(&mut Value)) -> Vec<Warning> {
         let mut case = json!({
             "title": "t", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 4] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 3, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -260,18 +267,20 @@ mod tests {
 
     #[test]
     fn bodies_below_two_cells_and_gaps_below_one_cause_warnings_with_a_remedy() {
-        assert_eq!(of_boxes(|_| {}), Vec::<String>::new());
+        assert_eq!(of_boxes(|_| {}), Vec::<Warning>::new());
         let thin = of_boxes(|shape| shape["max"] = json!([1, 1.3]));
         assert!(
-            thin.len() == 1 && thin[0].contains("1.5 cells of 0.2 m") && thin[0].contains("0.150 m or less"),
+            thin.len() == 1
+                && thin[0].text.contains("1.5 cells of 0.2 m")
+                && thin[0].text.contains("0.150 m or less"),
             "{thin:?}"
         );
         let row = of_boxes(|shape| shape["max"] = json!([1, 1.1]));
-        assert!(row.len() == 1 && row[0].contains("one row of points"), "{row:?}");
+        assert!(row.len() == 1 && row[0].text.contains("one row of points"), "{row:?}");
         assert!(of_boxes(|shape| shape["max"] = json!([4, 2])).is_empty());
         let gap = of_boxes(|shape| (shape["min"], shape["max"]) = (json!([0, 1.05]), json!([1, 2.05])));
         assert!(
-            gap.len() == 1 && gap[0].starts_with("bodies[1].shape: begins 5.0000e-2 m from \"a\""),
+            gap.len() == 1 && gap[0].text.starts_with("bodies[1].shape: begins 5.0000e-2 m from \"a\""),
             "{gap:?}"
         );
         assert!(
@@ -288,7 +297,7 @@ mod tests {
         let touching = of_boxes(polygon(json!([[0, 1], [1, 1], [0.5, 2]])));
         assert!(touching.is_empty(), "{touching:?}");
         let tip = of_boxes(polygon(json!([[0.5, 1.05], [1.5, 2], [0, 2]])));
-        assert!(tip.len() == 1 && tip[0].contains("begins 5.0000e-2 m from \"a\", less"), "{tip:?}");
+        assert!(tip.len() == 1 && tip[0].text.contains("begins 5.0000e-2 m from \"a\", less"), "{tip:?}");
         assert!(of_boxes(polygon(json!([[0.5, 1.3], [1.5, 2.3], [0, 2.3]]))).is_empty());
     }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
+use colluvium_constitutive::Warning;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use thiserror::Error;
 
@@ -91,14 +92,17 @@ impl TimeStep {
 
     /// Warning about a step at `time` (s) that has become a small part of the `first` one (s), so that the run hardly advances.
     #[must_use]
-    pub fn collapse(&self, first: f64, time: f64) -> Option<String> {
+    pub fn collapse(&self, first: f64, time: f64) -> Option<Warning> {
         let Self { dt, limit, point, position } = self;
         let place = point.map_or_else(String::new, |point| format!(" of point {point} at {position:?} m"));
         (*dt < Self::COLLAPSE_RATIO * first).then(|| {
-            format!(
-                "t = {time} s: the time step has fallen to {dt:.3e} s from {first:.3e} s at the start, \
+            Warning::new(
+                "time-step-collapse",
+                format!(
+                    "t = {time} s: the time step has fallen to {dt:.3e} s from {first:.3e} s at the start, \
                  limited by: {limit}{place}. If the step stays so small, the run hardly advances. Check the \
                  deformation and the velocity there"
+                ),
             )
         })
     }
@@ -186,6 +190,18 @@ pub enum TimeStepError {
         /// Limit of the time step.
         limit: StepLimit,
     },
+}
+
+impl TimeStepError {
+    /// Stable code of the error.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoMotion { .. } => "nothing-moves",
+            Self::TooSmall { .. } => "time-step-too-small",
+            Self::Unstable { .. } => "no-stable-step",
+        }
+    }
 }
 
 #[cfg(test)]

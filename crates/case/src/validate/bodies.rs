@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::{Sampling, SamplingError, Shape, common_interior_point, overlapping_boxes};
 
+use crate::CaseErrorKind;
 use crate::Formula;
 use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
@@ -24,7 +25,13 @@ impl ErrorCollector<'_> {
         for (number, body) in case.bodies.iter().enumerate() {
             let path = format!("bodies[{number}]");
             if !names.insert(&body.name) {
-                self.report(format!("{path}.name"), format!("{:?} is the name of two bodies", body.name));
+                self.report(
+                    format!("{path}.name"),
+                    CaseErrorKind::coded(
+                        "duplicate-name",
+                        format!("{:?} is the name of two bodies", body.name),
+                    ),
+                );
             }
             self.name(&format!("{path}.material"), &body.material, &materials, "defined under materials");
             if self.is_packed_beyond_domain(number) {
@@ -50,10 +57,18 @@ impl ErrorCollector<'_> {
             self.velocity(&format!("{path}.velocity"), shape, &body.velocity);
             self.initial_stress(&format!("{path}.stress"), shape, &body.stress);
             let whole = !(body.rigid && body.remove_outside);
-            self.require(whole, format!("{path}.remove_outside"), "is not available for a rigid body");
+            self.require(
+                whole,
+                format!("{path}.remove_outside"),
+                CaseErrorKind::coded("rigid-motion", "is not available for a rigid body"),
+            );
             self.start_of_rigid(&format!("{path}.velocity"), number);
             let slack = !body.rigid || body.stress == InitialStress::None;
-            self.require(slack, format!("{path}.stress"), "a rigid body has no stress");
+            self.require(
+                slack,
+                format!("{path}.stress"),
+                CaseErrorKind::coded("rigid-motion", "a rigid body has no stress"),
+            );
             let material = case.materials.get(&body.material);
             let unfit = if let Some(fluid) = &body.pore_fluid {
                 self.pore_fluid(&format!("{path}.pore_fluid"), shape, fluid);
@@ -77,7 +92,10 @@ impl ErrorCollector<'_> {
     fn sampling(&mut self, number: usize) {
         let body = &self.case.bodies[number];
         let seeded = body.sampling == Sampling::PoissonDisk;
-        let problem = "needs `sampling` `poisson-disk`, the only random sampling";
+        let problem = CaseErrorKind::coded(
+            "needs-other-key",
+            "needs `sampling` `poisson-disk`, the only random sampling",
+        );
         self.require(seeded || body.sampling_seed == 0, format!("bodies[{number}].sampling_seed"), problem);
         if body.sampling.is_lattice() {
             return;
@@ -86,10 +104,16 @@ impl ErrorCollector<'_> {
         self.require(
             body.points.is_none(),
             path.clone(),
-            "the body has its points from a file: leave the sampling out",
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "the body has its points from a file: leave the sampling out",
+            ),
         );
         if seeded {
-            let rows = "rows that follow a terrain determine the points: leave the sampling out";
+            let rows = CaseErrorKind::coded(
+                "conflicting-keys",
+                "rows that follow a terrain determine the points: leave the sampling out",
+            );
             return self.require(!body.shape.follows_terrain(), path, rows);
         }
         // Errors of the shape itself are reported with the shape.
@@ -131,9 +155,12 @@ impl ErrorCollector<'_> {
             let slack = 1e-9 * (max - min);
             if low[axis] < min - slack || high[axis] > max + slack {
                 let [low, high, min, max] = [low[axis], high[axis], min, max].map(|x| x + self.origin[axis]);
-                let problem = format!(
-                    "reaches from {low} to {high} m along {}, beyond the domain from {min} to {max} m",
-                    ["x", "y", "z"][axis]
+                let problem = CaseErrorKind::coded(
+                    "outside-domain",
+                    format!(
+                        "reaches from {low} to {high} m along {}, beyond the domain from {min} to {max} m",
+                        ["x", "y", "z"][axis]
+                    ),
                 );
                 self.report(format!("bodies[{number}].shape"), problem);
             }
@@ -147,7 +174,10 @@ impl ErrorCollector<'_> {
             common_interior_point(&a.shape, &b.shape, self.case.dimension(), OVERLAP_RESOLUTION)
         {
             let place: Vec<f64> = place.iter().zip(self.origin).map(|(x, origin)| x + origin).collect();
-            let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
+            let problem = CaseErrorKind::coded(
+                "overlap",
+                format!("overlaps the body {:?}, for example at {place:.4?} m", a.name),
+            );
             self.report(format!("bodies[{second}].shape"), problem);
         }
     }
@@ -158,7 +188,10 @@ impl ErrorCollector<'_> {
         let dimension = self.case.dimension();
         let Some(shape) = shape else { return };
         if let Some(name) = formula.unknown_coordinate(dimension) {
-            let problem = format!("has the coordinate {name}, the space has {dimension} dimensions");
+            let problem = CaseErrorKind::coded(
+                "wrong-dimension",
+                format!("has the coordinate {name}, the space has {dimension} dimensions"),
+            );
             return self.report(path, problem);
         }
         let (low, high) = shape.bounds(dimension);
@@ -171,7 +204,13 @@ impl ErrorCollector<'_> {
         let mut inside =
             (0..SAMPLES.pow(dimension as u32)).map(at).filter(|x| shape.contains(&x[..dimension]));
         if let Some(place) = inside.find(|x| !formula.evaluate(*x).is_finite()) {
-            self.report(path, format!("has no finite value at {:?} m", &place[..dimension]));
+            self.report(
+                path,
+                CaseErrorKind::coded(
+                    "formula",
+                    format!("has no finite value at {:?} m", &place[..dimension]),
+                ),
+            );
         }
     }
 
@@ -184,7 +223,10 @@ impl ErrorCollector<'_> {
                 self.vector(&format!("{path}.value"), value);
                 self.vector(&format!("{path}.origin"), origin);
                 let dimension = self.case.dimension();
-                let problem = format!("has {} rows, the space has {dimension} dimensions", gradient.len());
+                let problem = CaseErrorKind::coded(
+                    "wrong-dimension",
+                    format!("has {} rows, the space has {dimension} dimensions", gradient.len()),
+                );
                 self.require(gradient.len() == dimension, format!("{path}.gradient"), problem);
                 for (row, values) in gradient.iter().enumerate() {
                     self.vector(&format!("{path}.gradient[{row}]"), values);
@@ -197,7 +239,10 @@ impl ErrorCollector<'_> {
             }
             Velocity::Formula { value } => {
                 let dimension = self.case.dimension();
-                let problem = format!("has {} components, the space has {dimension} dimensions", value.len());
+                let problem = CaseErrorKind::coded(
+                    "wrong-dimension",
+                    format!("has {} components, the space has {dimension} dimensions", value.len()),
+                );
                 self.require(value.len() == dimension, format!("{path}.value"), problem);
                 for (c, formula) in value.iter().enumerate() {
                     self.formula(format!("{path}.value[{c}]"), shape, formula);
@@ -206,7 +251,10 @@ impl ErrorCollector<'_> {
             Velocity::Bending { along, across, clamp, length, tip } => {
                 let dimension = self.case.dimension();
                 let fits = *along < dimension && *across < dimension && along != across;
-                let problem = format!("{across} and along {along} must be two different axes of the space");
+                let problem = CaseErrorKind::coded(
+                    "wrong-dimension",
+                    format!("{across} and along {along} must be two different axes of the space"),
+                );
                 self.require(fits, format!("{path}.across"), problem);
                 self.finite(format!("{path}.clamp"), *clamp);
                 self.positive(format!("{path}.length"), *length, "m");
@@ -233,7 +281,11 @@ impl ErrorCollector<'_> {
                 self.finite(format!("{path}.surface"), *surface);
                 self.not_negative(format!("{path}.coefficient"), *coefficient, "");
                 let along = self.case.gravity.iter().filter(|g| **g != 0.0).count();
-                self.require(along == 1, path, "a K0 stress needs gravity along one axis");
+                self.require(
+                    along == 1,
+                    path,
+                    CaseErrorKind::coded("needs-other-key", "a K0 stress needs gravity along one axis"),
+                );
             }
         }
     }
@@ -255,8 +307,13 @@ impl ErrorCollector<'_> {
                 self.require(gravity.iter().any(|g| *g != 0.0), at("permeability"), problem);
             }
             (None, Some(value)) => self.positive(at("intrinsic_permeability"), value, "m²"),
-            _ => self
-                .report(at("permeability"), "give either permeability (m/s) or intrinsic_permeability (m²)"),
+            _ => self.report(
+                at("permeability"),
+                CaseErrorKind::coded(
+                    "conflicting-keys",
+                    "give either permeability (m/s) or intrinsic_permeability (m²)",
+                ),
+            ),
         }
         match &fluid.pressure {
             PorePressure::None => {}
@@ -268,13 +325,19 @@ impl ErrorCollector<'_> {
                 self.require(
                     along == 1,
                     at("pressure"),
-                    "a hydrostatic pressure needs gravity along one axis",
+                    CaseErrorKind::coded(
+                        "needs-other-key",
+                        "a hydrostatic pressure needs gravity along one axis",
+                    ),
                 );
             }
         }
         if let Some(ratio) = fluid.excess_ratio {
             self.rule((0.0..=1.0).contains(&ratio), at("excess_ratio"), ratio, "is not in 0..=1");
-            let problem = "is given in addition to excess_ratio: leave out one of the two";
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "is given in addition to excess_ratio: leave out one of the two",
+            );
             self.require(fluid.pressure == PorePressure::None, at("pressure"), problem);
         }
         if let Some(velocity) = &fluid.velocity {

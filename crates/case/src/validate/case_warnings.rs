@@ -8,6 +8,7 @@ use crate::Case;
 use crate::description::OVERLAP_RESOLUTION;
 use crate::description::{Body, Boundary, Load, Stage, Wall};
 use crate::files::terrain_files;
+use colluvium_constitutive::Warning;
 
 /// Sample points along each axis of a side.
 const SAMPLES: usize = 32;
@@ -17,23 +18,29 @@ const PROBE_DISTANCE: f64 = 1e-6;
 
 impl Case {
     /// Warnings about a valid case.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         for (name, spec) in &self.materials {
             if !self.bodies.iter().any(|body| body.material == *name) {
-                warnings.push(format!("materials.{name}: no body is made of it"));
+                warnings.push(Warning::new(
+                    "unused-material",
+                    format!("materials.{name}: no body is made of it"),
+                ));
             }
             for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.material == *name) {
                 let Some(fluid) = &body.pore_fluid else { continue };
                 if spec.density() <= (1.0 - fluid.porosity) * fluid.density {
-                    warnings.push(format!(
+                    let grains = spec.density() / (1.0 - fluid.porosity);
+                    warnings.push(Warning::new("light-grains", format!(
                         "bodies[{number}].pore_fluid.density: {} kg/m³ is not below the density of the \
-                         grains, the density of {name:?} over 1 - porosity",
+                         grains, {grains:.0} kg/m³ (density of {name:?} over 1 - porosity). Give the material \
+                         its dry density, or correct the porosity or this density",
                         fluid.density
-                    ));
+                    )));
                 }
             }
-            warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
+            warnings
+                .extend(spec.warnings().into_iter().map(|warning| warning.at(format!("materials.{name}"))));
         }
         warnings.extend(self.reference_system_warning());
         self.warn_of_grains(&mut warnings);
@@ -58,7 +65,7 @@ impl Case {
     }
 
     /// Warning where two map files have coordinate reference systems that may differ.
-    fn reference_system_warning(&self) -> Option<String> {
+    fn reference_system_warning(&self) -> Option<Warning> {
         let mut case = self.clone();
         let systems: Vec<_> = case
             .files()
@@ -68,15 +75,18 @@ impl Case {
             .collect();
         let (first, known) = systems.first()?;
         let (other, unknown) = systems.iter().find(|(_, system)| !system.is_comparable(known))?;
-        Some(format!(
-            "{other} is in the coordinate reference system {unknown}, and {first} in {known}. The program \
+        Some(Warning::new(
+            "crs-not-comparable",
+            format!(
+                "{other} is in the coordinate reference system {unknown}, and {first} in {known}. The program \
              cannot decide whether the two systems are the same. Save both files in one system, with its \
              EPSG number"
+            ),
         ))
     }
 
     /// Warning where gravity acts and nothing limits the fall of the bodies.
-    fn unlimited_fall_warning(&self) -> Option<String> {
+    fn unlimited_fall_warning(&self) -> Option<Warning> {
         let stops = |boundary: &Boundary| {
             let outwards = if boundary.side.is_max() { 1.0 } else { -1.0 };
             let against = outwards * self.gravity[boundary.side.axis()] > 0.0;
@@ -94,14 +104,13 @@ impl Case {
             || self.boundaries.iter().any(stops);
         let falls = self.gravity.iter().any(|g| *g != 0.0) && !bound;
         falls.then(|| {
-            "gravity: no wall and no obstacle stops the fall of the bodies, so they leave the domain. Give \
-             `boundaries` a wall at the lower end, or add an obstacle"
-                .to_owned()
+            Warning::new("unlimited-fall", "gravity: no wall and no obstacle stops the fall of the bodies, so they leave the domain. Give \
+             `boundaries` a wall at the lower end, or add an obstacle")
         })
     }
 
     /// Warns of walls with material on both sides.
-    fn warn_of_walls(&self, warnings: &mut Vec<String>) {
+    fn warn_of_walls(&self, warnings: &mut Vec<Warning>) {
         for (number, boundary) in self.boundaries.iter().enumerate() {
             let (axis, place) = (boundary.side.axis(), boundary.wall_coordinate(&self.domain));
             let slack = PROBE_DISTANCE * (self.domain.max[axis] - self.domain.min[axis]);
@@ -110,59 +119,70 @@ impl Case {
                 !body.rigid && low[axis] + slack < place && place < high[axis] - slack
             };
             if let Some(body) = self.bodies.iter().find(stands_in) {
-                warnings.push(format!(
-                    "boundaries[{number}].position: the body {:?} reaches beyond the wall at {place} m",
-                    body.name
-                ));
+                let (low, high) = body.shape.bounds(self.dimension());
+                warnings.push(Warning::new("body-beyond-wall", format!(
+                    "boundaries[{number}].position: the body {:?} reaches beyond the wall at {place} m, from \
+                     {} to {} m. Move the wall to a face of the body, or cut the body there",
+                    body.name, low[axis], high[axis]
+                )));
             }
         }
     }
 
     /// Warns of obstacles at rest that are outside the domain. Unreadable surfaces are reported elsewhere.
-    fn warn_of_obstacles<const D: usize>(&self, warnings: &mut Vec<String>) {
+    fn warn_of_obstacles<const D: usize>(&self, warnings: &mut Vec<Warning>) {
         for standing in self.placed_obstacles::<D>().iter().flatten().filter(|s| s.obstacle.motion.is_none())
         {
             let (low, high) = standing.surface.bounds();
             if let Some(apart) = self.outside_extent(&low, &high, false) {
                 let number = standing.number;
-                warnings.push(format!(
-                    "obstacles[{number}].shape: lies outside the domain and has no effect: it reaches {apart}"
+                warnings.push(Warning::new(
+                    "obstacle-outside-domain",
+                    format!(
+                        "obstacles[{number}].shape: lies outside the domain and has no effect: it reaches \
+                     {apart}. Move it, or correct the domain or domain.origin"
+                    ),
                 ));
             }
         }
     }
 
     /// Warns of searches for a factor of safety from a state that may not be at rest.
-    fn warn_of_searches(&self, warnings: &mut Vec<String>) {
+    fn warn_of_searches(&self, warnings: &mut Vec<Warning>) {
         for (name, search) in self.factors_of_safety() {
             let rests = |stage: &Stage| stage.name == search.after && stage.equilibrium.is_some();
             if !self.stages.iter().any(rests) {
-                warnings.push(format!(
+                warnings.push(Warning::new("search-not-from-rest", format!(
                     "measures.{name}.after: the stage {:?} may not end at rest (it has no `equilibrium`), \
-                     but trials begin from its end",
+                     but trials begin from its end. Give the stage `equilibrium`",
                     search.after
-                ));
+                )));
             }
         }
     }
 
     /// Warns of excavation regions without a body.
-    fn warn_of_excavations(&self, warnings: &mut Vec<String>) {
+    fn warn_of_excavations(&self, warnings: &mut Vec<Warning>) {
         for (stage, of_stage) in self.stages.iter().enumerate() {
             for (number, region) in of_stage.excavate.iter().enumerate() {
                 let is_there = |body: &Body| {
                     common_interior_point(&body.shape, region, self.dimension(), OVERLAP_RESOLUTION).is_some()
                 };
                 if !self.bodies.iter().any(is_there) {
-                    warnings
-                        .push(format!("stages[{stage}].excavate[{number}]: no body is there at the start"));
+                    warnings.push(Warning::new(
+                        "empty-excavation",
+                        format!(
+                            "stages[{stage}].excavate[{number}]: no body is there at the start. Correct \
+                               the region, or leave it out"
+                        ),
+                    ));
                 }
             }
         }
     }
 
     /// Warns of removal shapes whose swept region contains no body at the start.
-    fn warn_of_removal_shapes(&self, warnings: &mut Vec<String>) {
+    fn warn_of_removal_shapes(&self, warnings: &mut Vec<Warning>) {
         for (number, cut) in self.removal_shapes.iter().enumerate() {
             let sweep = cut.swept_region(0.0, self.end_time(), &cut.bounds(self.dimension()));
             let meets = |body: &&Body| {
@@ -173,23 +193,26 @@ impl Case {
                 cut.applies_to(&body.name) && (0..self.dimension()).all(overlap)
             };
             if !self.bodies.iter().any(|body| meets(&body)) {
-                warnings.push(format!(
-                    "removal_shapes[{number}]: no body that it cuts lies in its path at the start. Check \
+                warnings.push(Warning::new(
+                    "cut-misses-bodies",
+                    format!(
+                        "removal_shapes[{number}]: no body that it cuts lies in its path at the start. Check \
                      shape, velocity, start and bodies"
+                    ),
                 ));
             }
         }
     }
 
     /// Warns of loads on a side that is not, or not entirely, free and flat.
-    fn warn_of_load(&self, number: usize, load: &Load, warnings: &mut Vec<String>) {
+    fn warn_of_load(&self, number: usize, load: &Load, warnings: &mut Vec<Warning>) {
         let Some(body) = self.bodies.iter().find(|body| body.name == load.body()) else { return };
         let (Some(side), dimension) = (load.loaded_side(), self.dimension()) else { return };
         let (axis, outwards) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
         let (low, high) = body.shape.bounds(dimension);
         let face = if side.is_max() { high[axis] } else { low[axis] };
         let step = outwards * PROBE_DISTANCE * (self.domain.max[axis] - self.domain.min[axis]);
-        let mut warn = |problem: String| warnings.push(format!("loads[{number}].side: {problem}"));
+        let path = format!("loads[{number}].side");
         let holds = |boundary: &&Boundary| {
             let place = boundary.wall_coordinate(&self.domain);
             boundary.side == side
@@ -200,7 +223,11 @@ impl Case {
             self.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|name| name == boundary.name()))
         };
         if let Some(wall) = self.boundaries.iter().filter(holds).find(|wall| !removed(wall)) {
-            warn(format!("the wall {:?} fixes that side and takes the load", wall.name()));
+            warnings.push(Warning::new("load-on-wall", format!(
+                "{path}: the wall {:?} fixes that side and takes the load. Load another side, or remove the \
+                 wall before the load acts",
+                wall.name()
+            )));
         }
         let (mut loaded, mut flat) = (0usize, 0usize);
         let mut neighbours = vec![0usize; self.bodies.len()];
@@ -227,19 +254,24 @@ impl Case {
         }
         let percent = |part: usize, whole: usize| (100.0 * part as f64 / whole.max(1) as f64).round();
         if loaded == 0 {
-            warn("its profile is zero on the whole side of the body".to_owned());
+            warnings.push(Warning::new("load-without-effect", format!(
+                "{path}: its profile is zero on the whole side of the body, which begins at {low:?} and ends \
+                 at {high:?} m. Correct the positions of the profile"
+            )));
         } else if flat < loaded {
-            warn(format!(
-                "it acts where the body reaches {face} m along that axis, {} % of its width",
+            warnings.push(Warning::new("load-on-uneven-side", format!(
+                "{path}: it acts where the body reaches {face} m along that axis, {} % of its width. To load \
+                 the rest too, split the body and give each part a load",
                 percent(flat, loaded)
-            ));
+            )));
         }
         for (touches, other) in neighbours.iter().zip(&self.bodies).filter(|(touches, _)| **touches > 0) {
-            warn(format!(
-                "{} % of it is not a free surface: the body {:?} lies there",
+            warnings.push(Warning::new("load-on-covered-side", format!(
+                "{path}: {} % of it is not a free surface: the body {:?} lies there. Load that body, or end \
+                 the profile there",
                 percent(*touches, flat),
                 other.name
-            ));
+            )));
         }
     }
 }
@@ -260,7 +292,7 @@ mod tests {
     use serde_json::{Value, json};
 
     /// Warnings for a block of 1 m on the floor of its domain with a pressure on `side`, changed by `change`.
-    fn warnings(side: &str, change: impl Fn(&mut Value)) -> Vec<String> {
+    fn warnings(side: &str, change: impl Fn(&mut Value)) -> Vec<Warning> {
         let mut case = json!({
             "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 2] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -276,7 +308,7 @@ mod tests {
     #[test]
     fn a_load_on_a_free_flat_side_causes_no_warning() {
         for side in ["x-min", "x-max", "y-max"] {
-            assert_eq!(warnings(side, |_| {}), Vec::<String>::new(), "{side}");
+            assert_eq!(warnings(side, |_| {}), Vec::<Warning>::new(), "{side}");
         }
     }
 
@@ -287,7 +319,8 @@ mod tests {
                 case["gravity"] = json!(gravity);
                 change(case);
             });
-            all.iter().any(|warning| warning.starts_with("gravity: no wall and no obstacle stops the fall"))
+            all.iter()
+                .any(|warning| warning.text.starts_with("gravity: no wall and no obstacle stops the fall"))
         };
         assert!(!falls([0.0, -9.81], |_| {}) && !falls([0.0, 0.0], |case| case["boundaries"] = json!([])));
         assert!(falls([0.0, 9.81], |_| {}) && falls([0.0, -9.81], |case| case["boundaries"] = json!([])));
@@ -309,7 +342,9 @@ mod tests {
     fn loads_on_a_side_with_a_wall_cause_warnings() {
         let floor = warnings("y-min", |_| {});
         assert!(
-            floor.len() == 1 && floor[0].contains("loads[0].side") && floor[0].contains("takes the load"),
+            floor.len() == 1
+                && floor[0].text.contains("loads[0].side")
+                && floor[0].text.contains("takes the load"),
             "{floor:?}"
         );
         // A load along a wall acts at a smooth wall, but not at a rough one.
@@ -325,7 +360,7 @@ mod tests {
             case["boundaries"][0]["name"] = json!("floor");
             case["stages"][0]["remove_boundaries"] = json!(["floor"]);
         });
-        assert_eq!(for_a_while, Vec::<String>::new());
+        assert_eq!(for_a_while, Vec::<Warning>::new());
     }
 
     #[test]
@@ -335,7 +370,7 @@ mod tests {
                 json!({ "kind": "polygon", "vertices": [[1, 0], [2, 0], [2, 1], [1.75, 1]] });
         });
         assert!(
-            slope.len() == 1 && slope[0].contains("reaches 1 m") && slope[0].contains("25 %"),
+            slope.len() == 1 && slope[0].text.contains("reaches 1 m") && slope[0].text.contains("25 %"),
             "{slope:?}"
         );
         let beside = |case: &mut Value| {
@@ -347,7 +382,7 @@ mod tests {
         };
         let between = warnings("x-max", beside);
         assert!(
-            between.len() == 1 && between[0].contains("50 %") && between[0].contains("next"),
+            between.len() == 1 && between[0].text.contains("50 %") && between[0].text.contains("next"),
             "{between:?}"
         );
         let strip = |low: f64, high: f64| {
@@ -357,9 +392,9 @@ mod tests {
                 case["loads"][0]["profile"] = json!({ "axis": "y", "shares": shares });
             })
         };
-        assert_eq!(strip(0.5, 1.0), Vec::<String>::new(), "above the other body");
+        assert_eq!(strip(0.5, 1.0), Vec::<Warning>::new(), "above the other body");
         let nothing = strip(1.5, 2.0);
-        assert!(nothing.len() == 1 && nothing[0].contains("is zero on the whole side"), "{nothing:?}");
+        assert!(nothing.len() == 1 && nothing[0].text.contains("is zero on the whole side"), "{nothing:?}");
     }
 
     #[test]
@@ -367,12 +402,15 @@ mod tests {
         let cut = warnings("y-max", |case| {
             case["boundaries"] = json!([{ "side": "x-min", "position": 1.5, "wall": { "kind": "smooth" } }]);
         });
-        assert!(cut.len() == 1 && cut[0].starts_with("boundaries[0].position: the body \"b\""), "{cut:?}");
+        assert!(
+            cut.len() == 1 && cut[0].text.starts_with("boundaries[0].position: the body \"b\""),
+            "{cut:?}"
+        );
         let nothing = warnings("y-max", |case| {
             case["stages"][0]["excavate"] = json!([{ "kind": "box", "min": [3, 0], "max": [4, 1] }]);
         });
         assert!(
-            nothing.len() == 1 && nothing[0].starts_with("stages[0].excavate[0]: no body"),
+            nothing.len() == 1 && nothing[0].text.starts_with("stages[0].excavate[0]: no body"),
             "{nothing:?}"
         );
     }
@@ -391,13 +429,10 @@ mod tests {
         let found = with(ball(3.0));
         let expected = "obstacles[0].shape: lies outside the domain and has no effect: it reaches from 2.5 to \
                         3.5 m along x, the domain from 500000 to 500004 m";
-        assert_eq!(
-            found.iter().filter(|warning| warning.starts_with("obstacles")).collect::<Vec<_>>(),
-            [expected]
-        );
-        assert!(!with(ball(5e5 + 3.0)).iter().any(|warning| warning.starts_with("obstacles")));
+        assert_eq!(found.iter().filter(|warning| warning.text.starts_with(expected)).count(), 1, "{found:?}");
+        assert!(!with(ball(5e5 + 3.0)).iter().any(|warning| warning.text.starts_with("obstacles")));
         let mut moving = ball(3.0);
         moving["motion"] = json!({ "velocity": [1, 0] });
-        assert!(!with(moving).iter().any(|warning| warning.starts_with("obstacles")));
+        assert!(!with(moving).iter().any(|warning| warning.text.starts_with("obstacles")));
     }
 }

@@ -4,13 +4,14 @@ use colluvium_constitutive::MaterialSpec;
 
 use crate::Case;
 use crate::description::{Body, InitialStress};
+use colluvium_constitutive::Warning;
 
 /// Share of the domain above which bodies fill it without a free surface.
 const FULL_DOMAIN_FRACTION: f64 = 0.99;
 
 impl Case {
     /// Warning about liquids that fill the domain without tensile strength or pressure: they cavitate where they move.
-    pub(crate) fn closed_liquid(&self) -> Option<String> {
+    pub(crate) fn closed_liquid(&self) -> Option<Warning> {
         let opens = |body: &Body| match self.materials.get(&body.material) {
             Some(MaterialSpec::NewtonianFluid(liquid)) => {
                 liquid.cavitation_strength == 0.0 && matches!(body.stress, InitialStress::None)
@@ -23,12 +24,15 @@ impl Case {
         let size: f64 = self.domain.min.iter().zip(&self.domain.max).map(|(min, max)| max - min).product();
         let filled: f64 = self.bodies.iter().map(|body| body.shape.volume(dimension, false)).sum();
         (filled >= FULL_DOMAIN_FRACTION * size).then(|| {
-            format!(
-                "materials.{}.cavitation_strength: it is 0, and the liquid fills the domain without a \
+            Warning::new(
+                "closed-liquid",
+                format!(
+                    "materials.{}.cavitation_strength: it is 0, and the liquid fills the domain without a \
                  pressure at the start. As soon as it moves, voids open where its pressure falls below zero. \
                  Give a cavitation_strength of several times ρ v², or give the body {:?} a pressure as \
                  `stress`",
-                body.material, body.name
+                    body.material, body.name
+                ),
             )
         })
     }
@@ -49,9 +53,9 @@ mod tests {
         });
         change(&mut text);
         let warnings = Case::from_json(&text.to_string()).unwrap().warnings();
-        warnings
-            .iter()
-            .any(|warning| warning.contains("materials.m.cavitation_strength") && warning.contains("voids"))
+        warnings.iter().any(|warning| {
+            warning.text.contains("materials.m.cavitation_strength") && warning.text.contains("voids")
+        })
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Rules of stages that end at equilibrium.
 
+use crate::CaseErrorKind;
 use crate::error_collector::ErrorCollector;
 
 impl ErrorCollector<'_> {
@@ -18,9 +19,12 @@ impl ErrorCollector<'_> {
         self.require(criterion.hold >= 1, format!("{path}.equilibrium.hold"), "must be at least 1");
         let searched = case.factors_of_safety().find(|(_, search)| search.after == stage.name);
         if let (Some((name, _)), false) = (searched, criterion.required) {
-            let problem = format!(
-                "the search of measures.{name} begins from rest, so the stage must reach equilibrium: leave \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                format!(
+                    "the search of measures.{name} begins from rest, so the stage must reach equilibrium: leave \
                  this key out"
+                ),
             );
             self.require(false, format!("{path}.equilibrium.required"), problem);
         }

@@ -1,5 +1,6 @@
 //! Rules of loads, and of sides without a wall.
 
+use crate::CaseErrorKind;
 use crate::description::{Boundary, Load, LoadProfile, Side, Wall};
 use crate::error_collector::ErrorCollector;
 use crate::files::piecewise_linear;
@@ -35,9 +36,12 @@ impl ErrorCollector<'_> {
             let path = format!("loads[{number}]");
             self.name(&format!("{path}.body"), load.body(), &bodies, "the name of a body");
             let rigid = case.bodies.iter().any(|body| body.rigid && body.name == load.body());
-            let problem = format!(
-                "the body {:?} is rigid: give the force in `motions` of a stage, with the velocity null",
-                load.body()
+            let problem = CaseErrorKind::coded(
+                "rigid-motion",
+                format!(
+                    "the body {:?} is rigid: give the force in `motions` of a stage, with the velocity null",
+                    load.body()
+                ),
             );
             self.require(!rigid, format!("{path}.body"), problem);
             if let Some(side) = load.loaded_side() {
@@ -73,20 +77,30 @@ impl ErrorCollector<'_> {
         let (case, dimension) = (self.case, self.case.dimension());
         self.finite(format!("{path}.pressure"), *pressure);
         self.finite(format!("{path}.shear"), *shear);
-        let problem = "has neither a pressure nor a shear";
+        let problem = CaseErrorKind::coded("needs-other-key", "has neither a pressure nor a shear");
         self.require(*pressure != 0.0 || *shear != 0.0, path.to_owned(), problem);
         self.require(*shear == 0.0 || dimension > 1, format!("{path}.shear"), "a load in 1d has no shear");
         match axis {
             Some(axis) if dimension == 3 => {
                 let turns = axis.iter().all(|c| c.is_finite()) && axis.iter().any(|c| *c != 0.0);
-                self.require(turns, format!("{path}.axis"), "must be finite and not zero");
+                self.require(
+                    turns,
+                    format!("{path}.axis"),
+                    CaseErrorKind::coded("program-request", "must be finite and not zero"),
+                );
             }
             Some(_) => self.report(
                 format!("{path}.axis"),
-                "applies to 3d only: in two dimensions it is the axis normal to the plane",
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "applies to 3d only: in two dimensions it is the axis normal to the plane",
+                ),
             ),
             None => {
-                let problem = "is missing: in space the shear acts along axis × normal";
+                let problem = CaseErrorKind::coded(
+                    "needs-other-key",
+                    "is missing: in space the shear acts along axis × normal",
+                );
                 self.require(*shear == 0.0 || dimension < 3, format!("{path}.axis"), problem);
             }
         }
@@ -102,17 +116,27 @@ impl ErrorCollector<'_> {
         };
         let ((low, high), (smallest, largest)) = (region.bounds(dimension), shape.bounds(dimension));
         let apart = (0..dimension).any(|c| low[c] > largest[c] || high[c] < smallest[c]);
-        self.require(!apart, format!("{path}.within"), format!("does not overlap the body {body:?}"));
+        self.require(
+            !apart,
+            format!("{path}.within"),
+            CaseErrorKind::coded("overlap", format!("does not overlap the body {body:?}")),
+        );
     }
 
     /// Checks the variation of a load along its side.
     fn profile(&mut self, path: &str, profile: &LoadProfile, side: Side) {
         let (axis, dimension) = (profile.axis.number(), self.case.dimension());
-        let problem = format!("a space of {dimension} dimensions does not have this axis");
+        let problem = CaseErrorKind::coded(
+            "wrong-dimension",
+            format!("a space of {dimension} dimensions does not have this axis"),
+        );
         self.require(axis < dimension, format!("{path}.axis"), problem);
         let problem = format!("is normal to the side {side}: a load varies along its side");
         self.require(axis != side.axis(), format!("{path}.axis"), problem);
-        let problem = "needs two entries or more. For a uniform load leave the profile out";
+        let problem = CaseErrorKind::coded(
+            "conflicting-keys",
+            "needs two entries or more. For a uniform load leave the profile out",
+        );
         self.require(profile.shares.len() > 1, format!("{path}.shares"), problem);
         for (number, [at, share]) in profile.shares.iter().enumerate() {
             self.finite(format!("{path}.shares[{number}][0]"), *at);
@@ -130,7 +154,8 @@ impl ErrorCollector<'_> {
     fn pore_load(&mut self, path: &str, load: &Load) {
         let (case, Some(side)) = (self.case, load.loaded_side()) else { return };
         let Some(body) = case.bodies.iter().find(|body| body.name == load.body()) else { return };
-        let problem = format!("the body {:?} has no pore_fluid", body.name);
+        let problem =
+            CaseErrorKind::coded("needs-other-key", format!("the body {:?} has no pore_fluid", body.name));
         self.require(body.pore_fluid.is_some(), format!("{path}.body"), problem);
         let dimension = case.dimension();
         if body.shape.validate(dimension).is_err() || side.axis() >= dimension {

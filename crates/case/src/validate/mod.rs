@@ -14,6 +14,7 @@ pub(crate) mod time_scales;
 
 use std::collections::HashSet;
 
+use crate::CaseErrorKind;
 use crate::description::{Boundary, Side, Space, Stage, Wall};
 use crate::error_collector::ErrorCollector;
 use crate::{Case, CaseError, CaseErrors};
@@ -71,10 +72,13 @@ impl ErrorCollector<'_> {
         for (number, axis) in case.domain.periodic.iter().enumerate() {
             let path = format!("domain.periodic[{number}]");
             let dimension = case.dimension();
-            let problem = format!("a space of {dimension} dimensions does not have this axis");
+            let problem = CaseErrorKind::coded(
+                "wrong-dimension",
+                format!("a space of {dimension} dimensions does not have this axis"),
+            );
             self.require(axis.number() < dimension, path.clone(), problem);
             let twice = case.domain.periodic[..number].contains(axis);
-            self.require(!twice, path.clone(), "is named twice");
+            self.require(!twice, path.clone(), CaseErrorKind::coded("duplicate-name", "is named twice"));
             let radial = case.space == Space::Axisymmetric && axis.number() == 0;
             self.require(!radial, path, "the distance from the axis of symmetry cannot be periodic");
         }
@@ -101,9 +105,12 @@ impl ErrorCollector<'_> {
         if extent > 0.0 && domain.min.iter().chain(&domain.max).any(far) {
             let round = 10f64.powf(extent.log10().ceil());
             let near: Vec<f64> = domain.min.iter().map(|x| (x / round).round() * round).collect();
-            let problem = format!(
-                "is farther from zero than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, so \
+            let problem = CaseErrorKind::coded(
+                "far-from-origin",
+                format!(
+                    "is farther from zero than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, so \
                  positions lose digits. Give domain.origin a place near the domain, for example {near:?}"
+                ),
             );
             self.report("domain.min", problem);
         }
@@ -142,15 +149,21 @@ impl ErrorCollector<'_> {
             if !names.insert(boundary.name()) {
                 self.report(
                     format!("{path}.name"),
-                    format!("{:?} is the name of two boundaries", boundary.name()),
+                    CaseErrorKind::coded(
+                        "duplicate-name",
+                        format!("{:?} is the name of two boundaries", boundary.name()),
+                    ),
                 );
             }
             let open = !case.domain.is_periodic(boundary.side.axis());
             self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
             if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
-                let problem = format!(
-                    "the wall applies to the nodes of the group {group:?}, wherever they are: leave the \
+                let problem = CaseErrorKind::coded(
+                    "conflicting-keys",
+                    format!(
+                        "the wall applies to the nodes of the group {group:?}, wherever they are: leave the \
                      position out"
+                    ),
                 );
                 self.report(format!("{path}.position"), problem);
             }
@@ -161,12 +174,18 @@ impl ErrorCollector<'_> {
                     && (boundary.side, position) == (Side::XMin, 0.0)
                     && boundary.wall != Wall::Smooth
                 {
-                    let problem = "x = 0 is the axis of symmetry, which is smooth: make the wall smooth or \
-                                   leave it out";
+                    let problem = CaseErrorKind::coded(
+                        "conflicting-keys",
+                        "x = 0 is the axis of symmetry, which is smooth: make the wall smooth or \
+                                   leave it out",
+                    );
                     self.report(format!("{path}.wall.kind"), problem);
                 }
                 if known_walls.contains(&(boundary.side, position)) {
-                    self.report(format!("{path}.side"), "another wall has the same side and position");
+                    self.report(
+                        format!("{path}.side"),
+                        CaseErrorKind::coded("duplicate-name", "another wall has the same side and position"),
+                    );
                 }
                 known_walls.push((boundary.side, position));
             }
@@ -190,7 +209,10 @@ impl ErrorCollector<'_> {
         for (number, patch) in case.patches.iter().enumerate() {
             let path = format!("patches[{number}]");
             if !names.insert(&patch.name) {
-                let problem = format!("{:?} is also the name of a body or another patch", patch.name);
+                let problem = CaseErrorKind::coded(
+                    "duplicate-name",
+                    format!("{:?} is also the name of a body or another patch", patch.name),
+                );
                 self.report(format!("{path}.name"), problem);
             }
             if let Err(error) = patch.region.validate(case.dimension()) {
@@ -215,7 +237,13 @@ impl ErrorCollector<'_> {
         for (number, stage) in case.stages.iter().enumerate() {
             let path = format!("stages[{number}]");
             if !names.insert(&stage.name) {
-                self.report(format!("{path}.name"), format!("{:?} is the name of two stages", stage.name));
+                self.report(
+                    format!("{path}.name"),
+                    CaseErrorKind::coded(
+                        "duplicate-name",
+                        format!("{:?} is the name of two stages", stage.name),
+                    ),
+                );
             }
             self.stage(&path, stage);
             gone.extend(stage.remove_bodies.iter().map(String::as_str));
@@ -237,7 +265,10 @@ impl ErrorCollector<'_> {
         self.not_negative(format!("{path}.rayleigh_damping"), stage.rayleigh_damping, " (1/s)");
         self.motions(path, stage);
         for (number, axis) in stage.damping_axes.iter().flatten().enumerate() {
-            let problem = format!("{axis} is not an axis of a space of {} dimensions", case.dimension());
+            let problem = CaseErrorKind::coded(
+                "wrong-dimension",
+                format!("{axis} is not an axis of a space of {} dimensions", case.dimension()),
+            );
             self.require(*axis < case.dimension(), format!("{path}.damping_axes[{number}]"), problem);
         }
         let boundaries: Vec<&str> = case.boundaries.iter().map(Boundary::name).collect();
@@ -266,11 +297,25 @@ impl ErrorCollector<'_> {
             let count = end / interval;
             let fits = !(count.is_finite() && count > MAX_FRAMES);
             self.positive(path.clone(), interval, "s");
-            self.require(fits, path, format!("{interval} s would give {count:.1e} outputs"));
+            self.require(
+                fits,
+                path,
+                CaseErrorKind::coded(
+                    "too-many-points",
+                    format!("{interval} s would give {count:.1e} outputs"),
+                ),
+            );
         }
         self.positive("output.checkpoint", output.checkpoint, "s");
         let some = output.fields.as_ref().is_none_or(|fields| !fields.is_empty());
-        self.require(some, "output.fields", "name at least one field, or leave it out for all of them");
+        self.require(
+            some,
+            "output.fields",
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "name at least one field, or leave it out for all of them",
+            ),
+        );
         if let Some(cell) = output.grid {
             self.grid(cell);
         }
@@ -290,7 +335,14 @@ impl ErrorCollector<'_> {
             return;
         }
         let nodes = case.grid_nodes(cell);
-        self.require(nodes <= MAX_NODES, path(), format!("cells of {cell} m would give {nodes:.1e} nodes"));
+        self.require(
+            nodes <= MAX_NODES,
+            path(),
+            CaseErrorKind::coded(
+                "too-many-points",
+                format!("cells of {cell} m would give {nodes:.1e} nodes"),
+            ),
+        );
         for axis in
             case.domain.periodic.iter().map(|axis| axis.number()).filter(|axis| *axis < case.dimension())
         {

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use crate::CaseErrorKind;
 use crate::description::{Boundary, Obstacle, ObstacleMotion, ObstacleRegion, ObstacleShape, ObstacleWall};
 use crate::error_collector::ErrorCollector;
 
@@ -15,9 +16,12 @@ impl ErrorCollector<'_> {
         for (number, obstacle) in case.obstacles.iter().enumerate() {
             let path = format!("obstacles[{number}]");
             if !names.insert(&obstacle.name) {
-                let problem = format!(
-                    "{:?} is also the name of a body, a boundary, a patch or another obstacle",
-                    obstacle.name
+                let problem = CaseErrorKind::coded(
+                    "duplicate-name",
+                    format!(
+                        "{:?} is also the name of a body, a boundary, a patch or another obstacle",
+                        obstacle.name
+                    ),
                 );
                 self.report(format!("{path}.name"), problem);
             }
@@ -45,7 +49,11 @@ impl ErrorCollector<'_> {
             return;
         }
         let path = format!("{path}.regions");
-        self.require(case.dimension() > 1, path.clone(), "one dimension has no plan");
+        self.require(
+            case.dimension() > 1,
+            path.clone(),
+            CaseErrorKind::coded("wrong-dimension", "one dimension has no plan"),
+        );
         let problem = "are fixed in plan, but the obstacle moves: give each part as a separate obstacle";
         self.require(obstacle.motion.is_none(), path.clone(), problem);
         for (number, region) in obstacle.regions.iter().enumerate() {
@@ -75,7 +83,7 @@ impl ErrorCollector<'_> {
         if motion.rotation == 0.0 {
             return;
         }
-        let problem = "one dimension has no rotation";
+        let problem = CaseErrorKind::coded("wrong-dimension", "one dimension has no rotation");
         self.require(dimension > 1, format!("{path}.rotation"), problem);
         self.vector(&format!("{path}.centre"), &motion.centre);
         if dimension == 3 {
@@ -83,7 +91,10 @@ impl ErrorCollector<'_> {
             let problem = "must not be zero with a rotation";
             self.require(motion.axis.iter().any(|c| *c != 0.0), format!("{path}.axis"), problem);
         } else {
-            let problem = "applies to 3d only: in two dimensions an obstacle rotates in the plane";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "applies to 3d only: in two dimensions an obstacle rotates in the plane",
+            );
             self.require(motion.axis.is_empty(), format!("{path}.axis"), problem);
         }
     }
@@ -102,7 +113,7 @@ impl ErrorCollector<'_> {
             }
             ObstacleShape::Ball { centre, .. } => self.vector(&format!("{path}.centre"), centre),
             ObstacleShape::GroundLine { points, file } => {
-                let problem = "give either points or a file";
+                let problem = CaseErrorKind::coded("conflicting-keys", "give either points or a file");
                 self.require(points.is_empty() != file.is_none(), format!("{path}.points"), problem);
             }
             ObstacleShape::Raster { spacing: Some(spacing), .. } => {

@@ -3,6 +3,7 @@
 use crate::error_collector::ErrorCollector;
 use std::collections::HashSet;
 
+use crate::CaseErrorKind;
 use crate::description::RemovalShape;
 use crate::output::{PLAIN_NAME_RULE, is_plain};
 
@@ -13,9 +14,15 @@ impl ErrorCollector<'_> {
         for (number, cut) in self.case.removal_shapes.iter().enumerate() {
             let path = format!("removal_shapes[{number}]");
             self.require(is_plain(&cut.name), format!("{path}.name"), PLAIN_NAME_RULE);
-            let problem = format!("{:?} is the name of two removal shapes", cut.name);
+            let problem = CaseErrorKind::coded(
+                "duplicate-name",
+                format!("{:?} is the name of two removal shapes", cut.name),
+            );
             self.require(names.insert(&cut.name), format!("{path}.name"), problem);
-            let problem = format!("{:?} is also the name of a measure", cut.name);
+            let problem = CaseErrorKind::coded(
+                "duplicate-name",
+                format!("{:?} is also the name of a measure", cut.name),
+            );
             self.require(!self.case.measures.contains_key(&cut.name), format!("{path}.name"), problem);
             self.removal_shape(&path, cut);
         }

@@ -4,6 +4,7 @@ use colluvium_constitutive::{InitialCondition, MaterialSpec, SymTensor};
 
 use crate::Case;
 use crate::description::Body;
+use colluvium_constitutive::Warning;
 
 /// Densities of a body with pore fluid (kg/m³).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +111,7 @@ impl Case {
     }
 
     /// Warns of grain densities unusual for soils and rocks: the given density may be meant for skeleton and fluid.
-    pub(crate) fn warn_of_grains(&self, warnings: &mut Vec<String>) {
+    pub(crate) fn warn_of_grains(&self, warnings: &mut Vec<Warning>) {
         for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| !body.rigid) {
             let (Some(fluid), Some(densities)) = (&body.pore_fluid, self.densities(body)) else { continue };
             let BodyDensities { dry, saturated, grains } = densities;
@@ -128,7 +129,7 @@ impl Case {
                  one minus the porosity"
                     .to_owned()
             };
-            warnings.push(format!(
+            warnings.push(Warning::new("unusual-grain-density", format!(
                 "materials.{}.density: {dry} kg/m³ gives grains of {grains:.0} kg/m³ at the porosity {} of \
                  bodies[{number}], and {saturated:.0} kg/m³ with the fluid. Grains of soil have {:.0} to \
                  {:.0} kg/m³. {cure}",
@@ -136,7 +137,7 @@ impl Case {
                 fluid.porosity,
                 BodyDensities::OF_GRAINS[0],
                 BodyDensities::OF_GRAINS[1]
-            ));
+            )));
         }
     }
 }
@@ -189,7 +190,10 @@ mod tests {
     fn a_density_that_implies_implausible_grain_density_causes_a_warning() {
         let doubts = |density: f64| {
             let all = column(density).warnings();
-            all.into_iter().filter(|warning| warning.starts_with("materials.m.density")).collect::<Vec<_>>()
+            all.into_iter()
+                .map(|warning| warning.text)
+                .filter(|text| text.starts_with("materials.m.density"))
+                .collect::<Vec<_>>()
         };
         assert!(doubts(1590.0).is_empty());
         let doubt = doubts(2000.0).concat();

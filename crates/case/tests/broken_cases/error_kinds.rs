@@ -148,7 +148,7 @@ fn files_that_cannot_be_read_are_named() {
 #[test]
 fn other_errors_are_texts_and_errors_of_laws_remain_whole() {
     let twice = error_in(program().stage(Stage::new("settle", 1.0)));
-    assert!(matches!(twice.kind, CaseErrorKind::Invalid(_)), "{twice:?}");
+    assert!(matches!(twice.kind, CaseErrorKind::Invalid { code: "duplicate-name", .. }), "{twice:?}");
     let refused = MaterialError::update("soil", "is too soft");
     let error = CaseError::of_material("materials.soil", refused.clone());
     assert_eq!(error.to_string(), "materials.soil: soil: is too soft");

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use clap::Args;
 use colluvium::case::run::{RunTiming, SearchCost, check_names};
-use colluvium::case::{BodyDensities, Case, Plan, TimeScales, printable};
+use colluvium::case::{BodyDensities, Case, Plan, TimeScales, Warning, printable};
 use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
 
-use super::{CommandError, LibraryArguments, duration_text};
+use super::{CommandError, LibraryArguments, duration_text, print_note, print_warning};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -36,7 +36,7 @@ pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     let size = method.problem_size(&case)?;
     size.check_memory(free_memory())?;
     if let Some(ahead) = size.size_notice() {
-        print_error_line!("note: {ahead}");
+        print_note(&ahead);
     }
     let (mut plan, mut solver) = method.plan_and_build(&case)?;
     check_names(&case, &*solver)?;
@@ -72,7 +72,14 @@ pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     print_line!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
     print_line!("duration       about {} on {threads} threads", duration_text(seconds));
     for (name, search) in case.factors_of_safety() {
-        print_line!("{}", search_cost_text(name, &SearchCost::of_case(&case, &plan, search), threads));
+        let cost = SearchCost::of_case(&case, &plan, search);
+        print_line!("{}", search_cost_text(name, &cost, threads));
+        if cost.window.is_nan() {
+            let text = format!(
+                "measures.{name}: the duration of a window is unknown until the bodies are at rest without yielding. To set it, give `duration`"
+            );
+            print_note(&Warning::new("search-cost-unknown", text));
+        }
     }
     for stage in &case.stages {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
@@ -80,9 +87,7 @@ pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     }
     let has_laws = method.has_elasticity() && method.capabilities(&case)?.has_materials();
     print_line!("time scales    {}", time_scales(&case, has_laws));
-    for warning in plan.all_warnings(&case) {
-        print_error_line!("warning: {warning}");
-    }
+    plan.all_warnings(&case).iter().for_each(print_warning);
     Ok(())
 }
 
@@ -125,9 +130,7 @@ fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
         "search         {name}: {likely} trials, {largest} at most, of {windows} time windows at most"
     );
     if window.is_nan() {
-        return format!(
-            "{trials}; the duration of a window is unknown until the bodies are at rest without yielding"
-        );
+        return trials;
     }
     let [usual, longest] = seconds.map(|seconds| duration_text(seconds / threads as f64));
     format!(

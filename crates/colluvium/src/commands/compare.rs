@@ -3,12 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::case::Case;
+use colluvium::case::{Case, Warning};
 use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
 use colluvium::machine::free_memory;
 use colluvium::output::run_pictures::view_plane_for_gravity;
 
-use super::{CommandError, LibraryArguments, OutputArguments, stop_on_interrupt, thread_pool, write_stdout};
+use super::{
+    CommandError, LibraryArguments, OutputArguments, print_warning, stop_on_interrupt, thread_pool,
+    write_stdout,
+};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -65,7 +68,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
         free_memory: free_memory(),
         stop_flag: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
-        on_warning: (!files.quiet).then_some(|remark| print_error_line!("warning: {remark}")),
+        on_warning: (!files.quiet).then_some(print_warning),
     };
     let pool = thread_pool(arguments.threads)?;
     let results = pool
@@ -76,10 +79,10 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
     let plane = view_plane_for_gravity(case.gravity.get(2).copied(), arguments.view.as_deref());
     let page = compare::write_page(&out, &case, &results, plane, &reference)?;
     print_line!("comparison: {}", page.display());
-    let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed(_));
+    let failed = |result: &&MethodResult| matches!(result.outcome, MethodOutcome::Failed { .. });
     match results.iter().filter(failed).count() {
         0 => Ok(()),
-        _ => Err(CommandError::Message("the run of at least one method failed".to_owned())),
+        _ => Err(CommandError::message("methods-failed", "the run of at least one method failed")),
     }
 }
 
@@ -87,17 +90,23 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
 fn print_method_result(result: &MethodResult, quiet: bool) {
     let MethodResult { method, chosen_options: took, outcome, .. } = result;
     let line = match outcome {
-        MethodOutcome::Failed(why) => {
-            return print_error_line!("error: {method}: {}", why.replace('\n', "; "));
+        MethodOutcome::Failed { code, reason } => {
+            return print_error_line!("error[{code}]: {method}: {}", reason.replace('\n', "; "));
         }
         _ if quiet => return,
-        MethodOutcome::Refused(why) => format!("{method}: does not support this case: {why}"),
+        MethodOutcome::Refused(why) => {
+            Warning::new("method-refused", format!("{method}: does not support this case: {why}"))
+                .line("note")
+        }
         MethodOutcome::Interrupted => format!("{method}: interrupted"),
         MethodOutcome::Completed(report) => {
             format!("{method}: {} steps in {:.1} s", report.steps, report.wall_time)
         }
     };
-    let chosen = if took.is_empty() { String::new() } else { format!("; chosen options: {took}") };
     // If nobody reads the output, the program ends; any other failure appears again at the last line.
-    let _ = write_stdout(format_args!("{line}{chosen}"));
+    let _ = write_stdout(format_args!("{line}"));
+    if !took.is_empty() {
+        let chosen = Warning::new("chosen-options", format!("{method}: chosen options: {took}"));
+        let _ = write_stdout(format_args!("{}", chosen.line("note")));
+    }
 }

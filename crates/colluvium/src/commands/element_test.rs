@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use colluvium::case::files::json;
 use colluvium::case::output::{create_folder, write_atomically};
-use colluvium::case::{CaseError, CaseErrors};
+use colluvium::case::{CaseError, CaseErrorKind, CaseErrors};
 use colluvium::constitutive::MaterialSpec;
 use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
 use colluvium::constitutive::driver::{
@@ -13,9 +13,10 @@ use colluvium::constitutive::driver::{
 };
 use colluvium::plots::{LineChart, Picture, Series, Style};
 
-use super::{CommandError, LibraryArguments};
+use super::{CommandError, LibraryArguments, print_warning};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
+use colluvium::case::Warning;
 
 #[derive(Args)]
 #[command(
@@ -50,20 +51,24 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
             (test.test.clone(), Some(test))
         }
         (true, None) => {
-            return Err(CommandError::Usage(
-                "a folder has no material law: give the file of one with --material".into(),
+            return Err(CommandError::usage(
+                "wrong-usage",
+                "a folder has no material law: give the file of one with --material",
             ));
         }
         (false, Some(_)) => {
-            return Err(CommandError::Usage(
-                "--material applies to a folder only; a test file has its own material".into(),
+            return Err(CommandError::usage(
+                "wrong-usage",
+                "--material applies to a folder only; a test file has its own material",
             ));
         }
         (false, None) => (colluvium::load_element_test(file)?, None),
     };
     let stem = || PathBuf::from(file.canonicalize().unwrap_or_default().file_stem().unwrap_or_default());
     let out = arguments.out.clone().unwrap_or_else(stem);
-    let broken = |error: DriverError| CaseError::new(file.display().to_string(), error.to_string());
+    let broken = |error: DriverError| {
+        CaseError::new(file.display().to_string(), CaseErrorKind::coded(error.code(), error.to_string()))
+    };
     let mut trace = test.trace().map_err(broken)?;
     if let Some(incremental) = &incremental {
         incremental.remove_unwanted_rows(&mut trace.path);
@@ -74,7 +79,7 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
         _ => "not a number".to_owned(),
     });
     print_line!("{} rows; at the end p = {p}, q = {q}; results in {}", trace.path.rows.len(), out.display());
-    trace.stop_reason.map_or(Ok(()), |error| Err(CommandError::Message(error.to_string())))
+    trace.stop_reason.map_or(Ok(()), |error| Err(CommandError::message(error.code(), error.to_string())))
 }
 
 /// Reads the files of an incrementalDriver test.
@@ -102,7 +107,10 @@ fn read_incremental_driver(
         let located = problems.into_iter().map(|TestProblem { path, problem }| {
             // A key that is in none of the files belongs to the material.
             let inner = path.strip_prefix("material.").map(beside);
-            CaseError::new(inner.unwrap_or_else(|| folder.join(path).display().to_string()), problem)
+            CaseError::new(
+                inner.unwrap_or_else(|| folder.join(path).display().to_string()),
+                CaseErrorKind::coded("incremental-driver", problem),
+            )
         });
         CaseErrors(located.collect())
     })?;
@@ -113,17 +121,22 @@ fn read_incremental_driver(
     for ((count, file, what), _) in
         of_files.iter().zip(test.uses_file_values).filter(|((count, ..), takes)| *count > 0 && !takes)
     {
-        print_error_line!("warning: {file}: the law of --material does not use the {count} {what}");
+        print_warning(&Warning::new(
+            "unused-values",
+            format!(
+                "{file}: the law of --material does not use the {count} {what}. Check that it is the intended law"
+            ),
+        ));
     }
     Ok(test)
 }
 
 /// Writes the table and the pictures, in place of those of an earlier test.
 fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Result<(), CommandError> {
-    let fail = |error: std::io::Error| CommandError::Message(format!("{}: {error}", out.display()));
+    let fail = |error: std::io::Error| CommandError::message("output", format!("{}: {error}", out.display()));
     create_folder(out)?;
     let mut table = Vec::new();
-    trace.path.write_csv(&mut table).map_err(|error| CommandError::Message(error.to_string()))?;
+    trace.path.write_csv(&mut table).map_err(|error| CommandError::message("output", error.to_string()))?;
     let path = out.join("path.csv");
     let pictures: Vec<PathBuf> = (StandardPlot::NAMES.iter())
         .flat_map(|name| ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))))
@@ -134,10 +147,13 @@ fn write_results(title: &str, trace: &TestTrace, out: &Path, format: &str) -> Re
     let is_table = std::fs::read(&path).is_ok_and(|earlier| earlier.starts_with(units));
     let foreign = Some(&path).filter(|path| path.exists()).or(pictures.first());
     if let Some(file) = foreign.filter(|_| !is_table) {
-        return Err(CommandError::Message(format!(
-            "{} would be overwritten, and no element test wrote it: choose another folder with --out",
-            file.display()
-        )));
+        return Err(CommandError::message(
+            "output",
+            format!(
+                "{} would be overwritten, and no element test wrote it: choose another folder with --out",
+                file.display()
+            ),
+        ));
     }
     pictures.iter().try_for_each(std::fs::remove_file).map_err(fail)?;
     write_atomically(&path, &table)?;

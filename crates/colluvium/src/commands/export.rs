@@ -13,7 +13,10 @@ use colluvium::case::{Case, FieldRole, GrainColumns, PointList, Snapshot};
 use colluvium::depth_sph::point_stacks;
 use colluvium::output::run_pictures::read_collection_frame;
 
-use super::{CommandError, LibraryArguments, check_run_folder, or_default_with_warning};
+use super::{
+    CommandError, LibraryArguments, check_run_folder, or_default_with_warning, print_note, print_warning,
+};
+use colluvium::case::Warning;
 
 /// Name of the folder of the archives.
 const ARCHIVE_FOLDER: &str = "npz";
@@ -88,10 +91,10 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
         Err(errors) => {
             let case = Case::load_without_files(&path);
             let case = case.map_err(|errors| OutputError::new(&path, errors.first()))?;
-            print_error_line!(
-                "warning: {}: the points are exported without the files of the case",
-                errors.first()
-            );
+            print_warning(&Warning::new(
+                "results-missing",
+                format!("{}: the points are exported without the files of the case", errors.first()),
+            ));
             case
         }
     };
@@ -116,11 +119,14 @@ fn write_point_list(from: &Path, arguments: &ExportArguments) -> Result<(), Comm
     files.write(POINTS_FILE, |file| write_atomically(file, text.as_bytes()))?;
     print_line!("wrote the {} points at {} s to {}", kept.len(), snapshot.time, to.display());
     if let Some([point_mass, whole]) = mass_mismatch(&snapshot, &list) {
-        print_line!(
-            "the mass of the points is {point_mass:.6e} kg, and that of the flow {whole:.6e} kg: the points represent the grains with the fluid around them, \
+        print_note(&Warning::new(
+            "fluid-without-grains",
+            format!(
+                "the mass of the points is {point_mass:.6e} kg, and that of the flow {whole:.6e} kg: the points represent the grains with the fluid around them, \
              and {:.4e} kg of fluid have no grains nearby",
-            whole - point_mass
-        );
+                whole - point_mass
+            ),
+        ));
     }
     Ok(())
 }
@@ -170,7 +176,7 @@ fn point_indices_of_body(
             "--body {name}: has no points in the last frame; there are the bodies {}",
             known.join(", ")
         );
-        return Err(CommandError::Usage(problem));
+        return Err(CommandError::usage("wrong-usage", problem));
     }
     Ok(kept)
 }

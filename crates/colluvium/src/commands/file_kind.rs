@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use colluvium::case::CaseError;
 use colluvium::case::files::json;
+use colluvium::case::{CaseError, CaseErrorKind};
 use colluvium::constitutive::driver::incremental;
 use serde_json::Value;
 
@@ -71,7 +71,8 @@ fn from_extension(file: &Path) -> Option<(&'static str, &'static str)> {
 pub fn require_kind(file: &Path, wanted: FileKind) -> Result<(), CommandError> {
     let wrong = |is: &str, cure: String| {
         let problem = format!("is {is}, and not {}: {cure}", wanted.name_and_command().0);
-        Err(CaseError::new(file.display().to_string(), problem).into())
+        Err(CaseError::new(file.display().to_string(), CaseErrorKind::coded("wrong-file-kind", problem))
+            .into())
     };
     if file.is_dir() {
         let run = file.join("summary.json").exists();

@@ -14,6 +14,7 @@ pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod element_test;
+pub mod explain;
 pub mod export;
 mod file_kind;
 pub mod fit;
@@ -34,7 +35,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use colluvium::MethodChoiceError;
 use colluvium::case::output::OutputError;
-use colluvium::case::{CaseError, CaseErrors, RunError};
+use colluvium::case::{CaseError, CaseErrors, RunError, Warning};
 use colluvium::case::{printable, shortened};
 use colluvium::compare::CompareError;
 use colluvium::fit::FitError;
@@ -46,7 +47,9 @@ use thiserror::Error;
 fn write_stdout(line: std::fmt::Arguments<'_>) -> Result<(), CommandError> {
     match writeln!(std::io::stdout().lock(), "{}", escape_lines(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        written => written.map_err(|error| CommandError::Message(format!("standard output: {error}"))),
+        written => {
+            written.map_err(|error| CommandError::message("output", format!("standard output: {error}")))
+        }
     }
 }
 
@@ -58,6 +61,16 @@ fn escape_lines(text: &str) -> String {
 /// Prints a line on standard error, if possible. Control characters and colours are escaped; the middle of an overlong line is left out.
 pub fn write_stderr(line: std::fmt::Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "{}", shortened(&printable(&line.to_string())));
+}
+
+/// Prints a warning with its code on standard error.
+pub fn print_warning(warning: &Warning) {
+    print_error_line!("{}", warning.line("warning"));
+}
+
+/// Prints a note with its code on standard error.
+fn print_note(note: &Warning) {
+    print_error_line!("{}", note.line("note"));
 }
 
 /// Failure of a command, which determines its exit code.
@@ -82,11 +95,21 @@ pub enum CommandError {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// The arguments do not make sense.
-    #[error("{0}")]
-    Usage(String),
+    #[error("{text}")]
+    Usage {
+        /// Code of the problem.
+        code: &'static str,
+        /// Description of the problem.
+        text: String,
+    },
     /// Anything else that went wrong while running.
-    #[error("{0}")]
-    Message(String),
+    #[error("{text}")]
+    Message {
+        /// Code of the problem.
+        code: &'static str,
+        /// Description of the problem.
+        text: String,
+    },
     /// The run was interrupted.
     #[error("interrupted; continue with --resume")]
     Interrupted,
@@ -102,24 +125,51 @@ impl From<MethodChoiceError> for CommandError {
     fn from(error: MethodChoiceError) -> Self {
         match error {
             MethodChoiceError::Case(error) => error.into(),
-            MethodChoiceError::Several { .. } => Self::Usage(format!("{error} with --method")),
-            MethodChoiceError::Unknown { .. } => Self::Usage(error.to_string()),
+            MethodChoiceError::Several { .. } => Self::usage(error.code(), format!("{error} with --method")),
+            MethodChoiceError::Unknown { .. } => Self::usage(error.code(), error.to_string()),
         }
     }
 }
 
 impl CommandError {
+    /// Wrong arguments, with the code of the problem.
+    pub fn usage(code: &'static str, text: impl Into<String>) -> Self {
+        Self::Usage { code, text: text.into() }
+    }
+
+    /// Failure while running, with its code.
+    pub fn message(code: &'static str, text: impl Into<String>) -> Self {
+        Self::Message { code, text: text.into() }
+    }
+
+    /// Codes and texts of the errors, one line each.
+    pub fn lines(&self) -> Vec<(&'static str, String)> {
+        if let Self::Case(errors) | Self::Run(RunError::Case(errors)) = self {
+            return errors.0.iter().map(|error| (error.code(), error.to_string())).collect();
+        }
+        let code = match self {
+            Self::Case(errors) => errors.first().code(),
+            Self::Run(error) => error.code(),
+            Self::Sweep(error) => error.code(),
+            Self::Compare(error) => error.code(),
+            Self::Output(error) => error.code,
+            Self::Usage { code, .. } | Self::Message { code, .. } => code,
+            Self::Interrupted => "interrupted",
+        };
+        self.to_string().lines().map(|line| (code, line.to_owned())).collect()
+    }
+
     /// The exit code.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Case(_) | Self::Run(RunError::Case(_)) | Self::Compare(CompareError::NoMethod(_)) => 3,
-            Self::Usage(_) | Self::Compare(CompareError::UnknownMethod { .. }) => 2,
+            Self::Usage { .. } | Self::Compare(CompareError::UnknownMethod { .. }) => 2,
             Self::Run(_)
             | Self::Sweep(_)
             | Self::Fit(_)
             | Self::Compare(_)
             | Self::Output(_)
-            | Self::Message(_) => 1,
+            | Self::Message { .. } => 1,
             Self::Interrupted => 4,
         }
     }
@@ -138,7 +188,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
 /// consequence `without` and returns the default.
 fn or_default_with_warning<T: Default>(read: Result<T, OutputError>, without: &str) -> T {
     read.unwrap_or_else(|error| {
-        print_error_line!("warning: {error}: {without}");
+        print_warning(&Warning::new("results-missing", format!("{error}: {without}")));
         T::default()
     })
 }
@@ -153,15 +203,15 @@ fn check_run_folder(folder: &Path) -> Result<(), CommandError> {
         let problem = format!(
             "{name}: is the folder of a sweep: give the folder of one of its runs, such as {name}/run-0001"
         );
-        return Err(CommandError::Usage(problem));
+        return Err(CommandError::usage("not-a-run-folder", problem));
     }
     if folder.join("fit.json").exists() && folder.join("material.json").exists() {
         let problem = format!(
             "{name}: is the folder of a fit: its results are in {name}/fit.csv and the pictures beside it"
         );
-        return Err(CommandError::Usage(problem));
+        return Err(CommandError::usage("not-a-run-folder", problem));
     }
-    Err(CommandError::Usage(format!("{name}: contains no run (summary.json is missing)")))
+    Err(CommandError::usage("not-a-run-folder", format!("{name}: contains no run (summary.json is missing)")))
 }
 
 /// A duration in words.
@@ -183,7 +233,7 @@ fn count_text(number: usize, noun: &str) -> String {
 /// Thread pool of a run; all cores where no number is given.
 fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool, CommandError> {
     machine::thread_pool(threads.map(usize::from))
-        .map_err(|error| CommandError::Message(format!("threads: {error}")))
+        .map_err(|error| CommandError::message("no-threads", format!("threads: {error}")))
 }
 
 /// Option of commands that read cases, whose materials may be foreign libraries.

@@ -29,14 +29,14 @@ pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
     let template = Template::find(name).ok_or_else(|| {
         let names: Vec<&str> = TEMPLATES.iter().map(|template| template.name).collect();
         let problem = CaseErrorKind::unknown_name(name, &names, "the name of a template");
-        CommandError::Usage(format!("{problem}; there are: {}", names.join(", ")))
+        CommandError::usage("wrong-usage", format!("{problem}; there are: {}", names.join(", ")))
     })?;
     let file = arguments.file.clone().unwrap_or_else(|| format!("{name}.json").into());
     let folder = file.parent().unwrap_or(Path::new(""));
     let beside = colluvium::template_files(name).into_iter().map(|other| folder.join(other));
     for file in beside.chain([file.clone()]) {
         if file.exists() {
-            return Err(CommandError::Usage(format!("{} exists already", file.display())));
+            return Err(CommandError::usage("wrong-usage", format!("{} exists already", file.display())));
         }
     }
     colluvium::write_template_files(name, folder)?;

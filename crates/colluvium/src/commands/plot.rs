@@ -14,7 +14,10 @@ use colluvium::output::run_pictures::{
 };
 use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCloud, RigidGeometry, to_gif};
 
-use super::{CommandError, LibraryArguments, check_run_folder, or_default_with_warning};
+use super::{
+    CommandError, LibraryArguments, check_run_folder, or_default_with_warning, print_note, print_warning,
+};
+use colluvium::case::Warning;
 
 /// Largest number of frames of an animation.
 const MAX_ANIMATION_FRAMES: usize = 120;
@@ -84,7 +87,10 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let (frames, chosen) = (frames.unwrap_or_default(), chosen.unwrap_or_default());
     let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
-        print_error_line!("warning: {}: the pictures do not show terrain and obstacles", ground.missing);
+        print_warning(&Warning::new(
+            "results-missing",
+            format!("{}: the pictures do not show terrain and obstacles", ground.missing),
+        ));
     }
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     create_folder(&out)?;
@@ -117,10 +123,15 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
             let shown = draw_pictures(arguments, (&frames, &even), field, &ground)?;
             let name = shown.first().map_or_else(String::new, |(name, ..)| name.clone());
             let shown: Vec<FramePicture> = shown.into_iter().map(|(.., picture)| picture).collect();
-            let bytes = to_gif(&shown, 0.1).map_err(CommandError::Message)?;
+            let bytes = to_gif(&shown, 0.1).map_err(|problem| CommandError::message("picture", problem))?;
             let name = picture_name(arguments, &name);
             save(&|file| Ok(write_atomically(file, &bytes)?), &name, "gif")?;
-            print_line!("{name}.gif shows {} of {} frames", even.len(), frames.len());
+            let text = format!("{name}.gif shows {} of {} frames", even.len(), frames.len());
+            if even.len() < frames.len() {
+                print_note(&Warning::new("frames-thinned", text));
+            } else {
+                print_line!("{text}");
+            }
         }
     }
     if written == 0 {
@@ -153,10 +164,10 @@ fn frame_list(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, Comman
             let mut known: Vec<String> = beside.filter(|name| name != "frames").collect();
             known.push(Dataset::POINTS.to_owned());
             known.sort();
-            Err(CommandError::Usage(format!(
-                "--dataset {dataset}: is not a dataset of the run; there are {}",
-                known.join(", ")
-            )))
+            Err(CommandError::usage(
+                "wrong-usage",
+                format!("--dataset {dataset}: is not a dataset of the run; there are {}", known.join(", ")),
+            ))
         }
     }
 }
@@ -166,14 +177,17 @@ fn selected_frames(arguments: &PlotArguments, count: usize) -> Result<Vec<usize>
     let number = match arguments.frame.as_str() {
         "all" => return Ok((0..count).collect()),
         "last" => count.wrapping_sub(1),
-        text => text
-            .parse()
-            .map_err(|_| CommandError::Usage(format!("--frame {text}: give a number, last or all")))?,
+        text => text.parse().map_err(|_| {
+            CommandError::usage("wrong-usage", format!("--frame {text}: give a number, last or all"))
+        })?,
     };
     if number < count {
         return Ok(vec![number]);
     }
-    Err(CommandError::Usage(format!("--frame {}: the run has {count} frames", arguments.frame)))
+    Err(CommandError::usage(
+        "wrong-usage",
+        format!("--frame {}: the run has {count} frames", arguments.frame),
+    ))
 }
 
 /// File name of a picture of a field, with the name of the dataset where it is not `points`.
@@ -215,10 +229,10 @@ fn draw_pictures(
 
 /// Error message for a frame without the requested field.
 fn unknown_field_error(field: Option<&str>, known: &str) -> CommandError {
-    CommandError::Usage(format!(
-        "--fields {}: is not a field of the frame; there are {known}",
-        field.unwrap_or_default()
-    ))
+    CommandError::usage(
+        "field-missing",
+        format!("--fields {}: is not a field of the frame; there are {known}", field.unwrap_or_default()),
+    )
 }
 
 /// Pictures of the lines of frames, such as contacts, over the points at the same times.
@@ -231,9 +245,10 @@ fn line_pictures(
     let folder = &arguments.folder;
     if arguments.range.is_some() {
         let dataset = &arguments.dataset;
-        return Err(CommandError::Usage(format!(
-            "--range: applies to colours, and the lines of {dataset} show values as widths"
-        )));
+        return Err(CommandError::usage(
+            "wrong-usage",
+            format!("--range: applies to colours, and the lines of {dataset} show values as widths"),
+        ));
     }
     let (plane, case) = (view_plane(folder, arguments.view.as_deref())?, read_case_value(folder)?);
     let states = Collection::read(&folder.join("frames.pvd"))?.of_points();

@@ -6,7 +6,7 @@ use clap::Args;
 use colluvium::output::run_pictures::view_plane;
 use colluvium::report::{self, Report, ReportError, ReportOptions};
 
-use super::{CommandError, LibraryArguments};
+use super::{CommandError, LibraryArguments, print_warning};
 
 #[derive(Args)]
 #[command(after_help = "Usual call:\n  colluvium report slope-mpm")]
@@ -40,12 +40,11 @@ pub fn run(arguments: &ReportArguments) -> Result<(), CommandError> {
     let Report { file, missing_files: missing } =
         report::write(&arguments.folder, &options).map_err(|error| match error {
             ReportError::Output(error) => CommandError::Output(error),
-            ReportError::NoRun(_) | ReportError::Field { .. } => CommandError::Usage(error.to_string()),
-            other => CommandError::Message(other.to_string()),
+            ReportError::NoRun(_) => CommandError::usage("not-a-run-folder", error.to_string()),
+            ReportError::Field { .. } => CommandError::usage("field-missing", error.to_string()),
+            other => CommandError::message(other.code(), other.to_string()),
         })?;
-    for file in missing {
-        print_error_line!("warning: {file}");
-    }
+    missing.iter().for_each(print_warning);
     print_line!("wrote {}", file.display());
     Ok(())
 }

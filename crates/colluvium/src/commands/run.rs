@@ -6,14 +6,17 @@ use std::sync::Arc;
 use clap::Args;
 use colluvium::case::output::{OutputError, read_json};
 use colluvium::case::run::RunEnd;
-use colluvium::case::{Case, Run, RunOptions, RunReport};
+use colluvium::case::{Case, Run, RunOptions, RunReport, Warning};
 use colluvium::machine::free_memory;
 use colluvium::output::raster_maps::raster_maps;
 use colluvium::plots::Picture;
 use colluvium::run_progress::RunProgress;
 use colluvium::select_method;
 
-use super::{CommandError, LibraryArguments, OutputArguments, stop_on_interrupt, thread_pool};
+use super::{
+    CommandError, LibraryArguments, OutputArguments, print_note, print_warning, stop_on_interrupt,
+    thread_pool,
+};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -45,7 +48,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let size = method.problem_size(&case)?;
     size.check_memory(free_memory())?;
     if let Some(ahead) = size.size_notice().filter(|_| !files.quiet) {
-        print_error_line!("note: {ahead}");
+        print_note(&ahead);
     }
     let out = files.output_folder(&arguments.case, method.name());
     if files.resume && is_complete_without_map(&case, &out) {
@@ -71,12 +74,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         warnings,
     };
     if !files.quiet {
-        for warning in &options.warnings {
-            print_error_line!("warning: {warning}");
-        }
+        options.warnings.iter().for_each(print_warning);
     }
-    let on_warning: Option<fn(&str)> =
-        (!files.quiet).then_some(|warning| print_error_line!("warning: {warning}"));
+    let on_warning: Option<fn(&Warning)> = (!files.quiet).then_some(print_warning);
     let mut progress = RunProgress::new(&case, !files.quiet, on_warning);
     let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
     let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
@@ -97,15 +97,15 @@ fn report_end(
     if case.output.rasters.is_some()
         && let Err(problem) = draw_map(out)
     {
-        print_error_line!("warning: no map is drawn: {problem}");
+        print_warning(&Warning::new(
+            "no-map",
+            format!("no map is drawn: {problem}. Run again with --resume, which draws it"),
+        ));
     }
     if !files.quiet {
-        for warning in report.warnings_at_end.iter().filter(|text| !progress.warnings().contains(text)) {
-            print_error_line!("warning: {warning}");
-        }
-        for fact in &report.notes {
-            print_error_line!("note: {fact}");
-        }
+        let is_new = |warning: &&Warning| !progress.warnings().contains(warning);
+        report.warnings_at_end.iter().filter(is_new).for_each(print_warning);
+        report.notes.iter().for_each(print_note);
         print_report(report, out)?;
     }
     Ok(())
@@ -150,7 +150,10 @@ fn print_report(report: &RunReport, out: &Path) -> Result<(), CommandError> {
         print_line!("kinetic energy {:.4e} J, initially {:.4e} J", report.end.kinetic, report.start.kinetic);
     }
     for (name, safety) in &report.safety {
-        print_line!("{name}: {}", safety.message());
+        match safety.note_code() {
+            Some(code) => print_line!("note[{code}]: {name}: {}", safety.message()),
+            None => print_line!("{name}: {}", safety.message()),
+        }
     }
     print_line!("results in {}", out.display());
     Ok(())

@@ -31,7 +31,7 @@ pub fn run(arguments: &SchemaArguments) -> Result<(), CommandError> {
             _ => colluvium::case_schema(),
         };
         let text = serde_json::to_string_pretty(&schema);
-        print_line!("{}", text.map_err(|error| CommandError::Message(error.to_string()))?);
+        print_line!("{}", text.map_err(|error| CommandError::message("output", error.to_string()))?);
     }
     Ok(())
 }

@@ -11,9 +11,12 @@ use colluvium::machine::free_memory;
 use colluvium::run_progress::RunProgress;
 use colluvium::select_method;
 
-use super::{CommandError, LibraryArguments, check_run_folder, stop_on_interrupt, thread_pool};
+use super::{
+    CommandError, LibraryArguments, check_run_folder, print_warning, stop_on_interrupt, thread_pool,
+};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
+use colluvium::case::Warning;
 
 #[derive(Args)]
 #[command(after_help = "Usual call:\n  colluvium specimen triaxial.json --until pack --out grains.json")]
@@ -46,10 +49,10 @@ pub struct SpecimenArguments {
 pub fn run(arguments: &SpecimenArguments) -> Result<(), CommandError> {
     let out = &arguments.out;
     if out.exists() && !arguments.overwrite {
-        return Err(CommandError::Usage(format!(
-            "{}: exists already: give --overwrite to replace it",
-            out.display()
-        )));
+        return Err(CommandError::usage(
+            "wrong-usage",
+            format!("{}: exists already: give --overwrite to replace it", out.display()),
+        ));
     }
     let made =
         if arguments.case.is_dir() { specimen_of_run_folder(arguments)? } else { run_case(arguments)? };
@@ -71,10 +74,10 @@ struct PreparedSpecimen {
 
 /// Error for a method without grains.
 fn no_grains_error(method: &dyn Method) -> CommandError {
-    CommandError::Usage(format!(
-        "a specimen consists of grains with contacts, and {} has none",
-        method.name()
-    ))
+    CommandError::usage(
+        "no-contacts",
+        format!("a specimen consists of grains with contacts, and {} has none", method.name()),
+    )
 }
 
 /// Runs the case.
@@ -100,18 +103,13 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
         warnings: plan.all_warnings(&case),
         ..RunOptions::default()
     };
-    for warning in options.warnings.iter().filter(|_| !quiet) {
-        print_error_line!("warning: {warning}");
-    }
-    let mut progress = RunProgress::new(
-        &case,
-        !quiet,
-        (!quiet).then_some(|warning| print_error_line!("warning: {warning}")),
-    );
+    options.warnings.iter().filter(|_| !quiet).for_each(print_warning);
+    let mut progress = RunProgress::new(&case, !quiet, (!quiet).then_some(print_warning));
     let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
     let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
     if report.ending == RunEnd::Interrupted {
-        return Err(CommandError::Message(
+        return Err(CommandError::message(
+            "interrupted",
             "interrupted before the specimen was ready: nothing is written".to_owned(),
         ));
     }
@@ -129,7 +127,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     let of_run = summary["method"].as_str().unwrap_or_default();
     if let Some(requested) = arguments.method.as_deref().filter(|requested| *requested != of_run) {
         let problem = format!("{}: is a run of {of_run}, not of {requested}", from.display());
-        return Err(CommandError::Usage(problem));
+        return Err(CommandError::usage("wrong-usage", problem));
     }
     let method = select_method(&case, Some(of_run))?;
     let again = format!("`colluvium specimen {}", path.display());
@@ -141,7 +139,7 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
                 from.display(),
                 arguments.out.display()
             );
-            return Err(CommandError::Usage(problem));
+            return Err(CommandError::usage("wrong-usage", problem));
         }
     }
     let pool = thread_pool(arguments.threads)?;
@@ -152,9 +150,12 @@ fn specimen_of_run_folder(arguments: &SpecimenArguments) -> Result<PreparedSpeci
     let status = summary["status"].as_str().unwrap_or("unknown");
     if status != "completed" && !arguments.quiet {
         let (now, end) = (solver.time(), case.end_time());
-        print_error_line!(
-            "warning: the run is not complete ({status}): the specimen is that of its last checkpoint, {now} of {end} s"
-        );
+        print_warning(&Warning::new(
+            "specimen-of-checkpoint",
+            format!(
+                "the run is not complete ({status}): the specimen is that of its last checkpoint, {now} of {end} s. To complete the run, use --resume"
+            ),
+        ));
     }
     Ok(PreparedSpecimen { text, grains: solver.point_count(), time: solver.time() })
 }
@@ -169,12 +170,15 @@ fn missing_state_error(
     if !method.plan_and_build(case)?.1.has_specimen() {
         return Ok(no_grains_error(method));
     }
-    Ok(CommandError::Message(format!(
-        "{}: checkpoint.bin with the history of the contacts is missing: {again} --out FILE` runs the case again; `colluvium export \
+    Ok(CommandError::message(
+        "history-missing",
+        format!(
+            "{}: checkpoint.bin with the history of the contacts is missing: {again} --out FILE` runs the case again; `colluvium export \
          --points {}` writes grains without contacts",
-        from.display(),
-        from.display()
-    )))
+            from.display(),
+            from.display()
+        ),
+    ))
 }
 
 /// Removes the stages after `stage`.

@@ -11,11 +11,12 @@ use colluvium::select_method;
 use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
 
 use super::{
-    CommandError, LibraryArguments, OutputArguments, count_text, duration_text, stop_on_interrupt,
-    write_stdout,
+    CommandError, LibraryArguments, OutputArguments, count_text, duration_text, print_note, print_warning,
+    stop_on_interrupt, write_stdout,
 };
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
+use colluvium::case::Warning;
 
 #[derive(Args)]
 #[command(after_help = "Usual calls:\n  colluvium sweep sweep.json --check\n  colluvium sweep sweep.json")]
@@ -54,7 +55,8 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
             let size = method.problem_size(case)?;
             size.check_memory(free)?;
             if let Some(ahead) = size.size_notice().filter(|_| !files.quiet) {
-                print_error_line!("note: {}: {ahead}", sweep.run_description(number, values));
+                let text = format!("{}: {}", sweep.run_description(number, values), ahead.text);
+                print_note(&Warning::new(ahead.code, text));
             }
             method.plan(case)
         };
@@ -81,8 +83,8 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
     let tell = |number: usize, state: &SweepRunState| {
         let (run, quiet) = (sweep.run_description(number, &members[number].values), files.quiet);
         let state = match state {
-            SweepRunState::Failed(why) => {
-                return print_error_line!("error: {run}: {}", why.replace('\n', "; "));
+            SweepRunState::Failed { code, reason } => {
+                return print_error_line!("error[{code}]: {run}: {}", reason.replace('\n', "; "));
             }
             _ if quiet => return,
             SweepRunState::AlreadyComplete => "already complete",
@@ -127,9 +129,7 @@ fn print_plan(
         );
     }
     let warnings = plans.iter().zip(members).flat_map(|(plan, member)| plan.all_warnings(&member.case));
-    for warning in warnings.collect::<BTreeSet<_>>() {
-        print_error_line!("warning: {warning}");
-    }
+    warnings.collect::<BTreeSet<_>>().iter().for_each(print_warning);
     Ok(())
 }
 
@@ -148,11 +148,14 @@ fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandErr
         count_text(runs.len(), "run")
     );
     if memory > free {
-        print_error_line!(
-            "warning: the simultaneous runs need about {:.2} GB of memory, and {:.2} GB are free: reduce --jobs",
-            memory / 1e9,
-            free / 1e9
-        );
+        print_warning(&Warning::new(
+            "sweep-memory",
+            format!(
+                "the simultaneous runs need about {:.2} GB of memory, and {:.2} GB are free: reduce --jobs",
+                memory / 1e9,
+                free / 1e9
+            ),
+        ));
     }
     Ok(())
 }
@@ -185,6 +188,9 @@ fn write_results(
             Err(CommandError::Interrupted)
         }
         0 => Ok(()),
-        failed => Err(CommandError::Message(format!("{failed} of {} runs failed", results.rows.len()))),
+        failed => Err(CommandError::message(
+            "runs-failed",
+            format!("{failed} of {} runs failed", results.rows.len()),
+        )),
     }
 }

@@ -26,13 +26,14 @@ pub fn run(arguments: &VerifyArguments) -> Result<(), CommandError> {
         verified.problems.push(format!("{MAP_FILE}: is missing: `run --resume` draws it"));
     }
     for problem in &verified.problems {
-        print_error_line!("error: {}/{problem}", folder.display());
+        print_error_line!("error[verify-mismatch]: {}/{problem}", folder.display());
     }
     let (files, wrong) = (verified.files, verified.problems.len());
     if wrong > 0 {
-        return Err(CommandError::Message(format!(
-            "{wrong} of {files} files differ from those that the run wrote"
-        )));
+        return Err(CommandError::message(
+            "verify-mismatch",
+            format!("{wrong} of {files} files differ from those that the run wrote"),
+        ));
     }
     print_line!("{}: {files} files are unchanged since the run", folder.display());
     Ok(())

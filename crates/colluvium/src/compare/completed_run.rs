@@ -4,8 +4,10 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::case::Warning;
 use crate::case::output::{Collection, OutputError, Table, read_json};
 use crate::case::run::SearchOutcome;
+use crate::case::run::recorded_warnings;
 use crate::case::{Case, RunReport, Snapshot};
 use crate::output::run_pictures;
 
@@ -25,7 +27,7 @@ pub struct CompletedRun {
     /// Kinetic energy at the end (J).
     pub kinetic_energy: f64,
     /// Warnings of the run.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Factors of safety by the names of their measures. Each has the largest stable factor, the least failing factor, and whether the
     /// search was undecided between them.
     pub safety_factors: Vec<(String, [f64; 2], bool)>,
@@ -95,9 +97,6 @@ impl CompletedRun {
             .iter()
             .map(|frame| run_pictures::read_collection_frame(folder, frame))
             .collect();
-        let texts = |value: &Value| -> Vec<String> {
-            value.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
-        };
         let bounds = |found: &Value| {
             [found["stable"].as_f64().unwrap_or(0.0), found["failed"].as_f64().unwrap_or(f64::INFINITY)]
         };
@@ -109,7 +108,7 @@ impl CompletedRun {
             points: summary["points"].as_u64().unwrap_or(0),
             wall_time: summary["wall_time"].as_f64().unwrap_or(f64::NAN),
             kinetic_energy: summary["end"]["kinetic_energy"].as_f64().unwrap_or(f64::NAN),
-            warnings: texts(&summary["remarks"]),
+            warnings: recorded_warnings(&summary["remarks"]),
             safety_factors: safety
                 .map(|(name, found)| (name.clone(), bounds(found), found["outcome"] == "undecided"))
                 .collect(),

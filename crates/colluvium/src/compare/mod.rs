@@ -14,6 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
+use crate::case::Warning;
 use crate::case::output::{OutputError, create_folder, write_atomically};
 use crate::case::run::RunEnd;
 use crate::case::{Case, CaseError, Method, ProblemSize, Run, RunError, RunOptions};
@@ -50,7 +51,7 @@ pub struct CompareOptions {
     /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
     /// Function that is called with each warning during a run.
-    pub on_warning: Option<fn(&str)>,
+    pub on_warning: Option<fn(&Warning)>,
 }
 
 /// Outcome of a method.
@@ -59,7 +60,12 @@ pub enum MethodOutcome {
     /// The method does not support the case; the text gives the reason.
     Refused(String),
     /// The run began and did not finish; the text gives the reason.
-    Failed(String),
+    Failed {
+        /// Code of the error.
+        code: &'static str,
+        /// Text of the error.
+        reason: String,
+    },
     /// The run was stopped on request.
     Interrupted,
     /// The run reached its end, now or earlier.
@@ -110,6 +116,21 @@ pub enum CompareError {
     /// A picture could not be drawn.
     #[error("picture: {0}")]
     Picture(String),
+}
+
+impl CompareError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::UnknownMethod { .. } => "unknown-method",
+            Self::NoMethod(_) => "no-method-supports",
+            Self::Output(error) => error.code,
+            Self::Threads(_) => "no-threads",
+            Self::Reference { .. } => "reference-profiles",
+            Self::Picture(_) => "picture",
+        }
+    }
 }
 
 /// Returns the methods called `names`, or all methods where `names` is empty.
@@ -225,18 +246,18 @@ fn compare_one_method(
             Ok(report) if report.ending == RunEnd::Interrupted => MethodOutcome::Interrupted,
             Ok(_) => read_outcome(&folder),
             Err(RunError::Case(error)) => MethodOutcome::Refused(error.to_string()),
-            Err(error) => MethodOutcome::Failed(error.to_string()),
+            Err(error) => MethodOutcome::Failed { code: error.code(), reason: error.to_string() },
         }
     };
     catch_unwind(AssertUnwindSafe(attempt))
-        .unwrap_or_else(|_| MethodOutcome::Failed("the method panicked".to_owned()))
+        .unwrap_or_else(|_| MethodOutcome::Failed { code: "panic", reason: "the method panicked".to_owned() })
 }
 
 /// Outcome of a complete run, read from its folder.
 fn read_outcome(folder: &Path) -> MethodOutcome {
     match CompletedRun::read(folder) {
         Ok(ran) => MethodOutcome::Completed(Box::new(ran)),
-        Err(error) => MethodOutcome::Failed(error.to_string()),
+        Err(error) => MethodOutcome::Failed { code: error.code, reason: error.to_string() },
     }
 }
 

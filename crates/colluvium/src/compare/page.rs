@@ -12,6 +12,7 @@ use crate::compare::reference_profiles::distance_to;
 use crate::output::animation;
 use crate::output::rigid_geometry::rigid_geometry;
 use crate::plots::{Animation, CommonScales, LineChart, Panel, Picture, PointCloud, RigidGeometry, View};
+use crate::report::page::coded;
 
 /// Number of times at which pictures are shown.
 const PICTURE_TIMES: usize = 5;
@@ -332,12 +333,12 @@ fn method_table(results: &[MethodResult]) -> Markup {
         table {
             tr { th { "Method" } th { "Result" } th { "Discretisation" } th { "Warnings" } }
             @for MethodResult { method, chosen_options: took, outcome, .. } in results {
-                tr class=(if matches!(outcome, MethodOutcome::Failed(_)) { "failed" } else { "" }) {
+                tr class=(if matches!(outcome, MethodOutcome::Failed { .. }) { "failed" } else { "" }) {
                     td { (method) }
                     td {
                         @match outcome {
                             MethodOutcome::Refused(why) => { "does not support this case: " (why) }
-                            MethodOutcome::Failed(why) => { "failed: " (why) }
+                            MethodOutcome::Failed { reason, .. } => { "failed: " (reason) }
                             MethodOutcome::Interrupted => { "interrupted; continue with --resume" }
                             MethodOutcome::Completed(_) => { "completed" }
                         }
@@ -345,7 +346,7 @@ fn method_table(results: &[MethodResult]) -> Markup {
                     td { @if took.is_empty() { "from the case" } @else { (took) } }
                     td {
                         @if let MethodOutcome::Completed(report) = outcome {
-                            @for remark in &report.warnings { (remark) br; }
+                            @for remark in &report.warnings { (coded(remark)) br; }
                         }
                     }
                 }

@@ -33,7 +33,7 @@ impl ReferenceProfiles {
     /// Reads the profiles of a file; `None` where it lacks their columns.
     fn profiles_of(path: &Path) -> Result<Option<Self>, CompareError> {
         let wrong = |problem: String| reference_error(path, &problem);
-        let table = ColumnFile::read(path).map_err(wrong)?;
+        let table = ColumnFile::read(path).map_err(|error| wrong(error.to_string()))?;
         let named = |name: &str, quantity| {
             let at = table.headings()?.iter().position(|head| ColumnFile::name(head) == name)?;
             Some((at, quantity))
@@ -111,7 +111,8 @@ impl ReferenceProfiles {
 
 /// Numbers of a column, in SI units.
 fn column_values(table: &ColumnFile, at: usize, quantity: Quantity) -> Result<Vec<f64>, String> {
-    let factor = ColumnFile::factor(&table.headings().unwrap_or_default()[at], quantity)?;
+    let factor = ColumnFile::factor(&table.headings().unwrap_or_default()[at], quantity)
+        .map_err(|error| error.to_string())?;
     let number = |row: Result<ColumnRow, String>| {
         let ColumnRow { line, cells } = row?;
         let found = table.number(&cells[at]).map(|value| value * factor);

@@ -1,6 +1,6 @@
 //! Report of a run: one page that needs no other file.
 
-mod page;
+pub(crate) mod page;
 mod parameters;
 mod safety_factors;
 mod tables;
@@ -12,6 +12,7 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::case::Snapshot;
+use crate::case::Warning;
 use crate::case::output::{
     Collection, DerivedFiles, OutputError, Table, named_file, read_json, write_atomically,
 };
@@ -72,6 +73,19 @@ pub enum ReportError {
     },
 }
 
+impl ReportError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Output(error) => error.code,
+            Self::NoRun(_) => "not-a-run-folder",
+            Self::Field { .. } => "field-missing",
+            Self::Picture { .. } => "picture",
+        }
+    }
+}
+
 /// Results of a run, complete or not.
 struct RunResults {
     summary: Value,
@@ -83,7 +97,7 @@ struct RunResults {
     /// Profiles by name, each with columns time, position and height.
     profiles: Vec<(String, Table)>,
     /// Messages about missing or unreadable files, each with the part that the report lacks.
-    missing_files: Vec<String>,
+    missing_files: Vec<Warning>,
 }
 
 /// Report that was written.
@@ -92,7 +106,7 @@ pub struct Report {
     /// Path of the page.
     pub file: PathBuf,
     /// Files that are missing, changed or unreadable, and the parts that the page lacks without them.
-    pub missing_files: Vec<String>,
+    pub missing_files: Vec<Warning>,
 }
 
 impl RunResults {
@@ -110,12 +124,16 @@ impl RunResults {
         let mut missing = Vec::new();
         let table = Table::read(&folder.join("measures.csv")).map(run_pictures::without_rounding_noise);
         let table = table.unwrap_or_else(|error| {
-            missing.push(format!("{error}: the report does not show the measures"));
+            missing.push(Warning::new(
+                "results-missing",
+                format!("{error}: the report does not show the measures"),
+            ));
             Table::default()
         });
         let frames = Collection::read(&folder.join("frames.pvd")).map(|collection| collection.frames);
         let frames = frames.unwrap_or_else(|error| {
-            missing.push(format!("{error}: the report does not show frames"));
+            missing
+                .push(Warning::new("results-missing", format!("{error}: the report does not show frames")));
             Vec::new()
         });
         let mut profiles = Vec::new();
@@ -179,9 +197,10 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<Report, ReportErr
     files.check(REPORT_FILE)?;
     let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
-        results
-            .missing_files
-            .push(format!("{}: the pictures do not show terrain and obstacles", ground.missing));
+        results.missing_files.push(Warning::new(
+            "results-missing",
+            format!("{}: the pictures do not show terrain and obstacles", ground.missing),
+        ));
     }
     let (requested, charts) = charts(&results)?;
     let pictures = ReportPictures {

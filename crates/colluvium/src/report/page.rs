@@ -4,6 +4,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
 use super::{ReportFigure, ReportPictures, RunResults, tables};
+use crate::case::Warning;
+use crate::case::run::recorded_warnings;
 use crate::report::safety_factors;
 use crate::report::value_text::{duration_text, five_digits, value_text};
 
@@ -65,7 +67,7 @@ fn incomplete_notice(results: &RunResults) -> Markup {
     let reached = results.measures.last("time").map(five_digits);
     html! {
         div class="incomplete" {
-            strong { "Incomplete. " (what) }
+            strong { "Incomplete. " (coded(&Warning::new("incomplete-run", what))) }
             @if let Some(reason) = summary["reason"].as_str() { " " (reason) }
             @if let Some(time) = reached { " The measures end at t = " (time) " s." }
             " The results below are not those at the end of the case."
@@ -97,23 +99,28 @@ fn run_summary(results: &RunResults) -> Markup {
 }
 
 /// Warnings of the program about the case, about the run, and about its folder.
-fn warnings(summary: &Value, missing: &[String]) -> Markup {
-    let list = |key: &str| summary[key].as_array().cloned().unwrap_or_default();
+fn warnings(summary: &Value, missing: &[Warning]) -> Markup {
+    let list = |key: &str| recorded_warnings(&summary[key]);
     let parts = [
         ("of the case, before the run", list("warnings")),
         ("of the state at the end", list("remarks")),
-        ("of the folder", missing.iter().map(|file| Value::from(file.as_str())).collect()),
+        ("of the folder", missing.to_vec()),
     ];
     html! {
         @if parts.iter().any(|(_, list)| !list.is_empty()) {
             div class="warnings" {
                 strong { "Warnings" }
                 @for (of, list) in &parts {
-                    @for warning in list { p class="notes" { span class="soft" { (of) ": " } (value_text(warning)) } }
+                    @for warning in list { p class="notes" { span class="soft" { (of) ": " } (coded(warning)) } }
                 }
             }
         }
     }
+}
+
+/// Text of a warning, and its code. A folder of an earlier version has no codes.
+pub(crate) fn coded(Warning { code, text }: &Warning) -> Markup {
+    html! { (text) @if !code.is_empty() { " " code title={ "colluvium explain " (code) } { (code) } } }
 }
 
 /// Provenance of the run.
@@ -131,7 +138,7 @@ fn provenance(results: &RunResults) -> Markup {
         div class="wide" { table {
             @for (what, value) in &rows { tr { td class="soft" { (what) } td { (value) } } }
         } }
-        @for fact in summary["facts"].as_array().into_iter().flatten() { p class="notes" { (value_text(fact)) } }
+        @for fact in recorded_warnings(&summary["facts"]) { p class="notes" { (coded(&fact)) } }
         @if summary["warnings"].as_array().is_none_or(Vec::is_empty) && summary["remarks"].as_array().is_none_or(Vec::is_empty) {
             p class="soft" { "No warnings." }
         }

@@ -157,7 +157,7 @@ fn read_rasters(
         if rasters.first().is_some_and(|first| !have_equal_cells(first, &raster)) {
             let problem =
                 "has other raster cells than the earlier runs: give all runs the same output.rasters.cell";
-            return Err(OutputError::new(&file, problem));
+            return Err(OutputError::coded(&file, "different-rasters", problem));
         }
         rasters.push(raster);
     }

@@ -12,6 +12,7 @@ use super::exceedance::{
     write_sweep_raster,
 };
 use super::{Sweep, SweepCase, SweepRow};
+use crate::case::CaseErrorKind;
 use crate::case::output::{OutputError, PLAIN_NAME_RULE, create_folder, is_plain};
 use crate::case::{Case, CaseError, CaseErrors};
 
@@ -37,9 +38,11 @@ impl Sweep {
                 return Err(CaseError::new(format!("{path}.name"), PLAIN_NAME_RULE).into());
             }
             if !names.insert(&class.name) {
-                return Err(
-                    CaseError::new(format!("{path}.name"), "is also the name of another class").into()
-                );
+                return Err(CaseError::new(
+                    format!("{path}.name"),
+                    CaseErrorKind::coded("duplicate-name", "is also the name of another class"),
+                )
+                .into());
             }
             if class.thresholds.is_empty() {
                 let problem = "has no threshold: every cell would be of this class";

@@ -151,8 +151,12 @@ impl Sweep {
             let mut case = base.clone();
             for ((name, parameter), value) in parameters.iter().zip(&values) {
                 for (k, at) in parameter.paths.iter().enumerate() {
-                    json_path::set_value(&mut case, at, value)
-                        .map_err(|problem| CaseError::new(format!("parameters.{name}.at[{k}]"), problem))?;
+                    json_path::set_value(&mut case, at, value).map_err(|problem| {
+                        CaseError::new(
+                            format!("parameters.{name}.at[{k}]"),
+                            CaseErrorKind::coded("sweep-path", problem),
+                        )
+                    })?;
                 }
             }
             let case = Case::from_value(&case, folder)

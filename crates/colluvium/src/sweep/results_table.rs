@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::case::Warning;
 use crate::case::output::{
     OutputError, Table, column_heading, create_folder, named_file, read_json, write_atomically,
 };
@@ -126,7 +127,7 @@ impl SweepResults<'_> {
                     if let (Some(found), true) = (found, k + 1 == runs.len()) {
                         let with = if others.is_empty() { String::new() } else { format!(" ({others})") };
                         messages.push(match found.order.is_nan() {
-                            true => format!("{measure}{with}: no observed order; {value:.6e} at {size}"),
+                            true => Warning::new("no-observed-order", format!("{measure}{with}: no observed order; {value:.6e} at {size}")).line("note"),
                             false => format!(
                                 "{measure}{with}: order {:.2}, limit {:.6e}, uncertainty of the finest run {:.2} %",
                                 found.order,

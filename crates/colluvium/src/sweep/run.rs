@@ -46,8 +46,20 @@ pub enum SweepRunState {
     Completed,
     /// The run was stopped on request.
     Interrupted,
-    /// The run failed; the text gives the reason.
-    Failed(String),
+    /// The run failed.
+    Failed {
+        /// Code of the error.
+        code: &'static str,
+        /// Text of the error.
+        reason: String,
+    },
+}
+
+impl SweepRunState {
+    /// State of a run that failed by an error of a file.
+    fn of_output(error: &OutputError) -> Self {
+        Self::Failed { code: error.code, reason: error.to_string() }
+    }
 }
 
 /// Failure of a sweep before its runs.
@@ -67,6 +79,18 @@ pub enum SweepError {
     /// The system gives no threads.
     #[error("threads: {0}")]
     Threads(String),
+}
+
+impl SweepError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Output(error) => error.code,
+            Self::Folder { .. } => "sweep-folder",
+            Self::Threads(_) => "no-threads",
+        }
+    }
 }
 
 /// Folder of a run.
@@ -209,18 +233,20 @@ fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions
     let begun = path.exists();
     let summary = match begun.then(|| read_json(&path)).transpose() {
         Ok(summary) => summary.unwrap_or_default(),
-        Err(error) => return SweepRunState::Failed(error.to_string()),
+        Err(error) => return SweepRunState::of_output(&error),
     };
     let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
     if begun && same && summary["status"] == "completed" {
         return match verify(out) {
             Ok(verified) if verified.problems.is_empty() => SweepRunState::AlreadyComplete,
-            Ok(verified) => SweepRunState::Failed(format!(
-                "{}: files differ from those that the run wrote ({}): delete this folder to run the case again",
-                out.display(),
-                verified.problems.join("; ")
-            )),
-            Err(error) => SweepRunState::Failed(error.to_string()),
+            Ok(verified) => {
+                let problem = format!(
+                    "files differ from those that the run wrote ({}): delete this folder to run the case again",
+                    verified.problems.join("; ")
+                );
+                SweepRunState::of_output(&OutputError::coded(out, "run-files-changed", problem))
+            }
+            Err(error) => SweepRunState::of_output(&error),
         };
     }
     let run = RunOptions {
@@ -237,7 +263,7 @@ fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions
     match run_method(method, case, &run) {
         Ok(report) if report.ending == RunEnd::Interrupted => SweepRunState::Interrupted,
         Ok(_) => SweepRunState::Completed,
-        Err(error) => SweepRunState::Failed(error.to_string()),
+        Err(error) => SweepRunState::Failed { code: error.code(), reason: error.to_string() },
     }
 }
 
@@ -252,11 +278,11 @@ fn result_row(out: &Path, member: &SweepCase, state: &SweepRunState) -> SweepRow
     };
     match (results_table::read_row(out, member.values.clone()), state) {
         // A run that could not begin has no results of its own.
-        (Ok(row), SweepRunState::Failed(reason)) => {
+        (Ok(row), SweepRunState::Failed { reason, .. }) => {
             SweepRow { status: "failed".to_owned(), reason: Some(reason.clone()), ..row }
         }
         (Ok(row), _) => row,
-        (Err(_), SweepRunState::Failed(reason)) => failed(reason.clone()),
+        (Err(_), SweepRunState::Failed { reason, .. }) => failed(reason.clone()),
         (Err(error), _) => failed(error.to_string()),
     }
 }

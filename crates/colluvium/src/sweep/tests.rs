@@ -213,7 +213,7 @@ fn a_sweep_resumes_where_it_stopped_and_refuses_folders_of_other_sweeps() {
     fs::remove_file(out.join("run-0001/measures.csv")).unwrap();
     let (_, states) = table(&path, &resumed).unwrap();
     assert!(
-        matches!(&states[0], SweepRunState::Failed(reason) if reason.contains("measures.csv")),
+        matches!(&states[0], SweepRunState::Failed { code: "run-files-changed", reason } if reason.contains("measures.csv")),
         "{states:?}"
     );
 
@@ -259,7 +259,10 @@ fn a_failed_run_of_a_sweep_is_reported_and_the_others_complete() {
         ..SweepOptions::default()
     };
     let (lines, states) = table(&path, &options).unwrap();
-    assert!(matches!(&states[1], SweepRunState::Failed(why) if why.contains("domain")), "{states:?}");
+    assert!(
+        matches!(&states[1], SweepRunState::Failed { reason: why, .. } if why.contains("domain")),
+        "{states:?}"
+    );
     let status: Vec<&str> = lines[1..].iter().map(|line| line[1].as_str()).collect();
     assert_eq!(status, ["completed", "failed", "completed"]);
     assert!(lines[2].last().unwrap().contains("domain"));

@@ -101,7 +101,7 @@ fn a_failed_run_appears_on_the_comparison_page_with_escaped_error_text() {
         method: "broken",
         chosen_options: String::new(),
         estimated_memory: f64::NAN,
-        outcome: MethodOutcome::Failed("step 3: <inside out>".to_owned()),
+        outcome: MethodOutcome::Failed { code: "unstable", reason: "step 3: <inside out>".to_owned() },
     });
     let page =
         compare::write_page(folder.path(), &case, &results, [0, 1], &ReferenceProfiles::default()).unwrap();

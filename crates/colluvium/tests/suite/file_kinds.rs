@@ -44,7 +44,11 @@ fn files_of_another_kind_are_refused_with_the_command_for_them() {
                 "driver: is the folder of an incrementalDriver, and not a case: `colluvium element-test driver --material FILE` runs it",
             ),
         ] {
-            assert_eq!(run(folder, &[command, file]), (3, format!("error: {line}\n")), "{command} {file}");
+            assert_eq!(
+                run(folder, &[command, file]),
+                (3, format!("error[wrong-file-kind]: {line}\n")),
+                "{command} {file}"
+            );
         }
     }
     for (command, file, is) in [
@@ -125,7 +129,10 @@ fn a_law_that_ignores_the_properties_of_parameters_inp_causes_a_warning() {
     let (code, errors) = test("own.json");
     assert_eq!(
         (code, errors.as_str()),
-        (0, "warning: parameters.inp: the law of --material does not use the 2 properties\n")
+        (
+            0,
+            "warning[unused-values]: parameters.inp: the law of --material does not use the 2 properties. Check that it is the intended law\n"
+        )
     );
     let rows = || -> Vec<String> {
         let text = fs::read_to_string(folder.join("out/path.csv")).unwrap();

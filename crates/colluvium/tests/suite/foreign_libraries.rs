@@ -94,5 +94,5 @@ fn a_user_library_that_exits_the_program_is_an_error() {
     build(folder);
     element_test(folder, "exit.json", &material("exit_"));
     let (code, errors) = run(folder, &["element-test", "exit.json", "--allow-library"], None);
-    assert_eq!((code, errors.as_str()), (1, "error: the library of a umat ended the program\n"));
+    assert_eq!((code, errors.as_str()), (1, "error[umat]: the library of a umat ended the program\n"));
 }

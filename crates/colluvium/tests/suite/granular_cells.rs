@@ -227,7 +227,7 @@ fn check_warns_of_the_cost_of_representative_cells_of_grains() {
     let (code, text, errors) = output(program().args(["check", file.to_str().unwrap()]));
     assert_eq!(code, 0, "{errors}");
     assert!(
-        errors.contains("warning: materials.grains: an update of a point takes about 0.14 ms "),
+        errors.contains("warning[slow-law]: materials.grains: an update of a point takes about 0.14 ms "),
         "{errors}"
     );
     assert!(errors.contains("for the 4 points of the body \"b\" and 1000 steps"), "{errors}");
@@ -267,7 +267,8 @@ fn slow_grain_placement_gives_a_notice_and_grains_beyond_memory_are_refused() {
     for command in ["check", "run"] {
         let (code, _, errors) = output(program().args([command, path]));
         assert_eq!(code, 3, "{errors}");
-        let refusal = "error: methods.dem.grains: gives about 1.4e18 points, which need at least ";
+        let refusal =
+            "error[not-enough-memory]: methods.dem.grains: gives about 1.4e18 points, which need at least ";
         assert!(
             errors.starts_with(refusal) && errors.ends_with("use larger grains or smaller bodies\n"),
             "{errors}"
@@ -278,7 +279,7 @@ fn slow_grain_placement_gives_a_notice_and_grains_beyond_memory_are_refused() {
     let notice = |value: &Value| dem.problem_size(&case(value)).unwrap().size_notice();
     let words = notice(&filled(1.0, 0.01)).unwrap();
     assert!(
-        words.starts_with("methods.dem.grains: about 1.4e6 points will be placed. This takes about "),
+        words.text.starts_with("methods.dem.grains: about 1.4e6 points will be placed. This takes about "),
         "{words}"
     );
     assert_eq!(notice(&filled(1.0, 0.1)), None);

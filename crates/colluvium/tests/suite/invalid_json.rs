@@ -59,7 +59,10 @@ fn invalid_json_input_is_named_with_line_and_column() {
         (&["element-test", "test", "--material", "broken.json"], "broken.json: line 3, column 0: EOF"),
     ] {
         let (code, errors) = errors(folder, arguments);
-        assert!(code == 3 && errors.starts_with(&format!("error: {start}")), "{arguments:?}: {errors}");
+        assert!(
+            code == 3 && errors.starts_with("error[") && errors.contains(&format!("]: {start}")),
+            "{arguments:?}: {errors}"
+        );
     }
 }
 

@@ -11,6 +11,7 @@ mod file_kinds;
 mod foreign_libraries;
 mod granular_cells;
 mod invalid_json;
+mod messages;
 mod methods_agree;
 mod point_files;
 mod point_transfer;

@@ -80,7 +80,7 @@ fn a_case_with_pore_fluid_runs_in_depth_and_over_the_depth() {
     assert!(
         notes
             .iter()
-            .any(|note| note.contains("bulk_modulus: is ignored, because the pore fluid of depth-sph")),
+            .any(|note| note.text.contains("bulk_modulus: is ignored, because the pore fluid of depth-sph")),
         "{notes:?}"
     );
     for method in [&Mpm as &dyn Method, &DepthSph] {

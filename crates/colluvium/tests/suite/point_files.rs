@@ -158,12 +158,12 @@ fn point_spacings_unsuitable_for_the_method_are_refused_or_cause_a_warning() {
     assert_eq!(colluvium::method("mpm").unwrap().plan(&cubes).unwrap().points, 2);
     let plan = colluvium::method("sph").unwrap().plan(&case("sph", 0.5)).unwrap();
     assert!(
-        plan.warnings.iter().any(|warning| warning.starts_with("bodies[0].points: ")),
+        plan.warnings.iter().any(|warning| warning.text.starts_with("bodies[0].points: ")),
         "{:?}",
         plan.warnings
     );
     let plan = colluvium::method("sph").unwrap().plan(&case("sph", 0.125)).unwrap();
-    assert!(!plan.warnings.iter().any(|warning| warning.contains("bodies[0].points: ")));
+    assert!(!plan.warnings.iter().any(|warning| warning.text.contains("bodies[0].points: ")));
     let mut value = block("mpm");
     for spacing in [-1.0, 1e300] {
         value["bodies"][0]["points"] = json!({ "file": "points.csv", "spacing": spacing });

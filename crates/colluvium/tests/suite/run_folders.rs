@@ -80,7 +80,9 @@ fn missing_files_of_a_run_are_named_and_the_others_are_processed() {
         }
         for arguments in [&["report", "out"][..], &["plot", "out"], &["export", "out"]] {
             let (code, _, errors) = in_folder(folder, arguments);
-            let named = errors.lines().any(|line| line.starts_with("warning: ") && line.contains(name));
+            let named = errors
+                .lines()
+                .any(|line| line.starts_with("warning[results-missing]: ") && line.contains(name));
             assert!(code == 0 && named, "{arguments:?} without {name}: {code} {errors}");
         }
         fs::write(&path, whole).unwrap();
@@ -123,14 +125,18 @@ fn a_run_with_missing_terrain_is_plotted_and_exported_without_it() {
     fs::rename(folder.join("debris-flow-terrain.asc"), folder.join("moved.asc")).unwrap();
     for arguments in [&["plot", "out"][..], &["report", "out"]] {
         let (code, _, errors) = in_folder(folder, arguments);
-        let named = errors.contains("warning: ") && errors.contains("debris-flow-terrain.asc");
+        let named =
+            errors.contains("warning[results-missing]: ") && errors.contains("debris-flow-terrain.asc");
         assert!(code == 0 && named, "{arguments:?}: {code} {errors}");
     }
     assert!(folder.join("out/plots/map-peak_velocity.png").exists());
     assert!(fs::read_to_string(folder.join("out/report.html")).unwrap().contains("Maps"));
     let (without, errors) = points();
     assert!(without == whole, "the points do not depend on the terrain");
-    assert!(errors.contains("warning: ") && errors.contains("debris-flow-terrain.asc"), "{errors}");
+    assert!(
+        errors.contains("warning[results-missing]: ") && errors.contains("debris-flow-terrain.asc"),
+        "{errors}"
+    );
     let (code, _, errors) = in_folder(folder, &["verify", "out"]);
     assert_eq!(code, 0, "{errors}");
     // File with the name of a result that the run did not write.

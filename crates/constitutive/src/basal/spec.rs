@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BasalDrag, BasalRheology, BasalStrength, BinghamSolution, CohesionForm};
+use crate::Warning;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::{MaterialError, MaybeInfinite};
 
@@ -58,7 +59,7 @@ impl BasalSpec {
     }
 
     /// Warnings about valid but unusual parameter values, each with the name of the parameter.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Warning> {
         let angle = match self {
             Self::ViscousFrictional(ViscousFrictionalSpec { friction_angle, .. })
             | Self::Voellmy(VoellmySpec { friction_angle, .. })
@@ -70,7 +71,15 @@ impl BasalSpec {
         };
         let steep = angle > 50.0;
         steep
-            .then(|| format!("friction_angle: {angle} degrees is more than that of any bed"))
+            .then(|| {
+                Warning::new(
+                    "large-friction-angle",
+                    format!(
+                        "friction_angle: {angle} degrees is more than that of any bed (50 degrees). \
+                              Check the value, which is an angle and no coefficient"
+                    ),
+                )
+            })
             .into_iter()
             .collect()
     }

@@ -93,6 +93,19 @@ fn model_suffix(model: &str) -> String {
 }
 
 impl MaterialError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Parameter { .. } => "parameter",
+            Self::IncompatibleOptions { .. } => "incompatible-options",
+            Self::Initial { .. } => "initial-state",
+            Self::Motion { .. } => "motion",
+            Self::NotConverged { .. } | Self::UnconvergedStep(_) => "not-converged",
+            Self::Update { .. } => "law-refuses-step",
+        }
+    }
+
     /// Error of a step that the law `law` refuses, for laws of a program.
     pub fn update(law: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::Update { law: law.into(), reason: reason.into() }

@@ -12,3 +12,4 @@ pub(crate) mod motion;
 pub(crate) mod parameter_checks;
 pub(crate) mod stress_update;
 pub(crate) mod tangent;
+pub(crate) mod warning;

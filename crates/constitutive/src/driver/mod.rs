@@ -108,6 +108,19 @@ pub enum DriverError {
     },
 }
 
+impl DriverError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Invalid(_) => "test-invalid",
+            Self::Stage { .. } => "test-stage",
+            Self::LimitLoad { .. } => "limit-load",
+            Self::Law { .. } => "test-law",
+        }
+    }
+}
+
 /// Material point under test.
 #[derive(Clone)]
 struct ElementSpecimen {

@@ -15,6 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
+use crate::Warning;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
@@ -148,12 +149,15 @@ impl ViscoplasticParameters {
     }
 
     /// Warnings for the user: a material with a capped viscosity creeps on every slope.
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         match self.form {
             YieldForm::Viscoplastic {} => Vec::new(),
             YieldForm::Capped { .. } => {
-                vec!["form: with a capped viscosity the material always creeps and does not come to rest on a \
-                      slope".to_owned()]
+                vec![Warning::new(
+                    "creep-at-rest",
+                    "form: with a capped viscosity the material always creeps and does not come to rest \
+                      on a slope. For deposits use the form viscoplastic",
+                )]
             }
         }
     }
@@ -259,7 +263,7 @@ impl Model for BinghamSpec {
         self.viscoplastic_parameters().build(self.rheology()?)
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         self.viscoplastic_parameters().warnings()
     }
 
@@ -295,7 +299,7 @@ impl Model for FrictionalFluidSpec {
         self.viscoplastic_parameters().build(self.rheology()?)
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = super::angle_warnings(self.friction_angle, 0.0);
         warnings.extend(self.viscoplastic_parameters().warnings());
         warnings

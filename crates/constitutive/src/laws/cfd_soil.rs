@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::linear_elastic::incompressibility_warnings;
+use crate::Warning;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
@@ -105,14 +106,15 @@ impl Model for CfdSoilSpec {
         Ok(Arc::new(Corotational(self.law()?)))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = super::angle_warnings(self.friction_angle, 0.0);
         warnings.extend(incompressibility_warnings(self.poissons_ratio));
         if self.norm == ShearNorm::VonMisesQ {
-            warnings.push(
-                "norm: von-mises-q makes the soil weaker than that of Coulomb by a factor of the root of 3"
-                    .to_owned(),
-            );
+            warnings.push(Warning::new(
+                "weak-matching",
+                "norm: von-mises-q makes the soil weaker than that of Coulomb by a factor of the root of \
+                 3. Use sqrt-j2, or calibrate the strength for this norm",
+            ));
         }
         warnings
     }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Warning;
 use crate::adapters::wrapper::{WrappedMaterial, Wrapper};
 use crate::contract::parameter_checks::{check, positive};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
@@ -54,8 +55,8 @@ impl Model for EigenstrainSpec {
         Ok(Arc::new(WrappedMaterial::new(wrapper, inner)))
     }
 
-    fn warnings(&self) -> Vec<String> {
-        self.material.warnings().into_iter().map(|warning| format!("material.{warning}")).collect()
+    fn warnings(&self) -> Vec<Warning> {
+        self.material.warnings().into_iter().map(|warning| warning.at("material")).collect()
     }
 
     fn strength_reduced(&self, reduction: &super::StrengthReduction) -> Option<Result<Self, MaterialError>> {

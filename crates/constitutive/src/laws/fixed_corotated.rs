@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, PrincipalStress, elongations, solve_deformation, volume_change};
 use super::linear_elastic::incompressibility_warnings;
+use crate::Warning;
 use crate::contract::tangent::kirchhoff_tangent;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, SymTensor, Tangent};
@@ -50,7 +51,7 @@ impl Model for FixedCorotatedSpec {
         Ok(Arc::new(FixedCorotated { elasticity }))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         incompressibility_warnings(self.poissons_ratio)
     }
 

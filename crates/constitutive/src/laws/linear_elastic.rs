@@ -8,6 +8,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Warning;
 use crate::adapters::hencky::SimdBatch;
 use crate::contract::component_arrays::ComponentArrays;
 use crate::contract::elasticity::Elasticity;
@@ -58,7 +59,7 @@ impl Model for LinearElasticSpec {
         Ok(self.strain_measure.wrap(law))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         incompressibility_warnings(self.poissons_ratio)
     }
 
@@ -74,10 +75,14 @@ impl Model for LinearElasticSpec {
 }
 
 /// Warnings about nearly incompressible solids (sheet: mpm §7).
-pub(crate) fn incompressibility_warnings(poissons_ratio: f64) -> Vec<String> {
+pub(crate) fn incompressibility_warnings(poissons_ratio: f64) -> Vec<Warning> {
     if poissons_ratio >= 0.49 {
-        vec![format!(
-            "poissons_ratio: {poissons_ratio} makes explicit time steps short, and low-order grids lock"
+        vec![Warning::new(
+            "locking",
+            format!(
+                "poissons_ratio: {poissons_ratio} makes explicit time steps short, and low-order grids lock. \
+             Give less than 0.49, or a remedy such as methods.mpm.volumetric_strain"
+            ),
         )]
     } else {
         Vec::new()
@@ -85,23 +90,31 @@ pub(crate) fn incompressibility_warnings(poissons_ratio: f64) -> Vec<String> {
 }
 
 /// Warnings of Poisson's ratios that are unusual for snow (sheet: snow-mpm §7).
-pub(crate) fn snow_ratio_warnings(poissons_ratio: f64) -> Vec<String> {
+pub(crate) fn snow_ratio_warnings(poissons_ratio: f64) -> Vec<Warning> {
     if poissons_ratio > 0.45 {
-        vec![format!("poissons_ratio: {poissons_ratio} is above 0.45: low-order grids lock")]
+        vec![Warning::new(
+            "locking",
+            format!(
+                "poissons_ratio: {poissons_ratio} is above 0.45: low-order grids lock. Give 0.45 or \
+                      less"
+            ),
+        )]
     } else if poissons_ratio < 0.0 {
-        vec![format!(
-            "poissons_ratio: {poissons_ratio} is negative: the material contracts laterally under compression"
+        vec![Warning::new(
+            "negative-poissons-ratio",
+            format!(
+                "poissons_ratio: {poissons_ratio} is negative: the material contracts laterally under \
+             compression. Give 0 or more"
+            ),
         )]
     } else {
         Vec::new()
     }
 }
 
-/// Warns where `value` of the parameter `name` is above `limit`.
-pub(crate) fn warn_above(warnings: &mut Vec<String>, (name, value, limit): (&str, f64, f64), why: &str) {
-    if value > limit {
-        warnings.push(format!("{name}: {value} is above {limit}: {why}"));
-    }
+/// Text of a warning where `value` of the parameter `name` is above `limit`.
+pub(crate) fn text_above((name, value, limit): (&str, f64, f64), why: &str) -> Option<String> {
+    (value > limit).then(|| format!("{name}: {value} is above {limit}: {why}"))
 }
 
 /// Linear elasticity. See the module's head for source and limits.

@@ -83,6 +83,7 @@ pub use umat::UmatSpec;
 pub use undrained::UndrainedSpec;
 pub use von_mises::{ExactIn, VonMisesSpec};
 
+use crate::Warning;
 pub use crate::adapters::hencky::StressInvariants;
 use crate::contract::parameter_checks::check;
 pub use crate::laws::model::StrainMeasure;
@@ -101,13 +102,25 @@ fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
 }
 
 /// Warnings for friction angles above 60 degrees and for negative dilatancy angles (degrees).
-fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<String> {
+fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if friction > 60.0 {
-        warnings.push(format!("friction_angle: {friction} degrees is more than that of any soil"));
+        warnings.push(Warning::new(
+            "large-friction-angle",
+            format!(
+                "friction_angle: {friction} degrees is more than that of any soil (60 \
+                               degrees). Check the value and its unit"
+            ),
+        ));
     }
     if dilatancy < 0.0 {
-        warnings.push(format!("dilatancy_angle: {dilatancy} degrees gives contraction without limit"));
+        warnings.push(Warning::new(
+            "unlimited-contraction",
+            format!(
+                "dilatancy_angle: {dilatancy} degrees gives contraction without limit. Give \
+                               a dilatancy_decay, or use a law with a critical state"
+            ),
+        ));
     }
     warnings
 }

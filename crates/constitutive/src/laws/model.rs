@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::de::value::MapDeserializer;
 use serde::{Deserialize, Serialize};
 
+use crate::Warning;
 use crate::laws::StrengthReduction;
 use crate::{Corotational, Hencky, Material, MaterialError, MaterialSpec, PrincipalReturn, SmallStrain};
 
@@ -38,7 +39,7 @@ pub trait Model: Sized {
     const INNER_KEY: &'static str = "material";
 
     /// Warnings about valid but unusual parameter values, each with the name of the parameter.
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         Vec::new()
     }
 

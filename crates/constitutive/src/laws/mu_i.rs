@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
 use super::granular_flow::inertial_number;
+use crate::Warning;
 use crate::contract::parameter_checks::{check, positive};
 use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
@@ -189,19 +190,24 @@ impl Model for MuISpec {
         })
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if self.density >= self.grain_density {
-            warnings.push(format!(
-                "density: {} kg/m³ leaves no voids between grains of {} kg/m³",
-                self.density, self.grain_density
+            warnings.push(Warning::new(
+                "no-voids",
+                format!(
+                    "density: {} kg/m³ leaves no voids between grains of {} kg/m³. Give the density of the \
+                 grains with their voids, or correct grain_density",
+                    self.density, self.grain_density
+                ),
             ));
         }
         if self.form != MuIForm::default() {
-            warnings.push(
-                "form: with a viscous form the material always creeps and does not come to rest on a slope"
-                    .to_owned(),
-            );
+            warnings.push(Warning::new(
+                "creep-at-rest",
+                "form: with a viscous form the material always creeps and does not come to rest on a \
+                 slope. For deposits use the form elasto-viscoplastic",
+            ));
         }
         warnings
     }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, log_jacobian};
 use super::linear_elastic::incompressibility_warnings;
+use crate::Warning;
 use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, SymTensor, Tangent};
@@ -69,7 +70,7 @@ impl Model for NeoHookeanSpec {
         Ok(Arc::new(NeoHookean { elasticity, volumetric_law: self.volumetric_law }))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         incompressibility_warnings(self.poissons_ratio)
     }
 

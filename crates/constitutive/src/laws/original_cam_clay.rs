@@ -14,6 +14,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, OUTPUTS};
+use crate::Warning;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::scalar_roots::{drop_round_off, falling_root};
 use crate::return_maps::substepping::SubstepResult;
@@ -81,7 +82,7 @@ impl Model for OriginalCamClaySpec {
         Ok(Arc::new(Corotational(self.law()?)))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         self.0.stiffness_warnings()
     }
 

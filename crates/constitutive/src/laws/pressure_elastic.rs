@@ -15,6 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::linear_elastic::incompressibility_warnings;
+use crate::Warning;
 use crate::contract::parameter_checks::{check, positive, within_range};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::return_maps::radial_return::RadialTrial;
@@ -133,7 +134,7 @@ impl Model for PressureElasticSpec {
         Ok(Arc::new(Corotational(self.law()?)))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         incompressibility_warnings(self.poissons_ratio)
     }
 

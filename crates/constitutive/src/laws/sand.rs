@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::linear_elastic::incompressibility_warnings;
 use super::strength_reduced::StrengthReduction;
 use super::{Elasticity, angle_warnings};
+use crate::Warning;
 use crate::adapters::hencky::{InvariantReturn, ReturnResult, StressInvariants};
 use crate::contract::parameter_checks::{check, not_negative};
 use crate::laws::model::with_defaults;
@@ -345,15 +346,15 @@ impl Model for SandSpec {
         Ok(self.invariants.wrap(self.law()?))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = incompressibility_warnings(self.poissons_ratio);
         warnings.extend(angle_warnings(self.friction_angle, 0.0));
         if self.invariants == StressInvariants::Plane {
-            warnings.push(
+            warnings.push(Warning::new(
+                "weak-matching",
                 "invariants: plane makes sand weaker: the slope of its cone is two thirds of that of the \
-                 friction angle in triaxial compression"
-                    .to_owned(),
-            );
+                 friction angle in triaxial compression. Use space, or calibrate the angle",
+            ));
         }
         warnings
     }

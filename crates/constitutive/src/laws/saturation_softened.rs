@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DruckerPrager, Elasticity, MohrCoulomb, PlasticStrain};
+use crate::Warning;
 use crate::contract::parameter_checks::check;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
 use crate::{
@@ -76,8 +77,8 @@ impl Model for SaturationSoftenedSpec {
         }
     }
 
-    fn warnings(&self) -> Vec<String> {
-        self.material.warnings().into_iter().map(|warning| format!("material.{warning}")).collect()
+    fn warnings(&self) -> Vec<Warning> {
+        self.material.warnings().into_iter().map(|warning| warning.at("material")).collect()
     }
 
     fn examples() -> Vec<Self> {

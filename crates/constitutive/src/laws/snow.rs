@@ -20,8 +20,9 @@ use serde::{Deserialize, Serialize};
 use super::finite_elastic::{
     PrincipalStress, check_finite, elongations, solve_deformation, updated_left_cauchy_green, volume_change,
 };
-use super::linear_elastic::{snow_ratio_warnings, warn_above};
+use super::linear_elastic::{snow_ratio_warnings, text_above};
 use super::{Elasticity, FixedCorotated};
+use crate::Warning;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::contract::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
 use crate::laws::model::with_defaults;
@@ -158,13 +159,20 @@ impl Model for SnowSpec {
     }
 
     // Sheet: snow-mpm §7.
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = snow_ratio_warnings(self.poissons_ratio);
-        let elastic = "snow fails at smaller elastic strains";
-        warn_above(&mut warnings, ("critical_compression", self.critical_compression, 0.2), elastic);
-        warn_above(&mut warnings, ("critical_stretch", self.critical_stretch, 0.2), elastic);
-        let steps = "compacted snow becomes so stiff that time steps decrease by orders of magnitude";
-        warn_above(&mut warnings, ("hardening_factor", self.hardening_factor, 30.0), steps);
+        let usual =
+            "snow fails at smaller elastic strains. Usual are 0.025 in compression and 0.0075 in stretch";
+        for (name, value) in
+            [("critical_compression", self.critical_compression), ("critical_stretch", self.critical_stretch)]
+        {
+            let text = text_above((name, value, 0.2), usual);
+            warnings.extend(text.map(|text| Warning::new("large-elastic-strain", text)));
+        }
+        let steps =
+            "compacted snow becomes so stiff that time steps decrease by orders of magnitude. Usual is 10";
+        let text = text_above(("hardening_factor", self.hardening_factor, 30.0), steps);
+        warnings.extend(text.map(|text| Warning::new("stiffening-snow", text)));
         warnings
     }
 

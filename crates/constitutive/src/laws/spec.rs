@@ -5,6 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Warning;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::*;
 use crate::{Material, MaterialError};
@@ -70,7 +71,7 @@ macro_rules! models {
             }
 
             /// Warnings about valid but unusual parameter values, each with the name of the parameter.
-            pub fn warnings(&self) -> Vec<String> {
+            pub fn warnings(&self) -> Vec<Warning> {
                 match self { $(Self::$variant(spec) => spec.warnings(),)* }
             }
 

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::finite_elastic::{FiniteElastic, PrincipalStress, log_jacobian, solve_deformation};
 use super::linear_elastic::incompressibility_warnings;
+use crate::Warning;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::tensors::tensor::PAIRS;
 use crate::{Material, MaterialError, SymTensor, Tangent};
@@ -50,7 +51,7 @@ impl Model for StVenantKirchhoffSpec {
         Ok(Arc::new(StVenantKirchhoff { elasticity }))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         incompressibility_warnings(self.poissons_ratio)
     }
 

@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Softening;
+use crate::Warning;
 use crate::contract::parameter_checks::{check, positive};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, MaterialSpec};
@@ -126,8 +127,8 @@ impl Model for StrengthReducedSpec {
             .map_err(|error| error.under_key(Self::INNER_KEY))
     }
 
-    fn warnings(&self) -> Vec<String> {
-        self.material.warnings().into_iter().map(|warning| format!("material.{warning}")).collect()
+    fn warnings(&self) -> Vec<Warning> {
+        self.material.warnings().into_iter().map(|warning| warning.at("material")).collect()
     }
 
     fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::multi_surface::{ActiveSet, YieldPlane, active_set, return_to, tangent};
 use super::{Elasticity, LinearElasticSpec};
+use crate::Warning;
 use crate::adapters::hencky::small_strain_tangent;
 use crate::contract::parameter_checks::not_negative;
 use crate::laws::model::with_defaults;
@@ -83,7 +84,7 @@ impl Model for TensionCutSpec {
         Ok(self.strain_measure.wrap(self.law()?))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let Self { density, youngs_modulus, poissons_ratio, strain_measure, .. } = *self;
         LinearElasticSpec { density, youngs_modulus, poissons_ratio, strain_measure }.warnings()
     }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::linear_elastic::incompressibility_warnings;
 use super::{MohrCoulomb, MohrCoulombSpec, StrengthReduction};
+use crate::Warning;
 use crate::contract::parameter_checks::positive;
 use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
@@ -83,7 +84,7 @@ impl Model for TrescaSpec {
         Ok(self.strain_measure.wrap(self.law()?))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         incompressibility_warnings(self.poissons_ratio)
     }
 

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Warning;
 use crate::adapters::wrapper::{WrappedMaterial, Wrapper};
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
@@ -80,9 +81,9 @@ impl Model for UndrainedSpec {
         Ok(Arc::new(WrappedMaterial::new(wrapper, inner)))
     }
 
-    fn warnings(&self) -> Vec<String> {
-        let mut warnings: Vec<String> =
-            self.skeleton.warnings().into_iter().map(|warning| format!("skeleton.{warning}")).collect();
+    fn warnings(&self) -> Vec<Warning> {
+        let mut warnings: Vec<Warning> =
+            self.skeleton.warnings().into_iter().map(|warning| warning.at("skeleton")).collect();
         // Flow at constant volume cannot dilate: suction grows as long as the soil is sheared.
         let psi = match &*self.skeleton {
             MaterialSpec::MohrCoulomb(spec) if spec.dilatancy_decay == 0.0 => spec.dilatancy_angle,
@@ -90,9 +91,10 @@ impl Model for UndrainedSpec {
             _ => 0.0,
         };
         if psi > 0.0 && self.cavitation_strength.is_none() {
-            warnings.push(format!(
-                "skeleton.dilatancy_angle: with {psi} degrees the undrained strength grows without limit"
-            ));
+            warnings.push(Warning::new("unlimited-dilation", format!(
+                "skeleton.dilatancy_angle: with {psi} degrees the undrained strength grows without limit. \
+                 Give 0, or a dilatancy_decay or cavitation_strength"
+            )));
         }
         warnings
     }

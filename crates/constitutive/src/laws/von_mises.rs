@@ -15,6 +15,7 @@ use super::{
     DruckerPrager, DruckerPragerSpec, Matching, PlasticIntegration, ReductionScope, Softening,
     StrengthReduction,
 };
+use crate::Warning;
 use crate::contract::parameter_checks::positive;
 use crate::laws::model::with_defaults;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
@@ -131,7 +132,7 @@ impl Model for VonMisesSpec {
         Ok(self.strain_measure.wrap(self.law()?))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         incompressibility_warnings(self.poissons_ratio)
     }
 

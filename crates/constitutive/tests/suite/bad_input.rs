@@ -214,17 +214,21 @@ fn unusual_parameters_give_a_warning() {
             spec(valid_material(model)).warnings()
         );
         let warnings = valid_material_with(model, field, value).warnings();
-        assert!(warnings.iter().any(|warning| warning.starts_with(field)), "{model}, {field}: {warnings:?}");
+        assert!(
+            warnings.iter().any(|warning| warning.text.starts_with(field)),
+            "{model}, {field}: {warnings:?}"
+        );
     }
     let mut cone = valid_material("drucker-prager");
     cone["friction_angle"] = json!(40.0);
-    assert!(spec(cone.clone()).warnings().iter().any(|warning| warning.starts_with("matching")));
+    assert!(spec(cone.clone()).warnings().iter().any(|warning| warning.text.starts_with("matching")));
     cone["friction_angle"] = json!(30.0);
     cone["matching"] = json!("plane-strain-associated");
-    assert!(spec(cone.clone()).warnings().iter().any(|warning| warning.starts_with("matching")));
+    assert!(spec(cone.clone()).warnings().iter().any(|warning| warning.text.starts_with("matching")));
     let mut brittle = cone.clone();
     brittle["softening"] = json!({ "residual_friction_angle": 0.0, "residual_cohesion": 0.0, "friction_rate": 0.0, "cohesion_rate": 1e5 });
-    let snaps = |warning: &String| warning.starts_with("softening.cohesion_rate");
+    let snaps =
+        |warning: &colluvium_constitutive::Warning| warning.text.starts_with("softening.cohesion_rate");
     assert!(spec(brittle.clone()).warnings().iter().any(snaps));
     brittle["softening"]["cohesion_rate"] = json!(10.0);
     assert!(!spec(brittle).warnings().iter().any(snaps));
@@ -232,7 +236,7 @@ fn unusual_parameters_give_a_warning() {
     let mut dilating = valid_material("undrained");
     dilating["skeleton"] = valid_material("mohr-coulomb");
     let warnings = spec(dilating).warnings();
-    assert!(warnings.iter().any(|w| w.starts_with("skeleton.dilatancy_angle")), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.text.starts_with("skeleton.dilatancy_angle")), "{warnings:?}");
 }
 
 #[test]

@@ -457,6 +457,6 @@ fn parameters_out_of_range_are_named() {
         assert!(error.contains(words), "{error}");
     }
     let steep = BasalSpec::Coulomb(CoulombSpec::new(60.0)).warnings();
-    assert!(steep[0].starts_with("friction_angle: 60"), "{steep:?}");
+    assert!(steep[0].text.starts_with("friction_angle: 60"), "{steep:?}");
     assert_eq!(CohesionForm::default(), CohesionForm::Constant);
 }

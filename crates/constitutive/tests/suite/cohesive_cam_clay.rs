@@ -433,7 +433,7 @@ fn parameters_out_of_range_are_named() {
         assert!(error.starts_with(message), "{error}");
     }
     let snap = CohesiveCamClaySpec { hardening: weak(3.0), ..weak_layer() };
-    assert!(snap.warnings()[0].starts_with("hardening.softening_factor: 3"));
+    assert!(snap.warnings()[0].text.starts_with("hardening.softening_factor: 3"));
     let outside = InitialCondition { stress: SymTensor::isotropic(-11e3), density: 250.0 };
     let error = PointLaw::initial(&slab().law().unwrap(), &outside).unwrap_err().to_string();
     assert!(error.contains("outside the yield surface"), "{error}");

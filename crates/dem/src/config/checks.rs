@@ -139,13 +139,20 @@ impl RuleChecker {
                 self.require(
                     linear,
                     format!("{path}.kind"),
-                    "cohesive requires the linear normal law, whose spring transmits tension",
+                    CaseErrorKind::coded(
+                        "needs-other-key",
+                        "cohesive requires the linear normal law, whose spring transmits tension",
+                    ),
                 );
             }
             Adhesion::Jkr { work_of_adhesion } => {
                 self.positive(format!("{path}.work_of_adhesion"), *work_of_adhesion, " (J/m²)");
                 let hertz = matches!(normal, NormalLaw::Hertz { .. });
-                self.require(hertz, format!("{path}.kind"), "jkr requires the hertz normal law");
+                self.require(
+                    hertz,
+                    format!("{path}.kind"),
+                    CaseErrorKind::coded("needs-other-key", "jkr requires the hertz normal law"),
+                );
             }
             Adhesion::Capillary { surface_tension, contact_angle, volume_ratio } => {
                 self.positive(format!("{path}.surface_tension"), *surface_tension, " (N/m)");
@@ -240,14 +247,28 @@ impl RuleChecker {
         );
         let smallest = if membrane.closed { 3 } else { 2 };
         let (columns, problem) = match membrane.columns {
-            None => (dimension == 2, "is missing: give the number of grains in a row of the membrane"),
-            Some(_) if dimension == 2 => (false, "a membrane in the plane is one row: leave it out"),
-            Some(columns) => {
-                (columns >= smallest, "a row needs at least two grains, or three if it is closed")
-            }
+            None => (
+                dimension == 2,
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "is missing: give the number of grains in a row of the membrane",
+                ),
+            ),
+            Some(_) if dimension == 2 => (
+                false,
+                CaseErrorKind::coded("conflicting-keys", "a membrane in the plane is one row: leave it out"),
+            ),
+            Some(columns) => (
+                columns >= smallest,
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "a row needs at least two grains, or three if it is closed",
+                ),
+            ),
         };
         self.require(columns, format!("{path}.columns"), problem);
-        let problem = "a membrane in the plane is one row: leave it out";
+        let problem =
+            CaseErrorKind::coded("conflicting-keys", "a membrane in the plane is one row: leave it out");
         self.require(dimension == 3 || !membrane.closed, format!("{path}.closed"), problem);
     }
 
@@ -273,7 +294,10 @@ impl RuleChecker {
             self.require(
                 fits,
                 format!("{path}.{key}"),
-                format!("must be {dimension} finite numbers ({unit})"),
+                CaseErrorKind::coded(
+                    "wrong-dimension",
+                    format!("must be {dimension} finite numbers ({unit})"),
+                ),
             );
         };
         if let Some(gravity) = &stage.gravity {
@@ -292,18 +316,28 @@ impl RuleChecker {
             self.membrane(&format!("{path}.membranes.{body}"), membrane, dimension);
         }
         self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
-        self.require(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");
+        self.require(
+            stage.growth.is_finite(),
+            format!("{path}.growth"),
+            CaseErrorKind::coded("program-request", "must be finite (1/s)"),
+        );
         for (name, press) in &stage.walls {
             let path = format!("{path}.walls.{name}");
             let pushes = press.stress.is_finite() && press.stress < 0.0;
-            let problem = format!(
-                "{} must be finite and negative (Pa): grains can push a wall but not pull it",
-                press.stress
+            let problem = CaseErrorKind::coded(
+                "program-request",
+                format!(
+                    "{} must be finite and negative (Pa): grains can push a wall but not pull it",
+                    press.stress
+                ),
             );
             self.require(pushes, format!("{path}.stress"), problem);
             self.positive(format!("{path}.speed"), press.speed, " (m/s)");
             self.positive(format!("{path}.area"), press.area.unwrap_or(1.0), " (m²)");
-            let problem = "is given together with area: leave one of them out";
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "is given together with area: leave one of them out",
+            );
             self.require(press.area.is_none() || press.sleeve.is_none(), format!("{path}.sleeve"), problem);
             let stable = press.gain > 0.0 && press.gain <= 0.1;
             let problem = format!("{} is not in 0..=0.1 (0 excluded): the wall would oscillate", press.gain);
@@ -323,7 +357,10 @@ impl DemOptions {
         for (number, pair) in self.pairs.iter().enumerate() {
             rules.pair(&format!("pairs[{number}]"), pair);
             let flat = dimension == 2 && pair.twisting.is_some();
-            let problem = "disks have no twisting: leave it out, or use space 3d";
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "disks have no twisting: leave it out, or use space 3d",
+            );
             rules.require(!flat, format!("pairs[{number}].twisting"), problem);
         }
         for (name, stage) in &self.stages {
@@ -332,7 +369,8 @@ impl DemOptions {
         for (name, region) in &self.regions {
             rules.positive(format!("regions.{name}.radius"), region.radius, " (m)");
             let fits = region.centre.len() == dimension && region.centre.iter().all(|x| x.is_finite());
-            let problem = format!("must be {dimension} finite numbers");
+            let problem =
+                CaseErrorKind::coded("wrong-dimension", format!("must be {dimension} finite numbers"));
             rules.require(fits, format!("regions.{name}.centre"), problem);
         }
         rules.in_range("skin", self.skin, 0.01, 2.0);
@@ -347,7 +385,7 @@ impl DemOptions {
         rules.require(
             !self.voronoi || dimension == 2,
             "voronoi",
-            "is available only for disks in plane-strain",
+            CaseErrorKind::coded("needs-other-key", "is available only for disks in plane-strain"),
         );
         rules.in_range("coarse_graining", self.coarse_graining, 0.5, 20.0);
         rules.in_range("initial_overlap", self.initial_overlap, 0.0, 0.3);
@@ -383,13 +421,21 @@ impl DemOptions {
                 let problem = format!("must come after the start, {} s", rain.start);
                 let ends = rain.end.is_none_or(|end| end.is_finite() && end > rain.start);
                 rules.require(ends, format!("{path}.end"), problem);
-                rules.require(!body.held, path.clone(), "held grains cannot enter: leave held out");
+                rules.require(
+                    !body.held,
+                    path.clone(),
+                    CaseErrorKind::coded("conflicting-keys", "held grains cannot enter: leave held out"),
+                );
                 let problem = "a body with rain is empty at the start, and its grains enter one by one: \
                                leave fill out";
                 rules.require(body.fill.is_none(), format!("bodies.{name}.fill"), problem);
             }
             let finite = body.spin.iter().all(|spin| spin.is_finite());
-            rules.require(finite, format!("{path}.spin"), "must be finite (rad/s)");
+            rules.require(
+                finite,
+                format!("{path}.spin"),
+                CaseErrorKind::coded("program-request", "must be finite (rad/s)"),
+            );
         }
     }
 }

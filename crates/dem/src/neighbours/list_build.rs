@@ -88,16 +88,20 @@ fn wrap<const D: usize, const R: usize>(
 /// Error of the solver for a failed build of the neighbour lists.
 fn list_error(clock: &Clock, error: &ListError) -> SolverError {
     let reason = match error {
-        ListError::Search(error) => error.to_string(),
-        ListError::Narrow(axis, width, reach) => format!(
-            "the periodic cell is {width:.4e} m wide along {}, less than twice the range of a grain, {reach:.4e} m: a pair of grains would have two contacts",
-            ["x", "y", "z"][*axis]
+        ListError::Search(error) => FailureReason::coded(error.code(), error.to_string()),
+        ListError::Narrow(axis, width, reach) => FailureReason::coded(
+            "cell-too-narrow",
+            format!(
+                "the periodic cell is {width:.4e} m wide along {}, less than twice the range of a grain, {reach:.4e} m: a pair of grains would have two contacts",
+                ["x", "y", "z"][*axis]
+            ),
         ),
-        ListError::Stretched(grain) => {
+        ListError::Stretched(grain) => FailureReason::coded(
+            "cell-too-narrow",
             format!(
                 "a bond of grain {grain} is longer than the skin: give the bond a tensile_strength at which it breaks earlier"
-            )
-        }
+            ),
+        ),
     };
-    SolverError::Step { step: clock.step, time: clock.time, reason: reason.into() }
+    SolverError::Step { step: clock.step, time: clock.time, reason }
 }

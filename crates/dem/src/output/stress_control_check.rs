@@ -7,6 +7,7 @@ use crate::boundary::cell_control::{ControlTarget, control_target, entry};
 use crate::boundary::controlled_cell::ControlledCell;
 use crate::clock::Clock;
 use crate::points::grains::Grains;
+use colluvium_case::Warning;
 
 /// Strain over which a stress is averaged.
 const STRAIN: f64 = 0.01;
@@ -145,7 +146,7 @@ fn record_walls<const D: usize, const R: usize>(
 }
 
 /// Warnings of stresses that missed their targets.
-pub fn missed_stress_warnings<const D: usize>(clock: &Clock, stresses: &[ControlledStress]) -> Vec<String> {
+pub fn missed_stress_warnings<const D: usize>(clock: &Clock, stresses: &[ControlledStress]) -> Vec<Warning> {
     let axes = ["x", "y", "z"];
     let name = |slot: usize| match slot.checked_sub(D * D) {
         None => format!("the controlled stress {}{} of the cell", axes[slot / D], axes[slot % D]),
@@ -156,13 +157,13 @@ pub fn missed_stress_warnings<const D: usize>(clock: &Clock, stresses: &[Control
     };
     let missed = |(slot, own): (usize, &ControlledStress)| {
         (own.max_mean_error.abs() > STRESS_TOLERANCE).then(|| {
-            format!(
+            Warning::new("stress-target-missed", format!(
                 "stage {:?}: {} was {:.2} times its target, as the mean over a strain of 1 %: deform the specimen \
                  more slowly in this stage",
                 clock.case.stages.get(own.stage as usize).map_or("", |stage| stage.name.as_str()),
                 name(slot),
                 1.0 + own.max_mean_error
-            )
+            ))
         })
     };
     stresses.iter().enumerate().filter_map(missed).collect()

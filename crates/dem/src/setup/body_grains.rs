@@ -16,6 +16,7 @@ use crate::specimen::pluviation::contains_ball;
 use crate::specimen::undercompaction::{UndercompactedLayers, pack_layers};
 use crate::specimen::{Container, RoundWall, pack};
 use crate::specimen::{drop_and_roll_2d, drop_and_roll_3d};
+use colluvium_case::CaseErrorKind;
 
 /// Largest number of grains, limited by the integer type.
 const MAX_GRAINS: usize = u32::MAX as usize / 2;
@@ -71,7 +72,10 @@ pub(super) fn fill<const D: usize, const R: usize>(
             }
         };
         if placed.is_empty() {
-            let problem = "has no grain: it is smaller than the grains, or than the pitch of their lattice";
+            let problem = CaseErrorKind::coded(
+                "empty-body",
+                "has no grain: it is smaller than the grains, or than the pitch of their lattice",
+            );
             return Err(CaseError::new(format!("{path}.shape"), problem));
         }
         if grains.len() + placed.len() > MAX_GRAINS {
@@ -183,7 +187,10 @@ fn assign_ids<const D: usize, const R: usize>(
     let mut taken: HashSet<u32> = grains.id[..first].iter().copied().collect();
     for id in ids.iter().flatten() {
         if !taken.insert(*id) {
-            return Err(CaseError::new("bodies", format!("two grains have the number {id}")));
+            return Err(CaseError::new(
+                "bodies",
+                CaseErrorKind::coded("duplicate-name", format!("two grains have the number {id}")),
+            ));
         }
     }
     let mut next = taken.iter().max().map_or(0, |last| last + 1);
@@ -204,7 +211,10 @@ fn initialise_motion<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
     if list.is_some_and(|list| list.pore_pressures.is_some()) {
-        let problem = "the points have pore pressures, but dem has no pore fluid: leave the column out";
+        let problem = CaseErrorKind::coded(
+            "conflicting-keys",
+            "the points have pore pressures, but dem has no pore fluid: leave the column out",
+        );
         return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
     }
     let of_grains = list.map(|list| &list.grains);
@@ -214,9 +224,12 @@ fn initialise_motion<const D: usize, const R: usize>(
         of_grains.and_then(|grains| grains.is_held.as_ref()),
     );
     if spins.is_some() && !own.spin.is_empty() {
-        let problem = format!(
-            "the points have spins, and methods.dem.bodies.{} has `spin` too: leave one of them out",
-            body.name
+        let problem = CaseErrorKind::coded(
+            "conflicting-keys",
+            format!(
+                "the points have spins, and methods.dem.bodies.{} has `spin` too: leave one of them out",
+                body.name
+            ),
         );
         return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
     }
@@ -237,7 +250,13 @@ fn initialise_motion<const D: usize, const R: usize>(
     }
     if body.rigid && own.held {
         let path = format!("methods.dem.bodies.{}.held", body.name);
-        return Err(CaseError::new(path, "motions prescribe the velocity of a rigid body: leave held out"));
+        return Err(CaseError::new(
+            path,
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "motions prescribe the velocity of a rigid body: leave held out",
+            ),
+        ));
     }
     Ok(())
 }
@@ -251,7 +270,10 @@ fn place_grains<const D: usize>(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlacedGrain<D>>, CaseError> {
     let Some(fill) = options.fill_of_body(body) else {
-        let problem = format!("is missing: it defines how grains fill the body {:?}", body.name);
+        let problem = CaseErrorKind::coded(
+            "needs-other-key",
+            format!("is missing: it defines how grains fill the body {:?}", body.name),
+        );
         return Err(CaseError::new(format!("methods.dem.grains.{}.fill", body.material), problem));
     };
     if let Fill::Single = fill {
@@ -264,7 +286,10 @@ fn place_grains<const D: usize>(
         let path = format!("methods.dem.grains.{}.diameter", body.material);
         return Err(CaseError::new(
             path,
-            format!("is missing: the body {:?} is filled with grains", body.name),
+            CaseErrorKind::coded(
+                "needs-other-key",
+                format!("is missing: the body {:?} is filled with grains", body.name),
+            ),
         ));
     };
     let placed = match fill {

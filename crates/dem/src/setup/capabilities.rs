@@ -9,7 +9,7 @@ use crate::config::{CellControl, DemOptions, PairSpec};
 /// Message for an adhesion that the case gives for an obstacle.
 const ADHESION: &str = "the adhesion is given in the pair of the grains and the obstacle: leave it out";
 /// Message for the sampling of a body.
-const PACKING: &str = "grains fill a body by a packing of their own";
+const PACKING: &str = "is ignored, because grains fill a body by a packing of their own";
 /// Message for a space other than plane strain and 3D.
 const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
 
@@ -139,7 +139,10 @@ fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> 
             continue;
         }
         if options.grains[&body.material].diameter.is_none() {
-            let problem = format!("is missing: grains rain into the body {:?}", body.name);
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                format!("is missing: grains rain into the body {:?}", body.name),
+            );
             return Err(CaseError::new(format!("methods.dem.grains.{}.diameter", body.material), problem));
         }
         let path = format!("methods.dem.bodies.{}.rain", body.name);
@@ -152,7 +155,10 @@ fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> 
         if body.rigid {
             return Err(CaseError::new(
                 path,
-                format!("bodies[{number}] is rigid: its grains cannot enter one by one"),
+                CaseErrorKind::coded(
+                    "rigid-motion",
+                    format!("bodies[{number}] is rigid: its grains cannot enter one by one"),
+                ),
             ));
         }
     }
@@ -192,7 +198,10 @@ impl PairNames<'_> {
         self.pair(&path, &pair.between)?;
         let wall = pair.between.iter().any(|name| self.walls.contains(&name.as_str()));
         if wall && pair.friction.is_some() {
-            let problem = "the friction of a wall is given in boundaries: leave it out";
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "the friction of a wall is given in boundaries: leave it out",
+            );
             return Err(CaseError::new(format!("{path}.friction"), problem));
         }
         if wall && pair.bond.is_some() {
@@ -202,7 +211,10 @@ impl PairNames<'_> {
         let [a, b] = &pair.between;
         let alike = |other: &[String; 2]| other == &pair.between || (&other[0] == b && &other[1] == a);
         if pairs[..number].iter().any(|other| alike(&other.between)) {
-            return Err(CaseError::new(format!("{path}.between"), "is given twice"));
+            return Err(CaseError::new(
+                format!("{path}.between"),
+                CaseErrorKind::coded("duplicate-name", "is given twice"),
+            ));
         }
         Ok(())
     }
@@ -221,7 +233,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         }
     }
     if let Some(name) = walls.iter().find(|name| kinds.contains(name)) {
-        let problem = format!("{name:?} is also the name of a wall");
+        let problem = CaseErrorKind::coded("duplicate-name", format!("{name:?} is also the name of a wall"));
         return Err(CaseError::new(format!("methods.dem.grains.{name}"), problem));
     }
     let all: Vec<&str> = kinds.iter().chain(&walls).copied().collect();
@@ -305,8 +317,11 @@ fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             if held(name) {
                 return Err(CaseError::new(
                     path,
-                    "its grains are held, so that a force cannot move them: leave held out, and bond them \
+                    CaseErrorKind::coded(
+                        "conflicting-keys",
+                        "its grains are held, so that a force cannot move them: leave held out, and bond them \
                      to each other",
+                    ),
                 ));
             }
         }
@@ -327,7 +342,10 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (name, stage) in &options.stages {
         let path = format!("methods.dem.stages.{name}");
         if stage.grow_until.is_some() && case.domain.periodic.len() < case.dimension() {
-            let problem = "is available only if the domain is periodic along all axes";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "is available only if the domain is periodic along all axes",
+            );
             return Err(CaseError::new(format!("{path}.grow_until"), problem));
         }
         let Some(CellControl { xx, yy, zz, xy, yz, xz, damping }) = stage.cell else { continue };
@@ -345,7 +363,10 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
                 return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
             }
             if flat && axes.contains(&2) {
-                return Err(CaseError::new(format!("{path}.cell.{key}"), "the plane has no z axis"));
+                return Err(CaseError::new(
+                    format!("{path}.cell.{key}"),
+                    CaseErrorKind::coded("wrong-dimension", "the plane has no z axis"),
+                ));
             }
             if axes.iter().any(|axis| !case.domain.is_periodic(*axis)) {
                 let problem = "the domain is not periodic along its axes, and cannot deform";
@@ -355,7 +376,8 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         if let Some(damping) = damping
             && !(damping.is_finite() && damping >= 0.0)
         {
-            let problem = format!("{damping} must be finite and not negative");
+            let problem =
+                CaseErrorKind::coded("program-request", format!("{damping} must be finite and not negative"));
             return Err(CaseError::new(format!("{path}.cell.damping"), problem));
         }
     }

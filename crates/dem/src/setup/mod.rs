@@ -163,7 +163,9 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     stored.map_or(Ok(()), |stored| restore_contacts(&stored, case, &mut solver))?;
     check_step(&solver.clock, &solver.laws)?;
     check_stages(&solver)?;
-    solver.build_lists().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
+    solver.build_lists().map_err(|error| {
+        CaseError::new("methods.dem", CaseErrorKind::coded(error.code(), error.to_string()))
+    })?;
     check_overlaps(&solver)?;
     let DemSolver { clock, laws, grains, cell, neighbours, specimen, .. } = &mut solver;
     initialise_bonds(clock, laws, grains, &cell.geometry, &mut neighbours.pairs, &specimen.source)?;

@@ -12,6 +12,7 @@ use crate::setup::pair_laws;
 use crate::setup::start_checks::check_step;
 use crate::solver::DemSolver;
 use crate::specimen::pluviation_entry::{distance_in_cell, nearby_grains};
+use colluvium_case::CaseErrorKind;
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Adds grains to a body, by its index in [`colluvium_case::Case::bodies`], between two steps. Positions (m) are relative to the origin
@@ -101,7 +102,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return Err(CaseError::new("body", problem));
         }
         if points.grains.ids.is_some() {
-            let problem = "are given by the solver: leave them out";
+            let problem = CaseErrorKind::coded("conflicting-keys", "are given by the solver: leave them out");
             return Err(CaseError::new("points.grains.ids", problem));
         }
         Ok(())
@@ -118,8 +119,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     fn check_overlaps_of(&self, added: &Grains<D, R>) -> Result<(), CaseError> {
         let allowed = self.clock.options.initial_overlap * (1.0 + 1e-9);
         let refuse = |i: usize, overlap: f64, other: &str| {
-            let problem =
-                format!("overlaps {other} by {overlap:.3} of the smaller radius, more than {allowed:.3}");
+            let problem = CaseErrorKind::coded(
+                "overlap",
+                format!("overlaps {other} by {overlap:.3} of the smaller radius, more than {allowed:.3}"),
+            );
             Err(CaseError::new(format!("points.positions[{i}]"), problem))
         };
         let (unit, _) = inverse(&self.cell.geometry.h);
@@ -154,7 +157,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.count_changes();
         self.boundary.membranes.clear();
         self.neighbours.since_build.cell = None;
-        self.build_lists().map_err(|error| CaseError::new("points", error.to_string()))
+        self.build_lists()
+            .map_err(|error| CaseError::new("points", CaseErrorKind::coded(error.code(), error.to_string())))
     }
 }
 

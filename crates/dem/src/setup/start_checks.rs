@@ -6,6 +6,7 @@ use crate::clock::Clock;
 use crate::config::Fill;
 use crate::contact::contact_laws::ContactLaws;
 use crate::solver::DemSolver;
+use colluvium_case::CaseErrorKind;
 
 /// Checks that the contacts allow a fixed time step of the case.
 pub(super) fn check_step(clock: &Clock, laws: &ContactLaws) -> Result<(), CaseError> {
@@ -84,9 +85,12 @@ fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resu
                 other == axis || case.domain.is_periodic(other) || (on(false) && on(true))
             };
             if let (None, Some(other)) = (servo.area, (0..D).find(|&other| !bounded(other))) {
-                let problem = format!(
-                    "is missing: along {} no walls bound the grains that {name:?} presses on; give the area, or in 3d the membrane around the grains as sleeve",
-                    ["x", "y", "z"][other]
+                let problem = CaseErrorKind::coded(
+                    "needs-other-key",
+                    format!(
+                        "is missing: along {} no walls bound the grains that {name:?} presses on; give the area, or in 3d the membrane around the grains as sleeve",
+                        ["x", "y", "z"][other]
+                    ),
                 );
                 return Err(CaseError::new(format!("{path}.area"), problem));
             }
@@ -118,10 +122,13 @@ pub(super) fn check_overlaps<const D: usize, const R: usize>(
         Some(j) => format!("grain {} of body {:?} at {:.4?} m", g.id[j], body(j), g.position[j]),
         None => "a wall".to_owned(),
     };
-    let problem = format!(
-        "grain {} at {:.4?} m and {with} overlap by {share:.3} of the smaller radius at the start, more than {maximum}: fill more \
+    let problem = CaseErrorKind::coded(
+        "overlap",
+        format!(
+            "grain {} at {:.4?} m and {with} overlap by {share:.3} of the smaller radius at the start, more than {maximum}: fill more \
          loosely, or raise initial_overlap",
-        g.id[i], g.position[i]
+            g.id[i], g.position[i]
+        ),
     );
     Err(CaseError::new(format!("bodies[{}].shape", g.body[i]), problem))
 }

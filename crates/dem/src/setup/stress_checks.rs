@@ -3,6 +3,7 @@
 use colluvium_case::{Case, CaseError};
 
 use crate::config::{CellEntry, DemOptions, GrainStage, NormalLaw};
+use colluvium_case::CaseErrorKind;
 
 /// Mean overlap over the radius above which contact stiffness is not physical.
 const MAX_MEAN_OVERLAP: f64 = 0.3;
@@ -23,10 +24,13 @@ pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), Ca
                 return Err(CaseError::new(path, problem));
             }
             if let Some(limit) = limit.filter(|limit| -smallest > *limit) {
-                let problem = format!(
-                    "{:.4e} Pa causes overlaps of more than {MAX_MEAN_OVERLAP} of the radius (at most \
+                let problem = CaseErrorKind::coded(
+                    "overlap",
+                    format!(
+                        "{:.4e} Pa causes overlaps of more than {MAX_MEAN_OVERLAP} of the radius (at most \
                      {limit:.4e} Pa for this stiffness): make contacts stiffer",
-                    -smallest
+                        -smallest
+                    ),
                 );
                 return Err(CaseError::new(path, problem));
             }

@@ -7,6 +7,7 @@ use crate::config::{DemOptions, Fill};
 use crate::points::vector::norm;
 use crate::solver::DemSolver;
 use crate::specimen::Specimen;
+use colluvium_case::Warning;
 
 /// Difference between the actual and the requested porosity that causes a warning.
 const POROSITY_TOLERANCE: f64 = 0.01;
@@ -15,7 +16,10 @@ const POROSITY_TOLERANCE: f64 = 0.01;
 const MAX_WEIGHT_OVERLAP: f64 = 0.01;
 
 /// Warnings of a solver at time zero.
-pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
+pub(super) fn warnings<const D: usize, const R: usize>(
+    case: &Case,
+    solver: &DemSolver<D, R>,
+) -> Vec<Warning> {
     let mut warnings = case.warnings();
     option_warnings(case, &solver.clock.options, &mut warnings);
     warnings.extend(underived_pair_warnings(&solver.clock.options));
@@ -26,31 +30,31 @@ pub(super) fn warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
 }
 
 /// Adds warnings for grains without rolling resistance, and for grains of a single size.
-fn option_warnings(case: &Case, options: &DemOptions, warnings: &mut Vec<String>) {
+fn option_warnings(case: &Case, options: &DemOptions, warnings: &mut Vec<Warning>) {
     let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
     let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
     let falls = case.gravity.iter().any(|g| *g != 0.0);
     if falls && case.boundaries.iter().any(|boundary| flat(&boundary.wall)) && !resists {
-        warnings.push(
+        warnings.push(Warning::new(
+            "grains-roll",
             "boundaries: single grains roll on a flat wall without stopping; use a floor of held grains, \
-             or rolling resistance"
-                .to_owned(),
-        );
+             or rolling resistance",
+        ));
     }
     for (name, kind) in &options.grains {
         let mono = kind.diameter.as_ref().is_some_and(|sizes| sizes.range().1 < 1.2 * sizes.range().0);
         let lattice = matches!(kind.fill, Some(Fill::Lattice { .. }));
         if mono && case.dimension() == 2 && !lattice {
-            warnings.push(format!(
+            warnings.push(Warning::new("grains-form-lattice", format!(
                 "methods.dem.grains.{name}.diameter: disks of nearly one size form a regular lattice; use \
                  diameters that differ by 20 % or more"
-            ));
+            )));
         }
     }
 }
 
 /// Warnings about pairs derived by `mix` from kinds whose further interactions are not derived.
-fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
+fn underived_pair_warnings(options: &DemOptions) -> Vec<Warning> {
     let pair = |a: &str, b: &str| {
         options.pairs.iter().find(|pair| {
             let [one, two] = &pair.between;
@@ -72,10 +76,10 @@ fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
     for (number, a) in kinds.iter().enumerate().filter(|_| options.mix) {
         for b in kinds[number + 1..].iter().filter(|b| pair(a, b).is_none()) {
             if let Some((kind, key)) = more(a).or_else(|| more(b)) {
-                warnings.push(format!(
+                warnings.push(Warning::new("underived-pair", format!(
                     "methods.dem.mix: grains of {a:?} and {b:?} have no {key} between them, although those \
                      of {kind:?} have it: if it matters, give this pair in methods.dem.pairs"
-                ));
+                )));
             }
         }
     }
@@ -84,7 +88,10 @@ fn underived_pair_warnings(options: &DemOptions) -> Vec<String> {
 
 /// Warnings for kinds of grains with large overlaps under the weight of their body. At its base a contact force is about the pressure times
 /// the diameter, in space its square.
-fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Vec<String> {
+fn soft_grain_warnings<const D: usize, const R: usize>(
+    case: &Case,
+    solver: &DemSolver<D, R>,
+) -> Vec<Warning> {
     let (g, gravity) = (&solver.grains, solver.clock.gravity_at::<D>(0.0));
     let size = norm(&gravity);
     if size == 0.0 {
@@ -111,13 +118,16 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
         }
         let share = law.normal.overlap(pressure * mean.powi(D as i32 - 1), 0.25 * mean) / mean;
         (share > MAX_WEIGHT_OVERLAP).then(|| {
-            format!(
-                "methods.dem.pairs: the weight of the body {:?} ({pressure:.3e} Pa at its base) causes \
+            Warning::new(
+                "soft-grains",
+                format!(
+                    "methods.dem.pairs: the weight of the body {:?} ({pressure:.3e} Pa at its base) causes \
                  overlaps of about {:.1} % of the diameter, so that porosity, coordination and flow depend \
                  on the stiffness; for overlaps of 0.1 %, make contacts {:.0} times as stiff",
-                case.bodies[body].name,
-                1e2 * share,
-                law.normal.stiffness_factor(share / 1e-3),
+                    case.bodies[body].name,
+                    1e2 * share,
+                    law.normal.stiffness_factor(share / 1e-3),
+                ),
             )
         })
     };
@@ -125,12 +135,18 @@ fn soft_grain_warnings<const D: usize, const R: usize>(case: &Case, solver: &Dem
 }
 
 /// Warnings for bodies whose porosity differs from the requested one.
-fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
+fn porosity_warnings<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<Warning> {
     let is_far = |own: &&Specimen| {
         own.requested_porosity.is_some_and(|requested| (own.porosity - requested).abs() > POROSITY_TOLERANCE)
     };
     let text = |own: &Specimen| {
-        format!("{own}: grains that would extend beyond the shape or into obstacles are left out")
+        Warning::new(
+            "porosity-missed",
+            format!(
+                "{own}: grains that would extend beyond the shape or into obstacles are left out. Use a \
+                 larger body or smaller grains"
+            ),
+        )
     };
     solver.specimen.reports.iter().filter(is_far).map(text).collect()
 }

@@ -4,6 +4,7 @@ use colluvium_case::{CaseError, spatial};
 
 use crate::boundary::walls::RigidWall;
 use crate::solver::DemSolver;
+use colluvium_case::CaseErrorKind;
 
 /// Plane wall of a solver, with the force of the grains on it.
 #[derive(Clone, Copy)]
@@ -108,7 +109,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let body = self.body_number(name)?;
         let own = |i: usize| self.grains.body[i] == body;
         if (0..self.grains.len()).any(|i| own(i) && !self.grains.is_held[i]) {
-            let problem = "is missing: only a body with prescribed motion can be moved by the program";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "is missing: only a body with prescribed motion can be moved by the program",
+            );
             return Err(CaseError::new(format!("methods.dem.bodies.{name}.held"), problem));
         }
         check_finite(&format!("bodies[{body}].velocity"), &velocity)?;
@@ -192,7 +196,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 /// Refuses numbers that are not finite.
 fn check_finite(path: &str, values: &[f64]) -> Result<(), CaseError> {
     match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(CaseError::new(path, format!("{value} must be finite"))),
+        Some(value) => Err(CaseError::new(
+            path,
+            CaseErrorKind::coded("program-request", format!("{value} must be finite")),
+        )),
         None => Ok(()),
     }
 }

@@ -15,6 +15,7 @@ use crate::points::grains::{Grains, volume};
 use crate::points::vector::{difference, dot};
 use crate::specimen::pluviation::{EnteredGrains, GrainSource, contains_ball};
 use crate::specimen::specimen_preparation::SpecimenPreparation;
+use colluvium_case::Warning;
 
 /// Number of random positions for a grain in a step, after which it waits for the next step.
 const DRAWS: usize = 100;
@@ -171,14 +172,17 @@ pub fn distance_in_cell<const D: usize>(
 }
 
 /// Warning for a source whose grains find no space in time.
-pub fn full_source_warning(clock: &Clock, specimen: &SpecimenPreparation) -> Option<String> {
+pub fn full_source_warning(clock: &Clock, specimen: &SpecimenPreparation) -> Option<Warning> {
     let is_behind = |source: &&GrainSource| {
         source.entered_grains.waiting_mass > REPORTED_BACKLOG * source.entered_grains.mass
     };
     let source = specimen.sources.iter().find(is_behind)?;
-    Some(format!(
-        "t = {:.4e} s: {:.3e} kg of body {:?} cannot enter, because its shape is full of grains: make the shape larger, its \
+    Some(Warning::new(
+        "grain-source-full",
+        format!(
+            "t = {:.4e} s: {:.3e} kg of body {:?} cannot enter, because its shape is full of grains: make the shape larger, its \
          velocity higher, or rain.rate smaller",
-        clock.time, source.entered_grains.waiting_mass, clock.case.bodies[source.body as usize].name
+            clock.time, source.entered_grains.waiting_mass, clock.case.bodies[source.body as usize].name
+        ),
     ))
 }

@@ -2,6 +2,7 @@
 
 use crate::specimen::Specimen;
 use crate::specimen::pluviation::GrainSource;
+use colluvium_case::Warning;
 
 /// Preparation of the specimen: sources of grains during the run, reports on the filling of bodies, and origin from a file.
 #[derive(Debug)]
@@ -26,7 +27,7 @@ pub struct SpecimenSource {
     /// Largest overlap over the smaller radius.
     pub overlap: f64,
     /// Notes on the specimen for the user.
-    pub notes: Vec<String>,
+    pub notes: Vec<Warning>,
 }
 
 impl SpecimenSource {

@@ -176,7 +176,10 @@ fn contact_parameters_that_mixing_does_not_derive_cause_a_warning() {
             pairs.push(unlike);
         }
         let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
-        warnings.into_iter().filter(|messages| messages.starts_with("methods.dem.mix: ")).collect::<Vec<_>>()
+        warnings
+            .into_iter()
+            .filter(|messages| messages.text.starts_with("methods.dem.mix: "))
+            .collect::<Vec<_>>()
     };
     let rolling = json!({ "rolling": { "friction": 0.1 } });
     let bond = json!({ "bond": { "normal_stiffness": 1e6, "shear_stiffness": 1e6, "gap": 0.5 } });
@@ -186,7 +189,7 @@ fn contact_parameters_that_mixing_does_not_derive_cause_a_warning() {
         let own = format!(
             "grains of \"grain\" and \"other\" have no {key} between them, although those of \"other\" have it"
         );
-        assert!(messages.len() == 1 && messages[0].contains(&own), "{key}: {messages:?}");
+        assert!(messages.len() == 1 && messages[0].text.contains(&own), "{key}: {messages:?}");
         // A pair that is given is not mixed.
         assert!(warnings(more.clone(), Some(linear(1e6, 0.1, 0.5, 0.5))).is_empty(), "{key}");
     }

@@ -80,7 +80,12 @@ fn platens(names: &[&str]) -> Value {
 }
 
 /// Means of a stress over the pressure in windows of 1 % of shear strain, and the warning of the run at its end.
-fn means(value: &Value, name: &str, inertial: f64, windows: usize) -> (Vec<f64>, Vec<String>) {
+fn means(
+    value: &Value,
+    name: &str,
+    inertial: f64,
+    windows: usize,
+) -> (Vec<f64>, Vec<colluvium_case::Warning>) {
     single_threaded();
     let case = read_case(value);
     let mut solver: DemSolver<2, 1> = disks(&case).unwrap();
@@ -138,6 +143,6 @@ fn a_run_reports_controlled_stresses_that_were_not_reached() {
     slow["walls"]["left"]["speed"] = json!(1e-6);
     let (means, remarks) = means(&case(inertial, 0.06, false, &slow), "wall.right.stress", inertial, 6);
     assert!(means[5] > 1.02, "{means:?}");
-    let text = remarks.join(" ");
+    let text = colluvium_testkit::lines(&remarks);
     assert!(text.contains("stage \"shear\": the controlled stress of the wall \"right\" was"), "{text}");
 }

@@ -69,7 +69,7 @@ fn pluviation_adds_the_prescribed_mass_in_its_interval_and_the_energy_balance_cl
         assert!(scalar_output(&*solver, "energy_error").abs() < 0.01);
         let ids = solver.snapshot().ids;
         assert!(ids.iter().enumerate().all(|(k, id)| *id == k as u64));
-        assert!(solver.warning().is_none_or(|text| !text.contains("cannot enter")));
+        assert!(solver.warning().is_none_or(|text| !text.text.contains("cannot enter")));
     }
 }
 
@@ -100,7 +100,7 @@ fn a_full_pluviation_region_delays_grains_with_a_warning() {
     let mut solver = begun(disks(&read_case(&value)).unwrap());
     to(&mut solver, 0.3);
     let warning = solver.warning().unwrap();
-    assert!(warning.contains("of body \"rain\" cannot enter"), "{warning}");
+    assert!(warning.text.contains("of body \"rain\" cannot enter"), "{warning}");
 }
 
 #[test]

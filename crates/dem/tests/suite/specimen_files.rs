@@ -143,7 +143,7 @@ fn messages(value: &Value, text: &str) -> Result<Vec<String>, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = kept(&folder, text);
     let plan = Dem.plan(&read(&from(value, &file)));
-    plan.map(|plan| plan.warnings)
+    plan.map(|plan| plan.warnings.into_iter().map(|warning| warning.text).collect())
         .map_err(|error| error.to_string().replace(&file.display().to_string(), "FILE"))
 }
 

@@ -141,21 +141,21 @@ fn dropped_spheres_rest_on_three_others_each() {
 fn a_run_notes_porosity_and_coordination_and_a_plan_warns_of_deviations() {
     let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
     let plan = Dem.plan(&read_case(&value)).unwrap();
-    assert!(!plan.warnings.iter().any(|note| note.contains("requested")), "{:?}", plan.warnings);
+    assert!(!plan.warnings.iter().any(|note| note.text.contains("requested")), "{:?}", plan.warnings);
     let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
     let report = run_method(&Dem, &read_case(&value), &options).unwrap();
-    let note = report.notes.iter().find(|note| note.contains("porosity")).unwrap();
+    let note = report.notes.iter().find(|note| note.text.contains("porosity")).unwrap();
     assert!(
-        note.starts_with("at the start, body \"sand\": ")
-            && note.contains("porosity 0.3000 (0.3000 requested), "),
+        note.text.starts_with("at the start, body \"sand\": ")
+            && note.text.contains("porosity 0.3000 (0.3000 requested), "),
         "{note}"
     );
     // Grains that would protrude from a triangle are left out: it is looser than requested.
     value["bodies"][0]["shape"] =
         json!({ "kind": "polygon", "vertices": [[0.4, 0.1], [0.6, 0.1], [0.5, 0.3]] });
     let plan = Dem.plan(&read_case(&value)).unwrap();
-    let off = plan.warnings.iter().find(|note| note.contains("(0.3000 requested)")).unwrap();
-    assert!(off.contains("are left out"), "{off}");
+    let off = plan.warnings.iter().find(|note| note.text.contains("(0.3000 requested)")).unwrap();
+    assert!(off.text.contains("are left out"), "{off}");
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn mass_of_a_plan_is_that_of_the_grains_without_a_warning_for_voids() {
     // The material has a density of 1 kg/m³, the grains 2500 kg/m³ on 0.7 of 0.6 m².
     assert_near(plan.masses(&case)[0], 2500.0 * 0.7 * 0.6, 1e-9);
     let warnings = plan.all_warnings(&case);
-    assert!(!warnings.iter().any(|said| said.contains("% of its volume")), "{warnings:?}");
+    assert!(!warnings.iter().any(|said| said.text.contains("% of its volume")), "{warnings:?}");
 }
 
 #[test]
@@ -174,13 +174,13 @@ fn grains_with_large_overlap_under_their_weight_cause_a_warning() {
         let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
         value["methods"]["dem"]["pairs"][0]["normal"] = pair.clone();
         let warnings = Dem.plan(&read_case(&value)).unwrap().warnings;
-        warnings.into_iter().find(|said| said.starts_with("methods.dem.pairs: the weight of the body"))
+        warnings.into_iter().find(|said| said.text.starts_with("methods.dem.pairs: the weight of the body"))
     };
     let spring = |stiffness: f64| json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": 0.3 });
     // 2500 kg/m³ on 0.7 of 0.6 m weigh 10.3 kPa: that over the stiffness is the share.
     let soft = warning(&spring(1e5)).unwrap();
     assert!(
-        soft.contains("of about 10.") && soft.contains("for overlaps of 0.1 %, make contacts "),
+        soft.text.contains("of about 10.") && soft.text.contains("for overlaps of 0.1 %, make contacts "),
         "{soft}"
     );
     assert_eq!(warning(&spring(2e6)), None);
@@ -188,6 +188,6 @@ fn grains_with_large_overlap_under_their_weight_cause_a_warning() {
     let ball = |modulus: f64| json!({ "law": "hertz", "youngs_modulus": modulus, "poissons_ratio": 0.3, "restitution": 0.5 });
     let soft = warning(&ball(1e8)).unwrap();
     // 51 times smaller overlaps: 51^(3/2) times the modulus.
-    assert!(soft.contains("of about 5.1 %") && soft.contains("make contacts 36"), "{soft}");
+    assert!(soft.text.contains("of about 5.1 %") && soft.text.contains("make contacts 36"), "{soft}");
     assert_eq!(warning(&ball(1e10)), None);
 }

@@ -7,6 +7,7 @@ use crate::flow_nodes::FlowNodes;
 use crate::inflow::{ArrivingFlow, Inflow, WaitingNodes};
 use crate::phases::failure::FlowFailure;
 use crate::phases::phase::PhaseSet;
+use colluvium_case::FailureReason;
 
 /// Distance from an inflow line within which the initial flow is sampled, in distances of nodes.
 const SAMPLING_DISTANCE: f64 = 2.0;
@@ -145,10 +146,13 @@ fn advance_rows<const D: usize>(
         let is_bounded = deepest <= MAX_DEPTH_RATIO * inflow.depth
             || deepest <= MAX_DEPTH_RATIO * inflow.max_section().max_depth;
         if !is_bounded {
-            let reason = format!(
-                "the inflow across the line that begins here would be {deepest:.3e} m deep, more than \
+            let reason = FailureReason::coded(
+                "flow-too-fast",
+                format!(
+                    "the inflow across the line that begins here would be {deepest:.3e} m deep, more than \
                  {MAX_DEPTH_RATIO} times its depth at the largest discharge, because of the flow ahead of the \
                  line: reduce `courant` or `spacing`"
+                ),
             );
             return Err(FlowFailure {
                 node_id: nodes.next_id,

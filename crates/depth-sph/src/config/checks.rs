@@ -11,6 +11,7 @@ use crate::laws::erosion::Erosion;
 use crate::laws::interphase_drag::InterphaseDrag;
 use crate::laws::pore_pressure_column::MAX_CELLS;
 use crate::laws::pore_pressure_column::{Drainage, LowerBound};
+use colluvium_case::Warning;
 
 /// Option that is out of range: its key and the reason.
 pub type OptionError = (String, CaseErrorKind);
@@ -77,7 +78,10 @@ impl DepthOptions {
         check_range("xsph", self.xsph, 0.0, 1.0)?;
         let drifts = self.integration == TimeScheme::Leapfrog || self.xsph == 0.0;
         check(drifts, "xsph", || {
-            "applies only with `integration` `leapfrog`: leave `xsph` or `integration` out".to_owned()
+            CaseErrorKind::coded(
+                "needs-other-key",
+                "applies only with `integration` `leapfrog`: leave `xsph` or `integration` out",
+            )
         })?;
         positive("courant", self.courant, "")?;
         check_range("courant", self.courant, 0.0, 0.5)?;
@@ -107,7 +111,10 @@ impl DepthOptions {
         drainage("drainage", self.drainage)?;
         let without = |key: &str, requested: bool| {
             check(self.column.is_some() || !requested, key, || {
-                "applies only with pore-pressure columns: give `column`, or leave this out".to_owned()
+                CaseErrorKind::coded(
+                    "conflicting-keys",
+                    "applies only with pore-pressure columns: give `column`, or leave this out",
+                )
             })
         };
         without("drainage", self.drainage != Drainage::default())?;
@@ -143,8 +150,10 @@ impl DepthOptions {
                 || last.erosion.is_some();
             // Within a bed with erosion a region without any key is one without erosion.
             check(says || self.erosion.is_some(), &format!("regions[{}]", self.regions.len() - 1), || {
-                "has no property of the bed: give `basal`, `drainage`, `fluid_resistance` or `erosion`"
-                    .to_owned()
+                CaseErrorKind::coded(
+                    "needs-other-key",
+                    "has no property of the bed: give `basal`, `drainage`, `fluid_resistance` or `erosion`",
+                )
             })?;
         }
         let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
@@ -153,7 +162,10 @@ impl DepthOptions {
             [("erodible_depth_raster", self.erodible_depth_raster.is_some()), ("lower_bed", self.lower_bed)];
         requested.into_iter().try_for_each(|(key, requested)| {
             check(erodes || !requested, key, || {
-                "applies only with erosion of the bed: give `erosion`, or leave this out".to_owned()
+                CaseErrorKind::coded(
+                    "conflicting-keys",
+                    "applies only with erosion of the bed: give `erosion`, or leave this out",
+                )
             })
         })
     }
@@ -178,9 +190,11 @@ impl DepthOptions {
             && self.continuity == ThicknessEquation::Summation
             && !self.surface_gradient;
         check(self.momentum != PressureForceForm::Variational || is_plain, "momentum", || {
-            "`variational` requires one phase with depths by summation: leave `phases`, `continuity` and \
-             `surface_gradient` out"
-                .to_owned()
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "`variational` requires one phase with depths by summation: leave `phases`, `continuity` and \
+             `surface_gradient` out",
+            )
         })
     }
 
@@ -196,23 +210,29 @@ impl DepthOptions {
     }
 
     /// Warnings about values that are allowed but unusual (sheet: depth-sph §7, units).
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let drag = self.mixture.as_ref().map(|mixture| mixture.drag);
         if let Some(InterphaseDrag::Anderson { settling_velocity: MaybeInfinite::Number(velocity), .. }) =
             drag
             && velocity > 10.0
         {
-            warnings.push(format!(
-                "methods.depth-sph.mixture.drag.settling_velocity: {velocity} m/s is faster than grains \
+            warnings.push(Warning::new(
+                "doubtful-unit",
+                format!(
+                    "methods.depth-sph.mixture.drag.settling_velocity: {velocity} m/s is faster than grains \
                  settle: check the unit (m/s)"
+                ),
             ));
         }
         let consolidation = self.column.as_ref().and_then(|column| column.consolidation);
         if let Some(value) = consolidation.filter(|value| *value > 100.0) {
-            warnings.push(format!(
-                "methods.depth-sph.column.consolidation: {value} m²/s is higher than the coefficient of \
+            warnings.push(Warning::new(
+                "doubtful-unit",
+                format!(
+                    "methods.depth-sph.column.consolidation: {value} m²/s is higher than the coefficient of \
                  consolidation of soils: check the unit (m²/s)"
+                ),
             ));
         }
         let of_bed = self.basal.iter().map(|spec| ("basal".to_owned(), spec));
@@ -222,7 +242,7 @@ impl DepthOptions {
         });
         for (key, spec) in of_bed.chain(of_regions) {
             let found = spec.warnings().into_iter();
-            warnings.extend(found.map(|warning| format!("methods.depth-sph.{key}.{warning}")));
+            warnings.extend(found.map(|warning| warning.at(format!("methods.depth-sph.{key}"))));
         }
         warnings
     }
@@ -245,7 +265,12 @@ fn erosion(key: &str, erosion: Option<Erosion>) -> Result<(), OptionError> {
 fn erodible(key: &str, depth: Option<f64>, erodes: bool) -> Result<(), OptionError> {
     let Some(depth) = depth else { return Ok(()) };
     not_negative(key, depth, " (m)")?;
-    check(erodes, key, || "applies only with erosion: give `erosion`, or leave this out".to_owned())
+    check(erodes, key, || {
+        CaseErrorKind::coded(
+            "conflicting-keys",
+            "applies only with erosion: give `erosion`, or leave this out",
+        )
+    })
 }
 
 impl MixtureOptions {
@@ -267,8 +292,10 @@ impl MixtureOptions {
             format!("{porosity} is not between 0 and 1 (both excluded)")
         })?;
         check(phases == Phases::Two || self.porosities.is_empty(), &key("porosities"), || {
-            "apply only to grains and fluid with separate nodes: set `phases` to `two`, or leave them out"
-                .to_owned()
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "apply only to grains and fluid with separate nodes: set `phases` to `two`, or leave them out",
+            )
         })?;
         for (body, porosity) in &self.porosities {
             check(*porosity > 0.0 && *porosity < 1.0, &key(&format!("porosities.{body}")), || {
@@ -277,8 +304,10 @@ impl MixtureOptions {
         }
         under_key("mixture.drag", self.drag.validate())?;
         check(layers != self.upper.is_empty(), &key("upper"), || {
-            "must name the bodies of the upper layer if `phases` is `layers`, and must be left out otherwise"
-                .to_owned()
+            CaseErrorKind::coded(
+                "needs-other-key",
+                "must name the bodies of the upper layer if `phases` is `layers`, and must be left out otherwise",
+            )
         })?;
         check_range(&key("interface_friction"), self.interface_friction, 0.0, 1.0)?;
         self.fluid_resistance.validate(&key("fluid_resistance"), phases)
@@ -289,7 +318,10 @@ impl FluidResistanceOptions {
     /// Requires two phases and checks the parameter of the resistance law.
     fn validate(self, path: &str, phases: Phases) -> Result<(), OptionError> {
         check(self == Self::None || phases == Phases::Two, path, || {
-            "applies only to a fluid with separate nodes: set `phases` to `two`, or leave this out".to_owned()
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "applies only to a fluid with separate nodes: set `phases` to `two`, or leave this out",
+            )
         })?;
         let key = |name: &str| format!("{path}.{name}");
         match self {
@@ -306,7 +338,10 @@ impl ColumnOptions {
     fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), OptionError> {
         let key = |name: &str| format!("column.{name}");
         check(mixture.is_some(), "column", || {
-            "requires grains and fluid: give the bodies a `pore_fluid`, or give `mixture`".to_owned()
+            CaseErrorKind::coded(
+                "needs-other-key",
+                "requires grains and fluid: give the bodies a `pore_fluid`, or give `mixture`",
+            )
         })?;
         check((4..=MAX_CELLS).contains(&self.cells), &key("cells"), || {
             format!("{} is not in 4..={MAX_CELLS}", self.cells)
@@ -319,15 +354,24 @@ impl ColumnOptions {
                 skeleton.validate()?;
                 let permeable = mixture.is_some_and(|mixture| mixture.drag != InterphaseDrag::None);
                 check(permeable, &key("skeleton"), || {
-                    "requires the permeability: give a law of `mixture.drag`".to_owned()
+                    CaseErrorKind::coded(
+                        "needs-other-key",
+                        "requires the permeability: give a law of `mixture.drag`",
+                    )
                 })?;
             }
             (None, None) => {
-                let problem = "is missing, and so is `skeleton`: give one of them for the rate of drainage";
+                let problem = CaseErrorKind::coded(
+                    "conflicting-keys",
+                    "is missing, and so is `skeleton`: give one of them for the rate of drainage",
+                );
                 return Err((key("consolidation"), problem.into()));
             }
             (Some(_), Some(_)) => {
-                let problem = "is given together with `skeleton`, which determines it: leave one of them out";
+                let problem = CaseErrorKind::coded(
+                    "conflicting-keys",
+                    "is given together with `skeleton`, which determines it: leave one of them out",
+                );
                 return Err((key("consolidation"), problem.into()));
             }
         }
@@ -338,7 +382,7 @@ impl ColumnOptions {
         not_negative(&key("dilatancy.slope"), dilatancy.slope, "")?;
         check_range(&key("dilatancy.critical_porosity"), dilatancy.critical_porosity, 0.0, 1.0)?;
         check(self.skeleton.is_some(), &key("dilatancy"), || {
-            "requires the stiffness of the skeleton: give `skeleton`".to_owned()
+            CaseErrorKind::coded("needs-other-key", "requires the stiffness of the skeleton: give `skeleton`")
         })
     }
 }

@@ -8,6 +8,7 @@ use crate::config::DepthOptions;
 use crate::config::choices::Phases;
 use crate::kernel::Kernel;
 use crate::points::phase_nodes::norm;
+use colluvium_case::CaseErrorKind;
 
 /// Points of a depth-resolved model from the nodes of a flow: each node becomes a stack of points about as high as wide. Points have mass,
 /// velocity and the isotropic stress of the weight above them. With columns of pore pressure they have pore pressure: means of `(1 - ζ)(a +
@@ -110,7 +111,9 @@ fn column_nodes(
         3 => pores.fluid_shares::<2>(snapshot),
         _ => pores.fluid_shares::<1>(snapshot),
     };
-    let shares = shares.map_err(|problem| CaseError::new("output.fields", problem.to_string()))?;
+    let shares = shares.map_err(|problem| {
+        CaseError::new("output.fields", CaseErrorKind::coded(problem.code(), problem.to_string()))
+    })?;
     Ok(grains.into_iter().zip(shares).collect())
 }
 

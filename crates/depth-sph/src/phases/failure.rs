@@ -31,9 +31,13 @@ impl FlowFailure {
                 Self::at_node(set, *number, FailureReason::NotFinite("its position is not finite".to_owned()))
             }
             SearchError::TooSpread(_, number) if *number < set.nodes.len() => {
-                Self::at_node(set, *number, error.to_string())
+                Self::at_node(set, *number, FailureReason::coded(error.code(), error.to_string()))
             }
-            _ => Self { node_id: 0, position: Vec::new(), reason: error.to_string().into() },
+            _ => Self {
+                node_id: 0,
+                position: Vec::new(),
+                reason: FailureReason::coded(error.code(), error.to_string()),
+            },
         }
     }
 }

@@ -13,6 +13,8 @@ use crate::config::settings::Mixture;
 use crate::points::phase_nodes::NewNode;
 use crate::pore_pressure::pressure_transfer::{PointAboveSquare, TransferredPressure};
 use crate::setup::pore_fluid::PorePressureField;
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Tolerance of the gap between a body and the bed, or between bodies, over the height of the domain.
 const HEIGHT_TOLERANCE: f64 = 1e-6;
@@ -27,7 +29,7 @@ pub struct BodyNodes<const D: usize> {
     /// Pore pressures transferred from points, each with the number of its node in the first set.
     pub transferred_pressures: Vec<(usize, TransferredPressure)>,
     /// Warnings.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Makes the nodes of each set.
@@ -77,15 +79,21 @@ pub fn body_nodes<const D: usize>(
         }
         if volume < (1.0 - HEIGHT_TOLERANCE) * whole {
             let below = 100.0 * (1.0 - volume / whole);
-            warnings.push(format!(
-                "bodies[{number}].shape: {below:.1} % of the volume lies below the bed and is left out; \
-                 only the part above the bed flows"
+            warnings.push(Warning::new(
+                "body-below-bed",
+                format!(
+                    "bodies[{number}].shape: {below:.1} % of the volume lies below the bed and is left out; \
+                 only the part above the bed flows. Raise the body, or use a layer on the terrain"
+                ),
             ));
         }
         assign_to_phases(options, &mut sets, own, body);
     }
     if sets.iter().all(Vec::is_empty) {
-        let problem = "no body covers a point of the lattice: make methods.depth-sph.spacing smaller";
+        let problem = CaseErrorKind::coded(
+            "empty-body",
+            "no body covers a point of the lattice: make methods.depth-sph.spacing smaller",
+        );
         return Err(CaseError::new("bodies", problem));
     }
     Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
@@ -100,7 +108,7 @@ fn nodes_of_points<const D: usize>(
     options: &DepthOptions,
     (number, density): (usize, f64),
     bed: &Bed<D>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<PointNodes<D>>, CaseError> {
     let Some(mut list) = case.point_list(number)? else { return Ok(None) };
     // A flow has one density, and the mass of points is kept.
@@ -108,9 +116,10 @@ fn nodes_of_points<const D: usize>(
         *volume = mass / density;
     }
     if list.stresses.is_some() {
-        warnings.push(format!(
-            "bodies[{number}].points: the stresses are ignored: depth-integrated flow has no stress"
-        ));
+        warnings.push(Warning::new("stress-ignored", format!(
+            "bodies[{number}].points: the stresses are ignored: depth-integrated flow has no stress. Leave \
+             their columns out"
+        )));
     }
     if let (None, Some(field), Some(_)) = (
         &list.pore_pressures,
@@ -120,9 +129,12 @@ fn nodes_of_points<const D: usize>(
         list.pore_pressures = Some(list.positions.iter().map(|x| field.pressure_at(*x, 1.0)).collect());
     }
     if list.pore_pressures.is_some() && options.column.is_none() {
-        warnings.push(format!(
-            "bodies[{number}].points: the pore pressures are ignored: to include them, give \
+        warnings.push(Warning::new(
+            "pore-pressure-ignored",
+            format!(
+                "bodies[{number}].points: the pore pressures are ignored: to include them, give \
              methods.depth-sph.column"
+            ),
         ));
     }
     transferred_nodes(case, options, number, &list, bed).map(Some)
@@ -176,8 +188,10 @@ fn transferred_nodes<const D: usize>(
         if bed.bed_point(&position).is_none() {
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| position[c] + origin[c]).collect();
-            let problem =
-                format!("there is no ground below points at {place:?} m: the raster of the bed ends there");
+            let problem = CaseErrorKind::coded(
+                "no-data",
+                format!("there is no ground below points at {place:?} m: the raster of the bed ends there"),
+            );
             return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
         }
         let mut own = new_node(&case.bodies[number], number, position, volume[0], options);
@@ -258,12 +272,15 @@ fn check_hydrostatic<const D: usize>(
         Some(surface) if (surface - top).abs() > SURFACE_TOLERANCE * depth => {
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
-            let problem = format!(
-                "{} m differs from the surface of the flow at {place:?} m, {} m, below which the pore \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                format!(
+                    "{} m differs from the surface of the flow at {place:?} m, {} m, below which the pore \
                  pressure of depth-sph is hydrostatic: give methods.depth-sph.column for another surface, \
                  or leave `pressure` out",
-                surface + origin[D],
-                top + origin[D]
+                    surface + origin[D],
+                    top + origin[D]
+                ),
             );
             Err(CaseError::new(format!("bodies[{number}].pore_fluid.pressure.surface"), problem))
         }

@@ -8,6 +8,7 @@ use crate::config::DepthOptions;
 use crate::config::choices::{Phases, SearchOrientation};
 use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::{NAME, pore_fluid};
+use colluvium_case::Warning;
 
 /// Number of nodes of the flow below which its resolution is too coarse and the plan has a warning (sheet: depth-sph §0).
 const MIN_NODES: usize = 10;
@@ -110,7 +111,10 @@ pub(super) fn check_supported(case: &Case, options: &DepthOptions) -> Result<(),
         return Err(crate::setup::option_error("shortest_smoothing", problem));
     }
     if options.search == SearchOrientation::Turned && last == 1 {
-        return Err(crate::setup::option_error("search", "a profile has one axis: leave this out"));
+        return Err(crate::setup::option_error(
+            "search",
+            CaseErrorKind::coded("conflicting-keys", "a profile has one axis: leave this out"),
+        ));
     }
     check_walls(case)?;
     check_open_boundaries(case, options)?;
@@ -126,7 +130,10 @@ fn check_walls(case: &Case) -> Result<(), CaseError> {
         if boundary.side.axis() == up && boundary.side != lowest(case) {
             return Err(CaseError::new(
                 path("side"),
-                "a flow of depth-sph has a free surface: a wall above it is not available",
+                CaseErrorKind::coded(
+                    "incompatible-options",
+                    "a flow of depth-sph has a free surface: a wall above it is not available",
+                ),
             ));
         }
         if boundary.velocity.as_ref().is_some_and(|velocity| velocity.iter().any(|v| *v != 0.0)) {
@@ -141,7 +148,10 @@ fn check_absorbing_layer(case: &Case, length: f64) -> Result<(), CaseError> {
     let mut absorbing =
         case.boundaries.iter().filter(|side| matches!(side.wall, Wall::Absorbing { .. })).peekable();
     if absorbing.peek().is_none() {
-        return Err(crate::setup::option_error("absorbing_layer", "no side is absorbing: leave this out"));
+        return Err(crate::setup::option_error(
+            "absorbing_layer",
+            CaseErrorKind::coded("conflicting-keys", "no side is absorbing: leave this out"),
+        ));
     }
     let room = |side: &Boundary| case.domain.max[side.side.axis()] - case.domain.min[side.side.axis()];
     match absorbing.find(|side| 2.0 * length > room(side)) {
@@ -161,9 +171,12 @@ fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), Case
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
         if options.phases == Phases::Layers && up > 1 {
-            let problem = "is not available for two layers in 3d, because its reflection of their waves is \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "is not available for two layers in 3d, because its reflection of their waves is \
                            known for profiles only: leave it out, absorbing sides transmit the waves of \
-                           two layers without it";
+                           two layers without it",
+            );
             return Err(crate::setup::option_error("absorbing_layer", problem));
         }
         check_absorbing_layer(case, length)?;
@@ -240,18 +253,22 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
 }
 
 /// Warnings about inputs that are allowed.
-pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
+pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<Warning> {
     let mut warnings = case.warnings();
     if nodes < MIN_NODES {
-        warnings.push(format!(
-            "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow: make it smaller"
-        ));
+        warnings.push(Warning::new("few-nodes", format!(
+            "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow ({MIN_NODES} are needed): \
+             make it smaller"
+        )));
     }
     for (number, stage) in case.stages.iter().enumerate() {
         if is_equilibration_stage(stage) {
-            warnings.push(format!(
-                "stages[{number}]: the flow does not move in this stage, which equilibrates the initial stress: \
-                 depth-integrated flow does not need it"
+            warnings.push(Warning::new(
+                "idle-stage",
+                format!(
+                    "stages[{number}]: the flow does not move in this stage, which equilibrates the initial \
+                 stress: depth-integrated flow does not need it. Leave it out"
+                ),
             ));
         }
     }
@@ -260,17 +277,21 @@ pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
             && !matches!(boundary.wall, Wall::Smooth | Wall::Absorbing { .. })
     };
     if let Some(boundary) = case.boundaries.iter().find(sticks) {
-        warnings.push(format!(
-            "boundaries: the side wall {:?} acts as a smooth wall; its friction is ignored",
-            boundary.name()
+        warnings.push(Warning::new(
+            "side-wall-friction-ignored",
+            format!(
+                "boundaries: the side wall {:?} acts as a smooth wall; its friction is ignored. Make it \
+             `smooth`",
+                boundary.name()
+            ),
         ));
     }
     if case.bodies.iter().any(|body| body.stress != colluvium_case::description::InitialStress::None) {
-        warnings.push(
+        warnings.push(Warning::new(
+            "stress-ignored",
             "bodies: the given initial stress is ignored: the stress of depth-integrated flow follows from \
-             the weight over the depth"
-                .to_owned(),
-        );
+             the weight over the depth. Leave `stress` out",
+        ));
     }
     warnings
 }

@@ -6,6 +6,7 @@ use colluvium_points::{Georeference, Raster};
 
 use crate::output::hazard_rasters::{HazardRasters, PlanCells};
 use crate::setup::bed::case_bed::CaseBed;
+use colluvium_case::Warning;
 
 /// Tolerance of areas for round-off, as a share of the area.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -15,7 +16,7 @@ pub fn hazard_rasters<const D: usize>(
     case: &Case,
     ground: &CaseBed<D>,
     spacing: f64,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<HazardRasters>, CaseError> {
     let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
     let own = ground.grid.as_ref().filter(|_| rasters.cell.is_none());
@@ -30,13 +31,19 @@ pub fn hazard_rasters<const D: usize>(
         let outline = case.outline(file);
         let beyond = maps.compare(&outline.map_err(|problem| CaseError::new(KEY, problem))?);
         if beyond > 1.0 - NEGLIGIBLE {
-            return Err(CaseError::new(KEY, CaseErrorKind::file(file, "lies outside the terrain")));
+            return Err(CaseError::new(
+                KEY,
+                CaseErrorKind::coded_file(file, "outside-domain", "lies outside the terrain"),
+            ));
         }
         if beyond > NEGLIGIBLE {
-            warnings.push(format!(
-                "{KEY}: {:.1} % of the outline's area lies outside the terrain and counts as missed \
-                 (`mapped_missed`)",
-                100.0 * beyond
+            warnings.push(Warning::new(
+                "outline-outside-terrain",
+                format!(
+                    "{KEY}: {:.1} % of the outline's area lies outside the terrain and counts as missed \
+                 (`mapped_missed`). Use a larger terrain, or cut the outline",
+                    100.0 * beyond
+                ),
             ));
         }
     }

@@ -10,6 +10,8 @@ use crate::flow::{Flow, Inlet, Opening};
 use crate::inflow::cross_section::CrossSection;
 use crate::inflow::{Inflow, InflowSection, InflowState};
 use crate::setup::open_boundaries::MAX_SEGMENTS;
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Mean bed slope in the direction of an inflow above which there is a warning.
 const MAX_UPHILL_SLOPE: f64 = 0.02;
@@ -22,7 +24,7 @@ pub fn add_inflows<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     flow: &mut Flow<D>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Vec<(Opening, String)>, CaseError> {
     let (mut openings, mut standing): (Vec<(Opening, String)>, _) = (Vec::new(), Vec::new());
     for (number, given) in options.inflows.iter().enumerate() {
@@ -34,7 +36,7 @@ pub fn add_inflows<const D: usize>(
                 .inlets
                 .iter()
                 .find_map(|inlet| truncated_hydrograph_warning(&inlet.hydrograph, case.end_time()));
-            warnings.extend(cut.map(|cut| format!("{place}: {cut}")));
+            warnings.extend(cut.map(|cut| Warning::new(cut.code, format!("{place}: {}", cut.text))));
             add_opening(&mut openings, opening, &key)?;
             continue;
         }
@@ -60,19 +62,21 @@ pub fn add_inflows<const D: usize>(
         standing.push(before);
         flow.limits.include(level + deepest, speed);
         if let Some(slope) = uphill_slope(&inflow, &flow.bed) {
-            warnings.push(format!(
+            warnings.push(Warning::new("inflow-uphill", format!(
                 "{place}: the bed rises by {:.1} % in the direction of the inflow, to the right of the line from `from` to `to`: \
                  check whether the two must be exchanged",
                 100.0 * slope
-            ));
+            )));
         }
         let doubts =
             little.into_iter().chain(truncated_hydrograph_warning(&inflow.hydrograph, case.end_time()));
-        warnings.extend(doubts.map(|doubt| format!("{place}: {doubt}")));
+        warnings.extend(doubts.map(|doubt| Warning::new(doubt.code, format!("{place}: {}", doubt.text))));
         flow.boundary.inflows.push(inflow);
     }
     if standing.iter().any(Option::is_some) {
-        flow.initialise_inflows(&standing).map_err(|failure| option_error("inflows", failure.to_string()))?;
+        flow.initialise_inflows(&standing).map_err(|failure| {
+            option_error("inflows", CaseErrorKind::coded(failure.reason.code(), failure.to_string()))
+        })?;
     }
     Ok(openings)
 }
@@ -89,7 +93,10 @@ fn add_opening(
         return Ok(());
     };
     if known.inlets.iter().any(|known| opening.inlets.iter().any(|inlet| inlet.layer == known.layer)) {
-        return Err(option_error(&key("side"), "has another inflow: add up their discharges"));
+        return Err(option_error(
+            &key("side"),
+            CaseErrorKind::coded("duplicate-name", "has another inflow: add up their discharges"),
+        ));
     }
     known.inlets.append(&mut opening.inlets);
     Ok(())
@@ -99,7 +106,7 @@ fn add_opening(
 const MIN_AREA_AHEAD: f64 = 0.1;
 
 /// Warning for an inflow that is directed out of most of the domain, or an error if the flow leaves at once.
-fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<String>, String> {
+fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Option<Warning>, String> {
     let middle: [f64; D] = std::array::from_fn(|c| 0.5 * (inflow.start[c] + inflow.end[c]));
     let to_edge = |sense: f64| {
         let direction = inflow.normal().map(|c| sense * c);
@@ -116,11 +123,15 @@ fn outflow_warning<const D: usize>(case: &Case, inflow: &Inflow<D>) -> Result<Op
          behind the line: it flows to the right of the direction from `from` to `to`; exchange the two to \
          reverse the inflow"
     );
-    if ahead < inflow.row_extent { Err(problem) } else { Ok(Some(problem)) }
+    if ahead < inflow.row_extent {
+        Err(problem)
+    } else {
+        Ok(Some(Warning::new("inflow-leaves-domain", problem)))
+    }
 }
 
 /// Warning for a run that ends (s) before the whole hydrograph has entered.
-fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<String> {
+fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<Warning> {
     let until = |end: f64| {
         let part = |pair: &[[f64; 2]]| {
             let [[from, first], [to, last]] = [pair[0], pair[1]];
@@ -133,10 +144,13 @@ fn truncated_hydrograph_warning(hydrograph: &[[f64; 2]], end: f64) -> Option<Str
     let (whole, brought) = (until(f64::INFINITY), until(end));
     let share = brought / whole;
     (share < 1.0 - 1e-9).then(|| {
-        format!(
-            "the run ends at {end} s, when {:.1} % of the volume of the hydrograph has flowed in: to \
+        Warning::new(
+            "hydrograph-truncated",
+            format!(
+                "the run ends at {end} s, when {:.1} % of the volume of the hydrograph has flowed in: to \
              include all of it, make the stages longer",
-            100.0 * share
+                100.0 * share
+            ),
         )
     })
 }
@@ -204,14 +218,23 @@ fn end_inlet<const D: usize>(
     if given.from.is_some() || given.to.is_some() {
         return Err(option_error(
             &key("from"),
-            "belongs to a line in plan, which a profile does not have: leave it out",
+            CaseErrorKind::coded(
+                "conflicting-keys",
+                "belongs to a line in plan, which a profile does not have: leave it out",
+            ),
         ));
     }
     if given.across != InflowDistribution::Even {
-        return Err(option_error(&key("across"), "applies only to a line in plan: leave it out"));
+        return Err(option_error(
+            &key("across"),
+            CaseErrorKind::coded("conflicting-keys", "applies only to a line in plan: leave it out"),
+        ));
     }
     if case.boundaries.iter().any(|boundary| boundary.side == side) {
-        return Err(option_error(&key("side"), "has a wall: leave the wall out"));
+        return Err(option_error(
+            &key("side"),
+            CaseErrorKind::coded("conflicting-keys", "has a wall: leave the wall out"),
+        ));
     }
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;
@@ -223,7 +246,10 @@ fn end_inlet<const D: usize>(
     if beyond != [true; 2] {
         return Err(option_error(
             &key("side"),
-            "has no ground beyond it, where the nodes of the inflow are placed",
+            CaseErrorKind::coded(
+                "no-data",
+                "has no ground beyond it, where the nodes of the inflow are placed",
+            ),
         ));
     }
     let (spacing, span) = (options.spacing, (0.0, 0.0));
@@ -269,7 +295,8 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
             let columns: [(Quantity, &[&str]); 2] =
                 [(Quantity::Time, &TIMES), (Quantity::Discharge, &DISCHARGES)];
             let of_file = |error: String| option_error(&key("hydrograph"), format!("{file}: {error}"));
-            let pairs = read_pairs(file, columns).map_err(of_file)?;
+            let pairs = read_pairs(file, columns)
+                .map_err(|kind| option_error(&key("hydrograph"), kind.in_table(file)))?;
             check(&pairs).map_err(of_file)?;
             pairs
         }
@@ -277,7 +304,12 @@ fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec
             check(&given.discharge).map_err(|problem| option_error(&key("discharge"), problem))?;
             given.discharge.clone()
         }
-        _ => return Err(option_error(&key("discharge"), "give either discharge or hydrograph")),
+        _ => {
+            return Err(option_error(
+                &key("discharge"),
+                CaseErrorKind::coded("conflicting-keys", "give either discharge or hydrograph"),
+            ));
+        }
     };
     Ok(pairs)
 }
@@ -295,12 +327,18 @@ fn inflow<const D: usize>(
     if given.side.is_some() {
         return Err(option_error(
             &key("side"),
-            "applies only to a profile: give a line in plan, `from` and `to`",
+            CaseErrorKind::coded(
+                "needs-other-key",
+                "applies only to a profile: give a line in plan, `from` and `to`",
+            ),
         ));
     }
     let (Some(from), Some(to)) = (given.from, given.to) else {
         let name = if given.from.is_none() { "from" } else { "to" };
-        return Err(option_error(&key(name), "is missing: a line in plan needs `from` and `to`"));
+        return Err(option_error(
+            &key(name),
+            CaseErrorKind::coded("needs-other-key", "is missing: a line in plan needs `from` and `to`"),
+        ));
     };
     if from == to {
         return Err(option_error(&key("to"), "is equal to `from`: the line has no length"));
@@ -386,8 +424,8 @@ mod tests {
     fn a_hydrograph_longer_than_the_run_causes_a_warning() {
         let triangle = [[10.0, 0.0], [20.0, 4.0], [30.0, 0.0]];
         assert_eq!(truncated_hydrograph_warning(&triangle, 30.0), None);
-        assert!(truncated_hydrograph_warning(&triangle, 20.0).unwrap().contains("at 20 s, when 50.0 %"));
-        assert!(truncated_hydrograph_warning(&triangle, 25.0).unwrap().contains("when 87.5 %"));
-        assert!(truncated_hydrograph_warning(&triangle, 5.0).unwrap().contains("when 0.0 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 20.0).unwrap().text.contains("at 20 s, when 50.0 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 25.0).unwrap().text.contains("when 87.5 %"));
+        assert!(truncated_hydrograph_warning(&triangle, 5.0).unwrap().text.contains("when 0.0 %"));
     }
 }

@@ -10,6 +10,7 @@ use crate::config::settings::Mixture;
 use crate::laws::interphase_drag::MixtureDensities;
 use crate::setup::bed::case_bed::BedFriction;
 use crate::setup::pore_fluid;
+use colluvium_case::CaseErrorKind;
 
 /// Tolerance of the density of a material against that of the mixture.
 const DENSITY_TOLERANCE: f64 = 0.01;
@@ -18,7 +19,10 @@ const DENSITY_TOLERANCE: f64 = 0.01;
 pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixture, CaseError> {
     let Some(mixture) = &options.mixture else {
         if options.phases != Phases::One {
-            return Err(option_error("mixture", "is missing: it gives the densities of the phases"));
+            return Err(option_error(
+                "mixture",
+                CaseErrorKind::coded("needs-other-key", "is missing: it gives the densities of the phases"),
+            ));
         }
         return Ok(Mixture::single_phase(case.materials[&case.bodies[0].material].density(), gravity));
     };
@@ -82,8 +86,11 @@ fn require_two_phase_law(
     key: &str,
 ) -> Result<BasalRheology, CaseError> {
     if options.phases == Phases::Two && !law.is_additive() {
-        let problem = "a Bingham profile is available for one phase only: give another law, or leave \
-                       `phases` out";
+        let problem = CaseErrorKind::coded(
+            "conflicting-keys",
+            "a Bingham profile is available for one phase only: give another law, or leave \
+                       `phases` out",
+        );
         return Err(option_error(key, problem));
     }
     Ok(law)

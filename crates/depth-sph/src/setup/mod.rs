@@ -28,6 +28,7 @@ use crate::config::settings::{Consolidation, EarthPressure, FlowSettings, Mixtur
 use crate::flow::{Flow, FlowFailure, OutsideNodes};
 use crate::laws::interphase_drag::MixtureDensities;
 use crate::solver::DepthSolver;
+use colluvium_case::Warning;
 
 /// Node updates per second and thread, from the benchmark of one phase without columns.
 const UPDATES_PER_SECOND: f64 = 2e6;
@@ -165,7 +166,7 @@ pub(crate) fn solver<const D: usize>(
 fn build_in<const D: usize>(
     case: &Case,
     options: &DepthOptions,
-) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
+) -> Result<(DepthSolver<D>, Vec<Warning>), CaseError> {
     let ground = bed::case_bed::case_bed::<D>(case, options)?;
     let mut of_maps = Vec::new();
     let maps = hazard_rasters::hazard_rasters(case, &ground, options.spacing, &mut of_maps)?;
@@ -184,7 +185,9 @@ fn build_in<const D: usize>(
     let filled = body_nodes::body_nodes::<D>(case, options, &settings.material, &bed)?;
     warnings.extend(filled.warnings);
     let ends = plan_boundaries::<D>(case, 0);
-    let failed = |failure: FlowFailure| CaseError::new("bodies", failure.to_string());
+    let failed = |failure: FlowFailure| {
+        CaseError::new("bodies", CaseErrorKind::coded(failure.reason.code(), failure.to_string()))
+    };
     let mut flow = Flow::new(settings, bed, ends, &filled.sets).map_err(failed)?;
     let mut openings = inflows::add_inflows(case, options, &mut flow, &mut warnings)?;
     openings.extend(open_boundaries::openings(case, options));
@@ -192,9 +195,12 @@ fn build_in<const D: usize>(
     if !filled.transferred_pressures.is_empty() {
         let held = flow.set_pore_pressures(&filled.transferred_pressures);
         if held > 0 {
-            warnings.push(format!(
-                "bodies: the initial pore pressure of {held} nodes exceeds the weight of the material or \
+            warnings.push(Warning::new(
+                "pore-pressure-limited",
+                format!(
+                    "bodies: the initial pore pressure of {held} nodes exceeds the weight of the material or \
                  is below the lower bound of methods.depth-sph.column: it is limited to this range"
+                ),
             ));
         }
     }
@@ -209,10 +215,15 @@ fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>
     let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
     let wrong = |kind: CaseErrorKind| option_error("erodible_depth_raster", kind);
     if case.dimension() != 3 {
-        return Err(wrong("a raster is available in 3d only: give `erodible_depth`".into()));
+        return Err(wrong(CaseErrorKind::coded(
+            "needs-other-key",
+            "a raster is available in 3d only: give `erodible_depth`",
+        )));
     }
     let raster = case.plan_raster(file).map_err(wrong)?;
-    raster.validate().map_err(|error| wrong(CaseErrorKind::file(file, error.to_string())))?;
+    raster
+        .validate()
+        .map_err(|error| wrong(CaseErrorKind::coded_file(file, error.code(), error.to_string())))?;
     match raster.values.iter().find(|depth| **depth < 0.0) {
         Some(depth) => {
             let problem = format!("a depth of {depth} m must not be negative");

@@ -8,6 +8,8 @@ use crate::config::DepthOptions;
 use crate::config::choices::DepthFrame;
 use crate::flow::{Flow, OpenBoundary, Opening};
 use crate::setup::NAME;
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Bed slope across an open boundary above which the depth at the boundary does not apply outside (sheet: depth-sph §3.9).
 const MAX_CROSS_SLOPE: f64 = 0.01;
@@ -56,7 +58,7 @@ fn span(case: &Case, axis: usize) -> (f64, f64) {
 pub fn open_boundaries<const D: usize>(
     openings: &[(Opening, String)],
     flow: &mut Flow<D>,
-) -> Result<Vec<String>, CaseError> {
+) -> Result<Vec<Warning>, CaseError> {
     let Some((_, first)) = openings.first() else { return Ok(Vec::new()) };
     let mut warnings = Vec::new();
     let mut slopes = Vec::new();
@@ -66,27 +68,32 @@ pub fn open_boundaries<const D: usize>(
     }
     let sides: Vec<Opening> = openings.iter().map(|(opening, _)| opening.clone()).collect();
     let known = flow.boundary.open_sides.len();
-    flow.open_sides(&sides).map_err(|failure| CaseError::new(first, failure.to_string()))?;
+    flow.open_sides(&sides).map_err(|failure| {
+        CaseError::new(first, CaseErrorKind::coded(failure.reason.code(), failure.to_string()))
+    })?;
     let each = (flow.boundary.open_sides.len() - known) / openings.len();
     let ends = flow.boundary.open_sides[known..].chunks(each.max(1));
     for (((_, key), slope), ends) in openings.iter().zip(slopes).zip(ends) {
         // Material that leaves over a dry bed meets nothing that could reflect waves.
         let stands = ends.iter().any(OpenBoundary::is_filled);
         if let Some(slope) = slope.filter(|slope| stands && slope.abs() > MAX_CROSS_SLOPE) {
-            warnings.push(format!(
+            warnings.push(Warning::new("side-reflects-waves", format!(
                 "{key}: the bed has a slope of {slope:.3} across this side, but the depth beyond the side \
                  is assumed to be equal to that at the side. The side therefore reflects waves: move it to \
                  where the bed is level"
-            ));
+            )));
         }
     }
     if let Some((opening, _)) = openings.iter().find(|(side, _)| {
         side.absorbing_length > 0.0 && side.absorbing_length < MIN_LAYER_NODES * side.spacing
     }) {
-        warnings.push(format!(
-            "methods.{NAME}.absorbing_layer: {} m are fewer than {MIN_LAYER_NODES} nodes, and the layer \
+        warnings.push(Warning::new(
+            "side-reflects-waves",
+            format!(
+                "methods.{NAME}.absorbing_layer: {} m are fewer than {MIN_LAYER_NODES} nodes, and the layer \
              reflects more than it absorbs: make it as long as two waves",
-            opening.absorbing_length
+                opening.absorbing_length
+            ),
         ));
     }
     Ok(warnings)

@@ -9,6 +9,7 @@ use crate::config::choices::Phases;
 use crate::points::phase_nodes::NewNode;
 use crate::setup::body_nodes::{assign_to_phases, new_node};
 use crate::solver::DepthSolver;
+use colluvium_case::CaseErrorKind;
 
 impl<const D: usize> DepthSolver<D> {
     /// Adds nodes to a body, by its index in [`colluvium_case::Case::bodies`], between two steps. Positions (m) are those in plan, relative
@@ -86,7 +87,10 @@ impl<const D: usize> DepthSolver<D> {
         let node = |(i, x): (usize, &[f64; 3])| {
             let position = std::array::from_fn(|c| x[c]);
             if !self.flow.bed.is_defined(&position) {
-                let problem = format!("{position:?} m is beyond the end of the bed");
+                let problem = CaseErrorKind::coded(
+                    "outside-domain",
+                    format!("{position:?} m is beyond the end of the bed"),
+                );
                 return Err(CaseError::new(format!("points.positions[{i}]"), problem));
             }
             let volume = points.masses.as_ref().map_or(points.volumes[i], |masses| masses[i] / density);

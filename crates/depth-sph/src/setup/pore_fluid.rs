@@ -12,6 +12,8 @@ use crate::laws::interphase_drag::{InterphaseDrag, MixtureDensities};
 use crate::laws::pore_pressure_column::Drainage;
 use crate::setup::bed::case_bed::highest_wall;
 use crate::setup::{NAME, option_error};
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Relative tolerance of densities and permeabilities that are given twice, of which one is derived.
 const DERIVED_TOLERANCE: f64 = 0.01;
@@ -61,7 +63,10 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     let mut options = case.methods.get(NAME).cloned().unwrap_or_else(|| json!({}));
     let phases = options["phases"].as_str().unwrap_or("one").to_owned();
     if phases == "layers" {
-        let problem = "is not available for two layers: give their densities in methods.depth-sph.mixture";
+        let problem = CaseErrorKind::coded(
+            "incompatible-options",
+            "is not available for two layers: give their densities in methods.depth-sph.mixture",
+        );
         return Err(CaseError::new(format!("bodies[{first}].pore_fluid"), problem));
     }
     let facts = common_pore_fluid(case, &phases)?;
@@ -76,8 +81,11 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     match all.get_mut("column").and_then(Value::as_object_mut) {
         Some(column) => fill_pore_column_options(case, &facts, column)?,
         None if facts.excess.is_some() => {
-            let problem = "applies only with pore-pressure columns: give methods.depth-sph.column, or \
-                           leave this out";
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                "applies only with pore-pressure columns: give methods.depth-sph.column, or \
+                           leave this out",
+            );
             return Err(CaseError::new(format!("bodies[{first}].pore_fluid.excess_ratio"), problem));
         }
         None => {}
@@ -94,8 +102,11 @@ fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseErr
     for (number, body) in case.bodies.iter().enumerate() {
         let path = |key: &str| format!("bodies[{number}].pore_fluid{key}");
         let Some(fluid) = &body.pore_fluid else {
-            let problem = "is missing, but another body has one: either all bodies of depth-sph have a \
-                           pore fluid, or none";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "is missing, but another body has one: either all bodies of depth-sph have a \
+                           pore fluid, or none",
+            );
             return Err(CaseError::new(path(""), problem));
         };
         let own = PoreFluidData::of_body(case, body, fluid);
@@ -172,9 +183,12 @@ fn set_option(
         Some(None) => Ok(()),
         Some(Some(given)) if are_equal(given, value, close) => Ok(()),
         Some(Some(given)) => {
-            let problem = format!(
-                "{given} differs from the value that follows from bodies[].pore_fluid, {value}: leave one \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                format!(
+                    "{given} differs from the value that follows from bodies[].pore_fluid, {value}: leave one \
                  of them out"
+                ),
             );
             Err(option_error(&format!("{path}.{key}"), problem))
         }
@@ -202,10 +216,13 @@ fn fill_mixture_options(
     if are_equal(own_law, conductivity, DERIVED_TOLERANCE) || drag.validate().is_err() {
         return Ok(());
     }
-    let problem = format!(
-        "gives a permeability of {own_law:.3e} m/s at a porosity of {}, but bodies[].pore_fluid gives \
+    let problem = CaseErrorKind::coded(
+        "conflicting-keys",
+        format!(
+            "gives a permeability of {own_law:.3e} m/s at a porosity of {}, but bodies[].pore_fluid gives \
          {conductivity:.3e} m/s: leave this out, or make the two equal",
-        facts.porosity
+            facts.porosity
+        ),
     );
     Err(option_error("mixture.drag", problem))
 }
@@ -284,9 +301,12 @@ fn fill_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), Ca
         let open = json!(Drainage::Atmospheric);
         let given = options.entry("drainage").or_insert_with(|| open.clone());
         if *given != open {
-            let problem = format!(
-                "{given} differs from boundaries[{number}].drained, a bed that is open to the air: leave \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                format!(
+                    "{given} differs from boundaries[{number}].drained, a bed that is open to the air: leave \
                  one of them out"
+                ),
             );
             return Err(option_error("drainage", problem));
         }
@@ -306,8 +326,11 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
                 case.dimension() - 1,
             )?;
             if options.phases != Phases::Two && *velocity != body.velocity {
-                let problem = "applies only to a fluid with separate nodes: set methods.depth-sph.phases \
-                               to `two`, or leave this out";
+                let problem = CaseErrorKind::coded(
+                    "conflicting-keys",
+                    "applies only to a fluid with separate nodes: set methods.depth-sph.phases \
+                               to `two`, or leave this out",
+                );
                 return Err(CaseError::new(path("velocity"), problem));
             }
         }
@@ -317,8 +340,11 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
             PorePressure::Formula { .. } => true,
         };
         if is_field && options.column.is_none() {
-            let problem = "applies only with pore-pressure columns: without methods.depth-sph.column the \
-                           pressure is hydrostatic below the surface of the flow";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "applies only with pore-pressure columns: without methods.depth-sph.column the \
+                           pressure is hydrostatic below the surface of the flow",
+            );
             return Err(CaseError::new(path("pressure"), problem));
         }
     }
@@ -326,7 +352,7 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
 }
 
 /// Warnings for bodies without an initial pore pressure.
-pub fn warnings(case: &Case) -> Vec<String> {
+pub fn warnings(case: &Case) -> Vec<Warning> {
     let without = |body: &Body| {
         body.points.is_none()
             && body
@@ -336,9 +362,12 @@ pub fn warnings(case: &Case) -> Vec<String> {
     };
     let found = case.bodies.iter().position(without);
     let warning = |number: usize| {
-        format!(
-            "bodies[{number}].pore_fluid.pressure: is not given: the initial pore pressure is hydrostatic \
-             below the surface of the flow"
+        Warning::new(
+            "default-pore-pressure",
+            format!(
+                "bodies[{number}].pore_fluid.pressure: is not given: the initial pore pressure is hydrostatic \
+             below the surface of the flow. For another one give `pressure` or `excess_ratio`"
+            ),
         )
     };
     found.map(warning).into_iter().collect()

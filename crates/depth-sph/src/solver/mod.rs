@@ -21,6 +21,7 @@ use crate::points::phase_nodes::{PhaseNodes, PlanVector};
 use crate::solver::checkpoint::{CheckpointState, FORMAT};
 pub use crate::solver::program_access::DepthNodes;
 use crate::solver::stop_detection::{FlowMotion, StopDetection};
+use colluvium_case::Warning;
 use colluvium_case::description::{Domain, Reset, Stage};
 use colluvium_case::measure::ScalarOutput;
 use colluvium_case::solver::{restore_value, save_value};
@@ -242,7 +243,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
         scalar_outputs(&self.flow.view(), self.hazard_rasters.as_ref(), &self.run_state())
     }
 
-    fn warnings_at_end(&self) -> Vec<String> {
+    fn warnings_at_end(&self) -> Vec<Warning> {
         warnings_at_end(&self.flow.view(), &self.case, self.hazard_rasters.as_ref(), &self.run_state())
     }
 

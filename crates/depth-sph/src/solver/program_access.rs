@@ -7,6 +7,7 @@ use crate::config::choices::Phases;
 use crate::flow::{Flow, PhaseSet};
 use crate::points::phase_nodes::{PhaseNodes, PlanVector};
 use crate::solver::DepthSolver;
+use colluvium_case::CaseErrorKind;
 
 /// Nodes of a solver, as slices of its arrays, phase by phase.
 ///
@@ -158,7 +159,10 @@ impl<const D: usize> DepthSolver<D> {
         acceleration: impl Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync + 'static,
     ) -> Result<(), CaseError> {
         if self.flow.settings.phases != Phases::One {
-            let problem = "excludes a body force of the program: its share of each phase is not defined";
+            let problem = CaseErrorKind::coded(
+                "incompatible-options",
+                "excludes a body force of the program: its share of each phase is not defined",
+            );
             return Err(CaseError::new(format!("methods.{NAME}.phases"), problem));
         }
         self.flow.body_force.acting = Some(BodyForce::new(acceleration));

@@ -257,7 +257,11 @@ fn an_equilibrium_stage_moves_no_nodes_and_causes_a_warning() {
     ]);
     let case = read_case(&value);
     let plan = DepthSph.plan(&case).unwrap();
-    assert!(plan.warnings.iter().any(|warning| warning.starts_with("stages[0]: ")), "{:?}", plan.warnings);
+    assert!(
+        plan.warnings.iter().any(|warning| warning.text.starts_with("stages[0]: ")),
+        "{:?}",
+        plan.warnings
+    );
     let mut solver = start_solver(&DepthSph, &read_case(&value));
     let before = solver.snapshot().positions;
     advance_steps(solver.as_mut(), 3);
@@ -418,7 +422,7 @@ fn input_without_effect_is_refused_or_causes_a_warning() {
         json!({ "spacing": 0.1, "basal": { "model": "coulomb", "friction_angle": 51 } });
     let warnings = DepthSph.plan(&read_case(&dry)).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.contains("basal.friction_angle: 51 degrees")),
+        warnings.iter().any(|warning| warning.text.contains("basal.friction_angle: 51 degrees")),
         "{warnings:?}"
     );
     dry["gravity"] = json!([0, 0, -9.81]);
@@ -428,7 +432,7 @@ fn input_without_effect_is_refused_or_causes_a_warning() {
     ]);
     let warnings = DepthSph.plan(&read_case(&dry)).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.starts_with(
+        warnings.iter().any(|warning| warning.text.starts_with(
             "obstacles[1].shape: lies outside the domain and has no effect: it reaches from -9 to -8 m"
         )),
         "{warnings:?}"

@@ -183,7 +183,10 @@ fn a_dam_stops_a_flow_that_passes_without_it() {
     assert!(farthest(json!([])) > 45.0, "without a dam it runs on");
     let plan = |dam: Value| {
         let case = heap(folder.path(), &json!({ "dams": [dam] }));
-        DepthSph.plan(&case).map(|plan| plan.warnings.join("; ")).unwrap_or_else(|error| error.to_string())
+        DepthSph
+            .plan(&case)
+            .map(|plan| colluvium_testkit::lines(&plan.warnings))
+            .unwrap_or_else(|error| error.to_string())
     };
     let thin = plan(json!({ "line": line, "height": 3 }));
     assert!(

@@ -158,14 +158,17 @@ fn pore_pressure_above_the_weight_is_limited_with_a_warning() {
     let (case, snapshot) = handed(folder.path(), "one");
     let warnings = DepthSph.plan(&case).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.starts_with("bodies: the initial pore pressure of")),
+        warnings.iter().any(|warning| warning.text.starts_with("bodies: the initial pore pressure of")),
         "{warnings:?}"
     );
     for liquefaction in snapshot.scalars("liquefaction").unwrap() {
         assert!((liquefaction - 1.0).abs() < 1e-12, "{liquefaction}");
     }
     let without = DepthSph.plan(&self::case(folder.path(), "one").unwrap()).unwrap().warnings;
-    assert!(without.iter().any(|warning| warning.contains("the pore pressures are ignored")), "{without:?}");
+    assert!(
+        without.iter().any(|warning| warning.text.contains("the pore pressures are ignored")),
+        "{without:?}"
+    );
 }
 
 #[test]

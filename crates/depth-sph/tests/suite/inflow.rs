@@ -145,7 +145,7 @@ fn invalid_hydrographs_and_lines_are_refused_by_path() {
         let plan = DepthSph.plan(&Case::from_value(&value, folder.path()).unwrap()).unwrap();
         plan.warnings
             .iter()
-            .any(|warning| warning.contains("inflows[0]: the inflow leaves the domain 4.000 m"))
+            .any(|warning| warning.text.contains("inflows[0]: the inflow leaves the domain 4.000 m"))
     };
     assert!(warned(json!([4, 4]), json!([4, 0])) && !warned(json!([4, 0]), json!([4, 4])));
     let of_two = |porosity: f64, phases: &str| {

@@ -261,7 +261,7 @@ fn an_inflow_across_a_channel_has_one_level() {
     assert!(snapshot.positions.iter().all(|x| x[0] > 2.0 || (x[1] - 8.0).abs() < widest));
     let warned = |value: &Value| {
         let plan = DepthSph.plan(&Case::from_value(value, folder.path()).unwrap()).unwrap();
-        plan.warnings.iter().any(|warning| warning.contains("inflows[0]: the bed rises by"))
+        plan.warnings.iter().any(|warning| warning.text.contains("inflows[0]: the bed rises by"))
     };
     let mut upward = value.clone();
     upward["methods"]["depth-sph"]["inflows"][0]["from"] = json!([2, 14]);

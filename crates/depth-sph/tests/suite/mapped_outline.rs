@@ -58,7 +58,10 @@ fn areas_are_those_of_the_outlines() {
     let [hit, missed, ..] = readings(DepthSph.build(&case).unwrap().as_ref());
     assert!((hit + missed - 4.0 * 20.0).abs() < 1e-6, "{hit} {missed}");
     let warnings = DepthSph.plan(&case).unwrap().warnings;
-    assert!(warnings.iter().any(|warning| warning.contains("50.0 % of the outline's area")), "{warnings:?}");
+    assert!(
+        warnings.iter().any(|warning| warning.text.contains("50.0 % of the outline's area")),
+        "{warnings:?}"
+    );
     let beside = DepthSph.plan(&far(30.0, 40.0)).map(|_| ()).unwrap_err().to_string();
     assert!(beside.ends_with("lies outside the terrain"), "{beside}");
     let refused = |file: &str| {

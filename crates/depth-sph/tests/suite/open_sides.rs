@@ -352,7 +352,10 @@ fn invalid_absorbing_layers_are_refused_and_short_ones_cause_a_warning() {
     short["methods"]["depth-sph"]["absorbing_layer"] = json!(1.9);
     let case = read_case(&short);
     let warnings = DepthSph.plan(&case).unwrap().warnings;
-    assert!(warnings.iter().any(|warning| warning.contains("1.9 m are fewer than 10 nodes")), "{warnings:?}");
+    assert!(
+        warnings.iter().any(|warning| warning.text.contains("1.9 m are fewer than 10 nodes")),
+        "{warnings:?}"
+    );
 }
 
 /// Sheet that flows down a steep plane at the speed at which Voellmy's friction balances gravity, between periodic ends across, towards

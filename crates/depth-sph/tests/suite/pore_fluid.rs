@@ -42,7 +42,7 @@ fn hash(value: &Value) -> u64 {
     solver.snapshot().hash()
 }
 
-fn plan(value: &Value) -> Result<Vec<String>, String> {
+fn plan(value: &Value) -> Result<Vec<colluvium_case::Warning>, String> {
     let case = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())?;
     DepthSph.plan(&case).map(|plan| plan.warnings).map_err(|error| error.to_string())
 }
@@ -184,12 +184,13 @@ fn columns_begin_with_the_pore_pressure_of_the_fluid() {
         }
         let warned = plan(&value).unwrap();
         // A pressure of a metre of water at all heights exceeds the weight of the grains above the base.
-        let held = warned.iter().any(|warning| warning.starts_with("bodies: the initial pore pressure of"));
+        let held =
+            warned.iter().any(|warning| warning.text.starts_with("bodies: the initial pore pressure of"));
         assert_eq!(held, exact < 0.0, "{warned:?}");
-        assert!(!warned.iter().any(|warning| warning.contains("pressure: is not given")), "{warned:?}");
+        assert!(!warned.iter().any(|warning| warning.text.contains("pressure: is not given")), "{warned:?}");
     }
     let warned = plan(&with_fluid(&json!({}))).unwrap();
-    assert!(warned.iter().any(|warning| warning.contains("pressure: is not given")), "{warned:?}");
+    assert!(warned.iter().any(|warning| warning.text.contains("pressure: is not given")), "{warned:?}");
 }
 
 #[test]

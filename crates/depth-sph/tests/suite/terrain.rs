@@ -97,7 +97,7 @@ fn a_lake_in_a_basin_of_a_raster_stays_at_rest() {
     let case = case(folder.path(), &value);
     let warnings = DepthSph.plan(&case).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.contains("% of the volume lies below the bed")),
+        warnings.iter().any(|warning| warning.text.contains("% of the volume lies below the bed")),
         "{warnings:?}"
     );
     let solver = run(&case, 10.0);
@@ -132,7 +132,7 @@ fn nodes_that_leave_the_raster_are_counted_or_end_the_run() {
     advance_exactly_to(solver.as_mut(), 3.0);
     let (left, stayed) = (volume(solver.as_ref(), "volume_left"), volume(solver.as_ref(), "flow_volume"));
     assert!(left > 0.0 && (left + stayed - before).abs() < 1e-9 * before, "{left} {stayed} {before}");
-    assert!(solver.warnings_at_end().iter().any(|remark| remark.contains("have left the terrain")));
+    assert!(solver.warnings_at_end().iter().any(|remark| remark.text.contains("have left the terrain")));
     value["methods"]["depth-sph"]["leaving_is_an_error"] = json!(true);
     let mut solver = DepthSph.build(&case(folder.path(), &value)).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
@@ -160,7 +160,8 @@ fn a_flow_that_has_left_the_domain_completely_is_no_error() {
     assert!(known(&peak).fold(0.0, f64::max) > 1.0);
     let left = solver.scalar_outputs().iter().find(|(reading, ..)| reading == "volume_left").unwrap().2;
     assert!(
-        left > 10.0 && solver.warnings_at_end().iter().any(|remark| remark.contains("have left the terrain"))
+        left > 10.0
+            && solver.warnings_at_end().iter().any(|remark| remark.text.contains("have left the terrain"))
     );
 }
 
@@ -391,7 +392,7 @@ fn obstacles_on_a_raster_raise_the_bed() {
     value["obstacles"][1]["shape"] = wall;
     let warnings = DepthSph.plan(&case(folder.path(), &value)).unwrap().warnings;
     assert!(
-        warnings.iter().any(|warning| warning.starts_with("obstacles: the slope of the bed reaches 8")),
+        warnings.iter().any(|warning| warning.text.starts_with("obstacles: the slope of the bed reaches 8")),
         "{warnings:?}"
     );
 }

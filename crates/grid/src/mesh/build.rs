@@ -63,6 +63,14 @@ pub enum MeshError {
     },
 }
 
+impl MeshError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        "mesh"
+    }
+}
+
 impl<const D: usize> Mesh<D> {
     /// Returns the mesh of `elements` with `D + 1` node numbers each, and of named groups of nodes. Nodes without
     /// an element are removed.

@@ -5,6 +5,7 @@ use colluvium_grid::{ShapeFunctionKind, Transfers};
 
 use crate::MpmOptions;
 use crate::config::{DomainStretch, LagrangianFormulation, ShapeFunctions};
+use colluvium_case::CaseErrorKind;
 
 /// Transfers between points and grid with the shape functions of a case.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +32,12 @@ pub fn dispatch<T>(
     visitor: impl DimensionVisitor<Output = Result<T, CaseError>>,
 ) -> Result<T, CaseError> {
     let shape = shape_function_kind(options);
-    let refuse = || CaseError::new("methods.mpm.shape", "is not available in so many dimensions");
+    let refuse = || {
+        CaseError::new(
+            "methods.mpm.shape",
+            CaseErrorKind::coded("wrong-dimension", "is not available in so many dimensions"),
+        )
+    };
     match case.dimension() {
         1 => visitor.visit(
             selected_transfers(shape.on_line(), ShapeFunctionKind::Linear.on_line()).ok_or_else(refuse)?,

@@ -11,6 +11,7 @@ use colluvium_points::Sample;
 use crate::background_grid::structured_grid;
 use crate::config::{InternalForceIntegration, MeshSource, ShapeFunctions, VolumetricStrain};
 use crate::{LagrangianFormulation, MpmOptions, VelocityTransfer};
+use colluvium_case::CaseErrorKind;
 
 /// Rejects features that meshes do not support.
 pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
@@ -20,14 +21,20 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     let Some(source) = &options.mesh else {
         return match grouped {
             Some(number) => {
-                let problem = "needs methods.mpm.mesh from a file: a structured grid has no groups of nodes";
+                let problem = CaseErrorKind::coded(
+                    "needs-other-key",
+                    "needs methods.mpm.mesh from a file: a structured grid has no groups of nodes",
+                );
                 Err(CaseError::new(format!("boundaries[{number}].group"), problem))
             }
             None => Ok(()),
         };
     };
     if let (Some(number), MeshSource::Box) = (grouped, source) {
-        let problem = "needs methods.mpm.mesh from a file: a box has no groups of nodes";
+        let problem = CaseErrorKind::coded(
+            "needs-other-key",
+            "needs methods.mpm.mesh from a file: a box has no groups of nodes",
+        );
         return Err(CaseError::new(format!("boundaries[{number}].group"), problem));
     }
     if case.dimension() == 1 {
@@ -90,8 +97,9 @@ pub fn grid_mesh_and_layout<const D: usize>(
         return Ok((grid, Arc::default(), layout));
     };
     let mesh = match source {
-        MeshSource::Box => Mesh::of_grid(&structured_grid::grid::<D>(case, options)?)
-            .map_err(|error| CaseError::new("methods.mpm.mesh", error.to_string()))?,
+        MeshSource::Box => Mesh::of_grid(&structured_grid::grid::<D>(case, options)?).map_err(|error| {
+            CaseError::new("methods.mpm.mesh", CaseErrorKind::coded(error.code(), error.to_string()))
+        })?,
         MeshSource::File { file } => read(Path::new(file))?,
     };
     let Some(grid) = mesh.cells() else {

@@ -8,6 +8,7 @@ use colluvium_grid::{Layout, Mesh, NodeWall, NodeWalls, WallKind};
 
 use crate::MpmOptions;
 use crate::boundary::walls;
+use colluvium_case::CaseErrorKind;
 
 /// Walls of a stage on a mesh: the nodes of a physical group, or those on or outside a plane.
 pub fn mesh_walls<const D: usize>(
@@ -57,9 +58,12 @@ fn reject_oblique_group<const D: usize>(
         }
         let first = &mesh.nodes()[face[0] as usize];
         if face.iter().any(|&node| (mesh.nodes()[node as usize][axis] - first[axis]).abs() > slack) {
-            let problem = format!(
-                "the face of {name:?} at {first:?} m is not normal to the axis of the boundary's side, along which a smooth or frictional \
+            let problem = CaseErrorKind::coded(
+                "wall-off-grid",
+                format!(
+                    "the face of {name:?} at {first:?} m is not normal to the axis of the boundary's side, along which a smooth or frictional \
                  wall acts: give that surface as an obstacle with `methods.mpm.obstacles` `points`, or make the wall rough"
+                ),
             );
             return Err(CaseError::new(format!("boundaries[{number}].group"), problem));
         }
@@ -96,6 +100,7 @@ fn on_plane<const D: usize>(
     if touches {
         return Ok(nodes);
     }
-    let problem = format!("no node of the mesh lies on the wall at {face} m");
+    let problem =
+        CaseErrorKind::coded("wall-off-grid", format!("no node of the mesh lies on the wall at {face} m"));
     Err(CaseError::new(format!("boundaries[{number}].position"), problem))
 }

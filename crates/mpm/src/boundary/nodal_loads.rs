@@ -20,6 +20,7 @@ use crate::points::bodies::Bodies;
 use crate::points::point_set::PointSet;
 use crate::points::pore_fluid::{LIQUID, SOLID};
 use crate::points::vectors::vector4;
+use colluvium_case::CaseErrorKind;
 
 /// Load of a case on grid nodes, with its nodes.
 #[derive(Debug)]
@@ -55,8 +56,11 @@ pub fn nodal_loads<const D: usize>(
     let mut found = Vec::new();
     for number in (0..case.loads.len()).filter(of_nodes) {
         if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
-            let problem = "nodes is not available with cpdi and cpdi2, because their point domains extend \
-                           beyond the side: use points";
+            let problem = CaseErrorKind::coded(
+                "incompatible-options",
+                "nodes is not available with cpdi and cpdi2, because their point domains extend \
+                           beyond the side: use points",
+            );
             return Err(CaseError::new(format!("loads[{number}].applied_to"), problem));
         }
         let set = &sets[point_loads::loaded_set(case, number, sets)?];

@@ -7,6 +7,7 @@ use colluvium_grid::{NodeWall, NodeWalls, WallKind};
 use crate::background_grid::BackgroundGrid;
 use crate::boundary::mesh_walls::mesh_walls;
 use crate::{MpmOptions, WallFriction};
+use colluvium_case::CaseErrorKind;
 
 /// Returns the walls of a stage.
 pub fn walls<const D: usize>(
@@ -36,15 +37,19 @@ pub fn walls<const D: usize>(
         let face = (boundary.wall_coordinate(&case.domain) - grid.origin[axis]) / grid.cell;
         let path = || format!("boundaries[{number}].position");
         if (face - face.round()).abs() > 1e-6 {
-            let problem =
-                format!("lies {face:.6} cells from the side of the domain: a wall must lie on a grid line");
+            let problem = CaseErrorKind::coded(
+                "wall-off-grid",
+                format!("lies {face:.6} cells from the side of the domain: a wall must lie on a grid line"),
+            );
             return Err(CaseError::new(path(), problem));
         }
         let face = face.round() as usize;
         let inside = face > 0 && face < grid.cells[axis];
         if inside && !basis.allows_interior_walls {
-            let problem =
-                format!("with {} shape functions, walls must lie on the sides of the domain", basis.name);
+            let problem = CaseErrorKind::coded(
+                "wall-off-grid",
+                format!("with {} shape functions, walls must lie on the sides of the domain", basis.name),
+            );
             return Err(CaseError::new(path(), problem));
         }
         if let Some(kind) = wall_kind(boundary, options) {

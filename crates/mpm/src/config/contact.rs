@@ -58,8 +58,11 @@ impl BodyContact {
         }
         let test = self.test(on_mesh);
         if on_mesh && test == ContactTest::Gap {
-            let problem = "gap needs a structured grid, whose shape functions give the distance of a surface: \
-                           use approach";
+            let problem = CaseErrorKind::coded(
+                "needs-other-key",
+                "gap needs a structured grid, whose shape functions give the distance of a surface: \
+                           use approach",
+            );
             return Err(("test", problem.into()));
         }
         self.penalty

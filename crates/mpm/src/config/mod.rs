@@ -204,7 +204,7 @@ impl MpmOptions {
         let share = self.lumped_share;
         rule("lumped_share", share, share > 0.0 && share <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if share != default_lumped_share() && self.mass != NodalMass::Consistent {
-            return Err(("lumped_share", "needs mass consistent".into()));
+            return Err(("lumped_share", CaseErrorKind::coded("needs-other-key", "needs mass consistent")));
         }
         if let Some(cutoff) = self.node_mass_cutoff {
             rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
@@ -212,25 +212,34 @@ impl MpmOptions {
         let ratio = self.static_friction_ratio;
         rule("static_friction_ratio", ratio, ratio.is_finite() && ratio >= 1.0, "must be at least 1")?;
         if ratio > 1.0 && self.wall_friction != WallFriction::Acceleration {
-            return Err(("static_friction_ratio", "needs wall_friction acceleration".into()));
+            return Err((
+                "static_friction_ratio",
+                CaseErrorKind::coded("needs-other-key", "needs wall_friction acceleration"),
+            ));
         }
         if self.domain_stretch != DomainStretch::Diagonal && self.shape != ShapeFunctions::Cpgimp {
-            return Err(("domain_stretch", "needs shape cpgimp".into()));
+            return Err(("domain_stretch", CaseErrorKind::coded("needs-other-key", "needs shape cpgimp")));
         }
         self.validate_formulation()?;
         let stiffness = self.obstacle_stiffness;
         let holds = stiffness > 0.0 && stiffness <= 1000.0;
         rule("obstacle_stiffness", stiffness, holds, "is not in 0..=1000 (0 excluded)")?;
         if stiffness != obstacle_stiffness() && self.obstacles != ObstacleCoupling::Points {
-            return Err(("obstacle_stiffness", "needs obstacles points".into()));
+            return Err((
+                "obstacle_stiffness",
+                CaseErrorKind::coded("needs-other-key", "needs obstacles points"),
+            ));
         }
         let fill = self.full_cell;
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if fill != full_cell() && self.integration != InternalForceIntegration::Mixed {
-            return Err(("full_cell", "needs integration mixed".into()));
+            return Err(("full_cell", CaseErrorKind::coded("needs-other-key", "needs integration mixed")));
         }
         if self.mixed_reset && self.integration == InternalForceIntegration::Points {
-            return Err(("mixed_reset", "needs integration mixed or gauss".into()));
+            return Err((
+                "mixed_reset",
+                CaseErrorKind::coded("needs-other-key", "needs integration mixed or gauss"),
+            ));
         }
         if let Some(factor) = self.free_surface {
             rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;
@@ -252,7 +261,10 @@ impl MpmOptions {
             return Ok(());
         }
         if !matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::Quadratic) {
-            return Err(("formulation", "total-lagrangian needs shape linear or quadratic".into()));
+            return Err((
+                "formulation",
+                CaseErrorKind::coded("needs-other-key", "total-lagrangian needs shape linear or quadratic"),
+            ));
         }
         if !self.contacts.is_empty() {
             let problem = "total-lagrangian does not detect contact between bodies: it needs contacts to be \

@@ -181,13 +181,18 @@ fn contact_laws<const D: usize>(
             return Err(CaseError::new(path("bodies"), "a contact is between two bodies"));
         }
         if laws.iter().any(|(other, _)| *other == pair || *other == [pair[1], pair[0]]) {
-            return Err(CaseError::new(path("bodies"), "an earlier contact is between the same two bodies"));
+            return Err(CaseError::new(
+                path("bodies"),
+                CaseErrorKind::coded("duplicate-name", "an earlier contact is between the same two bodies"),
+            ));
         }
         contact.validate(on_mesh).map_err(|(key, problem)| CaseError::new(path(key), problem))?;
-        let normal = contact
-            .normal
-            .as_deref()
-            .map(|n| unit::<D>(n).ok_or("must be a vector other than zero with the dimension of the space"));
+        let normal = contact.normal.as_deref().map(|n| {
+            unit::<D>(n).ok_or(CaseErrorKind::coded(
+                "wrong-dimension",
+                "must be a vector other than zero with the dimension of the space",
+            ))
+        });
         let normal = normal.transpose().map_err(|problem| CaseError::new(path("normal"), problem))?;
         let (friction, adhesion) = (contact.friction_coefficient, contact.adhesion);
         let test = contact.test(on_mesh);

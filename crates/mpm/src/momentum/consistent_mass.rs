@@ -21,6 +21,7 @@ use crate::config::{NodalMass, ShapeFunctions};
 use crate::points::bodies::Bodies;
 use crate::points::vectors::first_three;
 use crate::{FixedNodes, MpmOptions, StressScheme, VelocityTransfer};
+use colluvium_case::FailureReason;
 
 /// Norm of the residual at convergence, relative to that of the right-hand side.
 const TOLERANCE: f64 = 1e-12;
@@ -301,10 +302,10 @@ pub fn solve_momentum<const D: usize>(
     let system = ConsistentSystem { clock, background, bodies, nodes: solved, walls };
     system.set_initial_guess(mass);
     if !(system.solve_velocities(mass) && system.solve_accelerations(mass)) {
-        return Err(clock.step_error(format!(
+        return Err(clock.step_error(FailureReason::coded("not-converged", format!(
             "the system of the consistent mass matrix has not converged in {MAX_ITERATIONS} iterations: use mass \
              lumped, or more points per cell"
-        )));
+        ))));
     }
     set_end_state(clock, &background.layout, solved, mass);
     Ok(())

@@ -19,6 +19,7 @@ use crate::points::point_set::{PointColumns, PointSet};
 use crate::points::pore_contact_state::PoreContactState;
 use crate::points::pore_fluid::PoreFluidConstants;
 use crate::points::vectors::square;
+use colluvium_case::Warning;
 
 /// Number of blocks in a task.
 const BLOCKS_PER_TASK: usize = 4;
@@ -109,14 +110,14 @@ pub fn reset_displacements<const D: usize>(bodies: &mut Bodies<D>) {
 }
 
 /// Warning on points whose centres have been in obstacles.
-pub fn penetration_warning<const D: usize>(obstacles: Option<&PenaltyObstacles<D>>) -> Option<String> {
+pub fn penetration_warning<const D: usize>(obstacles: Option<&PenaltyObstacles<D>>) -> Option<Warning> {
     let count = obstacles.map_or(0, |obstacles| obstacles.history.penetrations);
     (count > 0).then(|| {
-        format!(
+        Warning::new("obstacle-penetration", format!(
             "centres of points have been inside an obstacle ({count} points, counted in every step), although \
              points are stopped at its surface. Check where the obstacle is thinner or more curved than a \
              cell (take smaller cells, or a shorter step)"
-        )
+        ))
     })
 }
 

@@ -7,6 +7,7 @@ use colluvium_case::spatial;
 use crate::points::vectors::square;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::solver::MpmSolver;
+use colluvium_case::Warning;
 
 /// Fraction of null-space motion in the kinetic energy above which there is a warning.
 const REPORTED_FRACTION: f64 = 0.5;
@@ -17,7 +18,7 @@ const MAX_DETACHED_FRACTION: f64 = 0.01;
 
 impl<const D: usize> MpmSolver<D> {
     /// Warning where null-space motion dominates the motion of the points.
-    pub(crate) fn null_space_warning(&self) -> Option<String> {
+    pub(crate) fn null_space_warning(&self) -> Option<Warning> {
         let case = &self.clock.case;
         let (mut all, mut null_space, mut fall, mut fastest) = (0.0, 0.0, 0.0, 0f64);
         for set in self.bodies.deformable_sets() {
@@ -37,17 +38,17 @@ impl<const D: usize> MpmSolver<D> {
                 None => format!("set methods.mpm.residual_time to about {time:.2} s"),
                 Some(_) => "shorten methods.mpm.residual_time".to_owned(),
             };
-            format!(
+            Warning::new("noise-of-transfer", format!(
                 "{null_space:.1e} J of the remaining kinetic energy ({all:.1e} J) is noise of the velocity \
                  transfer that does not move the material: velocities of points differ from those of the grid \
                  by up to {fastest:.2} m/s. To damp it, {cure}. The output field grid_velocity has the \
                  velocity without this noise"
-            )
+            ))
         })
     }
 
     /// Warning for detached points, whose cells are not adjacent to cells of other points.
-    pub(crate) fn detached_points_warning(&self) -> Option<String> {
+    pub(crate) fn detached_points_warning(&self) -> Option<Warning> {
         if self.background.is_meshed() || self.clock.case.gravity_magnitude() == 0.0 {
             return None;
         }
@@ -65,11 +66,14 @@ impl<const D: usize> MpmSolver<D> {
         let positions = self.bodies.deformable_sets().flat_map(|set| &set.points.position);
         let farthest = positions.filter(apart).max_by(|a, b| far(a).total_cmp(&far(b)))?;
         let digits = (2.0 - grid.cell.log10()).ceil().max(0.0) as usize;
-        Some(format!(
-            "{count} of {total} points are detached: their cells do not touch cells of the other points. The \
+        Some(Warning::new(
+            "detached-points",
+            format!(
+                "{count} of {total} points are detached: their cells do not touch cells of the other points. The \
              farthest is at {:.digits$?} m. The contiguous front and quantiles of the mass exclude these \
              points, the farthest point includes them",
-            spatial(farthest)
+                spatial(farthest)
+            ),
         ))
     }
 

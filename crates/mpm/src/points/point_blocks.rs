@@ -186,7 +186,10 @@ impl<const D: usize> PointBlock<'_, D> {
         cell: f64,
     ) -> Result<(), PointFailure> {
         let fault = self.domain.as_slice().first_invalid(extent, cell);
-        let fault = fault.map(|(p, reason)| PointFailure { index: self.first + p, reason: reason.into() });
+        let fault = fault.map(|(p, reason)| PointFailure {
+            index: self.first + p,
+            reason: FailureReason::coded("cpdi-domain-torn", reason),
+        });
         match (failure, fault) {
             (None, None) => Ok(()),
             (Some(failure), Some(fault)) if fault.index < failure.index => Err(fault),

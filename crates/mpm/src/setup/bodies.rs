@@ -11,6 +11,7 @@ use crate::background_grid::unstructured_mesh;
 use crate::phases;
 use crate::points::point_set::{PointColumns, PointSet};
 use crate::{MpmOptions, StressScheme};
+use colluvium_case::CaseErrorKind;
 
 /// Maximum number of points, by the range of ids.
 const MAX_POINTS: usize = u32::MAX as usize;
@@ -150,14 +151,23 @@ fn samples<const D: usize>(
         unstructured_mesh::sample_body(view.mesh, options, body)
     };
     if samples.is_empty() {
-        let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
+        let problem = CaseErrorKind::coded(
+            "empty-body",
+            format!("holds no point: it is smaller than the cells of {} m", grid.cell),
+        );
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
     if first_id + samples.len() > MAX_POINTS {
-        return Err(CaseError::new("methods.mpm.cell_size", format!("gives more than {MAX_POINTS} points")));
+        return Err(CaseError::new(
+            "methods.mpm.cell_size",
+            CaseErrorKind::coded("too-many-points", format!("gives more than {MAX_POINTS} points")),
+        ));
     }
     if let Some(outside) = samples.iter().find(|sample| !grid.contains(&sample.position)) {
-        let problem = format!("the point at {:?} m lies outside the domain", outside.position);
+        let problem = CaseErrorKind::coded(
+            "outside-domain",
+            format!("the point at {:?} m lies outside the domain", outside.position),
+        );
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
     Ok(samples)

@@ -40,6 +40,7 @@ use crate::stress::stress_work::start_work_record;
 use crate::stress::volumetric_strain::CellStrains;
 use crate::transfer::affine_transfer::initialise_affine;
 use crate::{MpmOptions, ObstacleCoupling, StressScheme, obstacles, phases};
+use colluvium_case::CaseErrorKind;
 
 /// Returns a solver with its concrete type, at time zero.
 pub fn solver<const D: usize>(
@@ -191,7 +192,10 @@ fn absorbing_boundaries<const D: usize>(
         sets.iter().map(|set| Impedance::of_body(set, options.mass_scaling)).collect()
     });
     if let (Some(number), true) = (number, fields > 1) {
-        let problem = "an absorbing boundary is not available with contacts";
+        let problem = CaseErrorKind::coded(
+            "incompatible-options",
+            "an absorbing boundary is not available with contacts",
+        );
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }
     Ok(AbsorbingBoundaries::new(impedances))

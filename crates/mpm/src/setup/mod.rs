@@ -31,6 +31,7 @@ use crate::setup::warnings::warnings;
 use crate::solver::MpmSolver;
 use crate::stress::{cell_integration, dual_domain};
 use crate::{MpmOptions, obstacles, phases};
+use colluvium_case::Warning;
 
 /// Point updates per second with GIMP in the plane and in space, for a million points of one phase on one thread
 /// (docs/benchmarks/2026-11-22-mpm).
@@ -98,15 +99,21 @@ impl DimensionVisitor for BuildPlan<'_> {
         for patch in
             prescribed_motion::empty_patches(&solver.clock, &solver.background, &solver.boundary.driven)
         {
-            warnings.push(format!("patches[{patch}].region: contains no node at the start"));
+            warnings.push(Warning::new(
+                "empty-patch",
+                format!(
+                    "patches[{patch}].region: contains no node at the start. Make it a cell \
+                               larger, or move it"
+                ),
+            ));
         }
         if time_step.limit == StepLimit::SEEPAGE_DRAG {
             // sheet: mpm P-13.
-            warnings.push(format!(
+            warnings.push(Warning::new("drag-limits-step", format!(
                 "pore_fluid: the drag of this low permeability limits the time step to {:.2e} s. Where no \
                  fluid flows out in the time considered, use the material `undrained`",
                 time_step.dt
-            ));
+            )));
         }
         Ok(Plan {
             points,
@@ -160,7 +167,9 @@ impl DimensionVisitor for BuildTypedSolver<'_> {
 pub fn typed_solver<const D: usize>(case: &Case) -> Result<MpmSolver<D>, CaseError> {
     let options = options(case)?;
     let solver = dispatch(case, &options, BuildTypedSolver { case, options: &options })?;
-    let other_dimension = |_| CaseError::new("space", format!("has not {D} dimensions"));
+    let other_dimension = |_| {
+        CaseError::new("space", CaseErrorKind::coded("wrong-dimension", format!("has not {D} dimensions")))
+    };
     solver.downcast().map(|solver| *solver).map_err(other_dimension)
 }
 

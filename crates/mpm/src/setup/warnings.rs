@@ -11,13 +11,14 @@ use crate::config::{
 use crate::obstacles::could_act_on_nodes;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::{FixedNodes, MpmOptions, ObstacleCoupling, StressScheme, VelocityTransfer};
+use colluvium_case::Warning;
 
 /// Largest Courant number for which stress last is stable with splines at open ends of the domain. 0.5 was unstable in two and three
 /// dimensions, 0.45 marginally stable.
 const OPEN_SIDE: f64 = 0.4;
 
 /// Warnings for bodies at ends of the domain without a permanent wall, with steps that are unstable there.
-fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
+fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<Warning> {
     let spline = matches!(options.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
     if !spline || options.stress_update != StressScheme::Usl || options.courant <= OPEN_SIDE {
         return Vec::new();
@@ -41,10 +42,13 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
             for (upper, reaches) in [(false, lower), (true, case.domain.max[axis] - high[axis] < reach)] {
                 if reaches && !has_wall(axis, upper) {
                     let side = format!("{}-{}", ["x", "y", "z"][axis], if upper { "max" } else { "min" });
-                    found.push(format!(
-                        "bodies[{number}]: reaches the side {side} of the domain, which has no permanent \
+                    found.push(Warning::new(
+                        "open-side-unstable",
+                        format!(
+                            "bodies[{number}]: reaches the side {side} of the domain, which has no permanent \
                          wall. There splines with usl are stable only up to a courant of {OPEN_SIDE}: make \
                          the domain a cell larger, or use musl"
+                        ),
                     ));
                 }
             }
@@ -54,15 +58,15 @@ fn open_side_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
 }
 
 /// Warning for a search for a factor of safety in soil that locks in yielding.
-fn locking_warning(case: &Case, options: &MpmOptions) -> Option<String> {
+fn locking_warning(case: &Case, options: &MpmOptions) -> Option<Warning> {
     let (name, _) = case.factors_of_safety().next()?;
     let free = if options.mesh.is_some() { "nodal" } else { "cell-average" };
     (options.volumetric_strain == VolumetricStrain::Point).then(|| {
-        format!(
+        Warning::new("locking", format!(
             "measures.{name}: with methods.mpm.volumetric_strain `point`, soil of constant volume locks when \
              it yields, and slides slowly where it should fail. The factor is then too large, or undecided \
              (1.41 to 1.55 for 1.36 on 20 cells): use `{free}`"
-        )
+        ))
     })
 }
 
@@ -76,7 +80,7 @@ const MIN_STIFFNESS_RATIO_OF_CELLS: f64 = 1.6;
 const FEW_STEPS_TO_OUTPUT: f64 = 12.0;
 
 /// Warning for liquids in which the shortening of steps at output times excites pressure waves; `dt` is the step (s).
-fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
+fn cut_step_warning(case: &Case, dt: f64) -> Option<Warning> {
     let interval = case.output.measures.into_iter().chain(case.output.frames).reduce(f64::min)?;
     let (steps, liquid) = (interval / dt, |body: &&Body| {
         let spec = case.materials.get(&body.material);
@@ -85,17 +89,17 @@ fn cut_step_warning(case: &Case, dt: f64) -> Option<String> {
     let whole = (steps - steps.round()).abs() < 1e-6 * steps;
     let body = case.bodies.iter().find(liquid)?;
     (steps > 1.0 && steps < FEW_STEPS_TO_OUTPUT && !whole).then(|| {
-        format!(
+        Warning::new("output-excites-waves", format!(
             "output: steps of {dt:.2e} s are shortened at every output, each {interval} s ({steps:.1} steps). \
              This can make pressure waves in the liquid {} grow (by 4 to 10/s): use an interval of more than \
              {FEW_STEPS_TO_OUTPUT} steps, or a methods.mpm.time_step that divides it",
             body.name
-        )
+        ))
     })
 }
 
 /// Warnings for liquids at rest in which disturbances grow.
-fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
+fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<Warning> {
     let linear = options.shape == ShapeFunctions::Linear;
     if options.integration != InternalForceIntegration::Points
         || !(linear || options.shape == ShapeFunctions::Ugimp)
@@ -119,21 +123,21 @@ fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
         } * weight;
         let wanted = MIN_STIFFNESS_RATIO.max(MIN_STIFFNESS_RATIO_OF_CELLS * cells * cells) * weight;
         if shared && (linear || spec.bulk_modulus < enough) {
-            found.push(format!(
+            found.push(Warning::new("liquid-unstable-at-rest", format!(
                 "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells \
                  without stiffness, and the pressure makes these motions grow, with musl and with usl. Use \
                  ugimp with a bulk modulus of {enough:.2e} Pa at least, point with ugimp, quadratic \
                  functions, or mixed integration",
                 body.name
-            ));
+            )));
         } else if linear && spec.bulk_modulus < wanted {
-            found.push(format!(
+            found.push(Warning::new("liquid-unstable-at-rest", format!(
                 "methods.mpm.shape: in the liquid {} at rest, disturbances grow with linear functions if its \
                  bulk modulus is less than {:.0} ρgH ({wanted:.2e} Pa). Use at least that modulus, or ugimp, \
                  quadratic functions or mixed integration",
                 body.name,
                 wanted / weight
-            ));
+            )));
         }
     }
     found
@@ -143,7 +147,7 @@ fn liquid_at_rest_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
 const MIN_CELLS_OVER_THICKNESS: f64 = 5.0;
 
 /// Warns of sheets of soil that slide on rough floors with too little friction.
-fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
+fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<Warning> {
     if options.fixed_nodes != FixedNodes::Force || case.stages.iter().all(|stage| stage.equilibrium.is_some())
     {
         return Vec::new();
@@ -171,13 +175,13 @@ fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
             let reach = if upper { place - high[axis] } else { low[axis] - place };
             let cells = (high[axis] - low[axis]) / options.cell_size;
             if reach.abs() < 0.5 * options.cell_size && cells < MIN_CELLS_OVER_THICKNESS {
-                found.push(format!(
+                found.push(Warning::new("few-cells-over-height", format!(
                     "boundaries[{wall}]: the friction of a rough floor follows from the mean stress of the \
                      cell on it, and {} is {cells:.1} cells thick. Its friction is {:.0} % too small where it \
                      slides: use a `frictional` wall with the sine of the friction angle, or smaller cells",
                     body.name,
                     50.0 / cells.max(0.5)
-                ));
+                )));
             }
         }
     }
@@ -188,23 +192,23 @@ fn thin_sheet_warning(case: &Case, options: &MpmOptions) -> Vec<String> {
 const MAX_STEPS_OF_FALL: f64 = 50.0;
 
 /// Warning for XPIC that removes all null-space velocities in each of many steps; `dt` is the step (s).
-fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<String> {
+fn xpic_filter_warning(case: &Case, options: &MpmOptions, dt: f64) -> Option<Warning> {
     let time = time_of_fall(case)?;
     let often = options.transfer == VelocityTransfer::Xpic
         && options.residual_time.is_none()
         && dt * MAX_STEPS_OF_FALL < time;
     often.then(|| {
-        format!(
+        Warning::new("xpic-removes-motion", format!(
             "methods.mpm.transfer: xpic removes the motion that the grid does not represent in each step, \
              {:.0} times while the bodies fall by their height. This also removes nearly all of the motion \
              within cells: set residual_time, for example to {time:.2} s",
             time / dt
-        )
+        ))
     })
 }
 
 /// Warning for round bodies on obstacles or walls with friction at nodes, where they do not roll.
-fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<String> {
+fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<Warning> {
     let obstacle = |obstacle: &Obstacle| obstacle.wall != ObstacleWall::Smooth;
     let wall = |boundary: &Boundary| matches!(boundary.wall, Wall::Rough | Wall::Frictional { .. });
     let on_nodes = options.obstacles == ObstacleCoupling::Nodes && case.obstacles.iter().any(obstacle);
@@ -214,10 +218,13 @@ fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<String> {
     let is_liquid = |name: &String| matches!(case.materials.get(name), Some(MaterialSpec::NewtonianFluid(_)));
     let rolls = |body: &Body| !body.rigid && body.shape.has_round_edges() && !is_liquid(&body.material);
     let number = case.bodies.iter().position(rolls)?;
-    Some(format!(
-        "bodies[{number}]: {} is round. Wall nodes constrain all of the material within a cell, so that the \
+    Some(Warning::new(
+        "round-body-on-nodes",
+        format!(
+            "bodies[{number}]: {} is round. Wall nodes constrain all of the material within a cell, so that the \
          body hardly rolls: use an obstacle, and methods.mpm.obstacles points",
-        case.bodies[number].name
+            case.bodies[number].name
+        ),
     ))
 }
 
@@ -227,16 +234,16 @@ pub(super) fn warnings(
     options: &MpmOptions,
     (courant, dt): (f64, f64),
     points: usize,
-) -> Vec<String> {
+) -> Vec<Warning> {
     let mut warnings = case.warnings();
     warnings.extend(locking_warning(case, options));
     warnings.extend(points_per_cell_warning(case, options));
     if options.shape == ShapeFunctions::Linear && points > 0 {
-        warnings.push(
-            "methods.mpm.shape: linear shape functions make noise when points cross cells; \
-             refining the grid makes it worse"
-                .to_owned(),
-        );
+        warnings.push(Warning::new(
+            "mesh-crossing",
+            "methods.mpm.shape: linear shape functions make noise when points cross cells; refining the \
+             grid makes it worse. Use ugimp, cpgimp, cpdi or quadratic, unless points stay in their cells",
+        ));
     }
     warnings.extend(small_mass_warning(case, options, courant));
     warnings.extend(liquid_at_rest_warnings(case, options));
@@ -250,7 +257,11 @@ pub(super) fn warnings(
     warnings.extend(open_side_warnings(case, options));
     let slides = |boundary: &Boundary| matches!(boundary.wall, Wall::Frictional { .. });
     if options.wall_friction != WallFriction::default() && !case.boundaries.iter().any(slides) {
-        warnings.push("methods.mpm.wall_friction: has no effect, no wall is frictional".to_owned());
+        warnings.push(Warning::new(
+            "option-without-effect",
+            "methods.mpm.wall_friction: has no effect, no wall is frictional. Leave it out, or \
+                       make a wall frictional",
+        ));
     }
     for number in 0..case.stages.len() {
         warnings.extend(stage_warnings(case, options, number));
@@ -259,102 +270,119 @@ pub(super) fn warnings(
 }
 
 /// Warns of too few points per cell.
-fn points_per_cell_warning(case: &Case, options: &MpmOptions) -> Option<String> {
+fn points_per_cell_warning(case: &Case, options: &MpmOptions) -> Option<Warning> {
     let dimension = case.dimension() as u32;
     let wanted = if dimension == 3 { 8 } else { 2usize.pow(dimension) };
     let per_cell = options.points_per_cell.pow(dimension);
     (per_cell < wanted).then(|| {
-        format!(
-            "methods.mpm.points_per_cell: {per_cell} points per cell; fewer than {wanted} under-sample the grid"
-        )
+        Warning::new("under-sampled", format!(
+            "methods.mpm.points_per_cell: {per_cell} points per cell; fewer than {wanted} under-sample the \
+             grid. Give 2 or more, the number per direction"
+        ))
     })
 }
 
 /// Warns of forces on nodes of small mass that can invert points.
-fn small_mass_warning(case: &Case, options: &MpmOptions, courant: f64) -> Option<String> {
+fn small_mass_warning(case: &Case, options: &MpmOptions, courant: f64) -> Option<Warning> {
     let needed = 0.5 * courant * courant;
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let cutoff = options.node_mass_cutoff.unwrap_or(if wet { 0.0 } else { 1.0 });
     (options.has_unbounded_small_node_strain() && cutoff < 0.99 * needed).then(|| {
-        format!(
+        Warning::new("small-node-mass", format!(
             "methods.mpm.stress_update: usl with linear shape functions (also dual-domain) can invert points \
              at free surfaces; use musl, ugimp, or a node_mass_cutoff of {needed:.2e}, half the square of the \
              Courant number of the step"
-        )
+        ))
     })
 }
 
 /// Warns of obstacles on the points of saturated bodies that nodes could represent exactly.
-fn obstacle_coupling_warning(case: &Case, options: &MpmOptions) -> Option<String> {
+fn obstacle_coupling_warning(case: &Case, options: &MpmOptions) -> Option<Warning> {
     could_act_on_nodes(case, options).then(|| {
-        "methods.mpm.obstacles: with points, stress and pore pressure in the cells at an obstacle are a \
+        Warning::new(
+            "obstacle-loses-pressure",
+            "methods.mpm.obstacles: with points, stress and pore pressure in the cells at an obstacle are a \
          quarter too small, because points exert their pressure at their centres. With GIMP and CPDI the \
          pressure of the row of points at the obstacle is lost within seconds. These obstacles lie on \
-         nodes: use nodes, which is exact there"
-            .to_owned()
+         nodes: use nodes, which is exact there",
+        )
     })
 }
 
 /// Warning for free rigid bodies, which can pass through other rigid bodies.
-fn rigid_bodies_warning(case: &Case) -> Option<String> {
+fn rigid_bodies_warning(case: &Case) -> Option<Warning> {
     let mut rigid = case.bodies.iter().filter(|body| body.rigid);
     let count = rigid.clone().count();
     let free = rigid.find(|body| case.moves_freely(&body.name)).filter(|_| count > 1)?;
-    Some(format!(
-        "bodies: rigid bodies do not act on each other: {:?} passes through the others. Use a wall, or \
+    Some(Warning::new(
+        "rigid-bodies-pass",
+        format!(
+            "bodies: rigid bodies do not act on each other: {:?} passes through the others. Use a wall, or \
          make one of two bodies deformable",
-        free.name
+            free.name
+        ),
     ))
 }
 
 /// Warns of time steps that are not stable.
-fn step_warnings(case: &Case, options: &MpmOptions) -> Vec<String> {
+fn step_warnings(case: &Case, options: &MpmOptions) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if options.step_criterion == StepCriterion::Simple {
-        warnings.push(
+        warnings.push(Warning::new(
+            "unstable-step-criterion",
             "methods.mpm.step_criterion: with simple, steps may be longer than the drag and the fast wave of \
-             both phases allow: use combined"
-                .to_owned(),
-        );
+             both phases allow: use combined",
+        ));
     }
     let stable = options.surface_courant(case.dimension());
     // Without an entry the default is the largest stable value.
     if options.courant > stable.max(COURANT) {
-        warnings.push(format!(
-            "methods.mpm.courant: with usl and this shape, more than {stable:.3} is not stable at free \
-             surfaces; steps are limited to that"
+        warnings.push(Warning::new(
+            "courant-limited",
+            format!(
+                "methods.mpm.courant: with usl and this shape, more than {stable:.3} is not stable at free \
+             surfaces; steps are limited to that. Give at most that, or use musl"
+            ),
         ));
     }
     warnings
 }
 
 /// Warns of options that change real motion or its time in a stage.
-fn stage_warnings(case: &Case, options: &MpmOptions, number: usize) -> Vec<String> {
+fn stage_warnings(case: &Case, options: &MpmOptions, number: usize) -> Vec<Warning> {
     let stage = &case.stages[number];
     let ends_at_rest = stage.equilibrium.is_some();
     let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
     let mut warnings = Vec::new();
     if options.mass_scaling > 1.0 && !ends_at_rest {
-        warnings.push(format!(
-            "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
-             for quasi-static stages"
+        warnings.push(Warning::new(
+            "option-slows-motion",
+            format!(
+                "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; \
+             it is for quasi-static stages. Give that stage `equilibrium`, or leave the option out"
+            ),
         ));
     }
     if options.integration == InternalForceIntegration::Gauss && !ends_at_rest {
-        warnings.push(format!(
+        warnings.push(Warning::new("gauss-in-motion", format!(
             "methods.mpm.integration: with gauss, partly filled cells contribute to the internal force as \
-             if they were full; stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
-        ));
+             if they were full; stages[{number}] has no `equilibrium`, and it is for quasi-static stages. \
+             Use points or mixed"
+        )));
     }
     if wet && options.mass_scaling > 1.0 && ends_at_rest {
-        warnings.push(format!(
-            "stages[{number}]: mass scaling slows consolidation: the state at rest is correct, the time \
-             to reach it is not"
-        ));
+        warnings.push(Warning::new("option-slows-motion", format!(
+            "stages[{number}]: mass scaling slows consolidation: the state at rest is correct, the time to \
+             reach it is not. Leave methods.mpm.mass_scaling out where times matter"
+        )));
     }
     if stage.damping > 0.0 && !ends_at_rest {
-        warnings.push(format!(
-            "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"
+        warnings.push(Warning::new(
+            "option-slows-motion",
+            format!(
+                "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real \
+             motion. Leave it out where the motion matters"
+            ),
         ));
     }
     warnings

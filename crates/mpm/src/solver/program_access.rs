@@ -6,6 +6,7 @@ use colluvium_constitutive::SymTensor;
 
 use crate::points::point_set::PointSet;
 use crate::solver::MpmSolver;
+use colluvium_case::CaseErrorKind;
 
 /// Points of a solver, as slices of its arrays, body by body.
 ///
@@ -118,8 +119,10 @@ impl<const D: usize> MpmSolver<D> {
         acceleration: impl Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync + 'static,
     ) -> Result<(), CaseError> {
         if let Some(body) = self.clock.case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
-            let problem =
-                "excludes a body force of the program: its share of skeleton and fluid is not defined";
+            let problem = CaseErrorKind::coded(
+                "incompatible-options",
+                "excludes a body force of the program: its share of skeleton and fluid is not defined",
+            );
             return Err(CaseError::new(format!("bodies[{body}].pore_fluid"), problem));
         }
         self.boundary.body_force = Some(BodyForce::new(acceleration));

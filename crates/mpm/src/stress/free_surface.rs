@@ -18,6 +18,7 @@ use crate::background_grid::BackgroundGrid;
 use crate::background_grid::averaging_cells::{AveragingCells, GridCells};
 use crate::points::bodies::Bodies;
 use crate::points::point_set::{PointColumns, PointSet};
+use colluvium_case::CaseErrorKind;
 
 /// Detection of the free surface.
 pub struct FreeSurface<const D: usize> {
@@ -52,13 +53,22 @@ pub fn free_surface<const D: usize>(
     let spec = |body: &Body| &case.materials[&body.material];
     let liquid: Vec<bool> = case.bodies.iter().map(|body| spec(body).is_fluid()).collect();
     if !liquid.contains(&true) {
-        return Err(CaseError::new("methods.mpm.free_surface", "needs a body of a fluid"));
+        return Err(CaseError::new(
+            "methods.mpm.free_surface",
+            CaseErrorKind::coded("needs-other-key", "needs a body of a fluid"),
+        ));
     }
     if !case.domain.periodic.is_empty() {
-        return Err(CaseError::new("methods.mpm.free_surface", "is not available in a periodic domain"));
+        return Err(CaseError::new(
+            "methods.mpm.free_surface",
+            CaseErrorKind::coded("incompatible-options", "is not available in a periodic domain"),
+        ));
     }
     if case.space == Space::Axisymmetric {
-        return Err(CaseError::new("methods.mpm.free_surface", "is not available in axisymmetry"));
+        return Err(CaseError::new(
+            "methods.mpm.free_surface",
+            CaseErrorKind::coded("incompatible-options", "is not available in axisymmetry"),
+        ));
     }
     let BackgroundGrid { grid, layout: own, elements, transfers, linear_transfers: linear, .. } = background;
     let on_grid = || Layout::with_basis(grid, &linear.basis_1d()).with_slabs_of(own);

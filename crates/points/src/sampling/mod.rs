@@ -80,6 +80,18 @@ pub enum SamplingError {
     },
 }
 
+impl SamplingError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::TooMany(_) => "too-many-points",
+            Self::TooThin { .. } => "too-thin-to-sample",
+            Self::Spacing(_) | Self::NoMeasure | Self::NoBoundaryEdges => "sampling",
+        }
+    }
+}
+
 /// Samples a shape with `per_cell` points per direction in every cell of a grid with lower corner `origin` (m) and cell edge `cell` (m), at
 /// `(i + 1/2) / per_cell` of the cell: those that lie in the shape, last axis fastest.
 ///

@@ -23,6 +23,18 @@ pub enum SearchError {
     TooSpread(f64, usize),
 }
 
+impl SearchError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NotFinite(_) => "state-not-finite",
+            Self::Radius(_) => "out-of-range",
+            Self::TooSpread(..) => "points-spread",
+        }
+    }
+}
+
 /// Relative tolerance that a search adds to its radius.
 const ROUND_OFF: f64 = 1e-9;
 /// Least number of points per task of a thread, for operations that are cheap per point.

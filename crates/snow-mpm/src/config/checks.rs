@@ -3,6 +3,7 @@
 use colluvium_case::CaseErrorKind;
 
 use super::{SnowOptions, SnowTransfer, SplineShape};
+use colluvium_case::Warning;
 
 /// Name of an option, with its problem.
 type OptionProblem = (&'static str, CaseErrorKind);
@@ -51,42 +52,46 @@ impl SnowOptions {
     }
 
     /// Warnings about permitted but doubtful values of options.
-    pub(crate) fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<Warning> {
         let mut found = Vec::new();
-        let mut say = |key: &str, text: &str| found.push(format!("methods.{}.{key}: {text}", super::NAME));
+        let path = format!("methods.{}", super::NAME);
         if self.points_per_cell < 2 {
-            say("points_per_cell", "fewer than 2 points per cell and direction under-sample the grid");
+            let text = format!(
+                "points_per_cell: {}; fewer than 2 points per cell and direction under-sample the grid",
+                self.points_per_cell
+            );
+            found.push(Warning::new("under-sampled", text).at(&path));
         }
         if self.shape == SplineShape::Linear {
-            say(
-                "shape",
-                "points that cross cells of linear functions make noise, and refining the grid makes it worse",
-            );
+            let text = "shape: points that cross cells of linear functions make noise, and refining the grid \
+                        makes it worse. Use quadratic or cubic";
+            found.push(Warning::new("mesh-crossing", text).at(&path));
         }
         for (name, value) in
             [("courant_elastic", self.courant_elastic), ("courant_velocity", self.courant_velocity)]
         {
             if value > 0.5 {
-                say(
-                    name,
-                    &format!(
-                        "{value} is above 0.5, beyond which few points per cell and free surfaces become unstable"
-                    ),
+                let text = format!(
+                    "{name}: {value} is above 0.5, beyond which few points per cell and free surfaces become \
+                     unstable. Give 0.5 or less"
                 );
+                found.push(Warning::new("large-courant", text).at(&path));
             }
         }
         let blended = self.flip_ratio.is_some() || self.blend_time.is_some();
         if self.transfer == SnowTransfer::Apic && blended {
-            say("transfer", "apic has no FLIP fraction: flip_ratio and blend_time have no effect");
+            let text = "transfer: apic has no FLIP fraction: flip_ratio and blend_time have no effect. Leave \
+                        them out, or use flip";
+            found.push(Warning::new("option-without-effect", text).at(&path));
         }
         if let (SnowTransfer::Flip, Some(share)) = (self.transfer, self.flip_ratio)
             && share < 0.95
         {
             let text = format!(
-                "{share} damps motions of the size of a cell within few steps, whatever the duration of a \
-                 step: 0.95 to 1 is usual, and apic damps less"
+                "flip_ratio: {share} damps motions of the size of a cell within few steps, whatever the \
+                 duration of a step: 0.95 to 1 is usual, and apic damps less"
             );
-            say("flip_ratio", &text);
+            found.push(Warning::new("strong-numerical-damping", text).at(&path));
         }
         found
     }

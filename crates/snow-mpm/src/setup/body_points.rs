@@ -9,6 +9,7 @@ use crate::background_grid::BackgroundGrid;
 use crate::config::{SnowOptions, SnowTransfer};
 use crate::points::bodies::{BodyPoints, PointColumns, point_slice};
 use crate::setup::option_error;
+use colluvium_case::CaseErrorKind;
 
 /// Largest number of points, by the range of the ids.
 const MAX_POINTS: usize = u32::MAX as usize;
@@ -25,7 +26,10 @@ pub(super) fn body_points<const D: usize>(
     let samples = sample_body(case, options, background, number, listed)?;
     let count = samples.len();
     if first_id + count > MAX_POINTS {
-        return Err(option_error("cell_size", format!("gives more than {MAX_POINTS} points")));
+        return Err(option_error(
+            "cell_size",
+            CaseErrorKind::coded("too-many-points", format!("gives more than {MAX_POINTS} points")),
+        ));
     }
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume).collect();

@@ -8,6 +8,7 @@ use colluvium_points::Shape;
 
 use crate::config::{NAME, SnowOptions};
 use crate::solver::saw_test;
+use colluvium_case::Warning;
 
 /// Message for adhesion to an obstacle whose coupling has no contact area.
 const ADHESION: &str = "snow-mpm has no contact area for obstacles on nodes: leave out the adhesion";
@@ -78,14 +79,15 @@ pub(crate) fn capabilities(case: &Case) -> Capabilities {
 }
 
 /// Warnings about permitted but doubtful values of a case (sheet: snow-mpm §7).
-pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
+pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<Warning> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
     for (path, coefficient) in friction_coefficients(case).filter(|(_, coefficient)| *coefficient > 2.0) {
-        warnings.push(format!(
-            "{path}.wall.friction_coefficient: {coefficient} is more than the friction of snow or soil on any \
-             surface; for a surface without sliding, use a rough wall"
-        ));
+        warnings.push(Warning::new("large-friction-coefficient", format!(
+            "{path}.wall.friction_coefficient: {coefficient} is more than the friction of snow or soil on \
+             any surface (2). It is the tangent of an angle; for a surface without sliding, use a rough \
+             wall"
+        )));
     }
     warnings.extend(poissons_ratio_warnings(case));
     let dimension = case.dimension();
@@ -93,11 +95,11 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         let thinnest = min_extent(&cut.bounds(dimension));
         // Sheet: snow-mpm P12.
         if thinnest < 2.0 * options.cell_size * (1.0 - 1e-9) {
-            warnings.push(format!(
+            warnings.push(Warning::new("thin-cut", format!(
                 "removal_shapes[{number}].shape: its smallest width is {thinnest} m, less than two cells. The \
                  material on both sides of such a thin cut stays in contact: make the cut wider, or the cells \
                  smaller"
-            ));
+            )));
         }
     }
     for (number, body) in case.bodies.iter().enumerate() {
@@ -106,14 +108,19 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         let (minimum, why) = if may_soften(&case.materials[&body.material]) {
             (
                 4.0,
-                "a layer that softens needs 4 or more, and its resistance to fracture depends on their number",
+                "a layer that softens needs 4 or more, and its resistance to fracture depends on their number. Use smaller cells or a thicker layer",
             )
         } else {
-            (2.0, "shape functions extend across it: with 2 or more it bends and shears independently")
+            (
+                2.0,
+                "shape functions extend across it: with 2 or more it bends and shears independently. Use smaller cells or a thicker body",
+            )
         };
         if cells < minimum - 1e-9 {
-            warnings
-                .push(format!("bodies[{number}].shape: its smallest thickness is {cells:.2} cells; {why}"));
+            warnings.push(Warning::new(
+                "thin-body",
+                format!("bodies[{number}].shape: its smallest thickness is {cells:.2} cells; {why}"),
+            ));
         }
         warnings.extend(weak_layer_base_warning(case, number, options));
     }
@@ -124,36 +131,43 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
 }
 
 /// Warning for a weak layer with less than two cells of other snow between it and the ground.
-fn weak_layer_base_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<String> {
+fn weak_layer_base_warning(case: &Case, number: usize, options: &SnowOptions) -> Option<Warning> {
     let body = &case.bodies[number];
     let Shape::ArcLayer { from, .. } = &body.shape else { return None };
     let cells = from / options.cell_size;
     (saw_test::is_weak(case, body) && cells < 2.0 - 1e-9).then(|| {
-        format!(
+        Warning::new("weak-layer-on-steps", format!(
             "bodies[{number}].shape.from: the weak layer lies {cells:.2} cells above the ground. Where the \
              ground is not parallel to an axis, its nodes form steps of a cell, and points at a step collapse \
              under the slab alone: add two cells or more of old, elastic snow below the layer"
-        )
+        ))
     })
 }
 
 /// Warning for a measure whose lengths are not resolved by the cell size (sheet: snow-mpm §3.11).
-fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<String> {
+fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<Warning> {
     let cell = options.cell_size;
     match measure {
         Measure::Fragments(Fragments { link, .. }) if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
             let cells = link / cell;
-            Some(format!(
-                "measures.{name}.link: {link} m is {cells:.2} cells, but points of one fragment lie up to 1 \
-                 to 1.5 cells apart"
+            Some(Warning::new(
+                "unresolved-measure",
+                format!(
+                    "measures.{name}.link: {link} m is {cells:.2} cells, but points of one fragment lie up to \
+                 1 to 1.5 cells apart. Give {cell} to {:.4} m",
+                    1.5 * cell
+                ),
             ))
         }
         Measure::CrackTip(CrackTip { bin, .. })
             if *bin < cell / options.points_per_cell as f64 * (1.0 - 1e-9) =>
         {
-            Some(format!(
-                "measures.{name}.bin: {bin} m is less than the spacing of the points, so that some bins \
+            Some(Warning::new(
+                "unresolved-measure",
+                format!(
+                    "measures.{name}.bin: {bin} m is less than the spacing of the points, so that some bins \
                  contain no points: use a cell, {cell} m"
+                ),
             ))
         }
         _ => None,
@@ -180,21 +194,28 @@ fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
 }
 
 /// Warnings for unusual Poisson's ratios of laws that have no such warning (sheet: snow-mpm §7).
-fn poissons_ratio_warnings(case: &Case) -> Vec<String> {
+fn poissons_ratio_warnings(case: &Case) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (name, spec) in &case.materials {
         let Some((_, ratio)) = saw_test::elastic_constants(spec) else { continue };
-        if spec.warnings().iter().any(|warning| warning.starts_with("poissons_ratio")) {
+        if spec.warnings().iter().any(|warning| warning.text.starts_with("poissons_ratio")) {
             continue;
         }
         if ratio > 0.45 {
-            warnings.push(format!(
-                "materials.{name}.poissons_ratio: {ratio} is above 0.45: low-order grids lock"
+            warnings.push(Warning::new(
+                "locking",
+                format!(
+                    "materials.{name}.poissons_ratio: {ratio} is above 0.45: low-order grids lock. Give 0.45 \
+                 or less"
+                ),
             ));
         } else if ratio < 0.0 {
-            warnings.push(format!(
-                "materials.{name}.poissons_ratio: {ratio} is negative: the material contracts laterally under \
-                 compression"
+            warnings.push(Warning::new(
+                "negative-poissons-ratio",
+                format!(
+                    "materials.{name}.poissons_ratio: {ratio} is negative: the material contracts laterally \
+                 under compression. Give 0 or more"
+                ),
             ));
         }
     }

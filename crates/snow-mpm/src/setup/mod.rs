@@ -162,10 +162,10 @@ fn periodic_background<const D: usize>(
 ) -> Result<BackgroundGrid<D>, CaseError> {
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     background.with_periodic_axes(periodic).map_err(|smallest| {
-        let problem = format!(
+        let problem = CaseErrorKind::coded("needs-other-key", format!(
             "needs {smallest} cells or more along each periodic axis, because shape functions extend that far \
              beyond its sides"
-        );
+        ));
         CaseError::new("domain.periodic", problem)
     })
 }
@@ -190,13 +190,18 @@ fn solver<const D: usize>(
     options: &SnowOptions,
     chosen: SelectedTransfers<D>,
 ) -> Result<SnowSolver<D>, CaseError> {
-    let sweeps = chosen.ok_or_else(|| option_error("shape", "is not available in so many dimensions"))?;
+    let sweeps = chosen.ok_or_else(|| {
+        option_error(
+            "shape",
+            CaseErrorKind::coded("wrong-dimension", "is not available in so many dimensions"),
+        )
+    })?;
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
     capabilities::check_layer_thickness(case, options)?;
     crate::solver::saw_test::check_saw_tests(case)?;
     let background = BackgroundGrid::new(corners, options.cell_size, sweeps)
-        .map_err(|error| option_error("cell_size", error.to_string()))?;
+        .map_err(|error| option_error("cell_size", CaseErrorKind::coded(error.code(), error.to_string())))?;
     let background = periodic_background(case, background)?;
     let standing = case.placed_obstacles::<D>()?;
     let mut all = Vec::new();

@@ -6,6 +6,7 @@ use colluvium_case::{CaseError, GRAIN_COLUMNS, OVERLAP_TOLERANCE, PointList, rem
 
 use crate::setup::body_points::body_points;
 use crate::solver::SnowSolver;
+use colluvium_case::CaseErrorKind;
 
 impl<const D: usize> SnowSolver<D> {
     /// Adds points to a body, by its index in [`colluvium_case::Case::bodies`], between two steps. Positions (m) are relative to the origin
@@ -21,7 +22,10 @@ impl<const D: usize> SnowSolver<D> {
         case.check_added_points(body as usize, points, D)?;
         points.reject_columns(&GRAIN_COLUMNS, "snow-mpm")?;
         let Some(index) = self.bodies.bodies.iter().position(|own| own.number == body) else {
-            let problem = format!("{:?} has no points left", case.bodies[body as usize].name);
+            let problem = CaseErrorKind::coded(
+                "empty-body",
+                format!("{:?} has no points left", case.bodies[body as usize].name),
+            );
             return Err(CaseError::new("body", problem));
         };
         let first = self.bodies.next_id;

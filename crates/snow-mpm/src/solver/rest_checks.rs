@@ -7,6 +7,8 @@ use crate::points::bodies::{BodyPoints, PointFailure};
 use crate::points::vectors::square;
 use crate::solver::SnowSolver;
 use crate::solver::saw_test::{sawn_layer, strength_of_weak_layer};
+use colluvium_case::FailureReason;
+use colluvium_case::Warning;
 
 /// Relative loss of strength that is regarded as round-off.
 const YIELD_TOLERANCE: f64 = 1e-9;
@@ -63,11 +65,14 @@ impl<const D: usize> SnowSolver<D> {
         if let (Some(number), Some(YieldedPoints { collapsed_points, layer_count: of, index, .. })) =
             (number, yielded.filter(|yielded| yielded.collapsed_points > 0))
         {
-            let reason = format!(
-                "{collapsed_points} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
+            let reason = FailureReason::coded(
+                "weak-layer-collapsed",
+                format!(
+                    "{collapsed_points} of the {of} points of the weak layer {name:?} have collapsed at rest, before the \
                  first cut, this one among them: make the layer stronger or the slab lighter, apply its \
                  weight more slowly (gravity_ramp and damping of the stage before), or, on ground that is not \
                  parallel to an axis, add old, elastic snow below the layer"
+                ),
             );
             return Err(self.point_error(number, &PointFailure { index, reason: reason.into() }));
         }
@@ -118,7 +123,7 @@ impl<const D: usize> SnowSolver<D> {
     }
 
     /// Warning of the checks of rest.
-    pub(crate) fn rest_warning(&self) -> Option<String> {
+    pub(crate) fn rest_warning(&self) -> Option<Warning> {
         let RestChecks { initial_speed: unrest, early_yield: early } = self.clock.rest_checks;
         if let Some((
             moment,
@@ -130,19 +135,25 @@ impl<const D: usize> SnowSolver<D> {
                 CheckTime::FirstCut => "when the first cut began".to_owned(),
             };
             let (name, position) = (&self.case.bodies[body as usize].name, self.case.map_position(&position));
-            return Some(format!(
-                "{when} {count} of the {of} points of the weak layer {name:?} had yielded under their weight \
+            return Some(Warning::new(
+                "weak-layer-yielded",
+                format!(
+                    "{when} {count} of the {of} points of the weak layer {name:?} had yielded under their weight \
                  alone, {collapsed_points} of them without strength, one at {:.4?} m. The layer is then weaker than \
                  that of the case: make it stronger or the slope less, or, on ground that is not parallel to \
                  an axis, add old, elastic snow below it",
-                &position[..D]
+                    &position[..D]
+                ),
             ));
         }
         unrest.map(|fastest| {
-            format!(
-                "the first cut began with points as fast as {fastest:.1e} m/s, above the limit of \
+            Warning::new(
+                "cut-not-at-rest",
+                format!(
+                    "the first cut began with points as fast as {fastest:.1e} m/s, above the limit of \
                  {REST_SPEED:.0e} m/s for a column at rest: let it settle longer, with gravity_ramp and \
                  damping"
+                ),
             )
         })
     }

@@ -4,6 +4,7 @@
 //! or polygons with two sides along the direction of the saw, or layers along one track. For other cuts the same requirements give
 //! warnings, from the bounds of the removed and remaining material.
 
+use colluvium_case::Warning;
 use colluvium_case::description::{Body, RemovalShape};
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::laws::{CamClayHardening, CohesiveCamClaySpec};
@@ -259,17 +260,17 @@ pub(crate) fn elastic_constants(spec: &MaterialSpec) -> Option<(f64, f64)> {
 
 /// Warnings of cuts: of saw tests that begin with the run; of other cuts, or of a column with shapes of other kinds, where the
 /// requirements on saw tests are not fulfilled.
-pub(crate) fn warnings(case: &Case) -> Vec<String> {
+pub(crate) fn warnings(case: &Case) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (number, cut) in case.removal_shapes.iter().enumerate() {
         if SawColumn::of_removal(case, cut).is_some() {
             let first = cut.stage.as_ref().is_none_or(|stage| *stage == case.stages[0].name);
             // Sheet: snow-mpm P25.
             if first && cut.start == 0.0 {
-                warnings.push(format!(
+                warnings.push(Warning::new("cut-before-rest", format!(
                     "removal_shapes[{number}]: begins with the run, before the layer carries the weight of \
                      the slab: let the slab settle first, in a stage with gravity_ramp and damping"
-                ));
+                )));
             }
             continue;
         }
@@ -277,26 +278,35 @@ pub(crate) fn warnings(case: &Case) -> Vec<String> {
             && case.bodies.iter().all(|body| cut.applies_to(&body.name))
             && case.bodies.iter().any(|body| is_weak(case, body))
         {
-            warnings.push(format!(
+            warnings.push(Warning::new("cut-removes-slab", format!(
                 "removal_shapes[{number}]: removes all bodies, also those above the weak layer. For a saw \
                  test set its `bodies` to the weak layer alone"
-            ));
+            )));
             continue;
         }
         let left = case.bodies.iter().filter(|body| !cut.applies_to(&body.name));
         if let Some(waves) = fastest_waves(case, left).filter(|waves| is_too_fast(cut, *waves)) {
-            warnings.push(format!(
-                "removal_shapes[{number}].velocity: {} m/s is above a twentieth of the speed of shear waves \
-                 in the remaining material ({waves:.1} m/s): the crack depends on the speed of the cut",
-                cut.speed()
+            warnings.push(Warning::new(
+                "fast-cut",
+                format!(
+                    "removal_shapes[{number}].velocity: {} m/s is above a twentieth of the speed of shear \
+                 waves in the remaining material ({waves:.1} m/s): the crack depends on the speed of the \
+                 cut. Saw with {} m/s or less",
+                    cut.speed(),
+                    rounded_down(HIGHEST_SPEED * waves)
+                ),
             ));
         }
         if let Some([length, thickness]) = extents(case, cut)
             && length < MIN_COLUMN_LENGTH * thickness * (1.0 - ROUND_OFF)
         {
-            warnings.push(format!(
-                "removal_shapes[{number}]: the cut material is {length} m long, less than five times the \
-                 thickness of the remaining material ({thickness:.3} m): its far end affects the crack"
+            warnings.push(Warning::new(
+                "short-column",
+                format!(
+                    "removal_shapes[{number}]: the cut material is {length} m long, less than five times the \
+                 thickness of the remaining material ({thickness:.3} m): its far end affects the crack. \
+                 Make the column longer"
+                ),
             ));
         }
     }

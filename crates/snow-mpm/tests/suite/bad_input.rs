@@ -91,17 +91,17 @@ fn doubtful_options_cause_warnings_that_name_them() {
     ] {
         let case = read_case(&block(&json!({ "kind": "rest" }), &options));
         let warnings = SnowMpm.plan(&case).unwrap().warnings;
-        assert!(warnings.iter().any(|warning| warning.contains(words)), "{words}: {warnings:?}");
+        assert!(warnings.iter().any(|warning| warning.text.contains(words)), "{words}: {warnings:?}");
     }
     for (ratio, words) in [(0.46, "0.46 is above 0.45"), (-0.1, "-0.1 is negative")] {
         let mut case = block(&json!({ "kind": "rest" }), &json!({}));
         case["materials"]["m"]["poissons_ratio"] = json!(ratio);
         let warnings = SnowMpm.plan(&read_case(&case)).unwrap().warnings;
         let expected = format!("materials.m.poissons_ratio: {words}");
-        assert!(warnings.len() == 1 && warnings[0].starts_with(&expected), "{warnings:?}");
+        assert!(warnings.len() == 1 && warnings[0].text.starts_with(&expected), "{warnings:?}");
     }
     let case = read_case(&ball(&json!({})));
-    assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
+    assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<colluvium_case::Warning>::new());
 }
 
 /// A column of 2 m with a weak layer of `layer` (m) under a slab of 0.4 m, that a saw of this speed (m/s) cuts.
@@ -127,10 +127,10 @@ fn saw_test(length: f64, layer: f64, speed: f64) -> Value {
 #[test]
 fn a_saw_test_that_measures_something_else_is_refused() {
     let warnings = |case: &Value| SnowMpm.plan(&read_case(case)).unwrap().warnings;
-    assert_eq!(warnings(&saw_test(2.0, 0.1, 1.0)), Vec::<String>::new());
+    assert_eq!(warnings(&saw_test(2.0, 0.1, 1.0)), Vec::<colluvium_case::Warning>::new());
     let thin = warnings(&saw_test(2.0, 0.05, 1.0));
     assert!(
-        thin.len() == 1 && thin[0].starts_with("bodies[0].shape: its smallest thickness is 2.00 cells"),
+        thin.len() == 1 && thin[0].text.starts_with("bodies[0].shape: its smallest thickness is 2.00 cells"),
         "{thin:?}"
     );
     let with = |pointer: &str, value: Value| {
@@ -185,7 +185,7 @@ fn cuts_that_deviate_from_a_saw_test_cause_a_warning() {
         case["materials"]["weak"]["hardening"] = json!({ "kind": "slab" });
         SnowMpm.plan(&read_case(&case)).unwrap().warnings
     };
-    assert_eq!(warnings(2.0, 1.0), Vec::<String>::new());
+    assert_eq!(warnings(2.0, 1.0), Vec::<colluvium_case::Warning>::new());
     for (found, words) in [
         (warnings(2.0, 3.5), "removal_shapes[0].velocity: 3.5 m/s is above a twentieth"),
         (
@@ -193,20 +193,22 @@ fn cuts_that_deviate_from_a_saw_test_cause_a_warning() {
             "removal_shapes[0]: the cut material is 1.9 m long, less than five times the thickness of the remaining material (0.400 m)",
         ),
     ] {
-        assert!(found.len() == 1 && found[0].starts_with(words), "{words}: {found:?}");
+        assert!(found.len() == 1 && found[0].text.starts_with(words), "{words}: {found:?}");
     }
     let mut at_once = saw_test(2.0, 0.1, 1.0);
     at_once["removal_shapes"][0]["stage"] = json!("settle");
     let warnings_found = SnowMpm.plan(&read_case(&at_once)).unwrap().warnings;
     assert!(
-        warnings_found.len() == 1 && warnings_found[0].starts_with("removal_shapes[0]: begins with the run"),
+        warnings_found.len() == 1
+            && warnings_found[0].text.starts_with("removal_shapes[0]: begins with the run"),
         "{warnings_found:?}"
     );
     let mut all = saw_test(2.0, 0.1, 1.0);
     all["removal_shapes"][0].as_object_mut().unwrap().remove("bodies");
     let warnings_found = SnowMpm.plan(&read_case(&all)).unwrap().warnings;
     assert!(
-        warnings_found.len() == 1 && warnings_found[0].starts_with("removal_shapes[0]: removes all bodies"),
+        warnings_found.len() == 1
+            && warnings_found[0].text.starts_with("removal_shapes[0]: removes all bodies"),
         "{warnings_found:?}"
     );
     // A body below the layer, or on a small part of it, is no slab.
@@ -234,7 +236,7 @@ fn begins(settle: &Value, strength: f64) -> Result<Option<String>, String> {
     solver.begin_stage(1, duration).unwrap();
     let dt = solver.limit().dt;
     solver.step(dt).map_err(|error| error.to_string())?;
-    Ok(solver.warning())
+    Ok(solver.warning().map(|warning| warning.text))
 }
 
 #[test]
@@ -278,7 +280,7 @@ fn layers_on_a_slope_are_measured_along_its_normal_and_their_friction_is_checked
         "obstacles[0].wall.friction_coefficient: 2.5 is more",
         "obstacles[0].regions[1].wall.friction_coefficient: 3 is more",
     ] {
-        assert!(warnings.iter().any(|warning| warning.starts_with(words)), "{words}: {warnings:?}");
+        assert!(warnings.iter().any(|warning| warning.text.starts_with(words)), "{words}: {warnings:?}");
     }
     (case["bodies"][0]["shape"], case["bodies"][1]["shape"]) = (layer(0.0, 0.025), layer(0.03, 0.4));
     assert!(
@@ -297,10 +299,10 @@ fn measure_lengths_incompatible_with_the_cell_size_cause_a_warning() {
             "crack": { "kind": "crack-tip", "body": "weak", "field": "collapsed", "direction": [-1, 0], "from": [2, 0], "bin": bin } });
         SnowMpm.plan(&read_case(&case)).unwrap().warnings
     };
-    assert_eq!(warnings(0.03, 0.025), Vec::<String>::new());
+    assert_eq!(warnings(0.03, 0.025), Vec::<colluvium_case::Warning>::new());
     let found = warnings(0.02, 0.01);
-    assert!(found.len() == 2 && found[0].starts_with("measures.crack.bin: 0.01 m"), "{found:?}");
-    assert!(found[1].starts_with("measures.pieces.link: 0.02 m is 0.80 cells"), "{found:?}");
+    assert!(found.len() == 2 && found[0].text.starts_with("measures.crack.bin: 0.01 m"), "{found:?}");
+    assert!(found[1].text.starts_with("measures.pieces.link: 0.02 m is 0.80 cells"), "{found:?}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn sawn() -> Value {
 #[test]
 fn a_saw_removes_the_points_in_its_path_and_records_their_mass_and_energy() {
     let case = read_case(&sawn());
-    assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
+    assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<colluvium_case::Warning>::new());
     let mut solver = start_solver(&SnowMpm, &read_case(&sawn()));
     let start = solver.totals();
     advance_to(&mut *solver, 0.09);
@@ -120,11 +120,14 @@ fn doubtful_cuts_cause_warnings() {
     };
     let thin = change("shape", json!({ "kind": "box", "min": [1.5, 0], "max": [1.6, 0.9] }));
     assert!(
-        thin.len() == 1 && thin[0].starts_with("removal_shapes[0].shape: its smallest width is 0.1"),
+        thin.len() == 1 && thin[0].text.starts_with("removal_shapes[0].shape: its smallest width is 0.1"),
         "{thin:?}"
     );
     let away = change("velocity", json!([4, 0]));
-    assert!(away.len() == 1 && away[0].starts_with("removal_shapes[0]: no body that it cuts"), "{away:?}");
+    assert!(
+        away.len() == 1 && away[0].text.starts_with("removal_shapes[0]: no body that it cuts"),
+        "{away:?}"
+    );
 }
 
 #[test]

@@ -8,6 +8,7 @@ use crate::boundary::flat_walls::{FlatWalls, particle_counts};
 use crate::boundary::image_particle::PeriodicAxis;
 use crate::config::{RoughWall, SmoothWall, SphOptions};
 use crate::context::leading_components;
+use colluvium_case::CaseErrorKind;
 
 /// Largest number of wall particles; a case with more is rejected, because they would not fit in memory.
 const MAX_WALL_PARTICLES: f64 = (1u64 << 28) as f64;
@@ -41,8 +42,11 @@ pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64
     if count <= MAX_WALL_PARTICLES {
         return Ok(());
     }
-    let problem = format!(
-        "its walls would need about {count:.2e} particles, more than 2^28: make it smaller, or use a larger spacing"
+    let problem = CaseErrorKind::coded(
+        "too-many-points",
+        format!(
+            "its walls would need about {count:.2e} particles, more than 2^28: make it smaller, or use a larger spacing"
+        ),
     );
     Err(CaseError::new("domain", problem))
 }

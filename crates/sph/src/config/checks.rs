@@ -8,6 +8,7 @@ use super::{
     VelocityGradientOperator, WallStress, default_regularisation_steps, default_reset_steps, default_wall_k0,
     growth,
 };
+use colluvium_case::Warning;
 
 /// Option out of range: its name and the problem.
 type OptionError = (&'static str, CaseErrorKind);
@@ -29,13 +30,13 @@ fn is_not_negative(value: f64) -> bool {
 
 /// Warnings about options.
 #[derive(Default)]
-struct OptionWarnings(Vec<String>);
+struct OptionWarnings(Vec<Warning>);
 
 impl OptionWarnings {
     /// Adds a warning about an option if its condition is true.
-    fn add(&mut self, name: &str, holds: bool, text: &str) {
+    fn add(&mut self, holds: bool, warning: Warning) {
         if holds {
-            self.0.push(format!("methods.sph.{name}: {text}"));
+            self.0.push(warning.at("methods.sph"));
         }
     }
 }
@@ -164,30 +165,51 @@ impl SphOptions {
         use VelocityGradientOperator::{Compatible, Corotated, Corrected};
         let fits = matches!(self.velocity_gradient, Compatible | Corotated | Corrected);
         if corrects && !fits {
-            return Err(("velocity_gradient", "must be corrected if momentum is corrected".into()));
+            return Err((
+                "velocity_gradient",
+                CaseErrorKind::coded("incompatible-options", "must be corrected if momentum is corrected"),
+            ));
         }
         if corrects && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise if momentum is corrected".into()));
+            return Err((
+                "wall_stress",
+                CaseErrorKind::coded("incompatible-options", "must be pairwise if momentum is corrected"),
+            ));
         }
         let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.ranks > 1 {
-            return Err(("integration", "must be leapfrog with more than one rank".into()));
+            return Err((
+                "integration",
+                CaseErrorKind::coded("incompatible-options", "must be leapfrog with more than one rank"),
+            ));
         }
         let shifts = self.shifting > 0.0;
         if !shifts && self.shifting_speed != ShiftingSpeed::Own {
-            return Err(("shifting_speed", "needs shifting above 0".into()));
+            return Err((
+                "shifting_speed",
+                CaseErrorKind::coded("needs-other-key", "needs shifting above 0"),
+            ));
         }
         if shifts && self.shifting_speed == ShiftingSpeed::Largest && self.ranks > 1 {
             return Err((
                 "shifting_speed",
-                "must be own with more than one rank, because a rank has its own particles only".into(),
+                CaseErrorKind::coded(
+                    "incompatible-options",
+                    "must be own with more than one rank, because a rank has its own particles only",
+                ),
             ));
         }
         if self.formulation == LagrangianFormulation::TotalLagrangian && self.ranks > 1 {
-            return Err(("formulation", "must be updated with more than one rank".into()));
+            return Err((
+                "formulation",
+                CaseErrorKind::coded("incompatible-options", "must be updated with more than one rank"),
+            ));
         }
         if stages && self.smoothing_length == SmoothingLength::Rate {
-            return Err(("smoothing_length", "rate needs integration leapfrog".into()));
+            return Err((
+                "smoothing_length",
+                CaseErrorKind::coded("needs-other-key", "rate needs integration leapfrog"),
+            ));
         }
         Ok(())
     }
@@ -202,41 +224,50 @@ impl SphOptions {
     }
 
     /// Warnings about permitted options.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = OptionWarnings::default();
         self.warn_of_instability(&mut warnings);
         self.warn_of_idle_options(&mut warnings);
         let pair = self.velocity_gradient != VelocityGradientOperator::Corrected
             || self.momentum == MomentumEquation::Corrected;
         let viscous = self.viscosity_linear + self.viscosity_quadratic + self.hourglass_viscosity > 0.0;
-        warnings.add(
-            "velocity_gradient",
-            !pair && !viscous,
-            "corrected without viscosity increases the energy: set momentum to corrected",
-        );
+        let text =
+            "velocity_gradient: corrected without viscosity increases the energy: set momentum to corrected";
+        warnings.add(!pair && !viscous, Warning::new("energy-growing-form", text));
         warnings.0
     }
 
     /// Warns of clumping, instability and errors of the momentum equation.
     fn warn_of_instability(&self, warnings: &mut OptionWarnings) {
         let ratio = self.smoothing;
-        let clumps = match self.kernel {
-            Kernel::CubicSpline => ratio > 1.5,
-            Kernel::Gaussian => ratio >= 2.0,
-            _ => false,
+        let (clumps, limit) = match self.kernel {
+            Kernel::CubicSpline => (ratio > 1.5, "1.5 or less"),
+            Kernel::Gaussian => (ratio >= 2.0, "less than 2"),
+            _ => (false, ""),
         };
-        warnings.add("smoothing", clumps, "particles may clump with this kernel");
+        let text = format!(
+            "smoothing: {ratio}: particles may clump with this kernel. Give {limit}, or use a Wendland kernel"
+        );
+        warnings.add(clumps, Warning::new("particle-clumping", text));
         let few = matches!(self.kernel, Kernel::WendlandC2 | Kernel::WendlandC4 | Kernel::WendlandC6)
             && ratio < 1.2;
-        warnings.add("smoothing", few, "Wendland kernels need at least 1.2");
-        warnings.add("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
-        warnings.add("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
+        let text = format!("smoothing: {ratio}: Wendland kernels need at least 1.2");
+        warnings.add(few, Warning::new("few-neighbours", text));
+        let viscosity = self.viscosity_linear;
+        let text = format!("viscosity_linear: {viscosity}: more than 2 shortens run-outs. Give 2 or less");
+        warnings.add(viscosity > 2.0, Warning::new("strong-viscosity", text));
+        let courant = self.courant;
+        let text = format!(
+            "courant: {courant}: more than 0.4 may be unstable near walls and surfaces. Give 0.4 or less"
+        );
+        warnings.add(courant > 0.4, Warning::new("large-courant", text));
         let difference = self.momentum == MomentumEquation::Difference;
-        warnings.add("momentum", difference, "this form does not conserve momentum");
+        let text = "momentum: this form does not conserve momentum. Use rho2 or rho-rho";
+        warnings.add(difference, Warning::new("momentum-not-conserved", text));
         let unlike = self.confining.is_some() && self.momentum != MomentumEquation::RhoRho;
-        let text = "only rho-rho is in equilibrium with a confining pressure: other forms leave forces where \
-                    densities or gradients vary";
-        warnings.add("momentum", unlike, text);
+        let text = "momentum: only rho-rho is in equilibrium with a confining pressure: other forms leave \
+                    forces where densities or gradients vary";
+        warnings.add(unlike, Warning::new("confining-not-balanced", text));
     }
 
     /// Adds warnings about options that are set without an effect.
@@ -265,7 +296,8 @@ impl SphOptions {
                 "a smoothing_length that varies",
             ),
         ] {
-            warnings.add(name, is_set && !has_effect, &format!("has no effect without {what}"));
+            let text = format!("{name}: has no effect without {what}. Leave it out, or give both");
+            warnings.add(is_set && !has_effect, Warning::new("option-without-effect", text));
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::points::particles::{Bodies, MIN_PARTICLES_PER_TASK, Particles};
 use crate::points::vector_algebra::square;
 use crate::rates::Rates;
 use crate::walls::Walls;
+use colluvium_case::FailureReason;
 
 /// Least number of steps between two sorts by cell.
 const STEPS_PER_SORT: u64 = 100;
@@ -112,9 +113,12 @@ impl<const D: usize> VerletLists<D> {
         match walls.obstacles.first_inside(0.5 * setting.options.spacing) {
             None => Ok(()),
             Some((i, name)) => {
-                let reason = format!(
-                    "it passed the surface of the obstacle {name:?}, which stops particles. Check where the \
+                let reason = FailureReason::coded(
+                    "passed-wall",
+                    format!(
+                        "it passed the surface of the obstacle {name:?}, which stops particles. Check where the \
                      obstacle is thinner or more curved than a spacing"
+                    ),
                 );
                 Err(p.particle_error(clock, i, reason))
             }

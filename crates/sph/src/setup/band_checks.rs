@@ -6,6 +6,8 @@ use colluvium_constitutive::MaterialSpec;
 use crate::config::SphOptions;
 use crate::kernel::Kernel;
 use crate::stress::stress_update::band_length;
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Largest ratio of smoothing length to spacing for which a crack opens two rows of particles. With 1.5 a bar in tension dissipates 1.6 to
 /// 2.9 times its fracture energy, with 2 up to 3.8 times.
@@ -39,11 +41,14 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
         }
         let Some(largest) = law.largest_band() else { continue };
         if band_length::<D>(options.spacing.powi(D as i32)) >= largest {
-            let problem = format!(
-                "bands of the material {name:?} show snap-back from {:.4e} m on (half of E G/f_t², or of the \
+            let problem = CaseErrorKind::coded(
+                "snap-back",
+                format!(
+                    "bands of the material {name:?} show snap-back from {:.4e} m on (half of E G/f_t², or of the \
                  same with the shear modulus if that is less): make it smaller, or set `allow_snapback` in \
                  the material",
-                0.5 * largest
+                    0.5 * largest
+                ),
             );
             return Err(CaseError::new("methods.sph.spacing", problem));
         }
@@ -52,14 +57,17 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
 }
 
 /// Warning that soil does not separate from rigid bodies, because these are its neighbours.
-pub(super) fn rigid_sticking_warning(case: &Case) -> Option<String> {
+pub(super) fn rigid_sticking_warning(case: &Case) -> Option<Warning> {
     let soil = |material: &str| case.materials.get(material).is_some_and(|spec| !spec.is_fluid());
     let number = case.bodies.iter().position(|body| body.rigid)?;
     let stuck = case.bodies.iter().find(|body| !body.rigid && soil(&body.material))?;
-    Some(format!(
-        "bodies[{number}].rigid: in sph {:?} sticks to the rigid body {:?}, in tension too, and neither \
+    Some(Warning::new(
+        "sticks-to-rigid-body",
+        format!(
+            "bodies[{number}].rigid: in sph {:?} sticks to the rigid body {:?}, in tension too, and neither \
          slides along it nor separates from it. Where that matters, use an obstacle, which may have a \
          prescribed motion (`obstacles.motion`), or mpm with `contacts`",
-        stuck.name, case.bodies[number].name
+            stuck.name, case.bodies[number].name
+        ),
     ))
 }

@@ -13,6 +13,7 @@ use crate::config::{SoundSpeed, SphOptions};
 use crate::context::leading_components;
 use crate::points::particles::{ParticleGroup, Particles};
 use crate::points::rigid_body::RigidBody;
+use colluvium_case::CaseErrorKind;
 
 /// Largest number of particles, limited by the ids.
 const MAX_PARTICLES: usize = u32::MAX as usize;
@@ -95,11 +96,15 @@ fn initial_velocities<const D: usize>(
 /// Checks the number of particles of a body, after `start` particles of other bodies.
 fn check_count(options: &SphOptions, path: &str, start: usize, count: usize) -> Result<(), CaseError> {
     if count == 0 {
-        let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
+        let problem = CaseErrorKind::coded(
+            "empty-body",
+            format!("holds no particle: it is smaller than the spacing of {} m", options.spacing),
+        );
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
     if start + count > MAX_PARTICLES {
-        let problem = format!("gives more than {MAX_PARTICLES} particles");
+        let problem =
+            CaseErrorKind::coded("too-many-points", format!("gives more than {MAX_PARTICLES} particles"));
         return Err(CaseError::new("methods.sph.spacing", problem));
     }
     Ok(())
@@ -137,14 +142,20 @@ fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing:
 fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]]) -> Result<(), CaseError> {
     let outside = |x: &&[f64; D]| (0..D).any(|c| x[c] < case.domain.min[c] || x[c] > case.domain.max[c]);
     if let Some(x) = positions.iter().find(outside) {
-        let problem = format!("the particle at {x:?} m lies outside the domain");
+        let problem = CaseErrorKind::coded(
+            "outside-domain",
+            format!("the particle at {x:?} m lies outside the domain"),
+        );
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let (axis, face) = (boundary.side.axis(), boundary.wall_coordinate(&case.domain));
         let sign = if boundary.side.is_max() { -1.0 } else { 1.0 };
         if let Some(x) = positions.iter().find(|x| sign * (x[axis] - face) <= 0.0) {
-            let problem = format!("the particle at {x:?} m lies inside the wall boundaries[{number}]");
+            let problem = CaseErrorKind::coded(
+                "outside-domain",
+                format!("the particle at {x:?} m lies inside the wall boundaries[{number}]"),
+            );
             return Err(CaseError::new(format!("{path}.shape"), problem));
         }
     }
@@ -160,7 +171,7 @@ pub(super) fn check_distances<const D: usize>(
     let smallest = 1e-6 * options.spacing;
     // Search cells must not be much smaller than the spacing.
     list.build(position, 0.5 * options.spacing)
-        .map_err(|error| CaseError::new("bodies", error.to_string()))?;
+        .map_err(|error| CaseError::new("bodies", CaseErrorKind::coded(error.code(), error.to_string())))?;
     let close = |&(i, j): &(u32, u32)| {
         let (a, b) = (&position[i as usize], &position[j as usize]);
         (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < smallest * smallest
@@ -168,9 +179,12 @@ pub(super) fn check_distances<const D: usize>(
     match list.pairs().find(close) {
         None => Ok(()),
         Some((i, _)) => {
-            let problem = format!(
-                "two particles have the same position, {:?} m: check whether bodies overlap",
-                position[i as usize]
+            let problem = CaseErrorKind::coded(
+                "overlap",
+                format!(
+                    "two particles have the same position, {:?} m: check whether bodies overlap",
+                    position[i as usize]
+                ),
             );
             Err(CaseError::new("bodies", problem))
         }

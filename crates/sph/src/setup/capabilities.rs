@@ -14,6 +14,7 @@ use crate::setup::band_checks::rigid_sticking_warning;
 use crate::setup::defaults::{densities, has_jump};
 use crate::stress::total_lagrangian;
 use crate::walls::is_mirror;
+use colluvium_case::Warning;
 
 /// Relative difference of the width of listed particles from `spacing` above which there is a warning.
 const LISTED_SLACK: f64 = 0.1;
@@ -225,7 +226,10 @@ fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
     }
     if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
-        return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
+        return Err(CaseError::new(
+            "methods.sph.held",
+            CaseErrorKind::coded("nothing-moves", "at least one body must be free to move"),
+        ));
     }
     for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
         if !case.bodies.iter().any(|body| body.name == *name) {
@@ -283,7 +287,7 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
         if on && !fluid {
             return Err(CaseError::new(
                 format!("methods.sph.{name}"),
-                "is for fluids, but no body is a fluid",
+                CaseErrorKind::coded("incompatible-options", "is for fluids, but no body is a fluid"),
             ));
         }
     }
@@ -300,8 +304,10 @@ pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions)
         ("stress_diffusion", options.stress_diffusion > 0.0),
     ] {
         if on {
-            let problem =
-                "is for laws in rate form, but no body has one: other laws compute their stress anew";
+            let problem = CaseErrorKind::coded(
+                "incompatible-options",
+                "is for laws in rate form, but no body has one: other laws compute their stress anew",
+            );
             return Err(CaseError::new(format!("methods.sph.{name}"), problem));
         }
     }
@@ -309,17 +315,17 @@ pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions)
 }
 
 /// Warnings about the forms of the sums with bodies of different densities.
-fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
+fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<Warning> {
     let (low, high) = densities(case);
     let mut warnings = Vec::new();
     if options.formulation == LagrangianFormulation::TotalLagrangian {
         return warnings;
     }
     if options.momentum == MomentumEquation::Rho2 && has_jump(case) {
-        warnings.push(format!(
+        warnings.push(Warning::new("density-jump", format!(
             "methods.sph.momentum: where bodies of {low} and {high} kg/m³ are in contact, rho2 causes motion \
              even under uniform stress and reflects waves too strongly: use rho-rho"
-        ));
+        )));
     }
     // A gradient that follows the form of the momentum equation is corrected with it.
     let wrong = match (options.continuity, options.velocity_gradient) {
@@ -330,16 +336,16 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
         _ => None,
     };
     if let Some((key, what, cure)) = wrong.filter(|_| high >= 2.0 * low) {
-        warnings.push(format!(
+        warnings.push(Warning::new("density-jump", format!(
             "methods.sph.{key}: where bodies of {low} and {high} kg/m³ are in contact, weights by mass give a \
              wrong {what}: use {cure}"
-        ));
+        )));
     }
     warnings
 }
 
 /// Warning about elastic bodies: they carry tension permanently, under which particles that change neighbours clump.
-fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
+fn tension_warning(case: &Case, options: &SphOptions) -> Option<Warning> {
     if options.formulation == LagrangianFormulation::TotalLagrangian || options.tensile != Tensile::None {
         return None;
     }
@@ -356,29 +362,35 @@ fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
     };
     let bears = |b: &&Body| elastic(&b.material) && !b.rigid && !options.held.contains(&b.name);
     let body = case.bodies.iter().find(bears)?;
-    Some(format!(
-        "methods.sph.tensile: the body {} is elastic. Under tension its particles clump and it breaks up: use \
+    Some(Warning::new(
+        "tensile-instability",
+        format!(
+            "methods.sph.tensile: the body {} is elastic. Under tension its particles clump and it breaks up: use \
          artificial-stress, or the formulation total-lagrangian where its particles keep their neighbours",
-        body.name
+            body.name
+        ),
     ))
 }
 
 /// Warning for round boundaries on a lattice, whose steps cause errors of the kernel sums.
-fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<String> {
+fn stepped_edge_warning(case: &Case, options: &SphOptions) -> Option<Warning> {
     if options.formulation != LagrangianFormulation::TotalLagrangian || case.dimension() != 2 {
         return None;
     }
     let stepped = |b: &Body| b.points.is_none() && b.sampling.is_lattice() && b.shape.has_round_edges();
     let number = case.bodies.iter().position(|b| stepped(b) && !options.held.contains(&b.name))?;
-    Some(format!(
-        "bodies[{number}].sampling: on a lattice the round sides of {:?} are stepped, and the stress next to \
+    Some(Warning::new(
+        "stepped-boundary",
+        format!(
+            "bodies[{number}].sampling: on a lattice the round sides of {:?} are stepped, and the stress next to \
          them is 10 to 20 % too small at ten particles to a radius: use \"fitted\"",
-        case.bodies[number].name
+            case.bodies[number].name
+        ),
     ))
 }
 
 /// Warnings about the case and its options together.
-pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
+pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<Warning> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
     warnings.extend(stepped_edge_warning(case, options));
@@ -386,11 +398,11 @@ pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
         let Ok(Some(list)) = case.point_list(number) else { continue };
         let spacing = list.spacing(case.dimension());
         if (spacing / options.spacing - 1.0).abs() > LISTED_SLACK {
-            warnings.push(format!(
-                "bodies[{number}].points: their mean width is {spacing:.4e} m, but methods.sph.spacing is {} \
-                 m, and the smoothing length follows from that",
+            warnings.push(Warning::new("spacing-mismatch", format!(
+                "bodies[{number}].points: their mean width is {spacing:.4e} m, but methods.sph.spacing is \
+                 {} m, and the smoothing length follows from that. Set it to the mean width",
                 options.spacing
-            ));
+            )));
         }
     }
     warnings.extend(jump_warnings(case, options));
@@ -408,7 +420,13 @@ pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
         ("smooth_wall", options.smooth_wall != SmoothWall::default(), smooth, "is smooth"),
     ] {
         if is_set && !has_effect {
-            warnings.push(format!("methods.sph.{name}: has no effect, no wall {none}"));
+            warnings.push(Warning::new(
+                "option-without-effect",
+                format!(
+                    "methods.sph.{name}: has no effect, no wall {none}. Leave it out, or change \
+                               the wall"
+                ),
+            ));
         }
     }
     warnings

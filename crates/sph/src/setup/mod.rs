@@ -150,8 +150,9 @@ fn problem_size_in<const D: usize>(
 
 /// Kernel and smoothing length of the options.
 fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseError> {
-    Smoothing::<D>::new(options.kernel, options.smoothing_length_value())
-        .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))
+    Smoothing::<D>::new(options.kernel, options.smoothing_length_value()).map_err(|error| {
+        CaseError::new("methods.sph.kernel", CaseErrorKind::coded(error.code(), error.to_string()))
+    })
 }
 
 /// Memory (bytes) of the neighbour data of a particle or wall particle.
@@ -266,7 +267,9 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     let mut solver = SphSolver::new(setting, bodies, walls);
     if options.formulation == LagrangianFormulation::TotalLagrangian {
         let reference = TotalLagrangianReference::new(&solver.bodies.particles, &solver.setting.smoothing);
-        let reference = reference.map_err(|error| CaseError::new("bodies", error.to_string()))?;
+        let reference = reference.map_err(|error| {
+            CaseError::new("bodies", CaseErrorKind::coded(error.code(), error.to_string()))
+        })?;
         solver.reference = Some(Box::new(reference));
     }
     check_fixed_step(&mut solver)?;
@@ -278,8 +281,9 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
 
 /// Checks that supports are full for density by summation.
 fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), CaseError> {
-    let summed =
-        solver.summed_densities().map_err(|error| CaseError::new("methods.sph", error.to_string()))?;
+    let summed = solver.summed_densities().map_err(|error| {
+        CaseError::new("methods.sph", CaseErrorKind::coded(error.code(), error.to_string()))
+    })?;
     let p = &solver.bodies.particles;
     let off = summed
         .iter()

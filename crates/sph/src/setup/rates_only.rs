@@ -12,6 +12,7 @@ use crate::context::leading_components;
 use crate::pairs::PairContext;
 use crate::setup;
 use crate::solver::{SphSolver, find_rates};
+use colluvium_case::CaseErrorKind;
 
 /// Prescribed state of a particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,7 +169,7 @@ fn build_prescribed<const D: usize>(
 
 /// Error of a case for a failure of the solver.
 fn to_case_error(error: &colluvium_case::SolverError) -> CaseError {
-    CaseError::new("bodies", error.to_string())
+    CaseError::new("bodies", CaseErrorKind::coded(error.code(), error.to_string()))
 }
 
 /// Rates of a prescribed state.

@@ -10,6 +10,7 @@ use colluvium_constitutive::SymTensor;
 use crate::points::packed_particles::set_velocity;
 use crate::points::particles::{Bodies, ParticleGroup, Particles};
 use crate::solver::SphSolver;
+use colluvium_case::CaseErrorKind;
 
 /// Particles of a solver, as slices of its arrays, body after body.
 ///
@@ -140,7 +141,10 @@ impl<const D: usize> SphSolver<D> {
         acceleration: impl Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync + 'static,
     ) -> Result<(), CaseError> {
         if !self.bodies.groups.iter().any(ParticleGroup::is_free) {
-            let problem = "are all rigid or held: a body force of the program has no effect on them";
+            let problem = CaseErrorKind::coded(
+                "nothing-moves",
+                "are all rigid or held: a body force of the program has no effect on them",
+            );
             return Err(CaseError::new("bodies", problem));
         }
         self.bodies.loads.body_force = Some(Arc::new(BodyForce::new(acceleration)));

@@ -115,9 +115,12 @@ pub fn update_stress<const D: usize>(
                     }
                     let here = range.start + number * BLOCK_SIZE + k;
                     if !DENSITY_RANGE.contains(&(density[k] / initial)) {
-                        let problem = format!(
-                            "its density {} kg/m³ is outside 0.2 to 5 times the initial density",
-                            density[k]
+                        let problem = FailureReason::coded(
+                            "crushed",
+                            format!(
+                                "its density {} kg/m³ is outside 0.2 to 5 times the initial density",
+                                density[k]
+                            ),
                         );
                         return Some((here, problem.into()));
                     }
@@ -129,7 +132,10 @@ pub fn update_stress<const D: usize>(
                     match found {
                         Some(motion) => motions[k] = motion,
                         None => {
-                            return Some((here, "its deformation in the step is singular".into()));
+                            return Some((
+                                here,
+                                FailureReason::coded("crushed", "its deformation in the step is singular"),
+                            ));
                         }
                     }
                 }

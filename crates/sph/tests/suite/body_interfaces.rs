@@ -360,7 +360,7 @@ fn unsuitable_forms_at_a_density_jump_cause_a_warning_with_a_remedy() {
     let warnings = |densities: [f64; 2], sph: &Value| {
         let mut options = json!({ "continuity": "trace" });
         options.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
-        Sph.plan(&halves(&densities.map(solid), &options)).unwrap().warnings.join("\n")
+        colluvium_testkit::lines(&Sph.plan(&halves(&densities.map(solid), &options)).unwrap().warnings)
     };
     let momentum = "methods.sph.momentum: where bodies of 1000 and 2000 kg/m³";
     let text = warnings([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
@@ -381,7 +381,7 @@ fn unsuitable_forms_at_a_density_jump_cause_a_warning_with_a_remedy() {
 #[test]
 fn elastic_bodies_without_a_tensile_correction_cause_a_warning() {
     let warnings = |solid: Value, sph: &Value| {
-        Sph.plan(&halves(&[solid, fluid(1000.0)], sph)).unwrap().warnings.join("\n")
+        colluvium_testkit::lines(&Sph.plan(&halves(&[solid, fluid(1000.0)], sph)).unwrap().warnings)
     };
     let of = "methods.sph.tensile: the body left is elastic";
     assert!(warnings(solid(1000.0), &json!({})).contains(of));
@@ -392,7 +392,7 @@ fn elastic_bodies_without_a_tensile_correction_cause_a_warning() {
     let mut rigid = halves(&[solid(1000.0), fluid(1000.0)], &json!({}));
     rigid.domain.periodic.clear();
     rigid.bodies[0].rigid = true;
-    assert!(!Sph.plan(&rigid).unwrap().warnings.join("\n").contains(of));
+    assert!(!colluvium_testkit::lines(&Sph.plan(&rigid).unwrap().warnings).contains(of));
 }
 
 /// Floor of particles that are held at rest and strain by their law, a dynamic boundary (sheet: sph §2.13 e): a column on it reaches the

@@ -124,7 +124,7 @@ fn accelerations_of_a_confined_disc_do_not_depend_on_the_periodic_boundary() {
 }
 
 fn warnings(sph: &Value) -> String {
-    Sph.plan(&block(&json!({}), sph)).unwrap().warnings.join("\n")
+    colluvium_testkit::lines(&Sph.plan(&block(&json!({}), sph)).unwrap().warnings)
 }
 
 #[test]

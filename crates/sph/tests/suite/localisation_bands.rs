@@ -120,7 +120,7 @@ fn soil_beside_a_rigid_body_causes_a_warning_that_it_sticks() {
             "stages": [{ "name": "s", "duration": 1 }],
             "methods": { "sph": { "spacing": 0.1 } }
         }));
-        Sph.plan(&case).unwrap().warnings.join("\n")
+        colluvium_testkit::lines(&Sph.plan(&case).unwrap().warnings)
     };
     let sand = json!({ "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e6, "poissons_ratio": 0.3, "friction_angle": 30 });
     let text = warnings(true, &sand);

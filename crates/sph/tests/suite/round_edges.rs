@@ -60,7 +60,7 @@ fn every_particle_of_a_fitted_ring_has_the_hoop_stress_of_lame() {
 fn round_edges_sampled_on_a_lattice_cause_a_warning() {
     let is_warned = |case: &Case| {
         let warnings = Sph.plan(case).unwrap().warnings;
-        warnings.iter().any(|warning| warning.starts_with("bodies[0].sampling"))
+        warnings.iter().any(|warning| warning.text.starts_with("bodies[0].sampling"))
     };
     assert!(is_warned(&ring("lattice", &ball(1.5))));
     assert!(!is_warned(&ring("fitted", &ball(1.5))));

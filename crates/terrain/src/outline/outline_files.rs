@@ -9,7 +9,7 @@ use shapefile::{PolygonRing, Shape};
 
 use crate::projection::prj_file;
 use crate::reference_system;
-use crate::{FileError, error_in_file, extension, read_text, unknown_format};
+use crate::{FileError, Problem, error_in_file, extension, read_text, unknown_format};
 
 /// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline, the union of the polygons.
 /// Features without geometry are ignored, as are those whose row in the table of a shapefile is marked as deleted. Coordinates are metres
@@ -65,7 +65,8 @@ fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>
     match extension(file).as_str() {
         "geojson" | "json" => geojson_features(&read_text(file)?, attribute).map_err(error_in_file(file)),
         "shp" => prj_file::check_metres(file)
-            .and_then(|()| shapefile_features(file, attribute))
+            .map_err(Problem::coded("crs-not-metres"))
+            .and_then(|()| Ok(shapefile_features(file, attribute)?))
             .map_err(error_in_file(file)),
         _ => Err(unknown_format(file, ".geojson, .json or .shp")),
     }
@@ -73,7 +74,8 @@ fn features(file: &Path, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>
 
 /// Outline of polygons of a file; an error where their coordinates seem to be degrees.
 fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
-    let outline = Outline::new(polygons).map_err(error_in_file(file))?;
+    let outline =
+        Outline::new(polygons).map_err(Problem::coded("invalid-surface")).map_err(error_in_file(file))?;
     let (low, high) = outline.bounds();
     // Terrain in metres is never this small and this close to the origin; coordinates in degrees are.
     let like_degrees =
@@ -81,7 +83,7 @@ fn outline(file: &Path, polygons: Vec<Polygon>) -> Result<Outline, FileError> {
     if like_degrees {
         let problem =
             format!("seems to be in degrees ({low:?} to {high:?}): project it to metres, for example to UTM");
-        return Err(error_in_file(file)(problem));
+        return Err(error_in_file(file)(Problem::coded("crs-not-metres")(problem)));
     }
     Ok(outline)
 }
@@ -100,9 +102,11 @@ fn not_a_polygon(kind: &str) -> String {
 }
 
 /// Polygons of each feature of a GeoJSON text.
-fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, String> {
+fn geojson_features(text: &str, attribute: Option<&str>) -> Result<Vec<FeaturePolygons>, Problem> {
     let parsed: GeoJson = text.parse().map_err(|error| format!("is not GeoJSON: {error}"))?;
-    reference_system::geojson_system(&parsed)?.map_or(Ok(()), |system| system.check())?;
+    reference_system::geojson_system(&parsed)?
+        .map_or(Ok(()), |system| system.check())
+        .map_err(Problem::coded("crs-not-metres"))?;
     let feature =
         |(index, geometry, properties): (usize, Option<geojson::Geometry>, Option<geojson::JsonObject>)| {
             let mut polygons = Vec::new();

@@ -5,6 +5,7 @@ use std::str::SplitAsciiWhitespace;
 
 use colluvium_points::{Georeference, Raster};
 
+use crate::Problem;
 use crate::raster_band::{BandMetadata, parse_number};
 
 /// Header of an ESRI ASCII grid.
@@ -64,9 +65,9 @@ const NO_DATA: f64 = -9999.0;
 
 /// Parses the text of a grid, whose rows run from north to south. `beside` is the band metadata of the sidecar file. Lines that begin with
 /// `#` are comments.
-pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> {
+pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, Problem> {
     if text.trim().is_empty() {
-        return Err("is empty".to_owned());
+        return Err(Problem::coded("truncated-file")("is empty".to_owned()));
     }
     let without;
     let text = if text.contains('#') {
@@ -77,7 +78,8 @@ pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> 
         text
     };
     if ["DSAA", "DSBB", "DSRB"].iter().any(|start| text.starts_with(start)) {
-        return Err("is a grid of Surfer: write it as an ESRI ASCII grid".to_owned());
+        let problem = "is a grid of Surfer: write it as an ESRI ASCII grid";
+        return Err(Problem::coded("unsupported-format")(problem.to_owned()));
     }
     let mut words = text.split_ascii_whitespace();
     let (mut head, mut first) = (AsciiHeader::default(), None);
@@ -94,7 +96,8 @@ pub(crate) fn parse(text: &str, beside: BandMetadata) -> Result<Raster, String> 
     let (x, corner) = required(head.origin[0], "xllcorner or xllcenter")?;
     let (y, other) = required(head.origin[1], "yllcorner or yllcenter")?;
     if corner != other {
-        return Err("has a corner along one axis and a centre along the other".to_owned());
+        let problem = "has a corner along one axis and a centre along the other";
+        return Err(Problem::coded("no-georeference")(problem.to_owned()));
     }
     let spacing =
         [required(head.spacing[0], "cellsize or dx")?, required(head.spacing[1], "cellsize or dy")?];
@@ -120,7 +123,7 @@ fn values(
     rest: SplitAsciiWhitespace<'_>,
     columns: usize,
     rows: usize,
-) -> Result<Vec<f64>, String> {
+) -> Result<Vec<f64>, Problem> {
     let count = columns.checked_mul(rows).filter(|count| *count < 1 << 32);
     let count = count.ok_or_else(|| format!("{columns} columns and {rows} rows are too many"))?;
     let mut values = Vec::with_capacity(count.min(1 << 24));
@@ -144,7 +147,8 @@ fn values(
     }
     if values.len() != count {
         let found = if values.len() > count { "more".to_owned() } else { values.len().to_string() };
-        return Err(format!("{columns} columns and {rows} rows make {count} values, but there are {found}"));
+        let problem = format!("{columns} columns and {rows} rows make {count} values, but there are {found}");
+        return Err(Problem::coded("truncated-file")(problem));
     }
     // In memory the row with the smallest y comes first.
     Ok(values.chunks(columns.max(1)).rev().flatten().copied().collect())
@@ -189,7 +193,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<Raster, String> {
-        super::parse(text, BandMetadata::default())
+        super::parse(text, BandMetadata::default()).map_err(|problem| problem.text)
     }
 
     const CORNER: &str =

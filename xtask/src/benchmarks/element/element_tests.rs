@@ -186,7 +186,8 @@ fn dilating(outcome: &mut BenchmarkOutcome) -> Result<(), String> {
         json!({ "model": "undrained", "fluid_bulk_modulus": 2e9, "porosity": 0.4, "skeleton": spec }),
     )
     .map_err(|error| error.to_string())?;
-    let warned = undrained.warnings().iter().any(|warning| warning.starts_with("skeleton.dilatancy_angle"));
+    let warned =
+        undrained.warnings().iter().any(|warning| warning.text.starts_with("skeleton.dilatancy_angle"));
     outcome.assert_close(
         "V-09 undrained, ψ = 10°: a warning",
         1.0,

@@ -130,7 +130,7 @@ impl Case {
         let Some(source) = &self.bodies[body].points else { return Ok(None) };
         let list = self.read_points(&self.bodies[body], source);
         list.map(Some).map_err(|problem| {
-            CaseError::new(format!("bodies[{body}].points.file"), CaseErrorKind::file(&source.file, problem))
+            CaseError::new(format!("bodies[{body}].points.file"), problem.in_table(&source.file))
         })
     }
 
@@ -176,7 +176,7 @@ impl Case {
     }
 
     /// Reads the points of a body from its file, with those of the masses, velocities, stresses and pore pressures that the file contains.
-    fn read_points(&self, body: &Body, source: &PointFile) -> Result<PointList, String> {
+    fn read_points(&self, body: &Body, source: &PointFile) -> Result<PointList, CaseErrorKind> {
         let table = ColumnFile::read(Path::new(&source.file))?;
         let columns = PointFileColumns::new(&table, self.dimension())?;
         columns.check_against(body, source)?;
@@ -201,7 +201,8 @@ impl Case {
             (0..self.dimension()).for_each(|c| x[c] = relative_to_origin(x[c], origin[c]));
             if !body.shape.contains(&x[..self.dimension()]) {
                 let at = &x[..self.dimension()];
-                return Err(format!("line {}: the point at {at:?} m is not in the body's shape", row.line));
+                let problem = format!("line {}: the point at {at:?} m is not in the body's shape", row.line);
+                return Err(CaseErrorKind::coded("outside-domain", problem));
             }
             list.positions.push(x);
             list.volumes.push(match source.spacing {
@@ -221,7 +222,7 @@ impl Case {
             rows.push(row.line);
         }
         if rows.is_empty() {
-            return Err("contains no points".to_owned());
+            return Err(CaseErrorKind::coded("empty-body", "contains no points"));
         }
         check_distinct(&list.positions, &rows)?;
         Ok(list)
@@ -264,7 +265,7 @@ struct PointFileColumns {
 
 impl PointFileColumns {
     /// Finds the columns of a point file by their headings.
-    fn new(table: &ColumnFile, dimension: usize) -> Result<Self, String> {
+    fn new(table: &ColumnFile, dimension: usize) -> Result<Self, CaseErrorKind> {
         let heads = table.headings().ok_or_else(|| {
             format!(
                 "has no names of columns in its first line, for example {}",
@@ -285,18 +286,18 @@ impl PointFileColumns {
         for (number, name) in names.iter().enumerate() {
             if !known.contains(&name.as_str()) {
                 return Err(match closest(name, &known) {
-                    Some(likely) => format!("unknown column {name:?}; did you mean {likely:?}?"),
-                    None => format!("unknown column {name:?}; there are {}", known.join(", ")),
+                    Some(likely) => format!("unknown column {name:?}; did you mean {likely:?}?").into(),
+                    None => format!("unknown column {name:?}; there are {}", known.join(", ")).into(),
                 });
             }
             if names[..number].contains(name) {
-                return Err(format!("two columns are called {name:?}"));
+                return Err(format!("two columns are called {name:?}").into());
             }
         }
         if let Some(missing) =
             COORDINATE_COLUMNS[..dimension].iter().find(|axis| !names.iter().any(|name| name == *axis))
         {
-            return Err(format!("the column {missing:?} is missing"));
+            return Err(format!("the column {missing:?} is missing").into());
         }
         let factor = |(head, name): (&String, &String)| ColumnFile::factor(head, quantity(name));
         let factors = heads.iter().zip(&names).map(factor).collect::<Result<_, _>>()?;

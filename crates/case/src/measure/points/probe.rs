@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::CaseErrorKind;
 use crate::error_collector::ErrorCollector;
 use crate::measure::{AXES, FieldUse, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 use crate::output::is_plain;
@@ -36,7 +37,10 @@ impl MeasureDefinition for Probe {
     fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
         let Self { position, radius, fields } = self;
         let dimension = errors.case.dimension();
-        let problem = format!("has {} entries, the space has {dimension} dimensions", position.len());
+        let problem = CaseErrorKind::coded(
+            "wrong-dimension",
+            format!("has {} entries, the space has {dimension} dimensions", position.len()),
+        );
         errors.require(position.len() == dimension, format!("{path}.position"), problem);
         errors.places_inside(&format!("{path}.position"), position);
         errors.positive(format!("{path}.radius"), *radius, "m");

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::CaseErrorKind;
 use crate::Snapshot;
 use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
@@ -38,7 +39,10 @@ impl MeasureDefinition for Profile {
         errors.counted_bodies(path, bodies.as_deref());
         let dimension = errors.case.dimension();
         let fits = *axis < dimension && *height < dimension && axis != height;
-        let problem = format!("{axis} and height {height} must be two different axes of the space");
+        let problem = CaseErrorKind::coded(
+            "wrong-dimension",
+            format!("{axis} and height {height} must be two different axes of the space"),
+        );
         errors.require(fits, format!("{path}.axis"), problem);
         errors.positive(format!("{path}.bin"), *bin, "m");
     }

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::CaseErrorKind;
 use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 
@@ -28,7 +29,11 @@ impl MeasureDefinition for Discharge {
     fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
         let Self { from, to } = self;
         let has_plan = errors.case.dimension() == 3;
-        errors.require(has_plan, path, "a line across a flow needs a space of 3d");
+        errors.require(
+            has_plan,
+            path,
+            CaseErrorKind::coded("needs-other-key", "a line across a flow needs a space of 3d"),
+        );
         errors.require(from != to, format!("{path}.to"), "must differ from the start of the line");
         errors.places_inside(&format!("{path}.from"), from);
         errors.places_inside(&format!("{path}.to"), to);

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::CaseErrorKind;
 use crate::error_collector::ErrorCollector;
 use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 
@@ -26,7 +27,8 @@ impl Gauge {
 impl MeasureDefinition for Gauge {
     fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
         let (axes, plan) = (self.position.len(), errors.case.dimension() - 1);
-        let problem = format!("has {axes} coordinates, the plan has {plan}");
+        let problem =
+            CaseErrorKind::coded("wrong-dimension", format!("has {axes} coordinates, the plan has {plan}"));
         errors.require(axes == plan, format!("{path}.position"), problem);
         errors.places_inside(&format!("{path}.position"), &self.position);
     }

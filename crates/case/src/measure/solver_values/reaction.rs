@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::CaseErrorKind;
 use crate::error_collector::ErrorCollector;
 use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput, visit_position};
 use crate::{Space, spatial};
@@ -36,13 +37,19 @@ impl MeasureDefinition for ReactionForce {
             return;
         }
         let path = &format!("{path}.about");
-        let problem = "a moment about a place is available in plane-strain and 3d only";
+        let problem = CaseErrorKind::coded(
+            "needs-other-key",
+            "a moment about a place is available in plane-strain and 3d only",
+        );
         let has_moment = matches!(errors.case.space, Space::PlaneStrain | Space::ThreeD);
         errors.require(has_moment, path, problem);
         errors.vector(path, about);
         let is_obstacle = errors.case.obstacles.iter().any(|obstacle| obstacle.name == *of);
-        let problem = format!(
-            "moments are available on obstacles only, and {of:?} is not an obstacle: leave the place out"
+        let problem = CaseErrorKind::coded(
+            "conflicting-keys",
+            format!(
+                "moments are available on obstacles only, and {of:?} is not an obstacle: leave the place out"
+            ),
         );
         errors.require(is_obstacle, path, problem);
     }

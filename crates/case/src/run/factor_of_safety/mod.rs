@@ -88,6 +88,15 @@ impl SafetyResult {
         (self.outcome() == SearchOutcome::Found).then_some(0.5 * (self.stable_factor + self.failing_factor))
     }
 
+    /// Code of the note about a search without a factor; `None` where it has one.
+    pub fn note_code(&self) -> Option<&'static str> {
+        match self.outcome() {
+            SearchOutcome::Undecided => Some("search-undecided"),
+            SearchOutcome::BelowRange | SearchOutcome::AboveRange => Some("search-out-of-range"),
+            SearchOutcome::Found => None,
+        }
+    }
+
     /// Message about the outcome.
     pub fn message(&self) -> String {
         let Self { stable_factor, failing_factor, window, .. } = self;
@@ -115,12 +124,14 @@ impl SafetyResult {
             }
             (SearchOutcome::BelowRange, _) => {
                 format!(
-                    "less than {failing_factor:.3}: the bodies fail with the smallest factor of the range"
+                    "less than {failing_factor:.3}: the bodies fail with the smallest factor of the range. \
+                     Lower the range, or check strength, water and initial stress"
                 )
             }
             (SearchOutcome::AboveRange, _) => {
                 format!(
-                    "more than {stable_factor:.3}: the bodies come to rest with the largest factor of the range"
+                    "more than {stable_factor:.3}: the bodies come to rest with the largest factor of the \
+                     range. Raise the range, or check that the failure fits into the domain"
                 )
             }
             (SearchOutcome::Found, factor) => {

@@ -23,6 +23,7 @@ use crate::run::verify;
 use crate::run::{RunError, RunOptions};
 use crate::solver::save_value;
 use crate::{Case, Dataset, DatasetGeometry, Frame, FrameRequest, Snapshot, Solver, SolverError};
+use colluvium_constitutive::Warning;
 
 /// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
@@ -105,7 +106,8 @@ impl RunRecorder {
 
     /// Prepares the folder of the run: rejects one with another run, unless the options allow to resume or to overwrite it.
     fn prepare(&mut self, out: &Path) -> Result<(), RunError> {
-        let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
+        let folder =
+            |code: &'static str, problem: String| RunError::Folder { path: out.to_owned(), code, problem };
         let running = json!({
             "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.case_fingerprint(),
             "inputs": self.files,
@@ -113,17 +115,17 @@ impl RunRecorder {
         });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
         if self.options.resume && !used {
-            return Err(folder("contains no run to resume".to_owned()));
+            return Err(folder("no-run-to-resume", "contains no run to resume".to_owned()));
         }
         if used && !self.options.resume && !self.options.overwrite {
             let problem =
                 "already contains an earlier run (resume it, overwrite it or choose another folder)";
-            return Err(folder(problem.to_owned()));
+            return Err(folder("folder-has-run", problem.to_owned()));
         }
         if let Some(name) = run_folder::existing_run_file(out)?.filter(|_| !used) {
             let problem =
                 format!("contains {name}, which no run wrote: choose another folder, or move it away");
-            return Err(folder(problem));
+            return Err(folder("foreign-file", problem));
         }
         self.lock = run_folder::lock(out)?;
         self.reserved_space = run_folder::reserve_space(out, &self.case.to_json());
@@ -149,18 +151,23 @@ impl RunRecorder {
 
     /// Rejects the resume of a complete run, or of another case, before any file is written.
     fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
-        let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
+        let folder = |code, problem: &str| RunError::Folder {
+            path: out.to_owned(),
+            code,
+            problem: problem.to_owned(),
+        };
         let path = out.join(SUMMARY);
         let summary = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
         if summary["status"] == "completed" {
-            return Err(folder("contains a complete run: there is nothing to resume"));
+            return Err(folder("run-complete", "contains a complete run: there is nothing to resume"));
         }
         if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.case_fingerprint()) {
             let changed = verify::changed_files(&summary, &self.files);
-            return Err(folder(&match changed.is_empty() {
-                true => "contains a run of another case".to_owned(),
-                false => format!("contains a run of the case with other contents of {}", changed.join(", ")),
-            }));
+            if changed.is_empty() {
+                return Err(folder("run-of-other-case", "contains a run of another case"));
+            }
+            let problem = format!("contains a run of the case with other contents of {}", changed.join(", "));
+            return Err(folder("input-changed", &problem));
         }
         Ok(())
     }
@@ -430,7 +437,9 @@ impl RunRecorder {
             self.keep_case(out)?;
             return Ok(None);
         };
-        solver.restore(&mut state).map_err(|error: SolverError| checkpoint_error(out, error.to_string()))?;
+        solver
+            .restore(&mut state)
+            .map_err(|error: SolverError| checkpoint_error(out, error.code(), error.to_string()))?;
         let progress = checkpoint.progress;
         self.check_frames(out, &progress.frame_checksums)?;
         if self.options.keep_frames {
@@ -456,13 +465,17 @@ impl RunRecorder {
                 true if FileChecksum::of_file(&path, None)? != *checksum => "changed",
                 true => continue,
             };
-            return Err(checkpoint_error(out, format!("needs {name}, which is {wrong}: run the case anew")));
+            return Err(checkpoint_error(
+                out,
+                "frame-missing",
+                format!("needs {name}, which is {wrong}: run the case anew"),
+            ));
         }
         Ok(())
     }
 
     /// Probes that no point has reached.
-    pub(crate) fn probes_without_points(&self) -> Vec<String> {
+    pub(crate) fn probes_without_points(&self) -> Vec<Warning> {
         let sees = |name: &str| {
             let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
             let own: Vec<usize> =
@@ -471,7 +484,17 @@ impl RunRecorder {
         };
         let probes = self.case.measures.iter().filter(|(_, measure)| measure.has_empty_radius());
         let blind = probes.filter(|(name, _)| !sees(name));
-        blind.map(|(name, _)| format!("measures.{name}: no point came within its radius")).collect()
+        blind
+            .map(|(name, _)| {
+                Warning::new(
+                    "probe-without-points",
+                    format!(
+                        "measures.{name}: no point came within its radius. Move the probe, or give a \
+                               larger radius"
+                    ),
+                )
+            })
+            .collect()
     }
 }
 

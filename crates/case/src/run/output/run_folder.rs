@@ -166,7 +166,7 @@ pub(crate) fn write_state(
 /// When the file cannot be read or is damaged.
 pub(crate) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> {
     let fail = |error| OutputError::new(path, error);
-    let damaged = || fail(std::io::Error::other("is damaged: run the case anew"));
+    let damaged = || OutputError::coded(path, "checkpoint-damaged", "is damaged: run the case anew");
     let mut file = File::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
@@ -192,7 +192,7 @@ pub(crate) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
     match folder.try_lock() {
         Ok(()) => Ok(Some(folder)),
         Err(TryLockError::WouldBlock) => {
-            Err(OutputError::new(out, std::io::Error::other("another run is writing here")))
+            Err(OutputError::coded(out, "folder-in-use", "another run is writing here"))
         }
         Err(TryLockError::Error(_)) => Ok(None),
     }

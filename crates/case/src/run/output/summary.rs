@@ -13,6 +13,7 @@ use crate::run::output::run_folder::{CHECKPOINT, SUMMARY};
 use crate::run::progress::{RunProgress, StepBoundCount};
 use crate::run::{RunError, SafetyResult, verify};
 use crate::{Budget, Solver};
+use colluvium_constitutive::Warning;
 
 impl RunRecorder {
     /// Writes the summary, with wall-clock time (s), factors of safety and warnings about the state.
@@ -22,7 +23,7 @@ impl RunRecorder {
         reason: Option<&str>,
         solver: &dyn Solver,
         progress: &RunProgress,
-        (wall, safety, remarks): (f64, &BTreeMap<String, SafetyResult>, &[String]),
+        (wall, safety, remarks): (f64, &BTreeMap<String, SafetyResult>, &[Warning]),
     ) -> Result<(), RunError> {
         let names = self.table.columns.iter().map(|(name, _)| name.clone());
         let last = self.table.rows.last().cloned().unwrap_or_default();
@@ -94,7 +95,7 @@ impl RunRecorder {
     pub(crate) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.output_folder else { return Ok(()) };
         let text = serde_json::to_string_pretty(summary)
-            .map_err(|error| checkpoint_error(out, error.to_string()))?;
+            .map_err(|error| checkpoint_error(out, "output", error.to_string()))?;
         let path = out.join(SUMMARY);
         let written = write_atomically(&path, text.as_bytes());
         if written.is_err() && summary["status"] == "failed" {

@@ -3,10 +3,11 @@
 use crate::run::progress::RunProgress;
 use crate::run::{Run, RunEvent};
 use crate::solver::{MissedEquilibrium, TimeStep};
+use colluvium_constitutive::Warning;
 
 impl Run<'_> {
     /// Warnings of the run up to the current time.
-    pub(crate) fn warnings_so_far(&self) -> Vec<String> {
+    pub(crate) fn warnings_so_far(&self) -> Vec<Warning> {
         let RunProgress {
             collapse, warning, energy_warning: grown, energy, missed_equilibria: missed, ..
         } = &self.progress;
@@ -48,7 +49,10 @@ impl Run<'_> {
 
     /// Reports a stage that ended without its optional equilibrium.
     pub(crate) fn note_missed_equilibrium(&mut self, why: &MissedEquilibrium) {
-        let remark = why.to_string();
+        let remark = Warning::new(
+            "no-equilibrium",
+            format!("{why}. Give the stage a longer duration or more damping"),
+        );
         self.progress.missed_equilibria.push((self.progress.stages.stage, remark.clone()));
         self.report_warning(Some(remark));
     }
@@ -61,7 +65,7 @@ impl Run<'_> {
     }
 
     /// Reports a warning while the run goes on.
-    fn report_warning(&mut self, warning: Option<String>) {
+    fn report_warning(&mut self, warning: Option<Warning>) {
         self.events.extend(warning.map(RunEvent::Warning));
     }
 }

@@ -8,7 +8,7 @@ fn a_summary_contains_end_times_of_stages_and_limits_of_time_steps() {
         r#"[ { "name": "settle", "duration": 100, "equilibrium": {} }, { "name": "go", "duration": 1 }, { "name": "on", "duration": 1 } ]"#,
     );
     let folder = tempfile::tempdir().unwrap();
-    let warnings = vec!["mind the step".to_owned()];
+    let warnings = vec![Warning::new("slow-law", "mind the step")];
     let report =
         run(&case, Oscillators::boxed(2.0, None), &RunOptions { warnings, ..options(folder.path()) })
             .unwrap();
@@ -26,7 +26,7 @@ fn a_summary_contains_end_times_of_stages_and_limits_of_time_steps() {
     assert_eq!(limits[0]["limit"], "fixed by the case");
     assert_eq!(limits[0]["steps"].as_u64(), Some(report.steps));
     assert_eq!(limits[0]["least"], 0.0137);
-    assert_eq!(summary["warnings"][0], "mind the step");
+    assert_eq!(summary["warnings"][0], serde_json::json!({ "code": "slow-law", "text": "mind the step" }));
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn the_summary_of_a_killed_run_states_its_progress() {
         let mut case = case.clone();
         case.output.checkpoint = checkpoint;
         let folder = tempfile::tempdir().unwrap();
-        let warnings = vec!["mind the step".to_owned()];
+        let warnings = vec![Warning::new("slow-law", "mind the step")];
         let killed = std::panic::catch_unwind(|| {
             let solver = Oscillators { exits_on_failure: true, ..Oscillators::new(0.0, Some(1.2)) };
             run(&case, Box::new(solver), &RunOptions { warnings, ..options(folder.path()) })
@@ -46,7 +46,10 @@ fn the_summary_of_a_killed_run_states_its_progress() {
         let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(summary["status"], "running");
-        assert_eq!(summary["warnings"][0], "mind the step");
+        assert_eq!(
+            summary["warnings"][0],
+            serde_json::json!({ "code": "slow-law", "text": "mind the step" })
+        );
         let time = summary["time"].as_f64().unwrap();
         assert!((smallest - 1e-9..1.22).contains(&time), "{time} s");
         assert_eq!(summary["stages"][0]["ended"], "duration over");
@@ -84,7 +87,7 @@ fn a_stage_without_required_equilibrium_ends_with_a_warning_at_its_duration() {
     let report = run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
     assert!((report.snapshot.time - 3.0).abs() < 1e-9);
     assert!(
-        report.warnings_at_end[0].starts_with("stages[0]: no equilibrium within its duration of 2 s"),
+        report.warnings_at_end[0].text.starts_with("stages[0]: no equilibrium within its duration of 2 s"),
         "{:?}",
         report.warnings_at_end
     );

@@ -65,8 +65,11 @@ fn invalid_cases_end_with_code_3_and_one_error_line() {
             let (code, _, errors) = output(&mut run);
             assert_eq!(code, 3, "{command} {pointer}: {errors}");
             // A run warns before its method looks at the case.
-            let first = errors.lines().find(|line| !line.starts_with("warning: ")).unwrap_or_default();
-            assert!(first.starts_with(&format!("error: {path}: ")), "{command} {pointer}: {first}");
+            let first = errors.lines().find(|line| !line.starts_with("warning[")).unwrap_or_default();
+            assert!(
+                first.starts_with("error[") && first.contains(&format!("]: {path}: ")),
+                "{command} {pointer}: {first}"
+            );
             assert!(!errors.contains("panicked"), "{errors}");
         }
         assert!(!out.exists(), "{pointer}: a broken case leaves nothing");
@@ -91,7 +94,7 @@ fn a_check_warns_on_standard_error() {
     let file = write(folder.path(), "column.json", &column());
     let (code, text, errors) = output(program().arg("check").arg(&file));
     assert!(code == 0 && text.contains("points") && !text.contains("warning"), "{text}");
-    assert!(errors.starts_with("warning: stages[0].damping: "), "{errors}");
+    assert!(errors.starts_with("warning[option-slows-motion]: stages[0].damping: "), "{errors}");
 }
 
 #[test]
@@ -112,7 +115,8 @@ fn a_problem_that_does_not_fit_in_memory_is_refused_before_it_is_made() {
         for command in [vec!["check"], vec!["run", "--out", out.to_str().unwrap()]] {
             let (code, _, errors) = output(program().args(&command).arg(&file));
             assert_eq!(code, 3, "{command:?}: {errors}");
-            let start = format!("error: {key}: gives about {points}, which need at least ");
+            let start =
+                format!("error[not-enough-memory]: {key}: gives about {points}, which need at least ");
             assert!(errors.starts_with(&start) && errors.contains(" GB of memory; "), "{errors}");
         }
         assert!(!out.exists());
@@ -137,7 +141,7 @@ fn files_that_are_no_cases_are_refused() {
     let torn = folder.path().join("torn.json");
     fs::write(&torn, "{ \"title\": \"x\", ").unwrap();
     let (code, _, errors) = output(program().arg("run").arg(&torn));
-    let place = format!("error: {}: line 1, column 16: ", torn.display());
+    let place = format!("error[syntax]: {}: line 1, column 16: ", torn.display());
     assert!(code == 3 && errors.starts_with(&place), "{errors}");
     let (code, ..) = output(program().arg("frobnicate"));
     assert_eq!(code, 2);

@@ -90,7 +90,7 @@ fn broken_element_tests_end_with_code_3_and_the_path_of_every_mistake() {
         let (code, _, errors) = output(program().arg("element-test").arg(&file).arg("--out").arg(&out));
         assert_eq!(code, 3, "{pointer}: {errors}");
         let first = errors.lines().next().unwrap_or_default();
-        assert!(first.starts_with(&format!("error: {path}: ")), "{pointer}: {first}");
+        assert!(first.starts_with("error[") && first.contains(&format!("]: {path}: ")), "{pointer}: {first}");
         assert!(!out.exists(), "{pointer}: a broken test leaves nothing");
     }
 }
@@ -103,7 +103,10 @@ fn a_limit_load_keeps_earlier_rows_and_ends_an_element_test_with_code_1() {
     let out = folder.path().join("out");
     let (code, _, errors) = output(program().arg("element-test").arg(&file).arg("--out").arg(&out));
     assert_eq!(code, 1, "{errors}");
-    assert!(errors.starts_with("error: stages[0].path: limit load reached in step 66"), "{errors}");
+    assert!(
+        errors.starts_with("error[limit-load]: stages[0].path: limit load reached in step 66"),
+        "{errors}"
+    );
     assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-4, "{}", last(&out, "q"));
     assert_eq!(names_in(&out).len(), 5);
 }
@@ -127,13 +130,15 @@ fn a_folder_of_an_incremental_driver_is_an_element_test() {
     let (code, text, errors) = run(&law);
     assert_eq!(code, 0, "{errors}");
     assert!(text.starts_with("12 rows"), "{text}");
-    assert!(errors.starts_with("warning: parameters.inp: "), "{errors}");
+    assert!(errors.starts_with("warning[unused-values]: parameters.inp: "), "{errors}");
     assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-9, "{}", last(&out, "q"));
     put("test.inp", "out.txt\n*TriaxialE9\n100 10 1.0\n-0.01\n");
     let (code, _, errors) = run(&law);
     let place = folder.path().join("test.inp:2");
     assert!(
-        code == 3 && errors.starts_with(&format!("error: {}: \"*TriaxialE9\" ", place.display())),
+        code == 3
+            && errors
+                .starts_with(&format!("error[incremental-driver]: {}: \"*TriaxialE9\" ", place.display())),
         "{errors}"
     );
     for (key, value) in
@@ -144,8 +149,8 @@ fn a_folder_of_an_incremental_driver_is_an_element_test() {
         put("test.inp", "out.txt\n*TriaxialE1\n100 10 1.0\n-0.01\n");
         let wrong = write(folder.path(), "wrong.json", &wrong);
         let (code, _, errors) = run(&wrong);
-        let place = format!("error: {}: {key}: ", wrong.display());
-        assert!(code == 3 && errors.starts_with(&place), "{errors}");
+        let place = format!("]: {}: {key}: ", wrong.display());
+        assert!(code == 3 && errors.starts_with("error[") && errors.contains(&place), "{errors}");
     }
     let (code, ..) = output(program().arg("element-test").arg(folder.path()));
     assert_eq!(code, 2, "a folder needs a law");

@@ -179,5 +179,8 @@ fn a_sweep_prints_each_run_and_writes_one_table() {
     let file = write(folder.path(), "sweep.json", &sweep);
     let (code, _, errors) = output(program().arg("sweep").arg("--check").arg(&file));
     assert_eq!(code, 3);
-    assert!(errors.starts_with("error: run 3 (cell = 0.03): methods.mpm.cell_size: "), "{errors}");
+    assert!(
+        errors.starts_with("error[domain-not-divisible]: run 3 (cell = 0.03): methods.mpm.cell_size: "),
+        "{errors}"
+    );
 }

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::CamClay;
+use crate::Warning;
 use crate::contract::parameter_checks::{check, positive};
 use crate::laws::cam_clay::common::{CamClayConstants, InitialSurfaceSize, ShearStiffness};
 use crate::laws::linear_elastic::incompressibility_warnings;
@@ -122,7 +123,7 @@ impl CamClaySpec {
     }
 
     /// Warnings on the shear stiffness.
-    pub(in crate::laws) fn stiffness_warnings(&self) -> Vec<String> {
+    pub(in crate::laws) fn stiffness_warnings(&self) -> Vec<Warning> {
         self.poissons_ratio.map(incompressibility_warnings).unwrap_or_default()
     }
 
@@ -176,7 +177,7 @@ impl Model for CamClaySpec {
         Ok(Arc::new(Corotational(self.law()?)))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         self.stiffness_warnings()
     }
 

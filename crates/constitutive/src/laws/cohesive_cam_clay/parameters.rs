@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::Elasticity;
-use super::super::linear_elastic::{snow_ratio_warnings, warn_above};
+use super::super::linear_elastic::{snow_ratio_warnings, text_above};
 use super::CohesiveCamClay;
+use crate::Warning;
 use crate::adapters::hencky::StressInvariants;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::laws::model::with_defaults;
@@ -119,22 +120,23 @@ impl CohesiveCamClaySpec {
 
 impl CohesiveCamClaySpec {
     /// Warns of strengths that do not match the elasticity or the softening (sheet: snow-mpm §7, P9).
-    fn warn_of_strength(&self, warnings: &mut Vec<String>) {
+    fn warn_of_strength(&self, warnings: &mut Vec<Warning>) {
         let Ok(law) = self.law() else { return };
         let (strength, bulk) = (self.compressive_strength, law.elasticity.bulk_modulus);
         if strength > 0.1 * bulk {
-            warnings.push(format!(
-                "compressive_strength: {strength} Pa is more than a tenth of the bulk modulus ({bulk:.4e} Pa): elastic strains become \
-                 large before it yields"
-            ));
+            warnings.push(Warning::new("large-elastic-strain", format!(
+                "compressive_strength: {strength} Pa is more than a tenth of the bulk modulus ({bulk:.4e} \
+                 Pa): elastic strains become large before it yields. Lower the strength, or raise the \
+                 stiffness"
+            )));
         }
         let slope = self.cohesion_ratio * law.strength(law.initial_strain()).1.abs() / bulk;
         if slope >= 1.0 {
-            warnings.push(format!(
+            warnings.push(Warning::new("brittle-softening", format!(
                 "hardening_factor: {} makes the failure in tension unstable (β ξ cosh(ξ x0) = {slope:.3}, \
-                 stable below 1)",
+                 stable below 1). Lower hardening_factor or cohesion_ratio",
                 self.hardening_factor
-            ));
+            )));
         }
     }
 }
@@ -151,24 +153,27 @@ impl Model for CohesiveCamClaySpec {
         Ok(self.invariants.wrap(self.law()?))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = snow_ratio_warnings(self.poissons_ratio);
         let slope = ("critical_state_slope", self.critical_state_slope, 3.0);
-        warn_above(&mut warnings, slope, "no snow or soil has a friction so large");
-        let cohesion = ("cohesion_ratio", self.cohesion_ratio, 1.0);
-        warn_above(
-            &mut warnings,
-            cohesion,
-            "the strength in tension is then above that in compression, and return mappings take longer",
+        let text = text_above(slope, "no snow or soil has a friction so large. Give 6 sin φ / (3 - sin φ)");
+        warnings.extend(text.map(|text| Warning::new("large-critical-slope", text)));
+        let text = text_above(
+            ("cohesion_ratio", self.cohesion_ratio, 1.0),
+            "the strength in tension is then above that in compression, and return mappings take longer. Give 1 or less",
         );
+        warnings.extend(text.map(|text| Warning::new("tension-above-compression", text)));
         self.warn_of_strength(&mut warnings);
         if let (CamClayHardening::WeakLayer { softening_factor }, Ok(law)) = (self.hardening, self.law()) {
             let slope =
                 softening_factor * law.strength(law.initial_strain()).1.abs() / law.elasticity.bulk_modulus;
             if slope >= 1.0 {
-                warnings.push(format!(
-                    "hardening.softening_factor: {softening_factor} makes the failure of the weak layer \
-                     unstable (α ξ cosh(ξ x0) = {slope:.3}, stable below 1)"
+                warnings.push(Warning::new(
+                    "brittle-softening",
+                    format!(
+                        "hardening.softening_factor: {softening_factor} makes the failure of the weak layer \
+                     unstable (α ξ cosh(ξ x0) = {slope:.3}, stable below 1). Lower softening_factor"
+                    ),
                 ));
             }
         }

@@ -10,6 +10,7 @@ use super::super::cohesive_damage::CohesiveDamageSpec;
 use super::super::drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, Softening};
 use super::super::linear_elastic::{LinearElastic, incompressibility_warnings};
 use super::{BandSurroundings, DoubleScale};
+use crate::Warning;
 use crate::contract::elasticity::Elasticity;
 use crate::contract::parameter_checks::positive;
 use crate::laws::model::{Model, ModelFamily, ModelInfo, StrainMeasure};
@@ -241,12 +242,18 @@ impl Model for DoubleScaleSpec {
         }
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = incompressibility_warnings(self.poissons_ratio);
         if let (Some(size), Some(largest)) = (self.size, self.largest_size())
             && size >= largest
         {
-            warnings.push(format!("size: snap-back, because {size} m is not less than {largest:.4} m"));
+            warnings.push(Warning::new(
+                "snap-back",
+                format!(
+                    "size: snap-back, because {size} m is not less than {largest:.4} m. Use \
+                               smaller cells, or give a smaller size"
+                ),
+            ));
         }
         warnings
     }

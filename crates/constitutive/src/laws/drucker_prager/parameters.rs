@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Cone, DruckerPrager, NAME, Softening};
+use crate::Warning;
 use crate::contract::parameter_checks::check;
 use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::model::with_defaults;
@@ -159,25 +160,38 @@ impl Model for DruckerPragerSpec {
         Ok(self.strain_measure.wrap(self.law()?))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = incompressibility_warnings(self.poissons_ratio);
         warnings.extend(angle_warnings(self.friction_angle, self.dilatancy_angle));
         if self.matching == Matching::Compression && self.friction_angle >= 36.87 {
-            warnings.push(
-                "matching: above 36.87 degrees the compression cone admits tension in extension".to_owned(),
-            );
+            warnings.push(Warning::new(
+                "tension-in-cone",
+                format!(
+                    "matching: at {} degrees, above 36.87, the compression cone admits tension in extension. \
+                     Use plane-strain, or the model mohr-coulomb",
+                    self.friction_angle
+                ),
+            ));
         }
         if self.matching == Matching::PlaneStrainAssociated && self.dilatancy_angle != self.friction_angle {
-            warnings.push("matching: plane-strain-associated is exact only for associated flow".to_owned());
+            warnings.push(Warning::new(
+                "inexact-matching",
+                format!(
+                    "matching: plane-strain-associated is exact only for associated flow, but the friction \
+                     angle is {} and the dilatancy angle {} degrees. Use plane-strain",
+                    self.friction_angle, self.dilatancy_angle
+                ),
+            ));
         }
         if let Ok(law) = self.law() {
             // Sheet: snow-mpm §7, κ c0 ≥ 3 μ of the cone in q.
             let softens = -law.cone_rate(0.0).strength / (3f64.sqrt() * law.elasticity.shear_modulus);
             if softens >= 1.0 {
-                warnings.push(format!(
-                    "softening.cohesion_rate: strength decreases {softens:.2} times as fast as the stress by \
-                     elastic unloading: a point loses its strength at once, and results depend on the steps"
-                ));
+                warnings.push(Warning::new("brittle-softening", format!(
+                    "softening.cohesion_rate: strength decreases {softens:.2} times as fast as the stress \
+                     by elastic unloading: a point loses its strength at once, and results depend on the \
+                     steps. Divide the rate by more than {softens:.2}"
+                )));
             }
         }
         warnings

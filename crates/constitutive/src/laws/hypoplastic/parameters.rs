@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::acceleration_viscous::{AccelerationViscosity, AccelerationViscous, ViscousMode};
 use super::{CriticalState, Hypoplastic, HypoplasticConstants};
+use crate::Warning;
 use crate::contract::parameter_checks::{check, positive};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Corotational, Material, MaterialError};
@@ -196,31 +197,40 @@ impl Model for HypoplasticSpec {
         })
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let HypoplasticParameters::Constants(constants) = &self.parameters {
             let states = constants.stationary_states();
             if states.len() != 1 {
                 let ratios: Vec<String> = states.iter().map(|s| format!("{:.4}", s.stress_ratio)).collect();
-                warnings.push(format!(
-                    "parameters.constants: triaxial compression has {} stationary states (stress ratios {}) instead of one",
-                    states.len(),
-                    ratios.join(", ")
+                warnings.push(Warning::new(
+                    "several-stationary-states",
+                    format!(
+                        "parameters.constants: triaxial compression has {} stationary states (stress ratios \
+                     {}) instead of one. Give `calibration` in place of the constants, or other constants",
+                        states.len(),
+                        ratios.join(", ")
+                    ),
                 ));
             }
         }
         if let Some(critical) = &self.critical_state
             && self.void_ratio <= critical.minimum_void_ratio
         {
-            warnings.push(format!(
-                "void_ratio: {} is not above the smallest void ratio, {}",
-                self.void_ratio, critical.minimum_void_ratio
+            warnings.push(Warning::new(
+                "void-ratio-out-of-range",
+                format!(
+                    "void_ratio: {} is not above the smallest void ratio, {}. Correct void_ratio or \
+                 critical_state.minimum_void_ratio",
+                    self.void_ratio, critical.minimum_void_ratio
+                ),
             ));
         }
         if self.viscous.is_some_and(|viscous| viscous.mode == ViscousMode::RateMaterial) {
-            warnings.push(
-                "viscous.mode: rate-material is not objective; use it in element tests only".to_owned(),
-            );
+            warnings.push(Warning::new(
+                "not-objective",
+                "viscous.mode: rate-material is not objective; use it in element tests only",
+            ));
         }
         warnings
     }

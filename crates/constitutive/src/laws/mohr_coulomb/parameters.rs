@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MohrCoulomb, NAME, Pyramid};
+use crate::Warning;
 use crate::contract::parameter_checks::check;
 use crate::laws::drucker_prager::Softening;
 use crate::laws::linear_elastic::incompressibility_warnings;
@@ -116,7 +117,7 @@ impl Model for MohrCoulombSpec {
         Ok(self.strain_measure.wrap(self.law()?))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = incompressibility_warnings(self.poissons_ratio);
         warnings.extend(angle_warnings(self.friction_angle, self.dilatancy_angle));
         warnings

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Simsand, VOID_RANGE};
+use crate::Warning;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::laws::linear_elastic::incompressibility_warnings;
 use crate::laws::model::with_defaults;
@@ -159,16 +160,25 @@ impl Model for SimsandSpec {
         Ok(Arc::new(Corotational(self.law()?)))
     }
 
-    fn warnings(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<Warning> {
         let mut warnings = incompressibility_warnings(self.poissons_ratio);
         let (e, reference) = (self.void_ratio, self.reference_void_ratio);
         if e >= reference {
-            warnings.push(format!("void_ratio: {e} is looser than any critical state (below {reference})"));
+            warnings.push(Warning::new(
+                "void-ratio-out-of-range",
+                format!(
+                    "void_ratio: {e} is looser than any critical state (below {reference}). \
+                               Correct void_ratio or reference_void_ratio"
+                ),
+            ));
         }
         if self.dilatancy_constant > 1.0 {
-            warnings.push(format!(
-                "dilatancy_constant: {} is above 1, plastic flow may release work",
-                self.dilatancy_constant
+            warnings.push(Warning::new(
+                "work-releasing-dilatancy",
+                format!(
+                    "dilatancy_constant: {} is above 1, plastic flow may release work. Give 1 or less",
+                    self.dilatancy_constant
+                ),
             ));
         }
         warnings

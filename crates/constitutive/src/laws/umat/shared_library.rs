@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};
 use libloading::Library;
 
 use crate::MaterialError;
+use crate::Warning;
 
 /// Environment variable that allows the loading of libraries if its value is `1`.
 const PERMISSION_VARIABLE: &str = "COLLUVIUM_ALLOW_LIBRARY";
@@ -103,7 +104,8 @@ fn watch_exit() {
 
     extern "C" fn at_exit() {
         if IS_INSIDE_LIBRARY.try_with(Cell::get).unwrap_or(false) {
-            let _ = writeln!(std::io::stderr(), "error: the library of a umat ended the program");
+            let ended = Warning::new("umat", "the library of a umat ended the program");
+            let _ = writeln!(std::io::stderr(), "{}", ended.line("error"));
             // SAFETY: ends the process at once; no resources are left to release.
             unsafe { _exit(1) }
         }

@@ -142,5 +142,5 @@ fn simsand_parameters_out_of_range_are_named() {
     }
     let warned = SimsandSpec::bui_nguyen(0.97);
     let warnings = colluvium_constitutive::Model::warnings(&warned);
-    assert!(warnings.iter().any(|w| w.starts_with("void_ratio")), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.text.starts_with("void_ratio")), "{warnings:?}");
 }

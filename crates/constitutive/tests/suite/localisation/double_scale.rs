@@ -58,10 +58,10 @@ fn a_bar_beyond_the_snap_back_limit_is_refused_or_warned_about() {
     assert!(sized(0.2).warnings().is_empty());
     let refused = sized(1.001 * limit).build().err().map(|error| error.to_string());
     assert!(refused.is_some_and(|error| error.starts_with("size: ")));
-    assert!(sized(0.4).warnings()[0].contains("snap-back"));
+    assert!(sized(0.4).warnings()[0].text.contains("snap-back"));
     let allowed = DoubleScaleSpec { allow_snapback: true, ..sized(0.4) };
     assert!(allowed.build().is_ok());
-    assert!(allowed.warnings()[0].starts_with("size: snap-back"));
+    assert!(allowed.warnings()[0].text.starts_with("size: snap-back"));
     // The size that the method gives is known only in a step.
     let law = Corotational(spec(BAND).law(BAND.law().unwrap()).unwrap());
     let start = law.initial(&InitialCondition { stress: SymTensor::ZERO, density: 2400.0 }).unwrap();

@@ -17,6 +17,7 @@ use crate::points::grains::Grains;
 use crate::specimen::file::read::{NamedTable, columns_of_row};
 use crate::specimen::file::{KEY, NO_INDEX, StoredSpecimen};
 use crate::specimen::specimen_preparation::SpecimenSource;
+use colluvium_case::Warning;
 
 /// Number of values of half of a facet key, `2³²`.
 const HALF_KEY_VALUES: u64 = 1 << 32;
@@ -142,7 +143,7 @@ impl StoredSpecimen {
         let counts = self.counts();
         source.bodies = case.bodies.iter().map(|body| counts.contains_key(body.name.as_str())).collect();
         (source.has_bonds, source.overlap) = (self.head.has_bonds, self.head.overlap);
-        let mut notes: Vec<String> = self.cell_note::<D>(case).into_iter().collect();
+        let mut notes: Vec<Warning> = self.cell_note::<D>(case).into_iter().collect();
         let numbers = self.place_walls(case, &cell.geometry, walls, &mut notes).map_err(failed)?;
         let lost = self.restore_histories(grains, columns, &numbers, neighbours).map_err(failed)?;
         notes.extend(self.missing_contact_notes(&lost, columns));
@@ -151,22 +152,32 @@ impl StoredSpecimen {
     }
 
     /// Notes on contacts of the file that the case does not have.
-    fn missing_contact_notes(&self, lost: &[usize], columns: HistoryColumns) -> Vec<String> {
+    fn missing_contact_notes(&self, lost: &[usize], columns: HistoryColumns) -> Vec<Warning> {
         let mut notes = Vec::new();
         for (wall, count) in self.head.walls.iter().zip(lost).filter(|(_, count)| **count > 0) {
-            notes.push(format!(
-                "{KEY}: {count} contacts of the specimen are with the wall {:?}, which the case does not \
-                 have: they are left out",
-                wall.name
+            notes.push(Warning::new(
+                "specimen-contacts-lost",
+                format!(
+                    "{KEY}: {count} contacts of the specimen are with the wall {:?}, which the case does not \
+                 have: they are left out. Give the case that wall, or let the specimen come to rest again",
+                    wall.name
+                ),
             ));
         }
         for name in &self.head.omitted_obstacles {
-            notes.push(format!(
-                "{KEY}: the contacts with the obstacle {name:?}, which moved, start without their history"
-            ));
+            notes.push(Warning::new("specimen-contacts-lost", format!(
+                "{KEY}: the contacts with the obstacle {name:?}, which moved, start without their history. \
+                 Let the specimen come to rest again"
+            )));
         }
         if self.contacts.columns.iter().any(|(name, _)| name == "bond_strength") && !columns.bonds {
-            notes.push(format!("{KEY}: grains are bonded in the specimen, but no pair of the case has a `bond`: the bonds are left out"));
+            notes.push(Warning::new(
+                "specimen-contacts-lost",
+                format!(
+                    "{KEY}: grains are bonded in the specimen, but no pair of the case has a \
+                               `bond`: the bonds are left out. Give the pair its bond to keep them"
+                ),
+            ));
         }
         notes
     }
@@ -177,7 +188,7 @@ impl StoredSpecimen {
         case: &Case,
         cell: &PeriodicCell<D>,
         walls: &mut [RigidWall<D>],
-        notes: &mut Vec<String>,
+        notes: &mut Vec<Warning>,
     ) -> Result<Vec<Option<u32>>, String> {
         let shift = self.shift::<D>(case);
         let mut numbers = Vec::new();
@@ -196,11 +207,11 @@ impl StoredSpecimen {
             let Some((axis, _, position)) = side.plane else { continue };
             let position = position + shift[axis];
             if (position - wall.position).abs() > 1e-9 * cell.h[axis][axis].abs() {
-                notes.push(format!(
+                notes.push(Warning::new("specimen-wall-moved", format!(
                     "{KEY}: the wall {:?} starts at {position} m, its position in the specimen, instead of \
                      {} m",
                     side.name, wall.position
-                ));
+                )));
             }
             wall.position = position;
             wall.velocity = std::array::from_fn(|c| side.velocity[c]);

@@ -11,6 +11,8 @@ use crate::boundary::periodic_cell::{PeriodicCell, inverse};
 use crate::config::DemOptions;
 use crate::points::grains::Grains;
 use crate::specimen::file::{FORMAT, KEY, StoredSpecimen, names};
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Names of the axes in column headings.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -218,7 +220,7 @@ impl StoredSpecimen {
     }
 
     /// Note on a cell that differs from the domain of the case.
-    pub(super) fn cell_note<const D: usize>(&self, case: &Case) -> Option<String> {
+    pub(super) fn cell_note<const D: usize>(&self, case: &Case) -> Option<Warning> {
         let own = &self.head.cell;
         let differs = |axis: usize| {
             let wide = case.domain.max[axis] - case.domain.min[axis];
@@ -228,9 +230,12 @@ impl StoredSpecimen {
             })
         };
         let other = (0..D).find(|&axis| own.periodic[axis] && differs(axis))?;
-        Some(format!(
-            "{KEY}: the cell of the specimen replaces the domain along {}, where its vector is {:?} m",
-            AXES[other], own.vectors[other]
+        Some(Warning::new(
+            "specimen-cell-replaces-domain",
+            format!(
+                "{KEY}: the cell of the specimen replaces the domain along {}, where its vector is {:?} m",
+                AXES[other], own.vectors[other]
+            ),
         ))
     }
 
@@ -331,5 +336,11 @@ fn refuse_twice(options: &DemOptions, number: usize, body: &Body) -> Result<(), 
     } else {
         return Ok(());
     };
-    Err(CaseError::new(path, format!("the grains and velocities of this body come from {KEY}: leave it out")))
+    Err(CaseError::new(
+        path,
+        CaseErrorKind::coded(
+            "conflicting-keys",
+            format!("the grains and velocities of this body come from {KEY}: leave it out"),
+        ),
+    ))
 }

@@ -12,6 +12,8 @@ use crate::config::choices::TimeScheme;
 use crate::output::hazard_rasters::PlanCells;
 use crate::setup::bed::dams;
 use crate::setup::bed::face_heights::highest_faces;
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
@@ -43,7 +45,7 @@ pub struct CaseBed<const D: usize> {
     /// Largest and root-mean-square difference of the bed surface from the levels of its raster (m).
     pub fit_errors: Option<[f64; 2]>,
     /// Warnings about the bed for the user.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Bed of a case: its obstacles, and upward-facing walls where these are higher.
@@ -68,10 +70,13 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
         let (bed, smallest) = plane(case, point, normal)?;
         if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > smallest) {
-            let problem = format!(
-                "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
+            let problem = CaseErrorKind::coded(
+                "conflicting-keys",
+                format!(
+                    "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
                  wall out or lower it",
-                first.name
+                    first.name
+                ),
             );
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
@@ -124,11 +129,10 @@ fn fit_errors(ground: &TerrainBed, means: &[f64]) -> [f64; 2] {
 }
 
 /// Warns of time schemes that do not transport velocities along the bed.
-fn energy_warning(options: &DepthOptions) -> Option<String> {
+fn energy_warning(options: &DepthOptions) -> Option<Warning> {
     (options.integration != TimeScheme::Leapfrog).then(|| {
-        "methods.depth-sph.integration: Runge-Kutta steps lose energy over rough ground: leave the option \
-         out over surveyed terrain"
-            .to_owned()
+        Warning::new("integration-loses-energy", "methods.depth-sph.integration: Runge-Kutta steps lose energy over rough ground: leave the option \
+         out over surveyed terrain")
     })
 }
 
@@ -173,7 +177,9 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
         return Ok((highest_faces::<D>(case, spacing, None)?, "obstacles".to_owned()));
     };
     let path = format!("obstacles[{number}].shape.file");
-    let own = case.heights(number)?.ok_or_else(|| CaseError::new(path.clone(), "has no heights"))?;
+    let own = case
+        .heights(number)?
+        .ok_or_else(|| CaseError::new(path.clone(), CaseErrorKind::coded("no-data", "has no heights")))?;
     if case.obstacles.len() == 1 {
         return Ok((own, path));
     }
@@ -181,7 +187,7 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
 }
 
 /// Warning for steep faces that a flow may reach, and for terrain so steep everywhere that its levels are probably not in metres.
-fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
+fn too_steep(case: &Case, ground: &TerrainBed) -> Option<Warning> {
     let raster = ground.raster();
     let place = |number: usize| raster.node_position(number % raster.columns, number / raster.columns);
     let slope = |number: usize| {
@@ -200,21 +206,21 @@ fn too_steep(case: &Case, ground: &TerrainBed) -> Option<String> {
         let middle = slopes.len() / 2;
         let angle = slopes.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0)).1.0.atan().to_degrees();
         return (angle > STEEPEST_TERRAIN).then(|| {
-            format!(
+            Warning::new("doubtful-unit", format!(
                 "obstacles: half of the raster is steeper than {angle:.1}°: check that its heights are in \
                  metres, like the distances of its nodes"
-            )
+            ))
         });
     }
     let (steepest, number) = slopes.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let angle = steepest.atan().to_degrees();
     let place: Vec<f64> = (0..case.dimension() - 1).map(|c| place(number)[c] + case.origin()[c]).collect();
     (angle > STEEPEST_FACE).then(|| {
-        format!(
+        Warning::new("steep-face", format!(
             "obstacles: the slope of the bed reaches {angle:.1}° at {place:?} m: a flow that reaches such \
              a face runs up along it and is not reflected as by a wall; give faces that must stop the flow \
              slopes below {STEEPEST_FACE}°"
-        )
+        ))
     })
 }
 
@@ -231,11 +237,14 @@ fn raise_to_wall(
     let smallest = known(raster);
     let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > smallest) else { return Ok(()) };
     if wall_friction(wall) != friction_of_obstacle(obstacle) {
-        let problem = format!(
-            "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
+        let problem = CaseErrorKind::coded(
+            "conflicting-keys",
+            format!(
+                "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
              bed has one kind of wall",
-            level + case.origin()[case.dimension() - 1],
-            smallest + case.origin()[case.dimension() - 1]
+                level + case.origin()[case.dimension() - 1],
+                smallest + case.origin()[case.dimension() - 1]
+            ),
         );
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }

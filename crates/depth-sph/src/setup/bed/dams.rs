@@ -6,6 +6,8 @@ use colluvium_points::surface::distance_to_line;
 
 use crate::config::{DamOptions, DepthOptions};
 use crate::setup::option_error;
+use colluvium_case::CaseErrorKind;
+use colluvium_case::Warning;
 
 /// Height of a dam above the ground at a distance from its crest line (m).
 fn height(dam: &DamOptions, distance: f64) -> f64 {
@@ -18,7 +20,7 @@ pub fn raise_terrain(
     case: &Case,
     options: &DepthOptions,
     raster: &mut Raster,
-) -> Result<Vec<String>, CaseError> {
+) -> Result<Vec<Warning>, CaseError> {
     if options.dams.is_empty() {
         return Ok(Vec::new());
     }
@@ -42,8 +44,11 @@ pub fn raise_terrain(
             *added = added.max(own);
         }
         if highest == 0.0 {
-            let problem = "covers no node of the terrain: it lies outside the terrain, or the dam is \
-                           narrower than the cells";
+            let problem = CaseErrorKind::coded(
+                "outside-domain",
+                "covers no node of the terrain: it lies outside the terrain, or the dam is \
+                           narrower than the cells",
+            );
             return Err(option_error(&format!("dams[{number}].line"), problem));
         }
         // Between nodes on both sides of the line the crest is as high as the nearest of them.
@@ -51,11 +56,11 @@ pub fn raise_terrain(
         let raster_height = height(dam, farthest);
         if raster_height < 0.9 * dam.height {
             let [dx, dy] = raster.spacing;
-            warnings.push(format!(
+            warnings.push(Warning::new("low-dam-crest", format!(
                 "methods.depth-sph.dams[{number}]: cells of {dx} m by {dy} m reduce its crest to {raster_height:.2} \
                  m in places, instead of {} m: make the dam wider, or the terrain finer",
                 dam.height
-            ));
+            )));
         }
     }
     raster.values.iter_mut().zip(added).for_each(|(z, added)| *z += added);

@@ -44,6 +44,14 @@ pub enum MshError {
     Conformity(String),
 }
 
+impl MshError {
+    /// Stable code of the error, which `docs/messages.md` of the repository explains.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        "mesh"
+    }
+}
+
 /// Round-off of the distance from the plane, over the extent of the mesh.
 const ROUND_OFF: f64 = 1e-9;
 

@@ -54,8 +54,8 @@ fn a_frictional_wall_slows_thin_sheets_and_a_rough_one_causes_a_warning() {
             "sheet is {cells:.1} cells thick. Its friction is {:.0} % too small",
             50.0 / cells.max(0.5)
         );
-        assert!(warnings.iter().any(|one| one.contains(&short)), "{warnings:?}");
+        assert!(warnings.iter().any(|one| one.text.contains(&short)), "{warnings:?}");
     }
     let thick = Mpm.plan(&sheet(6.0, &json!({ "kind": "rough" }))).unwrap().warnings;
-    assert!(!thick.iter().any(|one| one.contains("rough floor")), "{thick:?}");
+    assert!(!thick.iter().any(|one| one.text.contains("rough floor")), "{thick:?}");
 }

@@ -181,9 +181,9 @@ fn a_disk_rolls_down_a_slope_of_points_and_check_warns_of_one_of_nodes() {
     assert!((0.85..1.02).contains(&(speed / rigid)), "{speed} {rigid}");
     let has_warning = |obstacles: &str| {
         let warnings = Mpm.plan(&disk(obstacles)).unwrap().warnings;
-        warnings
-            .iter()
-            .any(|warning| warning.starts_with("bodies[0]: disk is round") && warning.contains("points"))
+        warnings.iter().any(|warning| {
+            warning.text.starts_with("bodies[0]: disk is round") && warning.text.contains("points")
+        })
     };
     assert!(has_warning("nodes") && !has_warning("points"));
 }
@@ -240,7 +240,7 @@ fn point_centres_stay_above_a_ground_line_with_corners() {
             assert!(!standing[0].surface.contains(&[x[0], x[1]]), "{x:?} at {}", solver.time());
         }
     }
-    let deep = solver.warnings_at_end().into_iter().find(|remark| remark.contains("obstacle"));
+    let deep = solver.warnings_at_end().into_iter().find(|remark| remark.text.contains("obstacle"));
     assert!(deep.is_none(), "{deep:?}");
 }
 

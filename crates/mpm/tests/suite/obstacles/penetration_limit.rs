@@ -75,7 +75,7 @@ fn point_centres_do_not_penetrate_at_impact_speeds_above_the_wave_speed() {
             assert!(rise < 1e-3, "{options} {wall}: {rise}");
             assert!(scalar_output(&*solver, "obstacles.stopped") > 0.0);
             assert!(
-                !solver.warnings_at_end().join(" ").contains("obstacle"),
+                !colluvium_testkit::lines(&solver.warnings_at_end()).contains("obstacle"),
                 "{:?}",
                 solver.warnings_at_end()
             );
@@ -93,7 +93,11 @@ fn a_fast_rising_floor_does_not_pass_the_points_on_it() {
     while solver.time() < 0.05 {
         solver.step(0.05 - solver.time()).unwrap();
     }
-    assert!(!solver.warnings_at_end().join(" ").contains("obstacle"), "{:?}", solver.warnings_at_end());
+    assert!(
+        !colluvium_testkit::lines(&solver.warnings_at_end()).contains("obstacle"),
+        "{:?}",
+        solver.warnings_at_end()
+    );
     let work = scalar_output(&*solver, "obstacles.work");
     assert!(work > 0.0 && energy(&*solver) <= work * 1.01, "{work} {}", energy(&*solver));
 }

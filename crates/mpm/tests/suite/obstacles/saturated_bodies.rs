@@ -210,7 +210,7 @@ fn check_names_nodes_where_they_are_exact_beside_pore_fluid() {
         let warnings = Mpm.plan(&read_case(&value)).unwrap().warnings;
         warnings
             .iter()
-            .any(|warning| warning.starts_with("methods.mpm.obstacles: with points, stress and pore"))
+            .any(|warning| warning.text.starts_with("methods.mpm.obstacles: with points, stress and pore"))
     };
     assert!(has_warning("points", 0.0) && !has_warning("nodes", 0.0));
     // Where the floor is between two nodes there is no better form.

@@ -389,7 +389,7 @@ fn the_simple_criterion_limits_the_step_by_undrained_wave_or_drag() {
         let plan = plan(k * 1e-3 / 9.81e3, more);
         assert!((plan.time_step.dt / exact - 1.0).abs() < 1e-4, "{} for {exact}", plan.time_step.dt);
         assert_eq!(plan.time_step.limit, limit);
-        assert!(plan.warnings.iter().any(|warning| warning.starts_with("methods.mpm.step_criterion")));
+        assert!(plan.warnings.iter().any(|warning| warning.text.starts_with("methods.mpm.step_criterion")));
     }
     let options = json!({ "mpm": { "cell_size": 0.1, "step_criterion": "simple" } });
     let dry = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }]);

@@ -117,8 +117,9 @@ fn points_at_their_least_volume_are_counted_and_reported() {
         // Stable steps are so long that the first one would turn points inside out.
         solve(&Mpm, &case)
     };
-    let has_warning =
-        |report: &RunReport, what: &str| report.warnings_at_end.iter().any(|remark| remark.contains(what));
+    let has_warning = |report: &RunReport, what: &str| {
+        report.warnings_at_end.iter().any(|remark| remark.text.contains(what))
+    };
     let stiff = soft(1e7);
     assert!(!has_warning(&stiff, "compressed"), "{:?}", stiff.warnings_at_end);
     let report = soft(100.0);

@@ -26,7 +26,7 @@ fn hanging(tension: f64, strength: f64, gravity: f64) -> Case {
     read_case(&text)
 }
 
-fn remarks(case: &Case) -> Vec<String> {
+fn remarks(case: &Case) -> Vec<colluvium_case::Warning> {
     Mpm.plan(case).unwrap();
     run_method(&Mpm, case, &RunOptions { method: "mpm".into(), ..RunOptions::default() })
         .unwrap()
@@ -45,7 +45,7 @@ fn liquid_tension_above_the_stress_of_its_weight_causes_one_warning() {
         "2.000e4 Pa",
         "materials.water.cavitation_strength",
     ] {
-        assert!(remark.contains(part), "{remark}");
+        assert!(remark.text.contains(part), "{remark}");
     }
     assert!(remarks(&hanging(2e3, 1e5, 10.0)).is_empty(), "less than its weight");
     assert!(remarks(&hanging(0.0, 0.0, 10.0)).is_empty(), "it opens");
@@ -72,8 +72,9 @@ fn still(stiffness: f64, mpm: &Value) -> Case {
 
 #[test]
 fn unstable_options_of_liquids_at_rest_cause_warnings() {
-    let warnings =
-        |stiffness: f64, mpm: &Value| Mpm.plan(&still(stiffness, mpm)).unwrap().warnings.join("\n");
+    let warnings = |stiffness: f64, mpm: &Value| {
+        colluvium_testkit::lines(&Mpm.plan(&still(stiffness, mpm)).unwrap().warnings)
+    };
     let soft = "its bulk modulus is less than 410 ρgH (4.10e6 Pa)";
     assert!(warnings(100.0, &json!({ "shape": "linear" })).contains(soft));
     for (stiffness, mpm) in [
@@ -108,7 +109,7 @@ fn growth_of_the_total_energy_causes_a_warning() {
         for (row, total) in total.iter().enumerate() {
             assert!((parts.iter().map(|part| part[row]).sum::<f64>() - total).abs() < 1e-9 * total.abs());
         }
-        report.warnings_at_end.join("\n")
+        colluvium_testkit::lines(&report.warnings_at_end)
     };
     let made = of("linear", "cell-average");
     assert!(made.contains("the total energy has grown by"), "{made}");
@@ -192,7 +193,7 @@ fn outputs_every_few_steps_cause_a_warning() {
     let has_warning = |step: f64, measures: f64| {
         let mut case = still(200.0, &json!({ "cell_size": 0.125, "time_step": step }));
         case.output.measures = Some(measures);
-        Mpm.plan(&case).unwrap().warnings.join("\n").contains("are shortened at every output")
+        colluvium_testkit::lines(&Mpm.plan(&case).unwrap().warnings).contains("are shortened at every output")
     };
     assert!(has_warning(1.4e-3, 0.01) && !has_warning(1.25e-3, 0.01) && !has_warning(1.4e-3, 0.05));
 }

@@ -184,7 +184,10 @@ fn a_deposit_comes_to_rest_with_a_residual_time() {
     // 7 % less: the velocity of a point relative to its neighbours is damped in flight.
     assert!((front(&relaxed) / front(&flip) - 1.0).abs() < 0.1, "{} {}", front(&relaxed), front(&flip));
     let is_warned = |report: &RunReport| {
-        report.warnings_at_end.iter().any(|remark| remark.contains("set methods.mpm.residual_time to about"))
+        report
+            .warnings_at_end
+            .iter()
+            .any(|remark| remark.text.contains("set methods.mpm.residual_time to about"))
     };
     assert!(
         is_warned(&flip) && !is_warned(&relaxed),
@@ -209,7 +212,7 @@ fn detached_points_cause_a_warning() {
             "stages": [{ "name": "s", "duration": 1e-3 }], "methods": { "mpm": { "cell_size": 0.1 } }
         })).solve(&Mpm)
         .warnings_at_end
-        .join(" ")
+        .iter().map(|warning| warning.text.clone()).collect::<String>()
     };
     assert!(!of(1).contains("detached"), "{}", of(1));
     assert!(
@@ -228,7 +231,9 @@ fn extended_pic_without_a_residual_time_causes_a_warning_for_many_steps() {
         Mpm.plan(&case)
             .unwrap()
             .warnings
-            .join("\n")
+            .iter()
+            .map(|warning| warning.text.clone())
+            .collect::<String>()
             .contains("xpic removes the motion that the grid does not represent")
     };
     assert!(

@@ -11,6 +11,7 @@ use tiff::decoder::Decoder;
 use tiff::encoder::{TiffEncoder, colortype::Gray64Float};
 use tiff::tags::Tag;
 
+use crate::Problem;
 use crate::raster::geotiff::geo_keys::{GeoKeys, PIXEL_IS_AREA, PIXEL_IS_POINT, key};
 use crate::raster::world_file::WorldFile;
 use crate::raster_band::{BandMetadata, parse_number};
@@ -92,28 +93,29 @@ pub(crate) struct GeotiffSidecars {
 }
 
 /// Parses a raster of one band, with its sidecar files `beside`.
-pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, String> {
+pub(crate) fn parse(bytes: &[u8], beside: GeotiffSidecars) -> Result<Raster, Problem> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(tiff_error)?;
     let size = decoder.dimensions().map_err(tiff_error)?;
     let (columns, rows) = (size.0 as usize, size.1 as usize);
     let keys = GeoKeys::read(&mut decoder);
-    keys.check_metres()?;
-    let heights = keys.height_unit()?;
+    keys.check_metres().map_err(Problem::coded("crs-not-metres"))?;
+    let heights = keys.height_unit().map_err(Problem::coded("crs-not-metres"))?;
     let corner = keys.get(key::RASTER_TYPE) != Some(PIXEL_IS_POINT);
-    let (start, step) = placement(&mut decoder, beside.world, corner)?;
+    let (start, step) =
+        placement(&mut decoder, beside.world, corner).map_err(Problem::coded("no-georeference"))?;
     if !(step[0] > 0.0 && step[1] != 0.0) {
-        return Err(format!(
+        return Err(Problem::coded("no-georeference")(format!(
             "its columns and rows advance by {step:?} m, but columns must go east and rows north or south: \
              resample it to such a grid"
-        ));
+        )));
     }
     let mut band = band(&mut decoder)?.completed_by(beside.band);
     let mut values = pixel_values::pixel_values(bytes, decoder, band.no_data.unwrap_or(0.0))?;
     if values.len() != columns * rows {
-        return Err(format!(
+        return Err(Problem::coded("unsupported-format")(format!(
             "has {} values for {columns} columns and {rows} rows: it must have one band",
             values.len()
-        ));
+        )));
     }
     let beside = (beside.mask).map(|mask| {
         validity_mask::mask_file(&mask, size).map_err(|problem| format!(".msk beside it: {problem}"))
@@ -210,7 +212,7 @@ mod tests {
     use geo_keys::GEOGRAPHIC_MODEL;
 
     fn parse(bytes: &[u8]) -> Result<Raster, String> {
-        super::parse(bytes, GeotiffSidecars::default())
+        super::parse(bytes, GeotiffSidecars::default()).map_err(|problem| problem.text)
     }
 
     fn raster(corner: bool) -> Raster {
