@@ -23,6 +23,8 @@ pub fn run(arguments: &CompletionsArguments, command: &mut Command) -> Result<()
     match std::io::stdout().write_all(&script) {
         // Nobody reads on, as behind `head`.
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|error| CommandError::Message(format!("standard output: {error}"))),
+        written => {
+            written.map_err(|error| CommandError::message("output", format!("standard output: {error}")))
+        }
     }
 }

@@ -9,7 +9,9 @@ use colluvium::case::output::column_heading;
 use colluvium::case::printable;
 use colluvium::fit::{Fit, FitFolder, FitProblem, FitSolution, FittedParameter, short};
 
-use super::{CommandError, LibraryArguments, count_text, duration_text, thread_pool};
+use super::{
+    CommandError, LibraryArguments, count_text, duration_text, print_note, print_warning, thread_pool,
+};
 use crate::commands::file_kind;
 use crate::commands::file_kind::FileKind;
 
@@ -66,11 +68,11 @@ pub fn run(arguments: &FitArguments) -> Result<(), CommandError> {
         print_solution(&problem, &solution)?;
     }
     for warning in solution.warnings() {
-        print_error_line!("warning: {warning}");
+        print_warning(&warning);
     }
     if !arguments.quiet {
         for note in solution.notes() {
-            print_error_line!("note: {note}");
+            print_note(&note);
         }
         print_line!("results in {}", out.display());
     }

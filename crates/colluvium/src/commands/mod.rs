@@ -152,6 +152,7 @@ impl CommandError {
             Self::Run(error) => error.code(),
             Self::Sweep(error) => error.code(),
             Self::Compare(error) => error.code(),
+            Self::Fit(error) => error.code(),
             Self::Output(error) => error.code,
             Self::Usage { code, .. } | Self::Message { code, .. } => code,
             Self::Interrupted => "interrupted",

@@ -1,5 +1,7 @@
 //! Warnings and notes on the result of a fit.
 
+use colluvium_case::Warning;
+
 use crate::fit::{FitSolution, FittedParameter};
 
 /// Distance from an end of the range that counts as on it (share of the range).
@@ -22,65 +24,71 @@ impl FittedParameter {
 
 impl FitSolution {
     /// Warnings about the search and the values, each with its remedy.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Warning> {
         let mut all = Vec::new();
         if self.is_exhausted {
-            all.push(format!(
-                "the search ended at its limit of evaluations ({}): raise search.evaluations",
-                self.evaluations
+            all.push(Warning::new(
+                "fit-limit",
+                format!(
+                    "the search ended at its limit of evaluations ({}): raise search.evaluations",
+                    self.evaluations
+                ),
             ));
         }
         for parameter in &self.parameters {
             let (name, value) = (&parameter.name, short(parameter.fitted));
             if !parameter.is_determined {
-                all.push(format!(
+                all.push(Warning::new("undetermined-parameter", format!(
                     "{name} is not determined by these tests (standard deviation above a quarter of its range): add a test or a curve \
                      that depends on it, or fix it"
-                ));
+                )));
             } else if let Some(end) = parameter.end_of_range() {
-                all.push(format!(
+                all.push(Warning::new("parameter-at-end", format!(
                     "{name} = {value} is at the {end} end of its range: extend the range if values beyond it are possible"
-                ));
+                )));
             }
         }
         if let Some(other) = &self.other_minimum {
             let pairs = self.parameters.iter().zip(&other.values);
             let values: Vec<String> =
                 pairs.map(|(parameter, value)| format!("{} = {}", parameter.name, short(*value))).collect();
-            all.push(format!(
+            all.push(Warning::new("several-minima", format!(
                 "other values fit equally well (misfit {:.3}): {}; add a test that separates them, or narrow the ranges",
                 other.misfit,
                 values.join(", ")
-            ));
+            )));
         }
         all
     }
 
     /// Notes on correlated parameters, failed trials and a poor fit.
-    pub fn notes(&self) -> Vec<String> {
+    pub fn notes(&self) -> Vec<Warning> {
         let mut all = Vec::new();
         for (i, first) in self.parameters.iter().enumerate() {
             for (j, second) in self.parameters.iter().enumerate().skip(i + 1) {
                 let correlation = self.correlations[i][j];
                 if correlation.abs() > CORRELATED {
-                    all.push(format!(
+                    all.push(Warning::new("correlated-parameters", format!(
                         "{} and {} are correlated ({correlation:.3}): these tests determine a combination of them",
                         first.name, second.name
-                    ));
+                    )));
                 }
             }
         }
         if let Some(reason) = &self.failure_reason {
-            all.push(format!(
-                "{} of {} evaluations failed and count as an infinite misfit, as {reason}",
-                self.failures, self.evaluations
+            all.push(Warning::new(
+                "failed-trials",
+                format!(
+                    "{} of {} evaluations failed and count as an infinite misfit, as {reason}",
+                    self.failures, self.evaluations
+                ),
             ));
         }
         if self.misfit > POOR_MISFIT {
-            all.push(format!(
+            all.push(Warning::new("poor-fit", format!(
                 "the misfit {:.2} is above {POOR_MISFIT}: the law does not reproduce these tests within their tolerances",
                 self.misfit
-            ));
+            )));
         }
         all
     }

@@ -33,6 +33,16 @@ pub enum FitError {
     },
 }
 
+impl FitError {
+    /// Code of the error, as on the page of warnings and errors.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Output(error) => error.code,
+            Self::Folder { .. } => "folder-has-run",
+        }
+    }
+}
+
 /// Folder for the results of a fit.
 #[derive(Debug)]
 pub struct FitFolder {

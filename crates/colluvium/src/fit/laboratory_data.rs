@@ -60,15 +60,14 @@ impl LaboratoryData {
         folder: &Path,
         at: &str,
     ) -> Result<Self, CaseErrors> {
-        let in_file =
-            |problem: String| CaseError::new(format!("{at}.file"), format!("{}: {problem}", data.file));
+        let in_file = |kind: CaseErrorKind| CaseError::new(format!("{at}.file"), kind.in_table(&data.file));
         let table = ColumnFile::read(&folder.join(&data.file)).map_err(in_file)?;
         let heads = table.headings().map(<[String]>::to_vec);
         let heads = heads.ok_or_else(|| {
-            in_file(
-                "has no headings: name its columns in the first line, as \"axial_compression (%), q (kPa)\""
-                    .into(),
-            )
+            in_file(CaseErrorKind::coded(
+                "wrong-column",
+                "has no headings: name its columns in the first line, as \"axial_compression (%), q (kPa)\"",
+            ))
         })?;
         let find = |name: &str, key: String| {
             let head = data.columns.get(name).map(|head| (head, format!("{at}.columns.{name}")));
@@ -83,7 +82,7 @@ impl LaboratoryData {
         let curves: Vec<DataColumn> = curves.into_iter().flatten().collect();
         let unit =
             |name: &str| columns.iter().find(|(known, _)| *known == name).map_or("", |(_, unit)| *unit);
-        let (rows, values) = read_rows(&table, &over, &curves).map_err(in_file)?;
+        let (rows, values) = read_rows(&table, &over, &curves).map_err(|problem| in_file(problem.into()))?;
         let is_used = |index: &usize| *index == over.index || curves.iter().any(|own| own.index == *index);
         let mut read = Self {
             rows,
@@ -147,7 +146,7 @@ fn find_column(
 
 /// Factor to SI units of a column with the heading `head`, whose values have the SI unit `unit`. Outputs of laws have none: they may be
 /// ratios or stresses.
-fn unit_factor(head: &str, unit: &str) -> Result<f64, String> {
+fn unit_factor(head: &str, unit: &str) -> Result<f64, CaseErrorKind> {
     let quantity = match unit {
         "s" => Quantity::Time,
         "Pa" => Quantity::Stress,

@@ -3,21 +3,18 @@
 use colluvium_case::CaseErrorKind;
 use colluvium_constitutive::MaybeInfinite;
 
-use super::{
-    ColumnOptions, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonConfinement, SkeletonOptions,
-};
+use super::{DepthOptions, FluidResistanceOptions, MixtureOptions};
 use crate::config::choices::{Phases, PressureForceForm, ThicknessEquation, TimeScheme};
 use crate::laws::erosion::Erosion;
 use crate::laws::interphase_drag::InterphaseDrag;
-use crate::laws::pore_pressure_column::MAX_CELLS;
-use crate::laws::pore_pressure_column::{Drainage, LowerBound};
+use crate::laws::pore_pressure_column::Drainage;
 use colluvium_case::Warning;
 
 /// Option that is out of range: its key and the reason.
 pub type OptionError = (String, CaseErrorKind);
 
 /// Returns the problem of an option unless the condition is true.
-fn check<K: Into<CaseErrorKind>>(
+pub(super) fn check<K: Into<CaseErrorKind>>(
     holds: bool,
     name: &str,
     problem: impl FnOnce() -> K,
@@ -26,22 +23,22 @@ fn check<K: Into<CaseErrorKind>>(
 }
 
 /// Returns the error of a value of an option unless a rule holds.
-fn check_rule(holds: bool, name: &str, value: f64, rule: &str) -> Result<(), OptionError> {
+pub(super) fn check_rule(holds: bool, name: &str, value: f64, rule: &str) -> Result<(), OptionError> {
     check(holds, name, || CaseErrorKind::out_of_range(value, rule))
 }
 
 /// Requires a finite positive value of an option.
-fn positive(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
+pub(super) fn positive(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
     check_rule(value > 0.0 && value.is_finite(), name, value, &format!("must be positive{unit}"))
 }
 
 /// Requires a finite value of an option that is zero or positive.
-fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
+pub(super) fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), OptionError> {
     check_rule(value >= 0.0 && value.is_finite(), name, value, &format!("must not be negative{unit}"))
 }
 
 /// Requires a value of an option between `low` and `high`, bounds included.
-fn check_range(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
+pub(super) fn check_range(name: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
     check_rule((low..=high).contains(&value), name, value, &format!("is not in {low}..={high}"))
 }
 
@@ -97,6 +94,7 @@ impl DepthOptions {
         }
         if let Some(column) = &self.column {
             column.validate(self.mixture.as_ref())?;
+            self.check_pore_pressure_ratios()?;
         }
         self.check_earth_pressure()?;
         self.check_momentum()?;
@@ -329,78 +327,6 @@ impl FluidResistanceOptions {
             Self::Laminar { viscosity } => not_negative(&key("viscosity"), viscosity, " (Pa s)"),
             Self::Manning { coefficient } => not_negative(&key("coefficient"), coefficient, " (s/m^⅓)"),
             Self::Turbulent { turbulence } => positive(&key("turbulence"), turbulence, " (m/s²)"),
-        }
-    }
-}
-
-impl ColumnOptions {
-    /// Checks the discretisation and the consolidation parameters of the pore-pressure column.
-    fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), OptionError> {
-        let key = |name: &str| format!("column.{name}");
-        check(mixture.is_some(), "column", || {
-            CaseErrorKind::coded(
-                "needs-other-key",
-                "requires grains and fluid: give the bodies a `pore_fluid`, or give `mixture`",
-            )
-        })?;
-        check((4..=MAX_CELLS).contains(&self.cells), &key("cells"), || {
-            format!("{} is not in 4..={MAX_CELLS}", self.cells)
-        })?;
-        check_range(&key("weight"), self.weight, 0.5, 1.0)?;
-        check_range(&key("excess_ratio"), self.excess_ratio, 0.0, 1.0)?;
-        match (self.consolidation, &self.skeleton) {
-            (Some(value), None) => not_negative(&key("consolidation"), value, " (m²/s)")?,
-            (None, Some(skeleton)) => {
-                skeleton.validate()?;
-                let permeable = mixture.is_some_and(|mixture| mixture.drag != InterphaseDrag::None);
-                check(permeable, &key("skeleton"), || {
-                    CaseErrorKind::coded(
-                        "needs-other-key",
-                        "requires the permeability: give a law of `mixture.drag`",
-                    )
-                })?;
-            }
-            (None, None) => {
-                let problem = CaseErrorKind::coded(
-                    "conflicting-keys",
-                    "is missing, and so is `skeleton`: give one of them for the rate of drainage",
-                );
-                return Err((key("consolidation"), problem.into()));
-            }
-            (Some(_), Some(_)) => {
-                let problem = CaseErrorKind::coded(
-                    "conflicting-keys",
-                    "is given together with `skeleton`, which determines it: leave one of them out",
-                );
-                return Err((key("consolidation"), problem.into()));
-            }
-        }
-        if let LowerBound::Total { cavitation } = self.lower_bound {
-            check_range(&key("lower_bound.cavitation"), cavitation, 0.0, 1e5)?;
-        }
-        let Some(dilatancy) = &self.dilatancy else { return Ok(()) };
-        not_negative(&key("dilatancy.slope"), dilatancy.slope, "")?;
-        check_range(&key("dilatancy.critical_porosity"), dilatancy.critical_porosity, 0.0, 1.0)?;
-        check(self.skeleton.is_some(), &key("dilatancy"), || {
-            CaseErrorKind::coded("needs-other-key", "requires the stiffness of the skeleton: give `skeleton`")
-        })
-    }
-}
-
-impl SkeletonOptions {
-    /// Checks the elastic constants and the lateral confinement of the skeleton.
-    fn validate(&self) -> Result<(), OptionError> {
-        let key = |name: &str| format!("column.skeleton.{name}");
-        positive(&key("youngs_modulus"), self.youngs_modulus, " (Pa)")?;
-        let nu = self.poissons_ratio;
-        check((0.0..0.5).contains(&nu), &key("poissons_ratio"), || {
-            format!("{nu} is not in 0..0.5 (0.5 excluded)")
-        })?;
-        match self.confinement {
-            SkeletonConfinement::OneDimensional | SkeletonConfinement::Isotropic => Ok(()),
-            SkeletonConfinement::Lateral { k0 } => not_negative(&key("confinement.k0"), k0, ""),
-            SkeletonConfinement::Source { k0 } => positive(&key("confinement.k0"), k0, ""),
-            SkeletonConfinement::Value { alpha } => positive(&key("confinement.alpha"), alpha, ""),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod checks;
 pub mod choices;
+mod column_checks;
 mod constructors;
 pub mod settings;
 

@@ -58,12 +58,38 @@ pub(crate) fn warnings_at_end<const D: usize>(
             ),
         ));
     }
+    warnings.extend(erosion_warning(flow));
     if state.stop_time.is_nan() {
-        warnings.push(Warning::new(
-            "flow-still-moves",
-            "the flow still moves at the end of the run: the criterion of methods.depth-sph.stop is not \
-             met. Make the last stage longer",
-        ));
+        let mut velocities = flow.sets().iter().flat_map(|set| &set.nodes.velocity);
+        let text = if velocities.any(|velocity| velocity.iter().any(|component| *component != 0.0)) {
+            "the flow still moves at the end of the run: the criterion of methods.depth-sph.stop is not met. \
+             Make the last stage longer"
+        } else {
+            "the flow is at rest at the end of the run, but for a shorter time than methods.depth-sph.stop.hold. \
+             Make the last stage longer if you need the time at which it stopped"
+        };
+        warnings.push(Warning::new("flow-still-moves", text));
     }
     warnings
+}
+
+/// Eroded volume over the released one above which there is a warning. Debris flows entrain up to some ten times their initial volume.
+const MAX_ENTRAINMENT: f64 = 10.0;
+
+/// Warning of more erosion than observed debris flows have.
+fn erosion_warning<const D: usize>(flow: &FlowView<'_, D>) -> Option<Warning> {
+    let eroded: f64 = flow.records.eroded_volume.iter().sum();
+    let left: f64 = flow.records.outflow_volume.iter().sum();
+    let present: f64 = flow.sets().iter().flat_map(|set| &set.nodes.volume).sum();
+    let ratio = eroded / (present + left - eroded);
+    let is_excessive = eroded > 0.0 && (ratio > MAX_ENTRAINMENT || ratio < 0.0);
+    is_excessive.then(|| {
+        Warning::new(
+            "excessive-erosion",
+            format!(
+                "{eroded:.3e} m³ were eroded from the bed, {ratio:.0} times the volume that was released or flowed in. \
+                 Reduce methods.depth-sph.erosion, or limit it with methods.depth-sph.erodible_depth"
+            ),
+        )
+    })
 }

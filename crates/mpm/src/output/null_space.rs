@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use colluvium_case::spatial;
 
 use crate::points::vectors::square;
+use crate::setup::defaults::is_liquid;
 use crate::setup::fall_time::{body_height, time_of_fall};
 use crate::solver::MpmSolver;
 use colluvium_case::Warning;
@@ -47,9 +48,10 @@ impl<const D: usize> MpmSolver<D> {
         })
     }
 
-    /// Warning for detached points, whose cells are not adjacent to cells of other points.
+    /// Warning for detached points, whose cells are not adjacent to cells of other points. Liquids spray: their detached points are drops.
     pub(crate) fn detached_points_warning(&self) -> Option<Warning> {
-        if self.background.is_meshed() || self.clock.case.gravity_magnitude() == 0.0 {
+        let case = &self.clock.case;
+        if self.background.is_meshed() || case.gravity_magnitude() == 0.0 || is_liquid(case) {
             return None;
         }
         let grid = &self.background.grid;

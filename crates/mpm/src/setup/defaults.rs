@@ -21,7 +21,7 @@ fn is_newtonian(case: &Case, body: &Body) -> bool {
 }
 
 /// Whether all deformable bodies are Newtonian liquids.
-fn is_liquid(case: &Case) -> bool {
+pub(crate) fn is_liquid(case: &Case) -> bool {
     let mut soft = case.bodies.iter().filter(|body| !body.rigid).peekable();
     soft.peek().is_some() && soft.all(|body| is_newtonian(case, body))
 }

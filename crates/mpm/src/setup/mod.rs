@@ -7,7 +7,7 @@ mod band_checks;
 mod bodies;
 mod build_solver;
 mod capabilities;
-mod defaults;
+pub(crate) mod defaults;
 pub(crate) mod fall_time;
 pub(crate) mod manufactured;
 mod point_changes;

@@ -228,6 +228,36 @@ fn round_body_warning(case: &Case, options: &MpmOptions) -> Option<Warning> {
     ))
 }
 
+/// Share of the extent of a body by which a wall may move without a warning.
+const MAX_WALL_TRAVEL: f64 = 0.02;
+
+/// Warnings for walls that move towards or away from a body: their nodes have the velocity, but their plane does not move.
+fn moving_wall_warnings(case: &Case) -> Vec<Warning> {
+    let mut found = Vec::new();
+    for (number, (boundary, time)) in case.boundaries.iter().zip(case.boundary_durations()).enumerate() {
+        let axis = boundary.side.axis();
+        let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(axis));
+        let travel = normal.map_or(0.0, |speed| speed.abs() * time);
+        let extent = |body: &Body| {
+            let (low, high) = body.shape.bounds(case.dimension());
+            high[axis] - low[axis]
+        };
+        let shortest = case.bodies.iter().map(extent).fold(f64::INFINITY, f64::min);
+        if travel > MAX_WALL_TRAVEL * shortest {
+            found.push(Warning::new(
+                "wall-plane-fixed",
+                format!(
+                    "boundaries[{number}].velocity: the plane of the wall stays in place while its nodes move the \
+                     material by {travel:.3e} m. Strains next to it are then wrong by up to {:.1} % of their value: use a \
+                     patch with a prescribed motion, or method sph, whose walls move",
+                    50.0 * travel / shortest
+                ),
+            ));
+        }
+    }
+    found
+}
+
 /// Returns the warnings on a case; `courant` is the Courant number of its first step, of `dt` (s).
 pub(super) fn warnings(
     case: &Case,
@@ -253,6 +283,7 @@ pub(super) fn warnings(
     warnings.extend(round_body_warning(case, options));
     warnings.extend(obstacle_coupling_warning(case, options));
     warnings.extend(rigid_bodies_warning(case));
+    warnings.extend(moving_wall_warnings(case));
     warnings.extend(step_warnings(case, options));
     warnings.extend(open_side_warnings(case, options));
     let slides = |boundary: &Boundary| matches!(boundary.wall, Wall::Frictional { .. });
