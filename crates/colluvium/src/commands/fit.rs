@@ -7,7 +7,7 @@ use clap::Args;
 use colluvium::case::files::json;
 use colluvium::case::output::column_heading;
 use colluvium::case::printable;
-use colluvium::fit::{Fit, FitFolder, FitProblem, FitSolution, FittedParameter, short};
+use colluvium::fit::{Fit, FitFolder, FitProblem, FitSolution, FittedParameter, short, uncertainty_text};
 
 use super::{
     CommandError, LibraryArguments, count_text, duration_text, print_note, print_warning, thread_pool,
@@ -105,8 +105,11 @@ fn print_problem(problem: &FitProblem) -> Result<(), CommandError> {
 /// Prints the table of parameters and the misfits.
 fn print_solution(problem: &FitProblem, solution: &FitSolution) -> Result<(), CommandError> {
     let row = |parameter: &FittedParameter| {
-        let deviation =
-            if parameter.is_determined { short(parameter.deviation) } else { "not determined".to_owned() };
+        let deviation = if parameter.is_determined {
+            uncertainty_text(parameter.deviation)
+        } else {
+            "not determined".to_owned()
+        };
         let [low, high] = parameter.range.range.map(short);
         [
             column_heading(&parameter.name, &parameter.unit),

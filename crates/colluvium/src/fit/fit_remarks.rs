@@ -94,11 +94,21 @@ impl FitSolution {
     }
 }
 
-/// Number with five significant digits, in the shorter form.
+/// Number with five significant digits, with an exponent if it is very large or small.
 pub fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-    let (plain, exponent) = (format!("{rounded}"), format!("{rounded:e}"));
-    if plain.len() <= exponent.len() + 2 { plain } else { exponent }
+    rounded(value, 4)
+}
+
+/// Uncertainty with two significant digits, with an exponent if it is very large or small.
+pub fn uncertainty_text(value: f64) -> String {
+    rounded(value, 1)
+}
+
+/// Number with `decimals` digits after the first one.
+fn rounded(value: f64, decimals: usize) -> String {
+    let value: f64 = format!("{value:.decimals$e}").parse().unwrap_or(value);
+    let is_plain = value == 0.0 || (1e-4..1e5).contains(&value.abs());
+    if is_plain { format!("{value}") } else { format!("{value:e}") }
 }
 
 #[cfg(test)]
@@ -106,9 +116,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn short_numbers_have_five_digits_in_the_shorter_form() {
+    fn short_numbers_have_five_digits_and_uncertainties_two() {
         let numbers = [0.0, 30.0, 2e8, 1.234567e7, 0.0312349, -3.5, 1e-9];
         let texts = ["0", "30", "2e8", "1.2346e7", "0.031235", "-3.5", "1e-9"];
         assert_eq!(numbers.map(short), texts);
+        assert_eq!([0.062085, 302_330.0].map(uncertainty_text), ["0.062", "3e5"]);
     }
 }

@@ -28,7 +28,7 @@ use crate::fit::fit_results::TABLES;
 use crate::sweep::ParameterScale;
 
 pub use crate::fit::fit_problem::{FitProblem, FitSolution, FittedParameter, OtherMinimum};
-pub use crate::fit::fit_remarks::short;
+pub use crate::fit::fit_remarks::{short, uncertainty_text};
 pub use crate::fit::fit_results::{FitError, FitFolder};
 pub use crate::fit::laboratory_data::{LaboratoryData, MeasuredCurve, MeasuredValue};
 pub use crate::fit::parameter_uncertainty::ParameterUncertainty;

@@ -221,7 +221,7 @@ mod tests {
             ("mohr-coulomb", "friction_angle", "degrees"),
             ("mohr-coulomb", "poissons_ratio", ""),
             ("mohr-coulomb", "softening.residual_cohesion", "Pa"),
-            ("cam-clay", "void_ratio", ""),
+            ("modified-cam-clay", "preconsolidation_pressure", "Pa"),
         ] {
             assert_eq!(unit(&schema, model, path), expected, "{model} {path}");
         }

@@ -39,7 +39,7 @@ fn the_template_of_a_fit_recovers_its_parameters_without_a_warning() {
     let again = ["fit", "fit.json", "--overwrite", "--threads", "1", "--quiet"];
     assert_eq!(in_folder(folder, &again), (0, String::new(), String::new()));
     assert_eq!(fs::read(out.join("fit.csv")).unwrap(), before, "equal bits");
-    let (code, _, errors) = in_folder(folder, &["report", "fit"]);
+    let (code, _, errors) = in_folder(folder, &["verify", "fit"]);
     assert!(code == 2 && errors.contains("fit: is the folder of a fit"), "{errors}");
     // The folder of the input has files that no fit wrote.
     let (code, _, errors) = in_folder(folder, &["fit", "fit.json", "--out", ".", "--overwrite"]);
