@@ -158,6 +158,6 @@ mod tests {
         let expected =
             [Warning::new("thin-body", "bodies[0].shape: is thin"), Warning::new("", "bodies[1]: is old")];
         assert_eq!(recorded_warnings(&list), expected);
-        assert!(recorded_warnings(&serde_json::Value::Null).is_empty());
+        assert!(recorded_warnings(&Value::Null).is_empty());
     }
 }

@@ -361,18 +361,12 @@ impl ColumnOptions {
                 })?;
             }
             (None, None) => {
-                let problem = CaseErrorKind::coded(
-                    "conflicting-keys",
-                    "is missing, and so is `skeleton`: give one of them for the rate of drainage",
-                );
-                return Err((key("consolidation"), problem.into()));
+                let problem = "is missing, and so is `skeleton`: give one of them for the rate of drainage";
+                return Err((key("consolidation"), CaseErrorKind::coded("conflicting-keys", problem)));
             }
             (Some(_), Some(_)) => {
-                let problem = CaseErrorKind::coded(
-                    "conflicting-keys",
-                    "is given together with `skeleton`, which determines it: leave one of them out",
-                );
-                return Err((key("consolidation"), problem.into()));
+                let problem = "is given together with `skeleton`, which determines it: leave one of them out";
+                return Err((key("consolidation"), CaseErrorKind::coded("conflicting-keys", problem)));
             }
         }
         if let LowerBound::Total { cavitation } = self.lower_bound {
