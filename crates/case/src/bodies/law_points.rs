@@ -32,13 +32,13 @@ impl Case {
     ) -> Result<InitialLawState, CaseError> {
         let body = &self.bodies[number];
         if body.pore_fluid.is_none() && listed.is_some_and(|list| list.pore_pressures.is_some()) {
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                "the points have pore pressures, but the body has no `pore_fluid` (an undrained \
+            let problem = "the points have pore pressures, but the body has no `pore_fluid` (an undrained \
                            material has its own pore pressure). Give the body a `pore_fluid`, or leave the \
-                           column out",
-            );
-            return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+                           column out";
+            return Err(CaseError::new(
+                format!("bodies[{number}].points.file"),
+                CaseErrorKind::coded("conflicting-keys", problem),
+            ));
         }
         let spec = &self.materials[&body.material];
         let material =

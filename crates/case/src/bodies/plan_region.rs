@@ -155,19 +155,13 @@ impl Case {
         let cells = RasterCells::from_raster(&raster, *value);
         let what = value.map_or("data".to_owned(), |value| value.to_string());
         if !cells.is_selected.contains(&true) {
-            let problem = CaseErrorKind::coded(
-                "no-data",
-                format!("no cell of {file} has {what}: {}", values_text(&raster)),
-            );
-            return Err(("value", problem.into()));
+            let problem = format!("no cell of {file} has {what}: {}", values_text(&raster));
+            return Err(("value", CaseErrorKind::coded("no-data", problem)));
         }
         if !cells.intersect_box(&self.domain.min, &self.domain.max) {
             let key = if value.is_some() { "value" } else { "file" };
-            let problem = CaseErrorKind::coded(
-                "no-data",
-                format!("none of the cells of {file} that have {what} lies in the domain"),
-            );
-            return Err((key, problem.into()));
+            let problem = format!("none of the cells of {file} that have {what} lies in the domain");
+            return Err((key, CaseErrorKind::coded("no-data", problem)));
         }
         Ok(cells)
     }

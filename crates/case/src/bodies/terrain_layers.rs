@@ -186,11 +186,8 @@ impl Case {
             (None, ThicknessData::Raster(raster)) => TerrainLayer::outline_of_thickness(raster, &ground)
                 .map_err(|problem| wrong("thickness", problem.into()))?,
             (None, _) => {
-                let problem = CaseErrorKind::coded(
-                    "needs-other-key",
-                    "is missing: only with a raster of thickness the outline can be left out",
-                );
-                return Err(wrong("outline", problem.into()));
+                let problem = "is missing: only with a raster of thickness the outline can be left out";
+                return Err(wrong("outline", CaseErrorKind::coded("needs-other-key", problem)));
             }
         };
         let made = TerrainLayer::new(ground, area, depths, *measured, [origin[0], origin[1]]);

@@ -100,17 +100,14 @@ impl Case {
         slack: f64,
     ) -> Result<(), CaseError> {
         let Some(deepest) = deepest_overlap(standing, places, slack) else { return Ok(()) };
-        let problem = CaseErrorKind::coded(
-            "outside-domain",
-            format!(
-                "the point at {:.6?} m lies {:.3e} m inside the obstacle {:?}: a body must not overlap an \
+        let problem = format!(
+            "the point at {:.6?} m lies {:.3e} m inside the obstacle {:?}: a body must not overlap an \
              obstacle at the start",
-                self.map_position(&places[deepest.point_index]),
-                deepest.depth,
-                self.obstacles[deepest.obstacle].name
-            ),
+            self.map_position(&places[deepest.point_index]),
+            deepest.depth,
+            self.obstacles[deepest.obstacle].name
         );
-        Err(CaseError::new(format!("bodies[{body}].shape"), problem))
+        Err(CaseError::new(format!("bodies[{body}].shape"), CaseErrorKind::coded("outside-domain", problem)))
     }
 
     /// Checks the velocity (m/s) that a program gives an obstacle, by its name; returns the number of the obstacle among those with a motion.
@@ -125,11 +122,9 @@ impl Case {
         };
         let path = format!("obstacles[{number}].motion");
         if self.obstacles[number].motion.is_none() {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "is missing: a program can move an obstacle with a motion in the case, which may be zero",
-            );
-            return Err(CaseError::new(path, problem));
+            let problem =
+                "is missing: a program can move an obstacle with a motion in the case, which may be zero";
+            return Err(CaseError::new(path, CaseErrorKind::coded("needs-other-key", problem)));
         }
         if !velocity.iter().all(|v| v.is_finite()) {
             return Err(CaseError::new(
@@ -187,14 +182,14 @@ impl Case {
         let mut at_rest: Vec<PlacedObstacle<'_, D>> = self.placed_obstacles()?;
         at_rest.retain(|placed| placed.obstacle.motion.is_none());
         let Some(deepest) = deepest_overlap(&at_rest, places, slack) else { return Ok(()) };
-        let problem = CaseErrorKind::coded(
-            "outside-domain",
-            format!(
-                "lies {:.3e} m inside the obstacle {:?}",
-                deepest.depth, self.obstacles[deepest.obstacle].name
-            ),
+        let problem = format!(
+            "lies {:.3e} m inside the obstacle {:?}",
+            deepest.depth, self.obstacles[deepest.obstacle].name
         );
-        Err(CaseError::new(format!("points.positions[{}]", deepest.point_index), problem))
+        Err(CaseError::new(
+            format!("points.positions[{}]", deepest.point_index),
+            CaseErrorKind::coded("outside-domain", problem),
+        ))
     }
 }
 

@@ -118,11 +118,8 @@ impl<'m> Run<'m> {
         options: RunOptions,
     ) -> Result<Self, RunError> {
         let refuse = |path: String| {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "needs a run with its method, which builds a solver for each strength",
-            );
-            CaseErrors::from_error(CaseError::new(path, problem))
+            let problem = "needs a run with its method, which builds a solver for each strength";
+            CaseErrors::from_error(CaseError::new(path, CaseErrorKind::coded("needs-other-key", problem)))
         };
         if let Some(number) = case.stages.iter().position(|stage| stage.weakening.is_some()) {
             return Err(refuse(format!("stages[{number}].weakening")).into());

@@ -69,24 +69,18 @@ impl ProblemSize {
         }
         let cure = if self.advice.is_empty() { "make it larger" } else { self.advice };
         if !self.memory.is_finite() {
-            let problem = CaseErrorKind::coded(
-                "not-enough-memory",
-                format!("gives more points or nodes than can be counted: {cure}"),
-            );
-            return Err(CaseError::new(self.case_key, problem));
+            let problem = format!("gives more points or nodes than can be counted: {cure}");
+            return Err(CaseError::new(self.case_key, CaseErrorKind::coded("not-enough-memory", problem)));
         }
         let nodes =
             if self.nodes > 0.0 { format!(" and {:.1e} grid nodes", self.nodes) } else { String::new() };
-        let problem = CaseErrorKind::coded(
-            "not-enough-memory",
-            format!(
-                "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: {cure}",
-                self.points,
-                self.memory / 1e9,
-                available / 1e9
-            ),
+        let problem = format!(
+            "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: {cure}",
+            self.points,
+            self.memory / 1e9,
+            available / 1e9
         );
-        Err(CaseError::new(self.case_key, problem))
+        Err(CaseError::new(self.case_key, CaseErrorKind::coded("not-enough-memory", problem)))
     }
 }
 
@@ -139,12 +133,9 @@ impl Plan {
     fn has_points(&self, case: &Case) -> Result<(), CaseError> {
         let empty = self.volumes.iter().position(|volume| *volume <= 0.0).filter(|_| self.grains.is_none());
         let Some(body) = empty.filter(|body| *body < case.bodies.len()) else { return Ok(()) };
-        let problem = CaseErrorKind::coded(
-            "empty-body",
-            "the body has no points: it lies under the ground, inside an obstacle or between the \
-                       points. Move it, make it larger, or use smaller cells or spacings",
-        );
-        Err(CaseError::new(format!("bodies[{body}].shape"), problem))
+        let problem = "the body has no points: it lies under the ground, inside an obstacle or between the \
+                       points. Move it, make it larger, or use smaller cells or spacings";
+        Err(CaseError::new(format!("bodies[{body}].shape"), CaseErrorKind::coded("empty-body", problem)))
     }
 
     /// Rejects a case without motion, and a case whose end cannot be reached by its steps.

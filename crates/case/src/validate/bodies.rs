@@ -25,13 +25,8 @@ impl ErrorCollector<'_> {
         for (number, body) in case.bodies.iter().enumerate() {
             let path = format!("bodies[{number}]");
             if !names.insert(&body.name) {
-                self.report(
-                    format!("{path}.name"),
-                    CaseErrorKind::coded(
-                        "duplicate-name",
-                        format!("{:?} is the name of two bodies", body.name),
-                    ),
-                );
+                let problem = format!("{:?} is the name of two bodies", body.name);
+                self.report(format!("{path}.name"), CaseErrorKind::coded("duplicate-name", problem));
             }
             self.name(&format!("{path}.material"), &body.material, &materials, "defined under materials");
             if self.is_packed_beyond_domain(number) {
@@ -56,19 +51,13 @@ impl ErrorCollector<'_> {
             let shape = Some(&body.shape).filter(|_| sound[number]);
             self.velocity(&format!("{path}.velocity"), shape, &body.velocity);
             self.initial_stress(&format!("{path}.stress"), shape, &body.stress);
-            let whole = !(body.rigid && body.remove_outside);
-            self.require(
-                whole,
-                format!("{path}.remove_outside"),
-                CaseErrorKind::coded("rigid-motion", "is not available for a rigid body"),
-            );
+            let rigid = |problem: &str| CaseErrorKind::coded("rigid-motion", problem);
+            let (whole, path_outside) =
+                (!(body.rigid && body.remove_outside), format!("{path}.remove_outside"));
+            self.require(whole, path_outside, rigid("is not available for a rigid body"));
             self.start_of_rigid(&format!("{path}.velocity"), number);
             let slack = !body.rigid || body.stress == InitialStress::None;
-            self.require(
-                slack,
-                format!("{path}.stress"),
-                CaseErrorKind::coded("rigid-motion", "a rigid body has no stress"),
-            );
+            self.require(slack, format!("{path}.stress"), rigid("a rigid body has no stress"));
             let material = case.materials.get(&body.material);
             let unfit = if let Some(fluid) = &body.pore_fluid {
                 self.pore_fluid(&format!("{path}.pore_fluid"), shape, fluid);
@@ -92,11 +81,12 @@ impl ErrorCollector<'_> {
     fn sampling(&mut self, number: usize) {
         let body = &self.case.bodies[number];
         let seeded = body.sampling == Sampling::PoissonDisk;
-        let problem = CaseErrorKind::coded(
-            "needs-other-key",
-            "needs `sampling` `poisson-disk`, the only random sampling",
+        let problem = "needs `sampling` `poisson-disk`, the only random sampling";
+        self.require(
+            seeded || body.sampling_seed == 0,
+            format!("bodies[{number}].sampling_seed"),
+            CaseErrorKind::coded("needs-other-key", problem),
         );
-        self.require(seeded || body.sampling_seed == 0, format!("bodies[{number}].sampling_seed"), problem);
         if body.sampling.is_lattice() {
             return;
         }
@@ -110,11 +100,12 @@ impl ErrorCollector<'_> {
             ),
         );
         if seeded {
-            let rows = CaseErrorKind::coded(
-                "conflicting-keys",
-                "rows that follow a terrain determine the points: leave the sampling out",
+            let rows = "rows that follow a terrain determine the points: leave the sampling out";
+            return self.require(
+                !body.shape.follows_terrain(),
+                path,
+                CaseErrorKind::coded("conflicting-keys", rows),
             );
-            return self.require(!body.shape.follows_terrain(), path, rows);
         }
         // Errors of the shape itself are reported with the shape.
         let sides = self.case.dimension() == 2
@@ -155,14 +146,14 @@ impl ErrorCollector<'_> {
             let slack = 1e-9 * (max - min);
             if low[axis] < min - slack || high[axis] > max + slack {
                 let [low, high, min, max] = [low[axis], high[axis], min, max].map(|x| x + self.origin[axis]);
-                let problem = CaseErrorKind::coded(
-                    "outside-domain",
-                    format!(
-                        "reaches from {low} to {high} m along {}, beyond the domain from {min} to {max} m",
-                        ["x", "y", "z"][axis]
-                    ),
+                let problem = format!(
+                    "reaches from {low} to {high} m along {}, beyond the domain from {min} to {max} m",
+                    ["x", "y", "z"][axis]
                 );
-                self.report(format!("bodies[{number}].shape"), problem);
+                self.report(
+                    format!("bodies[{number}].shape"),
+                    CaseErrorKind::coded("outside-domain", problem),
+                );
             }
         }
     }
@@ -174,11 +165,8 @@ impl ErrorCollector<'_> {
             common_interior_point(&a.shape, &b.shape, self.case.dimension(), OVERLAP_RESOLUTION)
         {
             let place: Vec<f64> = place.iter().zip(self.origin).map(|(x, origin)| x + origin).collect();
-            let problem = CaseErrorKind::coded(
-                "overlap",
-                format!("overlaps the body {:?}, for example at {place:.4?} m", a.name),
-            );
-            self.report(format!("bodies[{second}].shape"), problem);
+            let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
+            self.report(format!("bodies[{second}].shape"), CaseErrorKind::coded("overlap", problem));
         }
     }
 
@@ -188,11 +176,8 @@ impl ErrorCollector<'_> {
         let dimension = self.case.dimension();
         let Some(shape) = shape else { return };
         if let Some(name) = formula.unknown_coordinate(dimension) {
-            let problem = CaseErrorKind::coded(
-                "wrong-dimension",
-                format!("has the coordinate {name}, the space has {dimension} dimensions"),
-            );
-            return self.report(path, problem);
+            let problem = format!("has the coordinate {name}, the space has {dimension} dimensions");
+            return self.report(path, CaseErrorKind::coded("wrong-dimension", problem));
         }
         let (low, high) = shape.bounds(dimension);
         let at = |number: usize| -> [f64; 3] {
@@ -223,11 +208,12 @@ impl ErrorCollector<'_> {
                 self.vector(&format!("{path}.value"), value);
                 self.vector(&format!("{path}.origin"), origin);
                 let dimension = self.case.dimension();
-                let problem = CaseErrorKind::coded(
-                    "wrong-dimension",
-                    format!("has {} rows, the space has {dimension} dimensions", gradient.len()),
+                let problem = format!("has {} rows, the space has {dimension} dimensions", gradient.len());
+                self.require(
+                    gradient.len() == dimension,
+                    format!("{path}.gradient"),
+                    CaseErrorKind::coded("wrong-dimension", problem),
                 );
-                self.require(gradient.len() == dimension, format!("{path}.gradient"), problem);
                 for (row, values) in gradient.iter().enumerate() {
                     self.vector(&format!("{path}.gradient[{row}]"), values);
                 }
@@ -239,11 +225,12 @@ impl ErrorCollector<'_> {
             }
             Velocity::Formula { value } => {
                 let dimension = self.case.dimension();
-                let problem = CaseErrorKind::coded(
-                    "wrong-dimension",
-                    format!("has {} components, the space has {dimension} dimensions", value.len()),
+                let problem = format!("has {} components, the space has {dimension} dimensions", value.len());
+                self.require(
+                    value.len() == dimension,
+                    format!("{path}.value"),
+                    CaseErrorKind::coded("wrong-dimension", problem),
                 );
-                self.require(value.len() == dimension, format!("{path}.value"), problem);
                 for (c, formula) in value.iter().enumerate() {
                     self.formula(format!("{path}.value[{c}]"), shape, formula);
                 }
@@ -251,11 +238,12 @@ impl ErrorCollector<'_> {
             Velocity::Bending { along, across, clamp, length, tip } => {
                 let dimension = self.case.dimension();
                 let fits = *along < dimension && *across < dimension && along != across;
-                let problem = CaseErrorKind::coded(
-                    "wrong-dimension",
-                    format!("{across} and along {along} must be two different axes of the space"),
+                let problem = format!("{across} and along {along} must be two different axes of the space");
+                self.require(
+                    fits,
+                    format!("{path}.across"),
+                    CaseErrorKind::coded("wrong-dimension", problem),
                 );
-                self.require(fits, format!("{path}.across"), problem);
                 self.finite(format!("{path}.clamp"), *clamp);
                 self.positive(format!("{path}.length"), *length, "m");
                 self.finite(format!("{path}.tip"), *tip);
@@ -334,11 +322,12 @@ impl ErrorCollector<'_> {
         }
         if let Some(ratio) = fluid.excess_ratio {
             self.rule((0.0..=1.0).contains(&ratio), at("excess_ratio"), ratio, "is not in 0..=1");
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                "is given in addition to excess_ratio: leave out one of the two",
+            let problem = "is given in addition to excess_ratio: leave out one of the two";
+            self.require(
+                fluid.pressure == PorePressure::None,
+                at("pressure"),
+                CaseErrorKind::coded("conflicting-keys", problem),
             );
-            self.require(fluid.pressure == PorePressure::None, at("pressure"), problem);
         }
         if let Some(velocity) = &fluid.velocity {
             self.velocity(&at("velocity"), shape, velocity);

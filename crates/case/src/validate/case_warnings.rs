@@ -229,6 +229,40 @@ impl Case {
                 wall.name()
             )));
         }
+        let (loaded, flat, neighbours) = self.side_samples(load, body, (axis, face, step));
+        let percent = |part: usize, whole: usize| (100.0 * part as f64 / whole.max(1) as f64).round();
+        if loaded == 0 {
+            warnings.push(Warning::new("load-without-effect", format!(
+                "{path}: its profile is zero on the whole side of the body, which begins at {low:?} and ends \
+                 at {high:?} m. Correct the positions of the profile"
+            )));
+        } else if flat < loaded {
+            warnings.push(Warning::new("load-on-uneven-side", format!(
+                "{path}: it acts where the body reaches {face} m along that axis, {} % of its width. To load \
+                 the rest too, split the body and give each part a load",
+                percent(flat, loaded)
+            )));
+        }
+        for (touches, other) in neighbours.iter().zip(&self.bodies).filter(|(touches, _)| **touches > 0) {
+            warnings.push(Warning::new("load-on-covered-side", format!(
+                "{path}: {} % of it is not a free surface: the body {:?} lies there. Load that body, or end \
+                 the profile there",
+                percent(*touches, flat),
+                other.name
+            )));
+        }
+    }
+
+    /// Sample points of a loaded side normal to `axis` at `face` (m): those under a load, those of them on the flat face, and those of the
+    /// latter that each body covers. `step` (m) leads out of the body.
+    fn side_samples(
+        &self,
+        load: &Load,
+        body: &Body,
+        (axis, face, step): (usize, f64, f64),
+    ) -> (usize, usize, Vec<usize>) {
+        let dimension = self.dimension();
+        let (low, high) = body.shape.bounds(dimension);
         let (mut loaded, mut flat) = (0usize, 0usize);
         let mut neighbours = vec![0usize; self.bodies.len()];
         for sample in 0..SAMPLES.pow(dimension as u32 - 1) {
@@ -252,27 +286,7 @@ impl Case {
                 *touches += usize::from(other.shape.contains(&at));
             }
         }
-        let percent = |part: usize, whole: usize| (100.0 * part as f64 / whole.max(1) as f64).round();
-        if loaded == 0 {
-            warnings.push(Warning::new("load-without-effect", format!(
-                "{path}: its profile is zero on the whole side of the body, which begins at {low:?} and ends \
-                 at {high:?} m. Correct the positions of the profile"
-            )));
-        } else if flat < loaded {
-            warnings.push(Warning::new("load-on-uneven-side", format!(
-                "{path}: it acts where the body reaches {face} m along that axis, {} % of its width. To load \
-                 the rest too, split the body and give each part a load",
-                percent(flat, loaded)
-            )));
-        }
-        for (touches, other) in neighbours.iter().zip(&self.bodies).filter(|(touches, _)| **touches > 0) {
-            warnings.push(Warning::new("load-on-covered-side", format!(
-                "{path}: {} % of it is not a free surface: the body {:?} lies there. Load that body, or end \
-                 the profile there",
-                percent(*touches, flat),
-                other.name
-            )));
-        }
+        (loaded, flat, neighbours)
     }
 }
 

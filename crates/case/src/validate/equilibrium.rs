@@ -19,14 +19,15 @@ impl ErrorCollector<'_> {
         self.require(criterion.hold >= 1, format!("{path}.equilibrium.hold"), "must be at least 1");
         let searched = case.factors_of_safety().find(|(_, search)| search.after == stage.name);
         if let (Some((name, _)), false) = (searched, criterion.required) {
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                format!(
-                    "the search of measures.{name} begins from rest, so the stage must reach equilibrium: leave \
+            let problem = format!(
+                "the search of measures.{name} begins from rest, so the stage must reach equilibrium: leave \
                  this key out"
-                ),
             );
-            self.require(false, format!("{path}.equilibrium.required"), problem);
+            self.require(
+                false,
+                format!("{path}.equilibrium.required"),
+                CaseErrorKind::coded("conflicting-keys", problem),
+            );
         }
         for (motion, ramp) in stage.motions.iter().map(|motion| motion.ramp).enumerate() {
             let problem = format!("{ramp} s is longer than the stage, which must come to rest");

@@ -36,14 +36,11 @@ impl ErrorCollector<'_> {
             let path = format!("loads[{number}]");
             self.name(&format!("{path}.body"), load.body(), &bodies, "the name of a body");
             let rigid = case.bodies.iter().any(|body| body.rigid && body.name == load.body());
-            let problem = CaseErrorKind::coded(
-                "rigid-motion",
-                format!(
-                    "the body {:?} is rigid: give the force in `motions` of a stage, with the velocity null",
-                    load.body()
-                ),
+            let problem = format!(
+                "the body {:?} is rigid: give the force in `motions` of a stage, with the velocity null",
+                load.body()
             );
-            self.require(!rigid, format!("{path}.body"), problem);
+            self.require(!rigid, format!("{path}.body"), CaseErrorKind::coded("rigid-motion", problem));
             if let Some(side) = load.loaded_side() {
                 self.check_side(&format!("{path}.side"), side);
             }
@@ -86,7 +83,7 @@ impl ErrorCollector<'_> {
                 self.require(
                     turns,
                     format!("{path}.axis"),
-                    CaseErrorKind::coded("program-request", "must be finite and not zero"),
+                    CaseErrorKind::coded("not-finite", "must be finite and not zero"),
                 );
             }
             Some(_) => self.report(
@@ -97,11 +94,12 @@ impl ErrorCollector<'_> {
                 ),
             ),
             None => {
-                let problem = CaseErrorKind::coded(
-                    "needs-other-key",
-                    "is missing: in space the shear acts along axis × normal",
+                let problem = "is missing: in space the shear acts along axis × normal";
+                self.require(
+                    *shear == 0.0 || dimension < 3,
+                    format!("{path}.axis"),
+                    CaseErrorKind::coded("needs-other-key", problem),
                 );
-                self.require(*shear == 0.0 || dimension < 3, format!("{path}.axis"), problem);
             }
         }
         let Some(region) = within else { return };
@@ -126,18 +124,20 @@ impl ErrorCollector<'_> {
     /// Checks the variation of a load along its side.
     fn profile(&mut self, path: &str, profile: &LoadProfile, side: Side) {
         let (axis, dimension) = (profile.axis.number(), self.case.dimension());
-        let problem = CaseErrorKind::coded(
-            "wrong-dimension",
-            format!("a space of {dimension} dimensions does not have this axis"),
+        let problem = format!("a space of {dimension} dimensions does not have this axis");
+        self.require(
+            axis < dimension,
+            format!("{path}.axis"),
+            CaseErrorKind::coded("wrong-dimension", problem),
         );
-        self.require(axis < dimension, format!("{path}.axis"), problem);
         let problem = format!("is normal to the side {side}: a load varies along its side");
         self.require(axis != side.axis(), format!("{path}.axis"), problem);
-        let problem = CaseErrorKind::coded(
-            "conflicting-keys",
-            "needs two entries or more. For a uniform load leave the profile out",
+        let problem = "needs two entries or more. For a uniform load leave the profile out";
+        self.require(
+            profile.shares.len() > 1,
+            format!("{path}.shares"),
+            CaseErrorKind::coded("conflicting-keys", problem),
         );
-        self.require(profile.shares.len() > 1, format!("{path}.shares"), problem);
         for (number, [at, share]) in profile.shares.iter().enumerate() {
             self.finite(format!("{path}.shares[{number}][0]"), *at);
             self.finite(format!("{path}.shares[{number}][1]"), *share);

@@ -72,11 +72,12 @@ impl ErrorCollector<'_> {
         for (number, axis) in case.domain.periodic.iter().enumerate() {
             let path = format!("domain.periodic[{number}]");
             let dimension = case.dimension();
-            let problem = CaseErrorKind::coded(
-                "wrong-dimension",
-                format!("a space of {dimension} dimensions does not have this axis"),
+            let problem = format!("a space of {dimension} dimensions does not have this axis");
+            self.require(
+                axis.number() < dimension,
+                path.clone(),
+                CaseErrorKind::coded("wrong-dimension", problem),
             );
-            self.require(axis.number() < dimension, path.clone(), problem);
             let twice = case.domain.periodic[..number].contains(axis);
             self.require(!twice, path.clone(), CaseErrorKind::coded("duplicate-name", "is named twice"));
             let radial = case.space == Space::Axisymmetric && axis.number() == 0;
@@ -105,14 +106,11 @@ impl ErrorCollector<'_> {
         if extent > 0.0 && domain.min.iter().chain(&domain.max).any(far) {
             let round = 10f64.powf(extent.log10().ceil());
             let near: Vec<f64> = domain.min.iter().map(|x| (x / round).round() * round).collect();
-            let problem = CaseErrorKind::coded(
-                "far-from-origin",
-                format!(
-                    "is farther from zero than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, so \
+            let problem = format!(
+                "is farther from zero than {MAX_DISTANCE_RATIO} times the size of the domain, {extent} m, so \
                  positions lose digits. Give domain.origin a place near the domain, for example {near:?}"
-                ),
             );
-            self.report("domain.min", problem);
+            self.report("domain.min", CaseErrorKind::coded("far-from-origin", problem));
         }
     }
 
@@ -158,14 +156,11 @@ impl ErrorCollector<'_> {
             let open = !case.domain.is_periodic(boundary.side.axis());
             self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
             if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
-                let problem = CaseErrorKind::coded(
-                    "conflicting-keys",
-                    format!(
-                        "the wall applies to the nodes of the group {group:?}, wherever they are: leave the \
+                let problem = format!(
+                    "the wall applies to the nodes of the group {group:?}, wherever they are: leave the \
                      position out"
-                    ),
                 );
-                self.report(format!("{path}.position"), problem);
+                self.report(format!("{path}.position"), CaseErrorKind::coded("conflicting-keys", problem));
             }
             if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.wall_coordinate(&case.domain);
@@ -174,12 +169,12 @@ impl ErrorCollector<'_> {
                     && (boundary.side, position) == (Side::XMin, 0.0)
                     && boundary.wall != Wall::Smooth
                 {
-                    let problem = CaseErrorKind::coded(
-                        "conflicting-keys",
-                        "x = 0 is the axis of symmetry, which is smooth: make the wall smooth or \
-                                   leave it out",
+                    let problem = "x = 0 is the axis of symmetry, which is smooth: make the wall smooth or \
+                                   leave it out";
+                    self.report(
+                        format!("{path}.wall.kind"),
+                        CaseErrorKind::coded("conflicting-keys", problem),
                     );
-                    self.report(format!("{path}.wall.kind"), problem);
                 }
                 if known_walls.contains(&(boundary.side, position)) {
                     self.report(
@@ -209,11 +204,8 @@ impl ErrorCollector<'_> {
         for (number, patch) in case.patches.iter().enumerate() {
             let path = format!("patches[{number}]");
             if !names.insert(&patch.name) {
-                let problem = CaseErrorKind::coded(
-                    "duplicate-name",
-                    format!("{:?} is also the name of a body or another patch", patch.name),
-                );
-                self.report(format!("{path}.name"), problem);
+                let problem = format!("{:?} is also the name of a body or another patch", patch.name);
+                self.report(format!("{path}.name"), CaseErrorKind::coded("duplicate-name", problem));
             }
             if let Err(error) = patch.region.validate(case.dimension()) {
                 self.report(format!("{path}.region.{}", error.path), error.problem);
@@ -265,11 +257,12 @@ impl ErrorCollector<'_> {
         self.not_negative(format!("{path}.rayleigh_damping"), stage.rayleigh_damping, " (1/s)");
         self.motions(path, stage);
         for (number, axis) in stage.damping_axes.iter().flatten().enumerate() {
-            let problem = CaseErrorKind::coded(
-                "wrong-dimension",
-                format!("{axis} is not an axis of a space of {} dimensions", case.dimension()),
+            let problem = format!("{axis} is not an axis of a space of {} dimensions", case.dimension());
+            self.require(
+                *axis < case.dimension(),
+                format!("{path}.damping_axes[{number}]"),
+                CaseErrorKind::coded("wrong-dimension", problem),
             );
-            self.require(*axis < case.dimension(), format!("{path}.damping_axes[{number}]"), problem);
         }
         let boundaries: Vec<&str> = case.boundaries.iter().map(Boundary::name).collect();
         for (number, name) in stage.remove_boundaries.iter().enumerate() {

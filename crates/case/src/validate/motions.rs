@@ -37,18 +37,20 @@ impl ErrorCollector<'_> {
                 }
                 _ => self.name(&of, &motion.target, &driven, "the name of a rigid body or of a patch"),
             }
-            let problem = CaseErrorKind::coded(
-                "duplicate-name",
-                format!("{:?} has two motions in the stage", motion.target),
+            let problem = format!("{:?} has two motions in the stage", motion.target);
+            self.require(
+                known_targets.insert(&motion.target),
+                format!("{path}.target"),
+                CaseErrorKind::coded("duplicate-name", problem),
             );
-            self.require(known_targets.insert(&motion.target), format!("{path}.target"), problem);
             let dimension = case.dimension();
             let count = motion.velocity.len();
-            let problem = CaseErrorKind::coded(
-                "wrong-dimension",
-                format!("has {count} entries, the space has {dimension} dimensions"),
+            let problem = format!("has {count} entries, the space has {dimension} dimensions");
+            self.require(
+                count == dimension,
+                format!("{path}.velocity"),
+                CaseErrorKind::coded("wrong-dimension", problem),
             );
-            self.require(count == dimension, format!("{path}.velocity"), problem);
             for (axis, velocity) in motion.velocity.iter().enumerate() {
                 velocity.iter().for_each(|v| self.finite(format!("{path}.velocity[{axis}]"), *v));
             }
@@ -66,50 +68,55 @@ impl ErrorCollector<'_> {
             ("moment", !motion.moment.is_empty()),
             ("turns", motion.rotates),
         ] {
-            let problem = CaseErrorKind::coded(
-                "rigid-motion",
-                "applies to a rigid body only: a patch consists of nodes of a deformable body and \
-                           has no mass",
+            let problem = "applies to a rigid body only: a patch consists of nodes of a deformable body and \
+                           has no mass";
+            self.require(
+                !(patch && given),
+                format!("{path}.{key}"),
+                CaseErrorKind::coded("rigid-motion", problem),
             );
-            self.require(!(patch && given), format!("{path}.{key}"), problem);
         }
         if !motion.force.is_empty() {
             self.vector(&format!("{path}.force"), &motion.force);
         }
         for (axis, force) in motion.force.iter().enumerate() {
             let idle = *force != 0.0 && motion.velocity.get(axis).is_some_and(Option::is_some);
-            let problem = CaseErrorKind::coded(
-                "rigid-motion",
-                "acts along a component whose velocity is prescribed: set that velocity to null",
+            let problem = "acts along a component whose velocity is prescribed: set that velocity to null";
+            self.require(
+                !idle,
+                format!("{path}.force[{axis}]"),
+                CaseErrorKind::coded("rigid-motion", problem),
             );
-            self.require(!idle, format!("{path}.force[{axis}]"), problem);
         }
         for (axis, moment) in motion.moment.iter().enumerate() {
             self.finite(format!("{path}.moment[{axis}]"), *moment);
         }
         let axes = if case.space == Space::ThreeD { 3 } else { 1 };
         let count = motion.moment.len();
-        let problem = CaseErrorKind::coded(
-            "wrong-dimension",
-            format!("has {count} entries, but needs one in the plane and three in space"),
+        let problem = format!("has {count} entries, but needs one in the plane and three in space");
+        self.require(
+            count == 0 || count == axes,
+            format!("{path}.moment"),
+            CaseErrorKind::coded("wrong-dimension", problem),
         );
-        self.require(count == 0 || count == axes, format!("{path}.moment"), problem);
         let problem =
             CaseErrorKind::coded("rigid-motion", "acts on a body that keeps its orientation: set `turns`");
         self.require(count == 0 || motion.rotates, format!("{path}.moment"), problem);
         let whirls = matches!(case.space, Space::PlaneStrain | Space::ThreeD);
-        let problem = CaseErrorKind::coded(
-            "needs-other-key",
-            "needs a space in which a body can turn: plane-strain or 3d",
+        let problem = "needs a space in which a body can turn: plane-strain or 3d";
+        self.require(
+            whirls || !motion.rotates,
+            format!("{path}.turns"),
+            CaseErrorKind::coded("needs-other-key", problem),
         );
-        self.require(whirls || !motion.rotates, format!("{path}.turns"), problem);
         let rigid = case.bodies.iter().any(|body| body.rigid && body.name == motion.target);
         let radial = case.space == Space::Axisymmetric && motion.velocity.first() == Some(&None);
-        let problem = CaseErrorKind::coded(
-            "rigid-motion",
-            "is null, but in axisymmetry a rigid body moves along the axis only: set it to 0",
+        let problem = "is null, but in axisymmetry a rigid body moves along the axis only: set it to 0";
+        self.require(
+            !(rigid && radial),
+            format!("{path}.velocity[0]"),
+            CaseErrorKind::coded("rigid-motion", problem),
         );
-        self.require(!(rigid && radial), format!("{path}.velocity[0]"), problem);
     }
 
     /// Checks that a rigid body with an initial velocity has a free motion in the first stage.
@@ -119,31 +126,31 @@ impl ErrorCollector<'_> {
             return;
         }
         let first = self.case.stages.first().and_then(|stage| stage.motion_of(&body.name));
-        let problem = CaseErrorKind::coded(
-            "rigid-motion",
-            "a rigid body starts from rest and follows the motions of the stages, unless the \
-                       motion of the first stage leaves it free",
+        let problem = "a rigid body starts from rest and follows the motions of the stages, unless the \
+                       motion of the first stage leaves it free";
+        self.require(
+            first.is_some_and(PrescribedMotion::is_free),
+            path,
+            CaseErrorKind::coded("rigid-motion", problem),
         );
-        self.require(first.is_some_and(PrescribedMotion::is_free), path, problem);
         match &body.velocity {
             Velocity::Uniform { .. } | Velocity::Rest => {}
             Velocity::Linear { gradient, .. } => {
                 let at =
                     |i: usize, j: usize| gradient.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0);
                 let turn = (0..3).all(|i| (0..3).all(|j| at(i, j) == -at(j, i)));
-                let problem = CaseErrorKind::coded(
-                    "rigid-motion",
-                    "of a rigid body must be a rotation: the entries (i, j) and (j, i) are opposite",
-                );
-                self.require(turn, format!("{path}.gradient"), problem);
+                let problem =
+                    "of a rigid body must be a rotation: the entries (i, j) and (j, i) are opposite";
+                self.require(turn, format!("{path}.gradient"), CaseErrorKind::coded("rigid-motion", problem));
                 let turns = first.is_some_and(|motion| motion.rotates);
                 let still = gradient.iter().flatten().all(|g| *g == 0.0);
-                let problem = CaseErrorKind::coded(
-                    "rigid-motion",
-                    "rotates the body, but the motion of the first stage does not allow rotation: \
-                               set its `turns`",
+                let problem = "rotates the body, but the motion of the first stage does not allow rotation: \
+                               set its `turns`";
+                self.require(
+                    still || turns,
+                    format!("{path}.gradient"),
+                    CaseErrorKind::coded("rigid-motion", problem),
                 );
-                self.require(still || turns, format!("{path}.gradient"), problem);
             }
             _ => self.report(
                 path,

@@ -16,14 +16,11 @@ impl ErrorCollector<'_> {
         for (number, obstacle) in case.obstacles.iter().enumerate() {
             let path = format!("obstacles[{number}]");
             if !names.insert(&obstacle.name) {
-                let problem = CaseErrorKind::coded(
-                    "duplicate-name",
-                    format!(
-                        "{:?} is also the name of a body, a boundary, a patch or another obstacle",
-                        obstacle.name
-                    ),
+                let problem = format!(
+                    "{:?} is also the name of a body, a boundary, a patch or another obstacle",
+                    obstacle.name
                 );
-                self.report(format!("{path}.name"), problem);
+                self.report(format!("{path}.name"), CaseErrorKind::coded("duplicate-name", problem));
             }
             self.obstacle_wall(&format!("{path}.wall"), obstacle.wall);
             self.obstacle_regions(&path, obstacle);
@@ -91,11 +88,12 @@ impl ErrorCollector<'_> {
             let problem = "must not be zero with a rotation";
             self.require(motion.axis.iter().any(|c| *c != 0.0), format!("{path}.axis"), problem);
         } else {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "applies to 3d only: in two dimensions an obstacle rotates in the plane",
+            let problem = "applies to 3d only: in two dimensions an obstacle rotates in the plane";
+            self.require(
+                motion.axis.is_empty(),
+                format!("{path}.axis"),
+                CaseErrorKind::coded("needs-other-key", problem),
             );
-            self.require(motion.axis.is_empty(), format!("{path}.axis"), problem);
         }
     }
 

@@ -14,16 +14,18 @@ impl ErrorCollector<'_> {
         for (number, cut) in self.case.removal_shapes.iter().enumerate() {
             let path = format!("removal_shapes[{number}]");
             self.require(is_plain(&cut.name), format!("{path}.name"), PLAIN_NAME_RULE);
-            let problem = CaseErrorKind::coded(
-                "duplicate-name",
-                format!("{:?} is the name of two removal shapes", cut.name),
+            let problem = format!("{:?} is the name of two removal shapes", cut.name);
+            self.require(
+                names.insert(&cut.name),
+                format!("{path}.name"),
+                CaseErrorKind::coded("duplicate-name", problem),
             );
-            self.require(names.insert(&cut.name), format!("{path}.name"), problem);
-            let problem = CaseErrorKind::coded(
-                "duplicate-name",
-                format!("{:?} is also the name of a measure", cut.name),
+            let problem = format!("{:?} is also the name of a measure", cut.name);
+            self.require(
+                !self.case.measures.contains_key(&cut.name),
+                format!("{path}.name"),
+                CaseErrorKind::coded("duplicate-name", problem),
             );
-            self.require(!self.case.measures.contains_key(&cut.name), format!("{path}.name"), problem);
             self.removal_shape(&path, cut);
         }
     }

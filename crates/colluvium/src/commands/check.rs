@@ -72,14 +72,7 @@ pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     print_line!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
     print_line!("duration       about {} on {threads} threads", duration_text(seconds));
     for (name, search) in case.factors_of_safety() {
-        let cost = SearchCost::of_case(&case, &plan, search);
-        print_line!("{}", search_cost_text(name, &cost, threads));
-        if cost.window.is_nan() {
-            let text = format!(
-                "measures.{name}: the duration of a window is unknown until the bodies are at rest without yielding. To set it, give `duration`"
-            );
-            print_note(&Warning::new("search-cost-unknown", text));
-        }
+        print_search(name, &SearchCost::of_case(&case, &plan, search), threads)?;
     }
     for stage in &case.stages {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
@@ -121,6 +114,19 @@ fn time_scales(case: &Case, has_laws: bool) -> String {
     let known = named.into_iter().filter_map(|(name, time)| Some(format!("{name} {:.3e} s, ", time?)));
     let known: String = known.collect();
     format!("{known}run {:.4} s; h = {height:.4} m", case.end_time())
+}
+
+/// Prints the cost of the search `name`, with a note where it is unknown.
+fn print_search(name: &str, cost: &SearchCost, threads: usize) -> Result<(), CommandError> {
+    print_line!("{}", search_cost_text(name, cost, threads));
+    if cost.window.is_nan() {
+        let text = format!(
+            "measures.{name}: the duration of a window is unknown until the bodies are at rest without \
+             yielding. To set it, give `duration`"
+        );
+        print_note(&Warning::new("search-cost-unknown", text));
+    }
+    Ok(())
 }
 
 /// Text with the cost of the search `name` for a factor of safety, without the duration of the stages.

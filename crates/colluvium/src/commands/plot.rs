@@ -126,18 +126,24 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
             let bytes = to_gif(&shown, 0.1).map_err(|problem| CommandError::message("picture", problem))?;
             let name = picture_name(arguments, &name);
             save(&|file| Ok(write_atomically(file, &bytes)?), &name, "gif")?;
-            let text = format!("{name}.gif shows {} of {} frames", even.len(), frames.len());
-            if even.len() < frames.len() {
-                print_note(&Warning::new("frames-thinned", text));
-            } else {
-                print_line!("{text}");
-            }
+            print_shown_frames(&name, even.len(), frames.len())?;
         }
     }
     if written == 0 {
         return Err(OutputError::new(folder, "has no measures, rasters or frames to draw").into());
     }
     print_line!("wrote {} pictures to {}", written, out.display());
+    Ok(())
+}
+
+/// Prints the number of frames of an animation, as a note where some are left out.
+fn print_shown_frames(name: &str, shown: usize, frames: usize) -> Result<(), CommandError> {
+    let text = format!("{name}.gif shows {shown} of {frames} frames");
+    if shown < frames {
+        print_note(&Warning::new("frames-thinned", text));
+    } else {
+        print_line!("{text}");
+    }
     Ok(())
 }
 

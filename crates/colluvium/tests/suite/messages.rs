@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::in_folder;
 
 /// Calls whose first text is a code.
-const CALLS: [&str; 9] = [
+const CALLS: [&str; 10] = [
     "Warning::new(",
     "::coded(",
     "::coded_file(",
@@ -16,7 +16,8 @@ const CALLS: [&str; 9] = [
     "Self::message(",
     "Self::usage(",
     "checkpoint_error(",
-    "folder(",
+    "Err(folder(",
+    "Failed { code: ",
 ];
 
 /// Beginnings of functions that return codes: each text in them is one.

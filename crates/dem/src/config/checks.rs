@@ -291,14 +291,8 @@ impl RuleChecker {
         }
         let mut vector = |key: String, vector: &[f64], unit: &str| {
             let fits = vector.len() == dimension && vector.iter().all(|c| c.is_finite());
-            self.require(
-                fits,
-                format!("{path}.{key}"),
-                CaseErrorKind::coded(
-                    "wrong-dimension",
-                    format!("must be {dimension} finite numbers ({unit})"),
-                ),
-            );
+            let problem = format!("must be {dimension} finite numbers ({unit})");
+            self.require(fits, format!("{path}.{key}"), CaseErrorKind::coded("wrong-dimension", problem));
         };
         if let Some(gravity) = &stage.gravity {
             vector("gravity".to_owned(), gravity, "m/s²");
@@ -316,29 +310,24 @@ impl RuleChecker {
             self.membrane(&format!("{path}.membranes.{body}"), membrane, dimension);
         }
         self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
-        self.require(
-            stage.growth.is_finite(),
-            format!("{path}.growth"),
-            CaseErrorKind::coded("program-request", "must be finite (1/s)"),
-        );
+        let finite = CaseErrorKind::coded("not-finite", "must be finite (1/s)");
+        self.require(stage.growth.is_finite(), format!("{path}.growth"), finite);
         for (name, press) in &stage.walls {
             let path = format!("{path}.walls.{name}");
             let pushes = press.stress.is_finite() && press.stress < 0.0;
-            let problem = CaseErrorKind::coded(
-                "program-request",
-                format!(
-                    "{} must be finite and negative (Pa): grains can push a wall but not pull it",
-                    press.stress
-                ),
+            let problem = format!(
+                "{} must be finite and negative (Pa): grains can push a wall but not pull it",
+                press.stress
             );
-            self.require(pushes, format!("{path}.stress"), problem);
+            self.require(pushes, format!("{path}.stress"), CaseErrorKind::coded("out-of-range", problem));
             self.positive(format!("{path}.speed"), press.speed, " (m/s)");
             self.positive(format!("{path}.area"), press.area.unwrap_or(1.0), " (m²)");
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                "is given together with area: leave one of them out",
+            let problem = "is given together with area: leave one of them out";
+            let (one, twice) = (
+                press.area.is_none() || press.sleeve.is_none(),
+                CaseErrorKind::coded("conflicting-keys", problem),
             );
-            self.require(press.area.is_none() || press.sleeve.is_none(), format!("{path}.sleeve"), problem);
+            self.require(one, format!("{path}.sleeve"), twice);
             let stable = press.gain > 0.0 && press.gain <= 0.1;
             let problem = format!("{} is not in 0..=0.1 (0 excluded): the wall would oscillate", press.gain);
             self.require(stable, format!("{path}.gain"), problem);
@@ -357,11 +346,12 @@ impl DemOptions {
         for (number, pair) in self.pairs.iter().enumerate() {
             rules.pair(&format!("pairs[{number}]"), pair);
             let flat = dimension == 2 && pair.twisting.is_some();
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                "disks have no twisting: leave it out, or use space 3d",
+            let problem = "disks have no twisting: leave it out, or use space 3d";
+            rules.require(
+                !flat,
+                format!("pairs[{number}].twisting"),
+                CaseErrorKind::coded("conflicting-keys", problem),
             );
-            rules.require(!flat, format!("pairs[{number}].twisting"), problem);
         }
         for (name, stage) in &self.stages {
             rules.stage(&format!("stages.{name}"), stage, dimension);
@@ -434,7 +424,7 @@ impl DemOptions {
             rules.require(
                 finite,
                 format!("{path}.spin"),
-                CaseErrorKind::coded("program-request", "must be finite (rad/s)"),
+                CaseErrorKind::coded("out-of-range", "must be finite (rad/s)"),
             );
         }
     }

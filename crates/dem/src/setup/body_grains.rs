@@ -72,11 +72,8 @@ pub(super) fn fill<const D: usize, const R: usize>(
             }
         };
         if placed.is_empty() {
-            let problem = CaseErrorKind::coded(
-                "empty-body",
-                "has no grain: it is smaller than the grains, or than the pitch of their lattice",
-            );
-            return Err(CaseError::new(format!("{path}.shape"), problem));
+            let problem = "has no grain: it is smaller than the grains, or than the pitch of their lattice";
+            return Err(CaseError::new(format!("{path}.shape"), CaseErrorKind::coded("empty-body", problem)));
         }
         if grains.len() + placed.len() > MAX_GRAINS {
             return Err(CaseError::new(format!("{path}.shape"), format!("more than {MAX_GRAINS} grains")));
@@ -211,11 +208,11 @@ fn initialise_motion<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
     if list.is_some_and(|list| list.pore_pressures.is_some()) {
-        let problem = CaseErrorKind::coded(
-            "conflicting-keys",
-            "the points have pore pressures, but dem has no pore fluid: leave the column out",
-        );
-        return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+        let problem = "the points have pore pressures, but dem has no pore fluid: leave the column out";
+        return Err(CaseError::new(
+            format!("bodies[{number}].points.file"),
+            CaseErrorKind::coded("conflicting-keys", problem),
+        ));
     }
     let of_grains = list.map(|list| &list.grains);
     let velocities = list.and_then(|list| list.velocities.as_ref());
@@ -224,14 +221,14 @@ fn initialise_motion<const D: usize, const R: usize>(
         of_grains.and_then(|grains| grains.is_held.as_ref()),
     );
     if spins.is_some() && !own.spin.is_empty() {
-        let problem = CaseErrorKind::coded(
-            "conflicting-keys",
-            format!(
-                "the points have spins, and methods.dem.bodies.{} has `spin` too: leave one of them out",
-                body.name
-            ),
+        let problem = format!(
+            "the points have spins, and methods.dem.bodies.{} has `spin` too: leave one of them out",
+            body.name
         );
-        return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+        return Err(CaseError::new(
+            format!("bodies[{number}].points.file"),
+            CaseErrorKind::coded("conflicting-keys", problem),
+        ));
     }
     for i in start..grains.len() {
         let velocity = match velocities {
@@ -270,11 +267,11 @@ fn place_grains<const D: usize>(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<PlacedGrain<D>>, CaseError> {
     let Some(fill) = options.fill_of_body(body) else {
-        let problem = CaseErrorKind::coded(
-            "needs-other-key",
-            format!("is missing: it defines how grains fill the body {:?}", body.name),
-        );
-        return Err(CaseError::new(format!("methods.dem.grains.{}.fill", body.material), problem));
+        let problem = format!("is missing: it defines how grains fill the body {:?}", body.name);
+        return Err(CaseError::new(
+            format!("methods.dem.grains.{}.fill", body.material),
+            CaseErrorKind::coded("needs-other-key", problem),
+        ));
     };
     if let Fill::Single = fill {
         let Shape::Ball { centre, radius } = &body.shape else {

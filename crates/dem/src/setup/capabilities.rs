@@ -139,11 +139,11 @@ fn check_pluviation(case: &Case, options: &DemOptions) -> Result<(), CaseError> 
             continue;
         }
         if options.grains[&body.material].diameter.is_none() {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                format!("is missing: grains rain into the body {:?}", body.name),
-            );
-            return Err(CaseError::new(format!("methods.dem.grains.{}.diameter", body.material), problem));
+            let problem = format!("is missing: grains rain into the body {:?}", body.name);
+            return Err(CaseError::new(
+                format!("methods.dem.grains.{}.diameter", body.material),
+                CaseErrorKind::coded("needs-other-key", problem),
+            ));
         }
         let path = format!("methods.dem.bodies.{}.rain", body.name);
         if body.points.is_some() {
@@ -198,11 +198,11 @@ impl PairNames<'_> {
         self.pair(&path, &pair.between)?;
         let wall = pair.between.iter().any(|name| self.walls.contains(&name.as_str()));
         if wall && pair.friction.is_some() {
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                "the friction of a wall is given in boundaries: leave it out",
-            );
-            return Err(CaseError::new(format!("{path}.friction"), problem));
+            let problem = "the friction of a wall is given in boundaries: leave it out";
+            return Err(CaseError::new(
+                format!("{path}.friction"),
+                CaseErrorKind::coded("conflicting-keys", problem),
+            ));
         }
         if wall && pair.bond.is_some() {
             let problem = "grains cannot be bonded to walls: bond them to held grains";
@@ -342,11 +342,11 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     for (name, stage) in &options.stages {
         let path = format!("methods.dem.stages.{name}");
         if stage.grow_until.is_some() && case.domain.periodic.len() < case.dimension() {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "is available only if the domain is periodic along all axes",
-            );
-            return Err(CaseError::new(format!("{path}.grow_until"), problem));
+            let problem = "is available only if the domain is periodic along all axes";
+            return Err(CaseError::new(
+                format!("{path}.grow_until"),
+                CaseErrorKind::coded("needs-other-key", problem),
+            ));
         }
         let Some(CellControl { xx, yy, zz, xy, yz, xz, damping }) = stage.cell else { continue };
         let flat = case.dimension() == 2;
@@ -377,7 +377,7 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             && !(damping.is_finite() && damping >= 0.0)
         {
             let problem =
-                CaseErrorKind::coded("program-request", format!("{damping} must be finite and not negative"));
+                CaseErrorKind::coded("out-of-range", format!("{damping} must be finite and not negative"));
             return Err(CaseError::new(format!("{path}.cell.damping"), problem));
         }
     }

@@ -119,11 +119,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     fn check_overlaps_of(&self, added: &Grains<D, R>) -> Result<(), CaseError> {
         let allowed = self.clock.options.initial_overlap * (1.0 + 1e-9);
         let refuse = |i: usize, overlap: f64, other: &str| {
-            let problem = CaseErrorKind::coded(
-                "overlap",
-                format!("overlaps {other} by {overlap:.3} of the smaller radius, more than {allowed:.3}"),
-            );
-            Err(CaseError::new(format!("points.positions[{i}]"), problem))
+            let problem =
+                format!("overlaps {other} by {overlap:.3} of the smaller radius, more than {allowed:.3}");
+            Err(CaseError::new(format!("points.positions[{i}]"), CaseErrorKind::coded("overlap", problem)))
         };
         let (unit, _) = inverse(&self.cell.geometry.h);
         let distance = |a: &[f64; D], b: &[f64; D]| distance_in_cell((&self.cell.geometry, &unit), a, b);

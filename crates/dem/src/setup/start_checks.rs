@@ -85,14 +85,14 @@ fn check_areas<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resu
                 other == axis || case.domain.is_periodic(other) || (on(false) && on(true))
             };
             if let (None, Some(other)) = (servo.area, (0..D).find(|&other| !bounded(other))) {
-                let problem = CaseErrorKind::coded(
-                    "needs-other-key",
-                    format!(
-                        "is missing: along {} no walls bound the grains that {name:?} presses on; give the area, or in 3d the membrane around the grains as sleeve",
-                        ["x", "y", "z"][other]
-                    ),
+                let problem = format!(
+                    "is missing: along {} no walls bound the grains that {name:?} presses on; give the area, or in 3d the membrane around the grains as sleeve",
+                    ["x", "y", "z"][other]
                 );
-                return Err(CaseError::new(format!("{path}.area"), problem));
+                return Err(CaseError::new(
+                    format!("{path}.area"),
+                    CaseErrorKind::coded("needs-other-key", problem),
+                ));
             }
         }
     }

@@ -24,15 +24,12 @@ pub(super) fn check_stresses(case: &Case, options: &DemOptions) -> Result<(), Ca
                 return Err(CaseError::new(path, problem));
             }
             if let Some(limit) = limit.filter(|limit| -smallest > *limit) {
-                let problem = CaseErrorKind::coded(
-                    "overlap",
-                    format!(
-                        "{:.4e} Pa causes overlaps of more than {MAX_MEAN_OVERLAP} of the radius (at most \
+                let problem = format!(
+                    "{:.4e} Pa causes overlaps of more than {MAX_MEAN_OVERLAP} of the radius (at most \
                      {limit:.4e} Pa for this stiffness): make contacts stiffer",
-                        -smallest
-                    ),
+                    -smallest
                 );
-                return Err(CaseError::new(path, problem));
+                return Err(CaseError::new(path, CaseErrorKind::coded("overlap", problem)));
             }
         }
     }

@@ -109,11 +109,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let body = self.body_number(name)?;
         let own = |i: usize| self.grains.body[i] == body;
         if (0..self.grains.len()).any(|i| own(i) && !self.grains.is_held[i]) {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "is missing: only a body with prescribed motion can be moved by the program",
-            );
-            return Err(CaseError::new(format!("methods.dem.bodies.{name}.held"), problem));
+            let problem = "is missing: only a body with prescribed motion can be moved by the program";
+            return Err(CaseError::new(
+                format!("methods.dem.bodies.{name}.held"),
+                CaseErrorKind::coded("needs-other-key", problem),
+            ));
         }
         check_finite(&format!("bodies[{body}].velocity"), &velocity)?;
         self.boundary.body_velocities.insert(body, velocity);

@@ -90,11 +90,8 @@ pub fn body_nodes<const D: usize>(
         assign_to_phases(options, &mut sets, own, body);
     }
     if sets.iter().all(Vec::is_empty) {
-        let problem = CaseErrorKind::coded(
-            "empty-body",
-            "no body covers a point of the lattice: make methods.depth-sph.spacing smaller",
-        );
-        return Err(CaseError::new("bodies", problem));
+        let problem = "no body covers a point of the lattice: make methods.depth-sph.spacing smaller";
+        return Err(CaseError::new("bodies", CaseErrorKind::coded("empty-body", problem)));
     }
     Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
 }
@@ -188,11 +185,12 @@ fn transferred_nodes<const D: usize>(
         if bed.bed_point(&position).is_none() {
             let origin = case.origin();
             let place: Vec<f64> = (0..D).map(|c| position[c] + origin[c]).collect();
-            let problem = CaseErrorKind::coded(
-                "no-data",
-                format!("there is no ground below points at {place:?} m: the raster of the bed ends there"),
-            );
-            return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+            let problem =
+                format!("there is no ground below points at {place:?} m: the raster of the bed ends there");
+            return Err(CaseError::new(
+                format!("bodies[{number}].points.file"),
+                CaseErrorKind::coded("no-data", problem),
+            ));
         }
         let mut own = new_node(&case.bodies[number], number, position, volume[0], options);
         own.velocity = std::array::from_fn(|c| momentum[c] / volume[c]);

@@ -171,13 +171,13 @@ fn check_open_boundaries(case: &Case, options: &DepthOptions) -> Result<(), Case
     let up = case.dimension() - 1;
     if let Some(length) = options.absorbing_layer {
         if options.phases == Phases::Layers && up > 1 {
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                "is not available for two layers in 3d, because its reflection of their waves is \
+            let problem = "is not available for two layers in 3d, because its reflection of their waves is \
                            known for profiles only: leave it out, absorbing sides transmit the waves of \
-                           two layers without it",
-            );
-            return Err(crate::setup::option_error("absorbing_layer", problem));
+                           two layers without it";
+            return Err(crate::setup::option_error(
+                "absorbing_layer",
+                CaseErrorKind::coded("conflicting-keys", problem),
+            ));
         }
         check_absorbing_layer(case, length)?;
     }

@@ -86,12 +86,9 @@ fn require_two_phase_law(
     key: &str,
 ) -> Result<BasalRheology, CaseError> {
     if options.phases == Phases::Two && !law.is_additive() {
-        let problem = CaseErrorKind::coded(
-            "conflicting-keys",
-            "a Bingham profile is available for one phase only: give another law, or leave \
-                       `phases` out",
-        );
-        return Err(option_error(key, problem));
+        let problem = "a Bingham profile is available for one phase only: give another law, or leave \
+                       `phases` out";
+        return Err(option_error(key, CaseErrorKind::coded("conflicting-keys", problem)));
     }
     Ok(law)
 }

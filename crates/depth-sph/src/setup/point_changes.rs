@@ -87,11 +87,11 @@ impl<const D: usize> DepthSolver<D> {
         let node = |(i, x): (usize, &[f64; 3])| {
             let position = std::array::from_fn(|c| x[c]);
             if !self.flow.bed.is_defined(&position) {
-                let problem = CaseErrorKind::coded(
-                    "outside-domain",
-                    format!("{position:?} m is beyond the end of the bed"),
-                );
-                return Err(CaseError::new(format!("points.positions[{i}]"), problem));
+                let problem = format!("{position:?} m is beyond the end of the bed");
+                return Err(CaseError::new(
+                    format!("points.positions[{i}]"),
+                    CaseErrorKind::coded("outside-domain", problem),
+                ));
             }
             let volume = points.masses.as_ref().map_or(points.volumes[i], |masses| masses[i] / density);
             let mut node = new_node(&self.case.bodies[number], number, position, volume, &self.options);

@@ -63,11 +63,11 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     let mut options = case.methods.get(NAME).cloned().unwrap_or_else(|| json!({}));
     let phases = options["phases"].as_str().unwrap_or("one").to_owned();
     if phases == "layers" {
-        let problem = CaseErrorKind::coded(
-            "incompatible-options",
-            "is not available for two layers: give their densities in methods.depth-sph.mixture",
-        );
-        return Err(CaseError::new(format!("bodies[{first}].pore_fluid"), problem));
+        let problem = "is not available for two layers: give their densities in methods.depth-sph.mixture";
+        return Err(CaseError::new(
+            format!("bodies[{first}].pore_fluid"),
+            CaseErrorKind::coded("incompatible-options", problem),
+        ));
     }
     let facts = common_pore_fluid(case, &phases)?;
     let Some(all) = options.as_object_mut() else { return Ok(Cow::Borrowed(case)) };
@@ -81,12 +81,12 @@ pub fn with_pore_fluid_options(case: &Case) -> Result<Cow<'_, Case>, CaseError> 
     match all.get_mut("column").and_then(Value::as_object_mut) {
         Some(column) => fill_pore_column_options(case, &facts, column)?,
         None if facts.excess.is_some() => {
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                "applies only with pore-pressure columns: give methods.depth-sph.column, or \
-                           leave this out",
-            );
-            return Err(CaseError::new(format!("bodies[{first}].pore_fluid.excess_ratio"), problem));
+            let problem = "applies only with pore-pressure columns: give methods.depth-sph.column, or \
+                           leave this out";
+            return Err(CaseError::new(
+                format!("bodies[{first}].pore_fluid.excess_ratio"),
+                CaseErrorKind::coded("conflicting-keys", problem),
+            ));
         }
         None => {}
     }
@@ -102,12 +102,9 @@ fn common_pore_fluid(case: &Case, phases: &str) -> Result<PoreFluidData, CaseErr
     for (number, body) in case.bodies.iter().enumerate() {
         let path = |key: &str| format!("bodies[{number}].pore_fluid{key}");
         let Some(fluid) = &body.pore_fluid else {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "is missing, but another body has one: either all bodies of depth-sph have a \
-                           pore fluid, or none",
-            );
-            return Err(CaseError::new(path(""), problem));
+            let problem = "is missing, but another body has one: either all bodies of depth-sph have a \
+                           pore fluid, or none";
+            return Err(CaseError::new(path(""), CaseErrorKind::coded("needs-other-key", problem)));
         };
         let own = PoreFluidData::of_body(case, body, fluid);
         if own.grain <= own.fluid {
@@ -216,15 +213,12 @@ fn fill_mixture_options(
     if are_equal(own_law, conductivity, DERIVED_TOLERANCE) || drag.validate().is_err() {
         return Ok(());
     }
-    let problem = CaseErrorKind::coded(
-        "conflicting-keys",
-        format!(
-            "gives a permeability of {own_law:.3e} m/s at a porosity of {}, but bodies[].pore_fluid gives \
+    let problem = format!(
+        "gives a permeability of {own_law:.3e} m/s at a porosity of {}, but bodies[].pore_fluid gives \
          {conductivity:.3e} m/s: leave this out, or make the two equal",
-            facts.porosity
-        ),
+        facts.porosity
     );
-    Err(option_error("mixture.drag", problem))
+    Err(option_error("mixture.drag", CaseErrorKind::coded("conflicting-keys", problem)))
 }
 
 /// Writes the porosities of bodies that differ from that of the first body.
@@ -301,14 +295,11 @@ fn fill_drainage(case: &Case, options: &mut Map<String, Value>) -> Result<(), Ca
         let open = json!(Drainage::Atmospheric);
         let given = options.entry("drainage").or_insert_with(|| open.clone());
         if *given != open {
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                format!(
-                    "{given} differs from boundaries[{number}].drained, a bed that is open to the air: leave \
+            let problem = format!(
+                "{given} differs from boundaries[{number}].drained, a bed that is open to the air: leave \
                  one of them out"
-                ),
             );
-            return Err(option_error("drainage", problem));
+            return Err(option_error("drainage", CaseErrorKind::coded("conflicting-keys", problem)));
         }
     }
     Ok(())
@@ -326,12 +317,12 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
                 case.dimension() - 1,
             )?;
             if options.phases != Phases::Two && *velocity != body.velocity {
-                let problem = CaseErrorKind::coded(
-                    "conflicting-keys",
-                    "applies only to a fluid with separate nodes: set methods.depth-sph.phases \
-                               to `two`, or leave this out",
-                );
-                return Err(CaseError::new(path("velocity"), problem));
+                let problem = "applies only to a fluid with separate nodes: set methods.depth-sph.phases \
+                               to `two`, or leave this out";
+                return Err(CaseError::new(
+                    path("velocity"),
+                    CaseErrorKind::coded("conflicting-keys", problem),
+                ));
             }
         }
         let is_field = match fluid.pressure {
@@ -340,12 +331,9 @@ pub fn check_supported(case: &Case, options: &DepthOptions) -> Result<(), CaseEr
             PorePressure::Formula { .. } => true,
         };
         if is_field && options.column.is_none() {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "applies only with pore-pressure columns: without methods.depth-sph.column the \
-                           pressure is hydrostatic below the surface of the flow",
-            );
-            return Err(CaseError::new(path("pressure"), problem));
+            let problem = "applies only with pore-pressure columns: without methods.depth-sph.column the \
+                           pressure is hydrostatic below the surface of the flow";
+            return Err(CaseError::new(path("pressure"), CaseErrorKind::coded("needs-other-key", problem)));
         }
     }
     Ok(())

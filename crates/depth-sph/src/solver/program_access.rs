@@ -159,11 +159,11 @@ impl<const D: usize> DepthSolver<D> {
         acceleration: impl Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync + 'static,
     ) -> Result<(), CaseError> {
         if self.flow.settings.phases != Phases::One {
-            let problem = CaseErrorKind::coded(
-                "incompatible-options",
-                "excludes a body force of the program: its share of each phase is not defined",
-            );
-            return Err(CaseError::new(format!("methods.{NAME}.phases"), problem));
+            let problem = "excludes a body force of the program: its share of each phase is not defined";
+            return Err(CaseError::new(
+                format!("methods.{NAME}.phases"),
+                CaseErrorKind::coded("incompatible-options", problem),
+            ));
         }
         self.flow.body_force.acting = Some(BodyForce::new(acceleration));
         Ok(())

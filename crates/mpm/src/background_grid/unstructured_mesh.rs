@@ -21,21 +21,21 @@ pub fn check_supported(case: &Case, options: &MpmOptions) -> Result<(), CaseErro
     let Some(source) = &options.mesh else {
         return match grouped {
             Some(number) => {
-                let problem = CaseErrorKind::coded(
-                    "needs-other-key",
-                    "needs methods.mpm.mesh from a file: a structured grid has no groups of nodes",
-                );
-                Err(CaseError::new(format!("boundaries[{number}].group"), problem))
+                let problem = "needs methods.mpm.mesh from a file: a structured grid has no groups of nodes";
+                Err(CaseError::new(
+                    format!("boundaries[{number}].group"),
+                    CaseErrorKind::coded("needs-other-key", problem),
+                ))
             }
             None => Ok(()),
         };
     };
     if let (Some(number), MeshSource::Box) = (grouped, source) {
-        let problem = CaseErrorKind::coded(
-            "needs-other-key",
-            "needs methods.mpm.mesh from a file: a box has no groups of nodes",
-        );
-        return Err(CaseError::new(format!("boundaries[{number}].group"), problem));
+        let problem = "needs methods.mpm.mesh from a file: a box has no groups of nodes";
+        return Err(CaseError::new(
+            format!("boundaries[{number}].group"),
+            CaseErrorKind::coded("needs-other-key", problem),
+        ));
     }
     if case.dimension() == 1 {
         return refuse("mesh", "needs two or three dimensions");

@@ -58,14 +58,14 @@ fn reject_oblique_group<const D: usize>(
         }
         let first = &mesh.nodes()[face[0] as usize];
         if face.iter().any(|&node| (mesh.nodes()[node as usize][axis] - first[axis]).abs() > slack) {
-            let problem = CaseErrorKind::coded(
-                "wall-off-grid",
-                format!(
-                    "the face of {name:?} at {first:?} m is not normal to the axis of the boundary's side, along which a smooth or frictional \
+            let problem = format!(
+                "the face of {name:?} at {first:?} m is not normal to the axis of the boundary's side, along which a smooth or frictional \
                  wall acts: give that surface as an obstacle with `methods.mpm.obstacles` `points`, or make the wall rough"
-                ),
             );
-            return Err(CaseError::new(format!("boundaries[{number}].group"), problem));
+            return Err(CaseError::new(
+                format!("boundaries[{number}].group"),
+                CaseErrorKind::coded("wall-off-grid", problem),
+            ));
         }
     }
     Ok(())

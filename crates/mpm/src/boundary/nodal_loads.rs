@@ -56,12 +56,12 @@ pub fn nodal_loads<const D: usize>(
     let mut found = Vec::new();
     for number in (0..case.loads.len()).filter(of_nodes) {
         if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
-            let problem = CaseErrorKind::coded(
-                "incompatible-options",
-                "nodes is not available with cpdi and cpdi2, because their point domains extend \
-                           beyond the side: use points",
-            );
-            return Err(CaseError::new(format!("loads[{number}].applied_to"), problem));
+            let problem = "nodes is not available with cpdi and cpdi2, because their point domains extend \
+                           beyond the side: use points";
+            return Err(CaseError::new(
+                format!("loads[{number}].applied_to"),
+                CaseErrorKind::coded("incompatible-options", problem),
+            ));
         }
         let set = &sets[point_loads::loaded_set(case, number, sets)?];
         let areas = if background.is_meshed() {

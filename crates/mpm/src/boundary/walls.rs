@@ -37,20 +37,16 @@ pub fn walls<const D: usize>(
         let face = (boundary.wall_coordinate(&case.domain) - grid.origin[axis]) / grid.cell;
         let path = || format!("boundaries[{number}].position");
         if (face - face.round()).abs() > 1e-6 {
-            let problem = CaseErrorKind::coded(
-                "wall-off-grid",
-                format!("lies {face:.6} cells from the side of the domain: a wall must lie on a grid line"),
-            );
-            return Err(CaseError::new(path(), problem));
+            let problem =
+                format!("lies {face:.6} cells from the side of the domain: a wall must lie on a grid line");
+            return Err(CaseError::new(path(), CaseErrorKind::coded("wall-off-grid", problem)));
         }
         let face = face.round() as usize;
         let inside = face > 0 && face < grid.cells[axis];
         if inside && !basis.allows_interior_walls {
-            let problem = CaseErrorKind::coded(
-                "wall-off-grid",
-                format!("with {} shape functions, walls must lie on the sides of the domain", basis.name),
-            );
-            return Err(CaseError::new(path(), problem));
+            let problem =
+                format!("with {} shape functions, walls must lie on the sides of the domain", basis.name);
+            return Err(CaseError::new(path(), CaseErrorKind::coded("wall-off-grid", problem)));
         }
         if let Some(kind) = wall_kind(boundary, options) {
             walls.push(node_wall(boundary, basis.face_node(face, grid.cells[axis]), kind));

@@ -58,12 +58,9 @@ impl BodyContact {
         }
         let test = self.test(on_mesh);
         if on_mesh && test == ContactTest::Gap {
-            let problem = CaseErrorKind::coded(
-                "needs-other-key",
-                "gap needs a structured grid, whose shape functions give the distance of a surface: \
-                           use approach",
-            );
-            return Err(("test", problem.into()));
+            let problem = "gap needs a structured grid, whose shape functions give the distance of a surface: \
+                           use approach";
+            return Err(("test", CaseErrorKind::coded("needs-other-key", problem)));
         }
         self.penalty
             .map_or(Ok(()), |penalty| penalty.validate(test))

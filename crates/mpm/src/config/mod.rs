@@ -185,6 +185,7 @@ impl MpmOptions {
     /// # Errors
     /// The first option out of range, as (name, problem).
     pub fn validate(&self) -> Result<(), (&'static str, CaseErrorKind)> {
+        let needs = |problem: &str| CaseErrorKind::coded("needs-other-key", problem);
         let rule = |name, value: f64, holds: bool, rule: &str| {
             if holds { Ok(()) } else { Err((name, CaseErrorKind::out_of_range(value, rule))) }
         };
@@ -204,7 +205,7 @@ impl MpmOptions {
         let share = self.lumped_share;
         rule("lumped_share", share, share > 0.0 && share <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if share != default_lumped_share() && self.mass != NodalMass::Consistent {
-            return Err(("lumped_share", CaseErrorKind::coded("needs-other-key", "needs mass consistent")));
+            return Err(("lumped_share", needs("needs mass consistent")));
         }
         if let Some(cutoff) = self.node_mass_cutoff {
             rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
@@ -212,34 +213,25 @@ impl MpmOptions {
         let ratio = self.static_friction_ratio;
         rule("static_friction_ratio", ratio, ratio.is_finite() && ratio >= 1.0, "must be at least 1")?;
         if ratio > 1.0 && self.wall_friction != WallFriction::Acceleration {
-            return Err((
-                "static_friction_ratio",
-                CaseErrorKind::coded("needs-other-key", "needs wall_friction acceleration"),
-            ));
+            return Err(("static_friction_ratio", needs("needs wall_friction acceleration")));
         }
         if self.domain_stretch != DomainStretch::Diagonal && self.shape != ShapeFunctions::Cpgimp {
-            return Err(("domain_stretch", CaseErrorKind::coded("needs-other-key", "needs shape cpgimp")));
+            return Err(("domain_stretch", needs("needs shape cpgimp")));
         }
         self.validate_formulation()?;
         let stiffness = self.obstacle_stiffness;
         let holds = stiffness > 0.0 && stiffness <= 1000.0;
         rule("obstacle_stiffness", stiffness, holds, "is not in 0..=1000 (0 excluded)")?;
         if stiffness != obstacle_stiffness() && self.obstacles != ObstacleCoupling::Points {
-            return Err((
-                "obstacle_stiffness",
-                CaseErrorKind::coded("needs-other-key", "needs obstacles points"),
-            ));
+            return Err(("obstacle_stiffness", needs("needs obstacles points")));
         }
         let fill = self.full_cell;
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if fill != full_cell() && self.integration != InternalForceIntegration::Mixed {
-            return Err(("full_cell", CaseErrorKind::coded("needs-other-key", "needs integration mixed")));
+            return Err(("full_cell", needs("needs integration mixed")));
         }
         if self.mixed_reset && self.integration == InternalForceIntegration::Points {
-            return Err((
-                "mixed_reset",
-                CaseErrorKind::coded("needs-other-key", "needs integration mixed or gauss"),
-            ));
+            return Err(("mixed_reset", needs("needs integration mixed or gauss")));
         }
         if let Some(factor) = self.free_surface {
             rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;

@@ -13,17 +13,14 @@ pub(super) fn check_bands(case: &Case, options: &MpmOptions) -> Result<(), CaseE
         let law = case.materials.get(&body.material).and_then(MaterialSpec::double_scale);
         let Some(largest) = law.and_then(DoubleScaleSpec::largest_band) else { continue };
         if options.band_cells() * options.cell_size >= largest {
-            let problem = CaseErrorKind::coded(
-                "snap-back",
-                format!(
-                    "bands of the material {:?}, {} cells long, show snap-back from a length of {largest:.4e} m \
+            let problem = format!(
+                "bands of the material {:?}, {} cells long, show snap-back from a length of {largest:.4e} m \
                  on (E G/f_t², or the same with the shear modulus if that is less): make the cells smaller, \
                  or set `allow_snapback` in the material",
-                    body.material,
-                    options.band_cells()
-                ),
+                body.material,
+                options.band_cells()
             );
-            return Err(CaseError::new("methods.mpm.cell_size", problem));
+            return Err(CaseError::new("methods.mpm.cell_size", CaseErrorKind::coded("snap-back", problem)));
         }
     }
     Ok(())

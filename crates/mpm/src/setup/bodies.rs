@@ -151,11 +151,8 @@ fn samples<const D: usize>(
         unstructured_mesh::sample_body(view.mesh, options, body)
     };
     if samples.is_empty() {
-        let problem = CaseErrorKind::coded(
-            "empty-body",
-            format!("holds no point: it is smaller than the cells of {} m", grid.cell),
-        );
-        return Err(CaseError::new(format!("{path}.shape"), problem));
+        let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
+        return Err(CaseError::new(format!("{path}.shape"), CaseErrorKind::coded("empty-body", problem)));
     }
     if first_id + samples.len() > MAX_POINTS {
         return Err(CaseError::new(
@@ -164,11 +161,8 @@ fn samples<const D: usize>(
         ));
     }
     if let Some(outside) = samples.iter().find(|sample| !grid.contains(&sample.position)) {
-        let problem = CaseErrorKind::coded(
-            "outside-domain",
-            format!("the point at {:?} m lies outside the domain", outside.position),
-        );
-        return Err(CaseError::new(format!("{path}.shape"), problem));
+        let problem = format!("the point at {:?} m lies outside the domain", outside.position);
+        return Err(CaseError::new(format!("{path}.shape"), CaseErrorKind::coded("outside-domain", problem)));
     }
     Ok(samples)
 }

@@ -192,11 +192,11 @@ fn absorbing_boundaries<const D: usize>(
         sets.iter().map(|set| Impedance::of_body(set, options.mass_scaling)).collect()
     });
     if let (Some(number), true) = (number, fields > 1) {
-        let problem = CaseErrorKind::coded(
-            "incompatible-options",
-            "an absorbing boundary is not available with contacts",
-        );
-        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+        let problem = "an absorbing boundary is not available with contacts";
+        return Err(CaseError::new(
+            format!("boundaries[{number}].wall"),
+            CaseErrorKind::coded("incompatible-options", problem),
+        ));
     }
     Ok(AbsorbingBoundaries::new(impedances))
 }

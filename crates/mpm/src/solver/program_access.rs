@@ -119,11 +119,12 @@ impl<const D: usize> MpmSolver<D> {
         acceleration: impl Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync + 'static,
     ) -> Result<(), CaseError> {
         if let Some(body) = self.clock.case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
-            let problem = CaseErrorKind::coded(
-                "incompatible-options",
-                "excludes a body force of the program: its share of skeleton and fluid is not defined",
-            );
-            return Err(CaseError::new(format!("bodies[{body}].pore_fluid"), problem));
+            let problem =
+                "excludes a body force of the program: its share of skeleton and fluid is not defined";
+            return Err(CaseError::new(
+                format!("bodies[{body}].pore_fluid"),
+                CaseErrorKind::coded("incompatible-options", problem),
+            ));
         }
         self.boundary.body_force = Some(BodyForce::new(acceleration));
         for set in self.deformable_sets() {

@@ -162,11 +162,11 @@ fn periodic_background<const D: usize>(
 ) -> Result<BackgroundGrid<D>, CaseError> {
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     background.with_periodic_axes(periodic).map_err(|smallest| {
-        let problem = CaseErrorKind::coded("needs-other-key", format!(
+        let problem = format!(
             "needs {smallest} cells or more along each periodic axis, because shape functions extend that far \
              beyond its sides"
-        ));
-        CaseError::new("domain.periodic", problem)
+        );
+        CaseError::new("domain.periodic", CaseErrorKind::coded("needs-other-key", problem))
     })
 }
 

@@ -22,11 +22,8 @@ impl<const D: usize> SnowSolver<D> {
         case.check_added_points(body as usize, points, D)?;
         points.reject_columns(&GRAIN_COLUMNS, "snow-mpm")?;
         let Some(index) = self.bodies.bodies.iter().position(|own| own.number == body) else {
-            let problem = CaseErrorKind::coded(
-                "empty-body",
-                format!("{:?} has no points left", case.bodies[body as usize].name),
-            );
-            return Err(CaseError::new("body", problem));
+            let problem = format!("{:?} has no points left", case.bodies[body as usize].name);
+            return Err(CaseError::new("body", CaseErrorKind::coded("empty-body", problem)));
         };
         let first = self.bodies.next_id;
         if points.positions.is_empty() {

@@ -42,13 +42,10 @@ pub fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64
     if count <= MAX_WALL_PARTICLES {
         return Ok(());
     }
-    let problem = CaseErrorKind::coded(
-        "too-many-points",
-        format!(
-            "its walls would need about {count:.2e} particles, more than 2^28: make it smaller, or use a larger spacing"
-        ),
+    let problem = format!(
+        "its walls would need about {count:.2e} particles, more than 2^28: make it smaller, or use a larger spacing"
     );
-    Err(CaseError::new("domain", problem))
+    Err(CaseError::new("domain", CaseErrorKind::coded("too-many-points", problem)))
 }
 
 /// Flat walls of a stage; those with particles have layers for a kernel radius `reach` (m).

@@ -139,77 +139,57 @@ impl SphOptions {
 
     /// Checks combinations of the smoothing options.
     fn check_lengths(&self) -> Result<(), OptionError> {
+        let clash = |problem: &str| CaseErrorKind::coded("incompatible-options", problem);
         let grad_h = self.symmetrisation == Symmetrisation::GradH;
         if self.is_variable() && self.confining.is_some() {
-            return Err(("smoothing_length", "must be constant with a confining pressure".into()));
+            return Err(("smoothing_length", clash("must be constant with a confining pressure")));
         }
         if self.is_variable() && self.continuity == ContinuityEquation::Summation {
-            return Err(("continuity", "summation needs a constant smoothing length".into()));
+            return Err(("continuity", clash("summation needs a constant smoothing length")));
         }
         if grad_h && self.smoothing_length != SmoothingLength::Density {
-            return Err(("symmetrisation", "grad-h needs smoothing_length density".into()));
+            return Err(("symmetrisation", clash("grad-h needs smoothing_length density")));
         }
         if grad_h && self.momentum != MomentumEquation::Rho2 {
-            return Err(("momentum", "must be rho2 with grad-h, which is adjoint to it".into()));
+            return Err(("momentum", clash("must be rho2 with grad-h, which is adjoint to it")));
         }
         if grad_h && !matches!(self.continuity, ContinuityEquation::Trace | ContinuityEquation::Mass) {
-            return Err(("continuity", "must be trace or mass with grad-h".into()));
+            return Err(("continuity", clash("must be trace or mass with grad-h")));
         }
         if self.continuity == ContinuityEquation::Summation && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise with density by summation".into()));
+            return Err(("wall_stress", clash("must be pairwise with density by summation")));
         }
         if self.is_variable() && self.wall_stress != WallStress::Pairwise {
-            return Err(("wall_stress", "must be pairwise with a smoothing length that varies".into()));
+            return Err(("wall_stress", clash("must be pairwise with a smoothing length that varies")));
         }
         let corrects = self.momentum == MomentumEquation::Corrected;
         use VelocityGradientOperator::{Compatible, Corotated, Corrected};
         let fits = matches!(self.velocity_gradient, Compatible | Corotated | Corrected);
         if corrects && !fits {
-            return Err((
-                "velocity_gradient",
-                CaseErrorKind::coded("incompatible-options", "must be corrected if momentum is corrected"),
-            ));
+            return Err(("velocity_gradient", clash("must be corrected if momentum is corrected")));
         }
         if corrects && self.wall_stress != WallStress::Pairwise {
-            return Err((
-                "wall_stress",
-                CaseErrorKind::coded("incompatible-options", "must be pairwise if momentum is corrected"),
-            ));
+            return Err(("wall_stress", clash("must be pairwise if momentum is corrected")));
         }
         let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.ranks > 1 {
-            return Err((
-                "integration",
-                CaseErrorKind::coded("incompatible-options", "must be leapfrog with more than one rank"),
-            ));
+            return Err(("integration", clash("must be leapfrog with more than one rank")));
         }
         let shifts = self.shifting > 0.0;
         if !shifts && self.shifting_speed != ShiftingSpeed::Own {
-            return Err((
-                "shifting_speed",
-                CaseErrorKind::coded("needs-other-key", "needs shifting above 0"),
-            ));
+            return Err(("shifting_speed", clash("needs shifting above 0")));
         }
         if shifts && self.shifting_speed == ShiftingSpeed::Largest && self.ranks > 1 {
             return Err((
                 "shifting_speed",
-                CaseErrorKind::coded(
-                    "incompatible-options",
-                    "must be own with more than one rank, because a rank has its own particles only",
-                ),
+                clash("must be own with more than one rank, because a rank has its own particles only"),
             ));
         }
         if self.formulation == LagrangianFormulation::TotalLagrangian && self.ranks > 1 {
-            return Err((
-                "formulation",
-                CaseErrorKind::coded("incompatible-options", "must be updated with more than one rank"),
-            ));
+            return Err(("formulation", clash("must be updated with more than one rank")));
         }
         if stages && self.smoothing_length == SmoothingLength::Rate {
-            return Err((
-                "smoothing_length",
-                CaseErrorKind::coded("needs-other-key", "rate needs integration leapfrog"),
-            ));
+            return Err(("smoothing_length", clash("rate needs integration leapfrog")));
         }
         Ok(())
     }

@@ -41,16 +41,13 @@ pub(super) fn check_bands<const D: usize>(case: &Case, options: &SphOptions) -> 
         }
         let Some(largest) = law.largest_band() else { continue };
         if band_length::<D>(options.spacing.powi(D as i32)) >= largest {
-            let problem = CaseErrorKind::coded(
-                "snap-back",
-                format!(
-                    "bands of the material {name:?} show snap-back from {:.4e} m on (half of E G/f_t², or of the \
+            let problem = format!(
+                "bands of the material {name:?} show snap-back from {:.4e} m on (half of E G/f_t², or of the \
                  same with the shear modulus if that is less): make it smaller, or set `allow_snapback` in \
                  the material",
-                    0.5 * largest
-                ),
+                0.5 * largest
             );
-            return Err(CaseError::new("methods.sph.spacing", problem));
+            return Err(CaseError::new("methods.sph.spacing", CaseErrorKind::coded("snap-back", problem)));
         }
     }
     Ok(())

@@ -96,11 +96,8 @@ fn initial_velocities<const D: usize>(
 /// Checks the number of particles of a body, after `start` particles of other bodies.
 fn check_count(options: &SphOptions, path: &str, start: usize, count: usize) -> Result<(), CaseError> {
     if count == 0 {
-        let problem = CaseErrorKind::coded(
-            "empty-body",
-            format!("holds no particle: it is smaller than the spacing of {} m", options.spacing),
-        );
-        return Err(CaseError::new(format!("{path}.shape"), problem));
+        let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
+        return Err(CaseError::new(format!("{path}.shape"), CaseErrorKind::coded("empty-body", problem)));
     }
     if start + count > MAX_PARTICLES {
         let problem =
@@ -142,21 +139,18 @@ fn rigid<const D: usize>(particles: &Particles<D>, range: Range<usize>, spacing:
 fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]]) -> Result<(), CaseError> {
     let outside = |x: &&[f64; D]| (0..D).any(|c| x[c] < case.domain.min[c] || x[c] > case.domain.max[c]);
     if let Some(x) = positions.iter().find(outside) {
-        let problem = CaseErrorKind::coded(
-            "outside-domain",
-            format!("the particle at {x:?} m lies outside the domain"),
-        );
-        return Err(CaseError::new(format!("{path}.shape"), problem));
+        let problem = format!("the particle at {x:?} m lies outside the domain");
+        return Err(CaseError::new(format!("{path}.shape"), CaseErrorKind::coded("outside-domain", problem)));
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let (axis, face) = (boundary.side.axis(), boundary.wall_coordinate(&case.domain));
         let sign = if boundary.side.is_max() { -1.0 } else { 1.0 };
         if let Some(x) = positions.iter().find(|x| sign * (x[axis] - face) <= 0.0) {
-            let problem = CaseErrorKind::coded(
-                "outside-domain",
-                format!("the particle at {x:?} m lies inside the wall boundaries[{number}]"),
-            );
-            return Err(CaseError::new(format!("{path}.shape"), problem));
+            let problem = format!("the particle at {x:?} m lies inside the wall boundaries[{number}]");
+            return Err(CaseError::new(
+                format!("{path}.shape"),
+                CaseErrorKind::coded("outside-domain", problem),
+            ));
         }
     }
     Ok(())

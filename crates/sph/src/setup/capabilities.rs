@@ -304,11 +304,12 @@ pub(super) fn check_stress_forms(groups: &[ParticleGroup], options: &SphOptions)
         ("stress_diffusion", options.stress_diffusion > 0.0),
     ] {
         if on {
-            let problem = CaseErrorKind::coded(
-                "incompatible-options",
-                "is for laws in rate form, but no body has one: other laws compute their stress anew",
-            );
-            return Err(CaseError::new(format!("methods.sph.{name}"), problem));
+            let problem =
+                "is for laws in rate form, but no body has one: other laws compute their stress anew";
+            return Err(CaseError::new(
+                format!("methods.sph.{name}"),
+                CaseErrorKind::coded("incompatible-options", problem),
+            ));
         }
     }
     Ok(())

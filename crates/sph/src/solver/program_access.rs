@@ -141,11 +141,8 @@ impl<const D: usize> SphSolver<D> {
         acceleration: impl Fn(&[f64; D], &[f64; D], f64) -> [f64; D] + Send + Sync + 'static,
     ) -> Result<(), CaseError> {
         if !self.bodies.groups.iter().any(ParticleGroup::is_free) {
-            let problem = CaseErrorKind::coded(
-                "nothing-moves",
-                "are all rigid or held: a body force of the program has no effect on them",
-            );
-            return Err(CaseError::new("bodies", problem));
+            let problem = "are all rigid or held: a body force of the program has no effect on them";
+            return Err(CaseError::new("bodies", CaseErrorKind::coded("nothing-moves", problem)));
         }
         self.bodies.loads.body_force = Some(Arc::new(BodyForce::new(acceleration)));
         let particles = &mut self.bodies.particles;

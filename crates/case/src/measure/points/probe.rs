@@ -37,11 +37,12 @@ impl MeasureDefinition for Probe {
     fn check(&self, path: &str, errors: &mut ErrorCollector<'_>) {
         let Self { position, radius, fields } = self;
         let dimension = errors.case.dimension();
-        let problem = CaseErrorKind::coded(
-            "wrong-dimension",
-            format!("has {} entries, the space has {dimension} dimensions", position.len()),
+        let problem = format!("has {} entries, the space has {dimension} dimensions", position.len());
+        errors.require(
+            position.len() == dimension,
+            format!("{path}.position"),
+            CaseErrorKind::coded("wrong-dimension", problem),
         );
-        errors.require(position.len() == dimension, format!("{path}.position"), problem);
         errors.places_inside(&format!("{path}.position"), position);
         errors.positive(format!("{path}.radius"), *radius, "m");
         errors.require(!fields.is_empty(), format!("{path}.fields"), "name at least one field");

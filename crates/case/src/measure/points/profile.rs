@@ -39,11 +39,8 @@ impl MeasureDefinition for Profile {
         errors.counted_bodies(path, bodies.as_deref());
         let dimension = errors.case.dimension();
         let fits = *axis < dimension && *height < dimension && axis != height;
-        let problem = CaseErrorKind::coded(
-            "wrong-dimension",
-            format!("{axis} and height {height} must be two different axes of the space"),
-        );
-        errors.require(fits, format!("{path}.axis"), problem);
+        let problem = format!("{axis} and height {height} must be two different axes of the space");
+        errors.require(fits, format!("{path}.axis"), CaseErrorKind::coded("wrong-dimension", problem));
         errors.positive(format!("{path}.bin"), *bin, "m");
     }
 

@@ -45,13 +45,10 @@ impl MeasureDefinition for ReactionForce {
         errors.require(has_moment, path, problem);
         errors.vector(path, about);
         let is_obstacle = errors.case.obstacles.iter().any(|obstacle| obstacle.name == *of);
-        let problem = CaseErrorKind::coded(
-            "conflicting-keys",
-            format!(
-                "moments are available on obstacles only, and {of:?} is not an obstacle: leave the place out"
-            ),
+        let problem = format!(
+            "moments are available on obstacles only, and {of:?} is not an obstacle: leave the place out"
         );
-        errors.require(is_obstacle, path, problem);
+        errors.require(is_obstacle, path, CaseErrorKind::coded("conflicting-keys", problem));
     }
 
     fn read(&self, name: &str, state: &MeasuredState<'_>) -> Vec<ScalarOutput> {

@@ -66,11 +66,8 @@ pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
 fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
     let of_places = case.measures.iter().filter(|(_, measure)| measure.needs_points());
     let error = |(name, _): (&String, &Measure)| {
-        let problem = CaseErrorKind::coded(
-            "needs-other-key",
-            "needs points, nodes or cells, but the frames of the method have none",
-        );
-        CaseError::new(format!("measures.{name}"), problem)
+        let problem = "needs points, nodes or cells, but the frames of the method have none";
+        CaseError::new(format!("measures.{name}"), CaseErrorKind::coded("needs-other-key", problem))
     };
     let errors: Vec<CaseError> = of_places.map(error).collect();
     if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }

@@ -465,11 +465,8 @@ impl RunRecorder {
                 true if FileChecksum::of_file(&path, None)? != *checksum => "changed",
                 true => continue,
             };
-            return Err(checkpoint_error(
-                out,
-                "frame-missing",
-                format!("needs {name}, which is {wrong}: run the case anew"),
-            ));
+            let problem = format!("needs {name}, which is {wrong}: run the case anew");
+            return Err(checkpoint_error(out, "frame-missing", problem));
         }
         Ok(())
     }
@@ -484,17 +481,9 @@ impl RunRecorder {
         };
         let probes = self.case.measures.iter().filter(|(_, measure)| measure.has_empty_radius());
         let blind = probes.filter(|(name, _)| !sees(name));
-        blind
-            .map(|(name, _)| {
-                Warning::new(
-                    "probe-without-points",
-                    format!(
-                        "measures.{name}: no point came within its radius. Move the probe, or give a \
-                               larger radius"
-                    ),
-                )
-            })
-            .collect()
+        let cure = "Move the probe, or give a larger radius";
+        let text = |name: &String| format!("measures.{name}: no point came within its radius. {cure}");
+        blind.map(|(name, _)| Warning::new("probe-without-points", text(name))).collect()
     }
 }
 

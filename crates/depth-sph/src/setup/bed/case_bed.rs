@@ -70,15 +70,15 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
         let (bed, smallest) = plane(case, point, normal)?;
         if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > smallest) {
-            let problem = CaseErrorKind::coded(
-                "conflicting-keys",
-                format!(
-                    "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
+            let problem = format!(
+                "the wall at {level} m lies above the lowest point of the plane {:?}, {smallest} m: leave the \
                  wall out or lower it",
-                    first.name
-                ),
+                first.name
             );
-            return Err(CaseError::new(format!("boundaries[{number}]"), problem));
+            return Err(CaseError::new(
+                format!("boundaries[{number}]"),
+                CaseErrorKind::coded("conflicting-keys", problem),
+            ));
         }
         reject_erosion_of_plane(options)?;
         return Ok(CaseBed { bed, grid: None, fit_errors: None, warnings: Vec::new() });
@@ -237,16 +237,16 @@ fn raise_to_wall(
     let smallest = known(raster);
     let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > smallest) else { return Ok(()) };
     if wall_friction(wall) != friction_of_obstacle(obstacle) {
-        let problem = CaseErrorKind::coded(
-            "conflicting-keys",
-            format!(
-                "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
+        let problem = format!(
+            "is at {} m, above the lowest point of the obstacles, {} m, but differs from their wall: the \
              bed has one kind of wall",
-                level + case.origin()[case.dimension() - 1],
-                smallest + case.origin()[case.dimension() - 1]
-            ),
+            level + case.origin()[case.dimension() - 1],
+            smallest + case.origin()[case.dimension() - 1]
         );
-        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+        return Err(CaseError::new(
+            format!("boundaries[{number}].wall"),
+            CaseErrorKind::coded("conflicting-keys", problem),
+        ));
     }
     raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = z.max(level));
     Ok(())

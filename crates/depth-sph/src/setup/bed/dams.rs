@@ -44,12 +44,12 @@ pub fn raise_terrain(
             *added = added.max(own);
         }
         if highest == 0.0 {
-            let problem = CaseErrorKind::coded(
-                "outside-domain",
-                "covers no node of the terrain: it lies outside the terrain, or the dam is \
-                           narrower than the cells",
-            );
-            return Err(option_error(&format!("dams[{number}].line"), problem));
+            let problem = "covers no node of the terrain: it lies outside the terrain, or the dam is \
+                           narrower than the cells";
+            return Err(option_error(
+                &format!("dams[{number}].line"),
+                CaseErrorKind::coded("outside-domain", problem),
+            ));
         }
         // Between nodes on both sides of the line the crest is as high as the nearest of them.
         let farthest = 0.5 * raster.spacing[0].hypot(raster.spacing[1]);
