@@ -82,7 +82,7 @@ fn build_program() -> Result<PathBuf, String> {
         return Err("the program does not build".to_owned());
     }
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    Ok(std::path::absolute(target.join("release")).map_err(|error| error.to_string())?)
+    std::path::absolute(target.join("release")).map_err(|error| error.to_string())
 }
 
 /// README and all pages of the documentation, without specification sheets, which quote sources, and the generated case reference, whose

@@ -76,8 +76,7 @@ impl Case {
             CaseErrorKind::coded(
                 "outside-domain",
                 format!("{own:?} m is outside the domain, from {min:?} to {max:?} m"),
-            )
-            .into(),
+            ),
         ))
     }
 

@@ -164,8 +164,7 @@ impl Case {
                 "on",
                 CaseErrorKind::coded("needs-other-key", format!(
                     "the shape of the obstacle {on:?} is not a raster, but a layer needs a raster below it"
-                ))
-                .into(),
+                )),
             )
         })?;
         let origin = self.origin();

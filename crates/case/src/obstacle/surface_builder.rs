@@ -112,8 +112,7 @@ fn in_space<const N: usize, const D: usize>(
             CaseErrorKind::coded(
                 "wrong-dimension",
                 format!("is a shape of {N} dimensions, the space has {D}"),
-            )
-            .into(),
+            ),
         )
     })
 }

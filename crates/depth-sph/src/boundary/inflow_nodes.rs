@@ -154,11 +154,7 @@ fn advance_rows<const D: usize>(
                  line: reduce `courant` or `spacing`"
                 ),
             );
-            return Err(FlowFailure {
-                node_id: nodes.next_id,
-                position: inflow.start.to_vec(),
-                reason: reason.into(),
-            });
+            return Err(FlowFailure { node_id: nodes.next_id, position: inflow.start.to_vec(), reason });
         }
         let (fresh, stale) = inflow.advance(time, section, &mut nodes.next_id);
         removed.extend(stale);

@@ -65,14 +65,14 @@ impl ColumnOptions {
                     "conflicting-keys",
                     "is missing, and so is `skeleton`: give one of them for the rate of drainage",
                 );
-                return Err((key("consolidation"), problem.into()));
+                return Err((key("consolidation"), problem));
             }
             (Some(_), Some(_)) => {
                 let problem = CaseErrorKind::coded(
                     "conflicting-keys",
                     "is given together with `skeleton`, which determines it: leave one of them out",
                 );
-                return Err((key("consolidation"), problem.into()));
+                return Err((key("consolidation"), problem));
             }
         }
         if let LowerBound::Total { cavitation } = self.lower_bound {

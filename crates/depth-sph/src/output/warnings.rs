@@ -82,7 +82,7 @@ fn erosion_warning<const D: usize>(flow: &FlowView<'_, D>) -> Option<Warning> {
     let left: f64 = flow.records.outflow_volume.iter().sum();
     let present: f64 = flow.sets().iter().flat_map(|set| &set.nodes.volume).sum();
     let ratio = eroded / (present + left - eroded);
-    let is_excessive = eroded > 0.0 && (ratio > MAX_ENTRAINMENT || ratio < 0.0);
+    let is_excessive = eroded > 0.0 && !(0.0..=MAX_ENTRAINMENT).contains(&ratio);
     is_excessive.then(|| {
         Warning::new(
             "excessive-erosion",

@@ -74,7 +74,7 @@ impl<const D: usize> SnowSolver<D> {
                  parallel to an axis, add old, elastic snow below the layer"
                 ),
             );
-            return Err(self.point_error(number, &PointFailure { index, reason: reason.into() }));
+            return Err(self.point_error(number, &PointFailure { index, reason }));
         }
         let checks = &mut self.clock.rest_checks;
         checks.early_yield = checks.early_yield.or(yielded.map(|yielded| (CheckTime::FirstCut, yielded)));

@@ -122,7 +122,7 @@ pub fn update_stress<const D: usize>(
                                 density[k]
                             ),
                         );
-                        return Some((here, problem.into()));
+                        return Some((here, problem));
                     }
                     let volume = mass[k] / density[k];
                     let found = match over {
