@@ -110,7 +110,7 @@ impl FitProblem {
                 Ok(data) => problem.data.push(data),
                 // Errors of the material appear once.
                 Err(found) => {
-                    errors.extend(found.0.into_iter().filter(|e| !errors.contains(e)).collect::<Vec<_>>())
+                    errors.extend(found.0.into_iter().filter(|e| !errors.contains(e)).collect::<Vec<_>>());
                 }
             }
         }
