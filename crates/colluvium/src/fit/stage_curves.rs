@@ -40,14 +40,14 @@ pub(super) enum TestFailure {
         short(*.to),
         stopped(.stop)
     )]
-    OutOfRange { line: u64, name: String, value: f64, from: f64, to: f64, stop: Option<DriverError> },
+    OutOfRange { line: u64, name: String, value: f64, from: f64, to: f64, stop: Option<Box<DriverError>> },
     /// Computed value that is not finite.
     #[error("{name} is not a number at {}", short(*.at))]
     NotFinite { name: String, at: f64 },
 }
 
 /// Clause on the reason why a test stopped early.
-fn stopped(stop: &Option<DriverError>) -> String {
+fn stopped(stop: &Option<Box<DriverError>>) -> String {
     stop.as_ref().map_or_else(String::new, |reason| format!(" ({reason})"))
 }
 
@@ -121,7 +121,7 @@ impl StageCurves {
                         value: measured.x,
                         from: self.over[0],
                         to: self.over[self.over.len() - 1],
-                        stop: self.stop.clone(),
+                        stop: self.stop.clone().map(Box::new),
                     });
                 }
                 let value = value_at(&places, |place| *place, |k| computed[k], x).unwrap_or(f64::NAN);
