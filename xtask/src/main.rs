@@ -7,6 +7,7 @@ mod compare;
 mod coverage;
 mod downstream;
 mod fuzz;
+mod open_defects;
 mod pages;
 mod report;
 mod same_bits;

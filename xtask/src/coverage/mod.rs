@@ -9,7 +9,7 @@ use clap::Args;
 
 use crate::coverage::checklist::ChecklistSheet;
 pub use crate::coverage::checklist::load_sheets;
-use crate::validate::open_defects;
+use crate::open_defects;
 pub use page::{html, summary_text};
 
 #[derive(Args)]

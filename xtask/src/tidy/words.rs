@@ -29,9 +29,10 @@ const PHRASES: [(&str, &str); 16] = [
 ];
 
 /// Names of files and folders at the root of a crate that need no entry in the glossary: parts of a program, not of the field.
-const PROGRAM_TERMS: [&str; 38] = [
+const PROGRAM_TERMS: [&str; 41] = [
     "allocations",
     "analysis",
+    "book",
     "animation",
     "benchmarks",
     "bodies",
@@ -54,7 +55,9 @@ const PROGRAM_TERMS: [&str; 38] = [
     "loads",
     "main",
     "measure",
+    "open_defects",
     "output",
+    "pages",
     "pictures",
     "reference",
     "report",

@@ -4,7 +4,6 @@
 //! defect record, and counted apart.
 
 mod cache;
-pub mod open_defects;
 mod progress;
 
 use std::fmt::Write as _;
@@ -17,10 +16,10 @@ use clap::Args;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::benchmarks::{Benchmark, BenchmarkOutcome, CheckVerdict, InputRecorder, all_benchmarks};
+use crate::open_defects::{self, DefectRecord};
 use crate::report;
 use crate::report::{BenchmarkEntry, ReportScope};
 use crate::validate::cache::OutcomeCache;
-use crate::validate::open_defects::DefectRecord;
 use progress::ValidationProgress;
 
 #[derive(Args)]

@@ -278,6 +278,27 @@ impl ErrorCollector<'_> {
         }
     }
 
+    /// Checks the initial pressure of a pore fluid.
+    fn initial_pore_pressure(&mut self, path: &str, shape: Option<&Shape>, pressure: &PorePressure) {
+        match pressure {
+            PorePressure::None => {}
+            PorePressure::Uniform { value } => self.finite(format!("{path}.value"), *value),
+            PorePressure::Formula { value } => self.formula(format!("{path}.value"), shape, value),
+            PorePressure::Hydrostatic { surface } => {
+                self.finite(format!("{path}.surface"), *surface);
+                let along = self.case.gravity.iter().filter(|g| **g != 0.0).count();
+                self.require(
+                    along == 1,
+                    path,
+                    CaseErrorKind::coded(
+                        "needs-other-key",
+                        "a hydrostatic pressure needs gravity along one axis",
+                    ),
+                );
+            }
+        }
+    }
+
     /// Checks the pore fluid of a body.
     fn pore_fluid(&mut self, path: &str, shape: Option<&Shape>, fluid: &PoreFluid) {
         let gravity = &self.case.gravity;
@@ -303,23 +324,7 @@ impl ErrorCollector<'_> {
                 ),
             ),
         }
-        match &fluid.pressure {
-            PorePressure::None => {}
-            PorePressure::Uniform { value } => self.finite(at("pressure.value"), *value),
-            PorePressure::Formula { value } => self.formula(at("pressure.value"), shape, value),
-            PorePressure::Hydrostatic { surface } => {
-                self.finite(at("pressure.surface"), *surface);
-                let along = gravity.iter().filter(|g| **g != 0.0).count();
-                self.require(
-                    along == 1,
-                    at("pressure"),
-                    CaseErrorKind::coded(
-                        "needs-other-key",
-                        "a hydrostatic pressure needs gravity along one axis",
-                    ),
-                );
-            }
-        }
+        self.initial_pore_pressure(&at("pressure"), shape, &fluid.pressure);
         if let Some(ratio) = fluid.excess_ratio {
             self.rule((0.0..=1.0).contains(&ratio), at("excess_ratio"), ratio, "is not in 0..=1");
             let problem = "is given in addition to excess_ratio: leave out one of the two";

@@ -87,10 +87,8 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let (frames, chosen) = (frames.unwrap_or_default(), chosen.unwrap_or_default());
     let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
-        print_warning(&Warning::new(
-            "results-missing",
-            format!("{}: the pictures do not show terrain and obstacles", ground.missing),
-        ));
+        let text = format!("{}: the pictures do not show terrain and obstacles", ground.missing);
+        print_warning(&Warning::new("results-missing", text));
     }
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     create_folder(&out)?;

@@ -312,13 +312,7 @@ impl MixedControl {
                     difference_jacobian(|x| residual(x).map(|(r, _)| r), &x, &r, size / stiffness)?
                 }
             };
-            // On an edge of a yield surface two conditions may coincide: the shortest step satisfies both.
-            let svd = jacobian.svd(true, true);
-            let cut = 1e-9 * svd.singular_values.amax();
-            let Ok(step) = svd.solve(&r, cut) else { return Err(stuck) };
-            if !step.iter().all(|v| v.is_finite()) || step.rows(0, 6).amax() > 1.0 {
-                return Err(stuck);
-            }
+            let Some(step) = newton_step(jacobian, &r) else { return Err(stuck) };
             let mut length = 1.0;
             loop {
                 let next = x - step * length;
@@ -346,6 +340,15 @@ impl MixedControl {
         let refused = refused.filter(|_| prescribed);
         Err(refused.unwrap_or(StepError::Row(r.iamax())))
     }
+}
+
+/// Step of Newton's method; `None` where it is not finite or strains by more than one.
+fn newton_step(jacobian: Matrix7, r: &Vector7) -> Option<Vector7> {
+    // On an edge of a yield surface two conditions may coincide: the shortest step satisfies both.
+    let svd = jacobian.svd(true, true);
+    let cut = 1e-9 * svd.singular_values.amax();
+    let step = svd.solve(r, cut).ok()?;
+    (step.iter().all(|v| v.is_finite()) && step.rows(0, 6).amax() <= 1.0).then_some(step)
 }
 
 /// Derivative of the residual in Newton's method.

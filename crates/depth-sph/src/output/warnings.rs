@@ -59,18 +59,21 @@ pub(crate) fn warnings_at_end<const D: usize>(
         ));
     }
     warnings.extend(erosion_warning(flow));
-    if state.stop_time.is_nan() {
-        let mut velocities = flow.sets().iter().flat_map(|set| &set.nodes.velocity);
-        let text = if velocities.any(|velocity| velocity.iter().any(|component| *component != 0.0)) {
-            "the flow still moves at the end of the run: the criterion of methods.depth-sph.stop is not met. \
-             Make the last stage longer"
-        } else {
-            "the flow is at rest at the end of the run, but for a shorter time than methods.depth-sph.stop.hold. \
-             Make the last stage longer if you need the time at which it stopped"
-        };
-        warnings.push(Warning::new("flow-still-moves", text));
-    }
+    warnings.extend(state.stop_time.is_nan().then(|| stop_warning(flow)));
     warnings
+}
+
+/// Warning of a flow that has not stopped.
+fn stop_warning<const D: usize>(flow: &FlowView<'_, D>) -> Warning {
+    let mut velocities = flow.sets().iter().flat_map(|set| &set.nodes.velocity);
+    let text = if velocities.any(|velocity| velocity.iter().any(|component| *component != 0.0)) {
+        "the flow still moves at the end of the run: the criterion of methods.depth-sph.stop is not met. Make \
+         the last stage longer"
+    } else {
+        "the flow is at rest at the end of the run, but for a shorter time than methods.depth-sph.stop.hold. \
+         Make the last stage longer if you need the time at which it stopped"
+    };
+    Warning::new("flow-still-moves", text)
 }
 
 /// Eroded volume over the released one above which there is a warning. Debris flows entrain up to some ten times their initial volume.

@@ -78,14 +78,7 @@ pub fn body_nodes<const D: usize>(
             own.iter_mut().for_each(|node: &mut NewNode<D>| node.volume *= exact / volume);
         }
         if volume < (1.0 - HEIGHT_TOLERANCE) * whole {
-            let below = 100.0 * (1.0 - volume / whole);
-            warnings.push(Warning::new(
-                "body-below-bed",
-                format!(
-                    "bodies[{number}].shape: {below:.1} % of the volume lies below the bed and is left out; \
-                 only the part above the bed flows. Raise the body, or use a layer on the terrain"
-                ),
-            ));
+            warnings.push(below_bed_warning(number, 1.0 - volume / whole));
         }
         assign_to_phases(options, &mut sets, own, body);
     }
@@ -94,6 +87,18 @@ pub fn body_nodes<const D: usize>(
         return Err(CaseError::new("bodies", CaseErrorKind::coded("empty-body", problem)));
     }
     Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
+}
+
+/// Warning of a body of which a share of the volume lies below the bed.
+fn below_bed_warning(number: usize, share: f64) -> Warning {
+    let below = 100.0 * share;
+    Warning::new(
+        "body-below-bed",
+        format!(
+            "bodies[{number}].shape: {below:.1} % of the volume lies below the bed and is left out; only the \
+             part above the bed flows. Raise the body, or use a layer on the terrain"
+        ),
+    )
 }
 
 /// Nodes that are made from points, with a pore-pressure profile for each if the case has pore-pressure columns.

@@ -225,16 +225,12 @@ fn end_inlet<const D: usize>(
         ));
     }
     if given.across != InflowDistribution::Even {
-        return Err(option_error(
-            &key("across"),
-            CaseErrorKind::coded("conflicting-keys", "applies only to a line in plan: leave it out"),
-        ));
+        let problem = "applies only to a line in plan: leave it out";
+        return Err(option_error(&key("across"), CaseErrorKind::coded("conflicting-keys", problem)));
     }
     if case.boundaries.iter().any(|boundary| boundary.side == side) {
-        return Err(option_error(
-            &key("side"),
-            CaseErrorKind::coded("conflicting-keys", "has a wall: leave the wall out"),
-        ));
+        let problem = "has a wall: leave the wall out";
+        return Err(option_error(&key("side"), CaseErrorKind::coded("conflicting-keys", problem)));
     }
     let porosity = porosity(options, given, key)?.unwrap_or(0.0);
     let layer = layer(options, flow, given, key)?;

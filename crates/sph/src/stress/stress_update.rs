@@ -115,14 +115,7 @@ pub fn update_stress<const D: usize>(
                     }
                     let here = range.start + number * BLOCK_SIZE + k;
                     if !DENSITY_RANGE.contains(&(density[k] / initial)) {
-                        let problem = FailureReason::coded(
-                            "crushed",
-                            format!(
-                                "its density {} kg/m³ is outside 0.2 to 5 times the initial density",
-                                density[k]
-                            ),
-                        );
-                        return Some((here, problem));
+                        return Some((here, crushed(density[k])));
                     }
                     let volume = mass[k] / density[k];
                     let found = match over {
@@ -147,6 +140,12 @@ pub fn update_stress<const D: usize>(
         failure = failure.or(error.map(|(index, reason)| (index, reason.of_material(name))));
     }
     failure.map_or(Ok(()), |(index, reason)| Err(p.particle_error(clock, index, reason)))
+}
+
+/// Failure of a particle with a density (kg/m³) out of range.
+fn crushed(density: f64) -> FailureReason {
+    let problem = format!("its density {density} kg/m³ is outside 0.2 to 5 times the initial density");
+    FailureReason::coded("crushed", problem)
 }
 
 /// Index and reason of a particle whose law refuses the step, in a block that begins with the particle `first`.

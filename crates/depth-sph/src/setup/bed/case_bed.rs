@@ -75,10 +75,8 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
                  wall out or lower it",
                 first.name
             );
-            return Err(CaseError::new(
-                format!("boundaries[{number}]"),
-                CaseErrorKind::coded("conflicting-keys", problem),
-            ));
+            let problem = CaseErrorKind::coded("conflicting-keys", problem);
+            return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
         reject_erosion_of_plane(options)?;
         return Ok(CaseBed { bed, grid: None, fit_errors: None, warnings: Vec::new() });
