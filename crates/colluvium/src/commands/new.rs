@@ -45,12 +45,24 @@ pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
         print_line!("wrote {}", folder.join(other).display());
     }
     let command = match template.kind {
-        TemplateKind::Case => "check",
+        TemplateKind::Case => return print_check(template, &file),
         TemplateKind::ElementTest => "element-test",
         TemplateKind::Sweep => "sweep --check",
         TemplateKind::Fit => "fit",
     };
     print_line!("wrote {0}; try: colluvium {command} {0}", file.display());
+    Ok(())
+}
+
+/// Prints the command that checks the case of a template; one with several methods needs the name of one.
+fn print_check(template: &Template, file: &Path) -> Result<(), CommandError> {
+    let case = serde_json::from_str::<serde_json::Value>(template.text).unwrap_or_default();
+    let mut names = case["methods"].as_object().into_iter().flat_map(|methods| methods.keys());
+    let method = match (names.next(), names.next()) {
+        (Some(first), Some(_)) => format!(" --method {first}"),
+        _ => String::new(),
+    };
+    print_line!("wrote {0}; try: colluvium check {0}{method}", file.display());
     Ok(())
 }
 
