@@ -157,7 +157,7 @@ impl Directives {
 
 /// Whether a line of a block begins with a command of the program.
 fn has_command(text: &str) -> bool {
-    text.lines().any(|line| line.starts_with("colluvium "))
+    text.lines().any(|line| line.starts_with("colluvium ") && !line.starts_with("colluvium ="))
 }
 
 #[cfg(test)]

@@ -47,6 +47,13 @@ pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
     let command = match template.kind {
         TemplateKind::Case => return print_check(template, &file),
         TemplateKind::ElementTest => "element-test",
+        TemplateKind::ForeignLaw => {
+            print_line!(
+                "wrote {0}; try: cc -shared -fPIC -O2 -o libsoil.so soil.c -lm && colluvium element-test {0} --allow-library",
+                file.display()
+            );
+            return Ok(());
+        }
         TemplateKind::Sweep => "sweep --check",
         TemplateKind::Fit => "fit",
     };

@@ -9,6 +9,8 @@ pub enum TemplateKind {
     Case,
     /// Element test, for `colluvium element-test`.
     ElementTest,
+    /// Element test of a foreign routine in C, which the user compiles first.
+    ForeignLaw,
     /// Sweep of another template, for `colluvium sweep`.
     Sweep,
     /// Fit of a material to tests, for `colluvium fit`.
@@ -165,8 +167,8 @@ pub const TEMPLATES: &[Template] = &[
     Template {
         name: "umat",
         topic: STUDIES,
-        summary: "routine of Abaqus in C: cc -shared -fPIC -O2 -o libsoil.so soil.c -lm, then element-test",
-        kind: TemplateKind::ElementTest,
+        summary: "routine of Abaqus in C, and an element test of it",
+        kind: TemplateKind::ForeignLaw,
         text: include_str!("studies/umat.json"),
         files: &["soil.c"],
     },
