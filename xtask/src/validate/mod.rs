@@ -46,7 +46,7 @@ pub struct ValidateArguments {
 const LONG_SECONDS: u32 = 50;
 
 /// Time (s) above which even the short form of a benchmark is left out without `--quick` or `--long`.
-const LONG_SHORT_SECONDS: u32 = 150;
+const LONG_SHORT_SECONDS: u32 = 70;
 
 impl ValidateArguments {
     /// Whether a benchmark is requested: by its name, by a part of it that is not the name of another one, or because all are.

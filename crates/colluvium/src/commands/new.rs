@@ -79,6 +79,7 @@ fn print_list() -> Result<(), CommandError> {
         print_line!("{}", group[0].topic);
         for template in group {
             print_line!("  {:<18} {}", template.name, template.summary);
+            print_line!("  {:<18} picture: {}", "", template.picture());
         }
     }
     print_line!("\nWrite one with: colluvium new NAME");

@@ -206,6 +206,11 @@ impl Template {
         TEMPLATES.iter().find(|template| template.name == name)
     }
 
+    /// Picture of its result in the repository, which a command of `docs/gallery.md` makes.
+    pub fn picture(&self) -> String {
+        format!("docs/images/gallery/{}.png", self.name)
+    }
+
     /// Text of a file of [`Template::files`]; `None` for one that is computed.
     pub(crate) fn text_of_file(file: &str) -> Option<&'static str> {
         let case = || Self::find(file.strip_suffix(".json")?).map(|template| template.text);

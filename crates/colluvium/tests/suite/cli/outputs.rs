@@ -1,6 +1,7 @@
 //! Templates, pictures, reports and exports.
 
 use std::fs;
+use std::path::PathBuf;
 
 use colluvium::TemplateKind;
 use colluvium::case::Case;
@@ -53,6 +54,8 @@ fn templates_are_listed_and_pass_their_check() {
     for template in colluvium::TEMPLATES {
         let name = template.name;
         assert!(list.contains(&format!("  {name} ")) && list.contains(template.topic), "{list}");
+        let picture = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..").join(template.picture());
+        assert!(list.contains(&template.picture()) && picture.is_file(), "{}", picture.display());
         let own = folder.path().join(name);
         fs::create_dir(&own).unwrap();
         let file = own.join(format!("{name}.json"));
