@@ -1,14 +1,17 @@
 //! `colluvium sweep`.
 
-use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::run::{SearchCost, column_names, frame_memory};
+use colluvium::case::output::read_json;
+use colluvium::case::run::{SearchCost, column_names, frame_memory, recorded_warnings};
 use colluvium::case::{Plan, printable};
 use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
-use colluvium::sweep::{Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_sweep as run_all};
+use colluvium::sweep::{
+    Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_folder, run_sweep as run_all,
+};
 
 use super::{
     CommandError, LibraryArguments, OutputArguments, count_text, duration_text, print_note, print_warning,
@@ -160,6 +163,29 @@ fn print_memory(plans: &[Plan], jobs: usize, free: f64) -> Result<(), CommandErr
     Ok(())
 }
 
+/// Warns of runs whose results have remarks, with the number of runs for each code.
+fn print_remarks(runs: usize, folder: &Path) {
+    let mut codes: BTreeMap<String, usize> = BTreeMap::new();
+    let mut concerned = 0;
+    for number in 0..runs {
+        let summary = read_json(&run_folder(folder, number).join("summary.json")).unwrap_or_default();
+        let remarks: BTreeSet<String> = recorded_warnings(&summary["remarks"])
+            .into_iter()
+            .map(|remark| remark.code.into_owned())
+            .collect();
+        concerned += usize::from(!remarks.is_empty());
+        remarks.into_iter().for_each(|code| *codes.entry(code).or_default() += 1);
+    }
+    if concerned > 0 {
+        let counts: Vec<String> = codes.iter().map(|(code, count)| format!("{code} {count}")).collect();
+        let text = format!(
+            "the results of {concerned} of {runs} runs have remarks ({}): read `remarks` in their summary.json",
+            counts.join(", ")
+        );
+        print_warning(&Warning::new("run-remarks", text));
+    }
+}
+
 /// Writes tables and pictures of a sweep and prints its summary.
 fn write_results(
     results: &SweepResults<'_>,
@@ -183,6 +209,7 @@ fn write_results(
             options.output_folder.display()
         );
     }
+    print_remarks(results.rows.len(), &options.output_folder);
     match count("failed") {
         _ if results.rows.iter().any(|row| row.status.is_empty() || row.status == "interrupted") => {
             Err(CommandError::Interrupted)

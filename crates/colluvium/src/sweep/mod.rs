@@ -23,7 +23,7 @@ pub use crate::sweep::results_table::{SweepResults, SweepRow};
 pub use crate::sweep::sampling_plan::SamplingPlan;
 pub use convergence::{ConvergenceOrder, observed_order};
 pub use intensity::IntensityClass;
-pub use run::{SweepError, SweepOptions, SweepRunState, run_sweep};
+pub use run::{SweepError, SweepOptions, SweepRunState, run_folder, run_sweep};
 
 /// Sweep of a case over values of its parameters, as described in its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -93,8 +93,8 @@ impl SweepError {
     }
 }
 
-/// Folder of a run.
-fn run_folder(out: &Path, number: usize) -> PathBuf {
+/// Folder of a run of a sweep with the folder `out`; numbers count from zero.
+pub fn run_folder(out: &Path, number: usize) -> PathBuf {
     out.join(format!("run-{:04}", number + 1))
 }
 
