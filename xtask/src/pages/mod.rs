@@ -88,12 +88,19 @@ fn build_program() -> Result<PathBuf, String> {
 /// README and all pages of the documentation, without specification sheets, which quote sources, and the generated case reference, whose
 /// snippets are tested by the crate `colluvium`.
 fn pages() -> Result<Vec<PathBuf>, String> {
-    let mut found = vec![root().join("README.md")];
-    let mut folders = vec![root().join("docs")];
+    let mut found = markdown_files(root().join("docs"), &["docs/sheets", "docs/case"])?;
+    found.push(root().join("README.md"));
+    found.sort();
+    Ok(found)
+}
+
+/// Markdown files below a folder in the order of their paths, without those in `skipped` folders.
+pub(crate) fn markdown_files(folder: PathBuf, skipped: &[&str]) -> Result<Vec<PathBuf>, String> {
+    let (mut found, mut folders) = (Vec::new(), vec![folder]);
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))? {
             let path = entry.map_err(|error| error.to_string())?.path();
-            if path.is_dir() && !path.ends_with("docs/sheets") && !path.ends_with("docs/case") {
+            if path.is_dir() && !skipped.iter().any(|skip| path.ends_with(skip)) {
                 folders.push(path);
             } else if path.extension().is_some_and(|extension| extension == "md") {
                 found.push(path);

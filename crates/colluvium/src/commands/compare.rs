@@ -105,7 +105,8 @@ fn print_method_result(result: &MethodResult, quiet: bool) {
     };
     // If nobody reads the output, the program ends; any other failure appears again at the last line.
     let _ = write_stdout(format_args!("{line}"));
-    if !took.is_empty() {
+    let is_refused = matches!(outcome, MethodOutcome::Refused(_));
+    if !took.is_empty() && !is_refused {
         let chosen = Warning::new("chosen-options", format!("{method}: chosen options: {took}"));
         let _ = write_stdout(format_args!("{}", chosen.line("note")));
     }

@@ -76,7 +76,7 @@ pub(super) fn profile_charts(
 
 /// Part of a profile between the first and the last column with points.
 fn trim_empty_columns(profile: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    let filled = |(_, height): &(f64, f64)| *height != 0.0;
+    let filled = |(_, height): &(f64, f64)| height.is_finite();
     let Some(first) = profile.iter().position(filled) else { return profile };
     let last = profile.iter().rposition(filled).unwrap_or(first);
     profile[first..=last].to_vec()

@@ -5,6 +5,7 @@ mod completed_run;
 mod key_figures;
 mod method_case;
 mod page;
+mod plan_cells;
 mod reference_profiles;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

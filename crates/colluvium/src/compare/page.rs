@@ -5,9 +5,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::charts::{self, MethodRuns, frames_at};
 use super::{CompareError, CompletedRun, MethodOutcome, MethodResult, ReferenceProfiles, completed_runs};
 use crate::case::{Case, Snapshot};
-use crate::compare::key_figures::{
-    CaseAxes, KeyFigures, ProfileColumns, five_digits, relative_profile_distance,
-};
+use crate::compare::key_figures::{CaseAxes, KeyFigures, ProfileColumns, five_digits};
+use crate::compare::plan_cells::{PlanCells, displaced_share};
 use crate::compare::reference_profiles::distance_to;
 use crate::output::animation;
 use crate::output::rigid_geometry::rigid_geometry;
@@ -208,41 +207,38 @@ fn picture_strip(
     })
 }
 
-/// Distances of the final surface profiles from that of the first method, and from the reference.
-struct ProfileDifferences<'a> {
+/// Differences of the final states: of their masses in plan from the first method, and of their surface profiles from the reference.
+struct FinalDifferences<'a> {
     axes: CaseAxes,
+    cells: Option<PlanCells>,
+    first: Vec<f64>,
     columns: Option<ProfileColumns>,
-    first: Option<Vec<(f64, f64)>>,
     reference: Option<&'a Vec<(f64, f64)>>,
 }
 
-impl<'a> ProfileDifferences<'a> {
-    /// Surface profiles of several methods in common columns, for their differences from the first method and from a reference.
+impl<'a> FinalDifferences<'a> {
+    /// Differences of several states from the first of them and from a reference, in common cells and columns.
     fn new(snapshots: &[&Snapshot], axes: CaseAxes, measured: Option<&'a Vec<(f64, f64)>>) -> Self {
-        let own = Self {
-            axes,
-            columns: ProfileColumns::spanning(snapshots, axes),
-            first: None,
-            reference: measured,
-        };
-        let first = snapshots.first().and_then(|snapshot| own.profile(snapshot));
-        Self { first, ..own }
+        let cells = PlanCells::spanning(snapshots, axes);
+        let first = cells.as_ref().zip(snapshots.first()).map(|(cells, snapshot)| cells.masses(snapshot));
+        let columns = ProfileColumns::spanning(snapshots, axes);
+        Self { axes, cells, first: first.unwrap_or_default(), columns, reference: measured }
     }
 
-    /// Surface profile of a snapshot in the common columns (m).
-    fn profile(&self, snapshot: &Snapshot) -> Option<Vec<(f64, f64)>> {
-        self.columns.map(|columns| columns.profile(snapshot, self.axes))
+    /// Share of the mass that is at another place in plan than in the first state.
+    fn displaced_share(&self, snapshot: &Snapshot) -> f64 {
+        let masses = self.cells.as_ref().map(|cells| cells.masses(snapshot));
+        masses.map_or(f64::NAN, |masses| displaced_share(&self.first, &masses))
     }
 
-    /// Distance of a surface profile from that of the first method, over the size of the latter.
-    fn distance_to_first(&self, snapshot: &Snapshot) -> f64 {
-        let pair = self.first.as_ref().zip(self.profile(snapshot));
-        pair.map_or(f64::NAN, |(first, own)| relative_profile_distance(first, &own))
-    }
-
-    /// Distance of a surface profile from the reference.
+    /// Distance of a surface profile from the reference. Columns without points have the height zero, as references have beyond the deposit.
     fn distance_to_reference(&self, snapshot: &Snapshot) -> f64 {
-        let pair = self.reference.zip(self.profile(snapshot));
+        let heights = |columns: ProfileColumns| {
+            let profile = columns.profile(snapshot, self.axes);
+            profile.into_iter().map(|(x, height)| (x, if height.is_nan() { 0.0 } else { height })).collect::<Vec<_>>()
+        };
+        let profile = self.columns.map(heights);
+        let pair = self.reference.zip(profile);
         pair.map_or(f64::NAN, |(measured, own)| distance_to(measured, &own))
     }
 }
@@ -252,7 +248,7 @@ fn difference_row(
     method: &str,
     ran: &CompletedRun,
     snapshot: &Snapshot,
-    apart: &ProfileDifferences<'_>,
+    apart: &FinalDifferences<'_>,
     memory: Option<String>,
 ) -> Markup {
     let figures = KeyFigures::of_snapshot(snapshot, apart.axes);
@@ -265,7 +261,7 @@ fn difference_row(
             td class="number" { (value(|f| f.centre[0])) ", " (value(|f| f.centre[1])) }
             td class="number" { (value(|f| f.speed)) }
             td class="number" { (five_digits(ran.time_at_rest().unwrap_or(f64::NAN))) }
-            td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_first(snapshot))) }
+            td class="number" { (format!("{:.2} %", 100.0 * apart.displaced_share(snapshot))) }
             @if apart.reference.is_some() {
                 td class="number" { (format!("{:.2} %", 100.0 * apart.distance_to_reference(snapshot))) }
             }
@@ -296,7 +292,7 @@ fn difference_table(
     for (method, ran) in runs {
         last.extend(ran.frames.last().map(|snapshot| (*method, *ran, snapshot)));
     }
-    let apart = ProfileDifferences::new(
+    let apart = FinalDifferences::new(
         &last.iter().map(|(.., snapshot)| *snapshot).collect::<Vec<_>>(),
         axes,
         measured,
@@ -308,7 +304,7 @@ fn difference_table(
             div class="wide" { table {
                 tr {
                     th { "Method" } th { "Front (m)" } th { "Top (m)" } th { "Centre of mass (m)" } th { "Speed (m/s)" } th { "At rest since (s)" }
-                    th { "Profile, difference from " (head) }
+                    th { "Mass at another place than in " (head) }
                     @if measured.is_some() { th { "Profile, difference from the reference" } }
                     th { "Kinetic energy (J)" } th { "Points" } th { "Steps" }
                     th { "Run time (s)" } th { "Updates per second" } @if !results.is_empty() { th { "Memory (MiB)" } }
@@ -319,7 +315,9 @@ fn difference_table(
             } }
             p class="soft" {
                 "Front, top and speed refer to 99.9 % of the mass; the speed is grid_velocity where the frames have it. At rest: the kinetic energy stays below a hundredth of its largest value. \
-                 Difference of profiles: root mean square of the difference over that of the profile."
+                 Mass at another place: half the sum of the differences of mass in cells in plan, over the mass of the first method. \
+                 Mass that a method lacks counts half."
+                @if measured.is_some() { " Difference of profiles: root mean square of the difference over that of the reference." }
                 @if !results.is_empty() { " Memory: least memory, estimated by the method." }
             }
         }

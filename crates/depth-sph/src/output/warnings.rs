@@ -19,8 +19,8 @@ pub(crate) fn warnings_at_end<const D: usize>(
         warnings.push(Warning::new(
             "volume-left-terrain",
             format!(
-                "{} nodes with a volume of {:.4e} m³ have left the terrain and were removed. If this \
-             volume matters, make the terrain larger",
+                "{} nodes with a volume of {:.4e} m³ have left the terrain, over its edge or into cells without data, \
+             and were removed. If this volume matters, make the terrain larger or fill the cells without data",
                 flow.records.removed_nodes,
                 flow.records.outflow_volume.iter().sum::<f64>()
             ),

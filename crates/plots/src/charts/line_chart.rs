@@ -210,12 +210,20 @@ impl LineChart {
             }
         };
         if !series.label.is_empty() {
-            let markers = series.style == Style::Markers;
+            let style = series.style;
             drawn.label(&series.label).legend(move |(x, y)| {
-                let line = PathElement::new(vec![(x, y), (x + 18, y)], line);
-                let dot = Circle::new((x + 9, y), if markers { 4 } else { 0 }, colour.filled());
-                let line = if markers { PathElement::new(vec![], colour) } else { line };
-                EmptyElement::at((0, 0)) + line + dot
+                let dashes: &[(i32, i32)] = match style {
+                    Style::Line => &[(0, 18)],
+                    Style::Dashed => &[(0, 7), (11, 18)],
+                    Style::Markers => &[],
+                };
+                let dash = |number: usize| {
+                    let ends = dashes.get(number).map(|(from, to)| vec![(x + from, y), (x + to, y)]);
+                    PathElement::new(ends.unwrap_or_default(), line)
+                };
+                let radius = if style == Style::Markers { 4 } else { 0 };
+                let dot = Circle::new((x + 9, y), radius, colour.filled());
+                EmptyElement::at((0, 0)) + dash(0) + dash(1) + dot
             });
         }
         Ok(())
