@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wide::f64x4;
 
-/// Smoothing kernel `W(r, ℓ)`; the argument of its shape is `q = r/ℓ`.
+/// Smoothing kernel `W(r, ℓ)`, `q = r/ℓ`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthKernel")]
@@ -18,7 +18,7 @@ pub enum Kernel {
     WendlandC2,
     /// Quintic spline, support 3 ℓ.
     QuinticSpline,
-    /// Gaussian, truncated at 3 ℓ: its integral is too small by 2.2e-5 in 1D and 1.2e-4 in 2D.
+    /// Gaussian, truncated at 3 ℓ: integral too small by 2.2e-5 in 1D, 1.2e-4 in 2D.
     Gaussian,
 }
 

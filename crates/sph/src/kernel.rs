@@ -18,11 +18,11 @@ pub enum Kernel {
     /// Cubic spline.
     #[default]
     CubicSpline,
-    /// Quadratic kernel, whose slope at the centre is not zero: resists clumping under compression.
+    /// Quadratic, whose slope at the centre is not zero: resists clumping in compression.
     Quadratic,
-    /// Quintic spline, support radius three smoothing lengths.
+    /// Quintic spline, support three smoothing lengths.
     QuinticSpline,
-    /// Wendland C2; in 1D the polynomial of one dimension.
+    /// Wendland C2; in 1D the one-dimensional polynomial.
     WendlandC2,
     /// Wendland C4, in 2D and 3D.
     WendlandC4,

@@ -92,10 +92,10 @@ impl JsonSchema for Formula {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "A number, or a formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one). There \
-                are `+ - * / ^`, brackets, `PI`, `E` and `TAU`; `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, `floor`, `ceil`, \
-                `round`, `sin`, `cos`, `tan`, their inverses and their hyperbolic forms, each with its bracket; and between two numbers `min`, \
-                `max` and `atan2`, as in `0 max (1 - y)`. Angles are in radians.",
+            "description": "Number, or formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` if given). There are `+ - * / ^`, \
+                brackets, `PI`, `E`, `TAU`, and functions with brackets. These are `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, \
+                `floor`, `ceil`, `round`, and `sin`, `cos`, `tan` with their inverses and hyperbolic forms. Between two numbers stand `min`, `max` \
+                and `atan2`, as in `0 max (1 - y)`. Angles are in radians.",
             "type": ["string", "number"]
         })
     }

@@ -71,7 +71,7 @@ pub struct Case {
     /// Loads on bodies.
     #[serde(default)]
     pub loads: Vec<Load>,
-    /// Regions with a prescribed velocity of the grid; for methods with a grid.
+    /// Regions of prescribed grid velocity; for methods with a grid.
     #[serde(default)]
     pub patches: Vec<Patch>,
     /// Moving shapes that remove points.
@@ -82,7 +82,7 @@ pub struct Case {
     /// Output files and their times.
     #[serde(default)]
     pub output: Output,
-    /// Quantities recorded in time, by name, except names of standard columns.
+    /// Quantities recorded in time; no names of standard columns.
     #[serde(default)]
     pub measures: BTreeMap<String, Measure>,
     /// Options per method; a method without an entry runs with its default options.
@@ -167,13 +167,13 @@ impl Domain {
     }
 }
 
-/// Region with a prescribed velocity of the grid's nodes.
+/// Region with prescribed velocity of grid nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Patch {
-    /// Name for `motions`; the patch is inactive in stages without one.
+    /// Name for `motions`; inactive in stages without one.
     pub name: String,
-    /// Region of nodes at the start, with its surface.
+    /// Region of nodes at the start, with surface.
     pub region: Shape,
     /// Whether the region moves with its velocity.
     #[serde(default)]
@@ -245,14 +245,14 @@ pub enum Wall {
     Smooth,
     /// Coulomb friction; the material may separate, unless it is `bilateral`.
     Frictional {
-        /// Friction coefficient of the interface.
+        /// Interface friction coefficient.
         friction_coefficient: f64,
         /// Whether the normal velocity is constrained in both directions, as by a smooth wall. Under tension there is no friction.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         bilateral: bool,
     },
-    /// Dashpots in place of a wall that absorb arriving waves (Lysmer and Kuhlemeyer). For small motions of bodies that reach it; it
-    /// carries no lasting stress.
+    /// Dashpots in place of a wall that absorb arriving waves (Lysmer and Kuhlemeyer). For small motions of bodies that reach it; no
+    /// lasting stress is carried.
     Absorbing {
         /// Factor on the normal dashpot, `ρ c_P`; 1 absorbs plane waves at a right angle.
         #[serde(default = "default_fraction")]
@@ -260,7 +260,7 @@ pub enum Wall {
         /// Factor on the tangential dashpots, `ρ c_S`.
         #[serde(default = "default_fraction")]
         tangential: f64,
-        /// Thickness of material (m) that acts as a spring beside the dashpots, against creep; none when absent.
+        /// Material thickness (m) that acts as a spring beside the dashpots, against creep; none when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         spring_length: Option<f64>,
     },
@@ -282,19 +282,19 @@ impl Wall {
     }
 }
 
-/// Wall on a side of the domain, or on an inner plane parallel to it.
+/// Wall on a domain side, or on a parallel inner plane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
     /// Name for stages that remove it; its side by default.
     #[serde(default)]
     pub name: Option<String>,
-    /// Side that the wall occupies.
+    /// Side of the wall.
     pub side: Side,
-    /// Physical group of a mesh from a file, on whose nodes the wall acts; `side` is then only the direction that it faces.
+    /// Physical group of a mesh file, on whose nodes the wall acts; `side` is then only its facing direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// Coordinate of its face (m); the domain's side by default.
+    /// Face coordinate (m); the domain's side by default.
     #[serde(default)]
     pub position: Option<f64>,
     /// Action on material.
@@ -305,7 +305,7 @@ pub struct Boundary {
     /// Velocity (m/s); at rest by default.
     #[serde(default)]
     pub velocity: Option<Vec<f64>>,
-    /// Whether pore fluid passes at zero pressure; otherwise it is impermeable. Sides without a wall, also of a body, are drained.
+    /// Whether pore fluid passes at zero pressure; otherwise impermeable. Sides without a wall, also of bodies, are drained.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drained: bool,
 }
@@ -314,21 +314,21 @@ pub struct Boundary {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
-    /// Name of the stage.
+    /// Stage name.
     pub name: String,
     /// Longest duration (s); `equilibrium` may end the stage earlier.
     pub duration: f64,
-    /// Local damping factor, 0 to 1, by which nodal forces are reduced against the motion. For quasi-static stages only.
+    /// Local damping factor, 0 to 1, reducing nodal forces against the motion. For quasi-static stages only.
     #[serde(default)]
     pub damping: f64,
     /// Damped axes (0 is x); all when absent.
     #[serde(default)]
     pub damping_axes: Option<Vec<usize>>,
-    /// Mass-proportional Rayleigh damping (1/s): a force against the motion of this factor times mass and velocity. Its damping ratio is
+    /// Mass-proportional Rayleigh damping (1/s): a force against motion of this factor times mass and velocity. Its damping ratio is
     /// `factor / (2 ω)`.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rayleigh_damping: f64,
-    /// Time over which gravity grows from zero (s).
+    /// Time of gravity's growth from zero (s).
     #[serde(default)]
     pub gravity_ramp: f64,
     /// Criterion that ends the stage early, after all ramps.
@@ -337,7 +337,7 @@ pub struct Stage {
     /// Motions of rigid bodies and patches.
     #[serde(default)]
     pub motions: Vec<PrescribedMotion>,
-    /// Quantities reset at the end of the stage.
+    /// Quantities reset at the stage's end.
     #[serde(default)]
     pub reset: Vec<Reset>,
     /// Boundaries removed at the start, as a gate.
@@ -346,10 +346,10 @@ pub struct Stage {
     /// Bodies removed at the start, as an excavation.
     #[serde(default)]
     pub remove_bodies: Vec<String>,
-    /// Regions removed at the start, of any body, as an excavation in lifts.
+    /// Regions of any body removed at the start, as an excavation in lifts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excavate: Vec<Shape>,
-    /// Strength reduction of the case's materials, until a later stage changes it.
+    /// Strength reduction of materials, until a later stage changes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weakening: Option<Weakening>,
 }
@@ -376,11 +376,11 @@ impl Stage {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EquilibriumCriterion {
-    /// Upper bound of the unbalanced-force ratio.
+    /// Largest unbalanced-force ratio.
     pub unbalanced_force: f64,
-    /// Upper bound of kinetic energy over external work.
+    /// Largest kinetic energy over external work.
     pub kinetic_energy: f64,
-    /// Consecutive checks that must be satisfied.
+    /// Consecutive checks to satisfy.
     pub hold: u32,
     /// Whether a stage without convergence is an error; otherwise the run continues and reports its distance from rest.
     pub required: bool,
@@ -392,13 +392,13 @@ impl Default for EquilibriumCriterion {
     }
 }
 
-/// Quantity reset at the end of a stage.
+/// Quantity reset at a stage's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reset {
     /// Velocities, set to zero.
     Velocity,
-    /// Displacements, counted from this time.
+    /// Displacements, counted from here.
     Displacement,
     /// Internal variables (plastic strain, hardening), set to initial values; stress is kept. The run stops if the law has no such state:
     /// stress beyond an initial cap or strength, a flowing fluid.

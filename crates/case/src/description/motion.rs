@@ -3,27 +3,27 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Prescribed velocity of a rigid body or patch in a stage.
+/// Prescribed velocity of a rigid body or patch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedMotion {
-    /// Name of the rigid body or patch.
+    /// Rigid body or patch.
     pub target: String,
-    /// Velocity (m/s), one number per dimension. Null leaves a component free: nodes of a patch move by themselves, a rigid body by mass,
+    /// Velocity (m/s), one number per dimension. Null leaves a component free: patch nodes move by themselves, a rigid body by mass,
     /// weight, `force` and contact forces from its current velocity.
     pub velocity: Vec<Option<f64>>,
-    /// Force on free components of a rigid body (N; per metre in plane strain, per radian in axisymmetry).
+    /// Force on a rigid body's free components (N; per metre in plane strain, per radian in axisymmetry).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub force: Vec<f64>,
-    /// Moment about the centre of mass of a body that `turns` (N m; per metre in plane strain): one number in the plane, positive from x to
-    /// y, three in space.
+    /// Moment about the mass centre of a body that `turns` (N m; per metre in plane strain). One number in the plane, positive from x to y;
+    /// three in space.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub moment: Vec<f64>,
     /// Whether a rigid body rotates under `moment` and contact forces.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[serde(rename = "turns")]
     pub rotates: bool,
-    /// Time of the stage (s) over which velocity, force and moment grow from zero.
+    /// Time of growth of velocity, force and moment from zero (s).
     #[serde(default)]
     pub ramp: f64,
 }

@@ -11,71 +11,71 @@ use super::Wall;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
-    /// Name of the obstacle.
+    /// Obstacle name.
     pub name: String,
-    /// Its surface; the solid is behind it.
+    /// Surface; the solid is behind it.
     pub shape: ObstacleShape,
     /// Action on material.
     pub wall: ObstacleWall,
-    /// Whether material may separate from a rough or smooth obstacle; from a frictional one it may.
+    /// Whether material may separate from a rough or smooth obstacle; from frictional ones it may.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub separation: bool,
     /// Motion; at rest when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<ObstacleMotion>,
-    /// Parts of the surface with their own wall, in plan; the first of overlapping ones applies. Not for moving obstacles.
+    /// Parts of the surface with own walls, in plan; the first of overlapping ones applies. Not for moving obstacles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<ObstacleRegion>,
 }
 
-/// Part of the surface of an obstacle, by a region in plan.
+/// Part of an obstacle's surface, by a region in plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleRegion {
-    /// Region in plan: a box of one coordinate in 2D, any shape of two dimensions in 3D. Or give `outline` or `raster`.
+    /// Region in plan: a box of one coordinate in 2D, any two-dimensional shape in 3D. Or give `outline` or `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// Outline in plan (m), GeoJSON or shapefile, in 3D.
+    /// Outline in plan (m), GeoJSON or shapefile, 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
-    /// Cells of a raster in plan, as of land cover, in 3D.
+    /// Raster cells in plan, as of land cover, 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<RasterCellSelection>,
-    /// Action in this part.
+    /// Action in the part.
     pub wall: ObstacleWall,
 }
 
-/// Raster cells over the plan with a given value, each half a cell around its centre; none beyond the raster.
+/// Raster cells in plan of a given value, each half a cell around its centre; none beyond the raster.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RasterCellSelection {
     /// ESRI ASCII grid or GeoTIFF.
     pub file: String,
-    /// Value of the cells; any except no data when absent.
+    /// Cell value; any except no data when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
 }
 
-/// Prescribed motion: rotation about a line that moves with the velocity. None by default, for obstacles that a program moves.
+/// Prescribed motion: rotation about a line that moves with the velocity. None by default, for obstacles moved by a program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleMotion {
     /// Velocity (m/s); none when absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<f64>,
-    /// Rate of rotation (degrees per second): anticlockwise in 2D, right-handed about `axis` in 3D.
+    /// Rotation rate (degrees per second): anticlockwise in 2D, right-handed about `axis` in 3D.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rotation: f64,
-    /// Point on its line at the start (m), with `rotation`.
+    /// Initial point on the line (m), with `rotation`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub centre: Vec<f64>,
-    /// Direction of its line in 3D, of any length, with `rotation`.
+    /// Line direction in 3D, of any length, with `rotation`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axis: Vec<f64>,
-    /// Start of the motion (s), not negative.
+    /// Start (s), non-negative.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub start: f64,
-    /// Time of growth of velocity and rate from zero (s), not negative.
+    /// Time of growth of velocity and rate from zero (s), non-negative.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub ramp: f64,
 }
@@ -116,13 +116,13 @@ impl ObstacleMotion {
 pub enum ObstacleWall {
     /// No slip.
     Rough,
-    /// Free slip: only the normal velocity is constrained.
+    /// Free slip: only normal velocity is constrained.
     Smooth,
     /// Coulomb friction; the material may separate.
     Frictional {
-        /// Friction coefficient of the interface.
+        /// Interface friction coefficient.
         friction_coefficient: f64,
-        /// Adhesion (Pa) in addition to friction, under pressure.
+        /// Adhesion (Pa) besides friction, under pressure.
         #[serde(default, skip_serializing_if = "is_zero")]
         adhesion: f64,
     },
@@ -141,11 +141,11 @@ impl From<ObstacleWall> for Wall {
     }
 }
 
-/// Surface of an obstacle.
+/// Obstacle surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ObstacleShape {
-    /// Infinite plane (in 2D a line).
+    /// Infinite plane (2D line).
     Plane {
         /// Point on the plane (m).
         point: Vec<f64>,
@@ -165,24 +165,24 @@ pub enum ObstacleShape {
         centre: Vec<f64>,
         /// Radius (m).
         radius: f64,
-        /// Whether the solid is outside the ball: its inside is a bowl.
+        /// Whether the solid is outside, as a bowl.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         hollow: bool,
     },
-    /// Ground below a line of straight pieces in 2D, from either end; none beyond its ends. Give `points` or a `file`.
+    /// Ground below a line of straight pieces in 2D, from either end; none beyond. Give `points` or a `file`.
     GroundLine {
-        /// Points of the line (m).
+        /// Points (m).
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         points: Vec<[f64; 2]>,
-        /// CSV file of x and y in metres, or in units in brackets in a line of names, as `x (ft)`.
+        /// CSV file of x and y in metres, or units in brackets in a line of names, as `x (ft)`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         file: Option<String>,
     },
-    /// Ground below a line of straight pieces and arcs in 2D, from left to right.
+    /// Ground below straight pieces and arcs in 2D, from left to right.
     Profile {
-        /// First point of the line (m).
+        /// First point (m).
         start: [f64; 2],
-        /// Pieces of the line, in order.
+        /// Pieces, in order.
         pieces: Vec<ProfilePiece>,
     },
     /// Polygon in 2D, without crossings, in either sense.
@@ -190,18 +190,18 @@ pub enum ObstacleShape {
         /// Corners (m).
         vertices: Vec<[f64; 2]>,
     },
-    /// Polygon in 3D, extruded along an axis.
+    /// Extruded polygon in 3D.
     Extruded {
         /// Corners along the other two axes, in the order x, y, z (m).
         vertices: Vec<[f64; 2]>,
-        /// Axis of extrusion: 0 is x.
+        /// Extrusion axis: 0 is x.
         axis: usize,
         /// First coordinate along the axis (m).
         from: f64,
         /// Last coordinate along the axis (m).
         to: f64,
     },
-    /// Solid of revolution in 3D: a polygon rotated about a line along an axis.
+    /// Solid of revolution in 3D: a polygon rotated about an axis-parallel line.
     Turned {
         /// Corners: distance from the line, coordinate along it (m).
         vertices: Vec<[f64; 2]>,
@@ -210,11 +210,11 @@ pub enum ObstacleShape {
         /// Point on the line (m).
         centre: [f64; 3],
     },
-    /// Ground in 3D from a raster in metres, with two triangles between four nodes; none beyond it or without data.
+    /// Ground in 3D from a raster in metres, two triangles between four nodes; none beyond or without data.
     Raster {
         /// ESRI ASCII grid or GeoTIFF.
         file: String,
-        /// Resampling distance of nodes along x and y (m); that of the file when absent.
+        /// Resampling distance along x and y (m); the file's when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         spacing: Option<f64>,
     },
@@ -229,9 +229,9 @@ pub enum ObstacleShape {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfilePiece {
-    /// End of the piece (m).
+    /// End (m).
     pub to: [f64; 2],
-    /// Centre of an arc (m), the shorter way round; straight when absent.
+    /// Arc centre (m), the shorter way round; straight when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre: Option<[f64; 2]>,
 }

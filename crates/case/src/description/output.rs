@@ -11,15 +11,15 @@ pub struct Output {
     pub frames: Option<f64>,
     /// Time between rows of the measures (s), at which steps end. When absent a run has about a hundred rows, without shorter steps.
     pub measures: Option<f64>,
-    /// Cell size (m) of a regular grid of averages in every frame, for iso-surfaces and volume rendering; best two points wide or more. It
-    /// has density, and fields weighted with mass; dem averages density, velocity and stress by a kernel.
+    /// Cell size (m) of a regular grid of averages in every frame, for iso-surfaces and volume rendering; best two point widths or more. It
+    /// has density, and mass-weighted fields; dem averages density, velocity and stress by a kernel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<f64>,
-    /// Contacts of grains in every frame; for dem. Lines between centres, or from a wall, have force (N, on the first grain), normal and
-    /// tangential parts (N), overlap (m) and whether they are with a wall. Broken bonds are points with time (s) and both ids.
+    /// Grain contacts in every frame; for dem. Lines between centres, or from a wall, have force (N, on the first grain), normal and
+    /// tangential parts (N), overlap (m) and whether with a wall. Broken bonds are points with time (s) and both ids.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub contacts: bool,
-    /// Rasters over the plan at the end (ESRI ASCII grid and GeoTIFF), with the terrain's georeference; for flows over terrain.
+    /// Rasters in plan at the end (ESRI ASCII grid and GeoTIFF), with the terrain's georeference; for flows over terrain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rasters: Option<Rasters>,
     /// Compression of frames.
@@ -84,19 +84,19 @@ impl Default for Rasters {
     }
 }
 
-/// Rasters over the plan: largest thickness, velocity and dynamic pressure `ρ |v|²`, time of arrival, and final thickness and velocity.
+/// Rasters in plan: largest thickness, velocity and dynamic pressure `ρ |v|²`, time of arrival, final thickness and velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rasters {
-    /// Cell width (m); that of the terrain raster when absent, without one the distance of the nodes.
+    /// Cell width (m); the terrain raster's when absent, else the distance of nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cell: Option<f64>,
     /// Thickness (m) from which a cell counts as reached; others have no data, except in final rasters.
     #[serde(default = "default_threshold")]
     pub threshold: f64,
-    /// Mapped outline of an event, in metres: GeoJSON (`.geojson`, `.json`) or shapefile (`.shp`), from the folder of the case. The
-    /// measures then have the areas (m²) reached within it (`mapped_hit`), not reached (`mapped_missed`) and reached beyond it
-    /// (`mapped_beyond`). `mapped_fit` is the first over the sum of all three, at best 1.
+    /// Mapped outline of an event, in metres: GeoJSON (`.geojson`, `.json`) or shapefile (`.shp`), from the case's folder. Measures then
+    /// have the areas (m²) reached within it (`mapped_hit`), not reached (`mapped_missed`) and reached beyond it (`mapped_beyond`).
+    /// `mapped_fit` is the first over the sum of all three, at best 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(rename = "mapped")]
     pub mapped_outline: Option<String>,

@@ -4,30 +4,30 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Shape that moves at its own velocity and removes the points that it covers, as a saw or a trench. The measures have `NAME.travel` (m),
-/// and the mass and the kinetic and recoverable energy removed, `NAME.mass` (kg) and `NAME.energy` (J).
+/// Moving shape that removes covered points, as a saw or trench. Measures have `NAME.travel` (m), and the removed mass and kinetic and
+/// recoverable energy, `NAME.mass` (kg) and `NAME.energy` (J).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RemovalShape {
-    /// Name of letters, digits, _ and -, not that of a measure.
+    /// Name of letters, digits, _ and -, not a measure's.
     pub name: String,
-    /// Region at the time `start`.
+    /// Region at `start`.
     pub shape: Shape,
     /// Velocity (m/s), one number per dimension.
     pub velocity: Vec<f64>,
-    /// Stage that `start` and `stop` refer to and that ends the shape; when absent the run.
+    /// Stage of `start` and `stop` that also ends the shape; the run when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stage: Option<String>,
-    /// Start of motion and cut (s), not negative.
+    /// Start of motion and cut (s), non-negative.
     #[serde(default)]
     pub start: f64,
-    /// Time of its removal (s), after `start`; the end of the stage or run when absent.
+    /// Removal (s), after `start`; end of the stage or run when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop: Option<f64>,
-    /// Bodies that the shape cuts; all when absent.
+    /// Cut bodies; all when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<Vec<String>>,
-    /// Action on the covered points.
+    /// Action on covered points.
     #[serde(default)]
     pub action: RemovalAction,
 }

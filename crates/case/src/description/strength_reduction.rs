@@ -14,10 +14,10 @@ use crate::{Case, CaseError, Measure};
 pub struct Weakening {
     /// Factor `F`, positive.
     pub factor: f64,
-    /// Strength parameters that the factor divides.
+    /// Divided strength parameters.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Materials; all with a strength when absent.
+    /// Materials; all with strength when absent.
     #[serde(default)]
     pub materials: Option<Vec<String>>,
 }
@@ -43,29 +43,29 @@ fn set_return_to_yield(material: &mut MaterialSpec) {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorOfSafety {
-    /// Stage at whose end the bodies are at rest with their full strength.
+    /// Stage at whose end the bodies rest with full strength.
     pub after: String,
-    /// Longest duration of a trial (s), in twelve windows; if bodies neither rest nor clearly fail, the search is undecided. When absent a
-    /// window is the time to come to rest without yielding after removal of half of the weight.
+    /// Longest trial (s), in twelve windows; if bodies neither rest nor clearly fail, the search is undecided. When absent a window is the
+    /// time to rest without yielding after removal of half the weight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
-    /// Height of the slope (m). Bodies have failed when a hundredth has moved by more than 0.02 of it plus their elastic settlement. When
-    /// absent the range of heights of the free surface, or of the bodies if it is level.
+    /// Slope height (m). Bodies have failed when a hundredth has moved by more than 0.02 of it plus their elastic settlement. When absent
+    /// the height range of the free surface, or of the bodies if it is level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
     /// Smallest and largest factor.
     #[serde(default = "range")]
     pub range: [f64; 2],
-    /// Final width of the interval that contains the factor.
+    /// Final interval width of the factor.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
-    /// Local damping of the trials, 0 to 1. With little damping the bodies oscillate too long, and trials remain undecided.
+    /// Local damping of trials, 0 to 1. With little damping bodies oscillate too long, and trials remain undecided.
     #[serde(default = "strong_damping")]
     pub damping: f64,
-    /// Strength parameters that the factor divides.
+    /// Divided strength parameters.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Materials; all with a strength when absent.
+    /// Materials; all with strength when absent.
     #[serde(default)]
     pub materials: Option<Vec<String>>,
 }

@@ -7,106 +7,105 @@ use serde::{Deserialize, Serialize};
 use crate::description::{Axis, Side, Stage};
 use crate::files::piecewise_linear;
 
-/// Load on a body, also in later stages. All but `pore-pressure` are total, of skeleton and pore fluid. The points that carry it are the
-/// outermost ones at the start of the case.
+/// Load on a body, also in later stages, carried by its outermost points at the start of the case. All but `pore-pressure` are total, of
+/// skeleton and pore fluid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Load {
-    /// Traction (Pa) on one side of a body, constant in direction.
+    /// Traction (Pa) on a side of a body, constant in direction.
     Traction {
-        /// Loaded body, not a rigid one.
+        /// Loaded body, not rigid.
         body: String,
         /// Loaded side of the body's bounding box.
         side: Side,
         /// Traction vector (Pa).
         value: Vec<f64>,
-        /// Time of its growth from zero (s).
+        /// Time of growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the ramp.
+        /// Ramp shape.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Stage in which it begins; the first when absent.
+        /// Stage of its start; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// Variation along its side; uniform when absent.
+        /// Variation along the side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
-        /// Carrier of the load.
+        /// Load carrier.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
-    /// Pressure (Pa) on one side of a body, carried by its outermost points: it stays normal to the surface and grows with its area.
+    /// Pressure (Pa) on a side of a body, by its outermost points: stays normal to the surface and grows with its area.
     Pressure {
-        /// Loaded body, not a rigid one.
+        /// Loaded body, not rigid.
         body: String,
         /// Loaded side of the body's bounding box.
         side: Side,
         /// Pressure (Pa), positive towards the body.
         value: f64,
-        /// Time of its growth from zero (s).
+        /// Time of growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the ramp.
+        /// Ramp shape.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Stage in which it begins; the first when absent.
+        /// Stage of its start; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// Variation along its side; uniform when absent.
+        /// Variation along the side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
     },
-    /// Pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water; zero without this load. Pressure on skeleton
-    /// and fluid is a further `traction` or `pressure`.
+    /// Pressure of the pore fluid (Pa) on a side of a saturated body, as of open water; zero without this load. Pressure on skeleton and
+    /// fluid is a further `traction` or `pressure`.
     PorePressure {
-        /// Loaded body, not a rigid one.
+        /// Loaded body, not rigid.
         body: String,
         /// Loaded side of the body's bounding box.
         side: Side,
         /// Pressure (Pa), compression-positive.
         value: f64,
-        /// Time of its growth from zero (s).
+        /// Time of growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the ramp.
+        /// Ramp shape.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Stage in which it begins; the first when absent.
+        /// Stage of its start; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
-        /// Variation along its side; uniform when absent.
+        /// Variation along the side; uniform when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         profile: Option<LoadProfile>,
-        /// Carrier of the load.
+        /// Load carrier.
         #[serde(default, skip_serializing_if = "LoadTarget::is_points")]
         applied_to: LoadTarget,
     },
-    /// Pressure and shear (Pa) on the surface of a body or a part of it, carried by the points next to it. Both turn and grow with the
-    /// surface.
+    /// Pressure and shear (Pa) on all or part of a body's surface, by points next to it. Both turn and grow with the surface.
     Surface {
-        /// Loaded body, not a rigid one.
+        /// Loaded body, not rigid.
         body: String,
-        /// Region of the loaded surface at the start, holes included; all of it when absent.
+        /// Region of the loaded surface at the start, with holes; all when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         within: Option<Shape>,
         /// Pressure (Pa), positive towards the body.
         #[serde(default)]
         pressure: f64,
-        /// Shear (Pa), not in 1D. In the plane and in axisymmetry it is positive counter-clockwise, with the body to its left. In space it
-        /// is along `axis` × outward normal, times the sine of their angle.
+        /// Shear (Pa), not in 1D. In the plane and axisymmetry it is positive counter-clockwise, with the body to its left. In space it is
+        /// along `axis` × outward normal, times the sine of their angle.
         #[serde(default)]
         shear: f64,
-        /// Axis of the shear in space, of any length: that of a shaft for torsion.
+        /// Axis of shear in space, of any length: a shaft's for torsion.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<[f64; 3]>,
-        /// Time of its growth from zero (s).
+        /// Time of growth from zero (s).
         #[serde(default)]
         ramp: f64,
-        /// Shape of the ramp.
+        /// Ramp shape.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
-        /// Stage in which it begins; the first when absent.
+        /// Stage of its start; the first when absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
     },
@@ -276,15 +275,15 @@ impl Load {
     }
 }
 
-/// Variation of a load along its side: `[[0, 1], [10, 0]]` along y is water up to y = 10 m, with the `value` at y = 0. Parts keep their
+/// Variation along the side of a load: `[[0, 1], [10, 0]]` along y is water up to y = 10 m, with the `value` at y = 0. Parts keep their
 /// size as they move with the body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadProfile {
-    /// Axis of the variation, not normal to the side.
+    /// Axis of variation, not normal to the side.
     pub axis: Axis,
-    /// Coordinates on the axis (m), ascending, and shares of the `value` at the start, of either sign; linear between, constant beyond. Two
-    /// entries at one coordinate make a jump.
+    /// Coordinates (m), ascending, and shares of the `value` at the start, of either sign; linear between, constant beyond. Two entries at
+    /// one coordinate make a jump.
     pub shares: Vec<[f64; 2]>,
 }
 
@@ -301,11 +300,11 @@ impl LoadProfile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadTarget {
-    /// Outermost points of the body, which move the load; it is smeared over the cells next to the side.
+    /// Outermost points, which move the load; it is smeared over the cells next to the side.
     #[default]
     Points,
-    /// Nodes on the side, as in finite elements, exact up to it; for methods with a grid. The side must stay on a grid line (mesh: along
-    /// facets): nodes that the body leaves have no load.
+    /// Nodes on the side, as in finite elements, exact up to it; for methods with a grid. The side must stay on a grid line (mesh: facets):
+    /// nodes that the body leaves have no load.
     Nodes,
 }
 
@@ -316,14 +315,14 @@ impl LoadTarget {
     }
 }
 
-/// Growth of a load over its ramp.
+/// Growth over the ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RampShape {
     /// Linear in time.
     #[default]
     Linear,
-    /// Half a cosine wave, without a kink at either end.
+    /// Half a cosine wave, without kinks.
     Cosine,
 }
 

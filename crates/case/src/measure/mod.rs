@@ -166,45 +166,42 @@ macro_rules! measures {
 }
 
 measures! {
-    /// Front of the mass along an axis (m). Columns of cells start at the base; those with a point at any height, counted without a gap
-    /// from the wall behind the mass, are the connected region, and the front is the farthest end of a point domain in it. Points beyond
-    /// a gap are detached and do not count. Where no column at the wall is occupied, counting begins at the rearmost occupied column.
-    /// With a quantile below 1, the front is the position behind which that fraction of the mass lies, which stray points do not change.
-    /// Rigid bodies do not count, unless `bodies` names them.
+    /// Front of the mass along an axis (m). Columns of cells with a point at any height, counted without a gap from the wall behind the
+    /// mass, are the connected region. The front is the farthest end of a point domain in it; points beyond a gap are detached. Where no
+    /// column at the wall is occupied, counting begins at the rearmost occupied one. With a quantile below 1, the front is the position
+    /// behind which that mass fraction lies, which stray points do not change.
     Front(Front),
-    /// Relative run-out `(front - initial) / initial`, both measured from `origin`; the front is that of the measure `front`.
+    /// Relative run-out `(front - initial) / initial`, both from `origin`, with the front of the measure `front`.
     RunOut(RunOut),
-    /// Height of the surface in bins along an axis, written at each frame. Rigid bodies do not count, unless `bodies` names
-    /// them.
+    /// Surface height in bins along an axis, at each frame.
     Profile(Profile),
-    /// Fields averaged over the points within `radius` of a position.
+    /// Field averages over points within `radius` of a position.
     Probe(Probe),
-    /// Length of a crack through a body (m): columns `NAME`, the end of the continuous crack or cut from the origin, and `NAME.farthest`,
-    /// that of the farthest part.
+    /// Crack length through a body (m): columns `NAME`, the end of the continuous crack or cut from the origin, and `NAME.farthest`, that
+    /// of the farthest part.
     CrackTip(CrackTip),
-    /// Front of a flow along the line of an obstacle in the plane, slope, arcs and all (m): the position on the line behind which a
-    /// fraction of the mass lies, each point at its nearest position on the line. Rigid bodies do not count, unless `bodies` names them.
+    /// Front along the line of an obstacle in the plane, arcs included (m): the position behind which a mass fraction lies. Each point
+    /// counts at its nearest position on the line.
     ArcFront(ArcFront),
-    /// Number of fragments of broken bodies: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`, the mass of
-    /// fragments too small to count (kg). Rigid bodies do not count, unless `bodies` names them.
+    /// Fragments of broken bodies: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`, the mass of fragments too
+    /// small to count (kg).
     Fragments(Fragments),
-    /// Depth of a flow at a position in plan (m), along the vertical, and its velocity in plan (m/s): columns `NAME.depth`,
-    /// `NAME.velocity.x`, …; no velocity where it is dry. For methods that compute a flow over terrain.
+    /// Vertical flow depth at a position in plan (m), and velocity in plan (m/s): columns `NAME.depth`, `NAME.velocity.x`, …; no velocity
+    /// where dry. For flows over terrain.
     Gauge(Gauge),
-    /// Discharge of a flow across a line in plan (m³/s), positive to the right, seen along the line from `from` to `to`. In 3D, for
-    /// methods that compute a flow over terrain.
+    /// Discharge across a line in plan (m³/s), positive to the right, seen along the line from `from` to `to`. In 3D, for flows over
+    /// terrain.
     Discharge(Discharge),
-    /// Force of the material on a rigid body, a patch or an obstacle in the last step (N; per metre in plane strain, per radian in
-    /// axisymmetry), and its impulse since the start (N s), whose slope is the mean force: columns `NAME.x`, `NAME.impulse.x`, ….
+    /// Force of the material on a rigid body, patch or obstacle in the last step (N; per metre in plane strain, per radian in axisymmetry):
+    /// columns `NAME.x`, …. Columns `NAME.impulse.x`, … have its impulse since the start (N s), whose slope is the mean force.
     Reaction(ReactionForce),
-    /// Pressure of the material on a rigid body, a patch or an obstacle (Pa): the component of the force of the last step along a
-    /// direction, divided by an area. The column `NAME.impulse` (Pa s) is that of its impulse since the start, whose slope is the mean
-    /// pressure.
+    /// Pressure of the material on a rigid body, patch or obstacle (Pa): force of the last step along a direction, over an area. The column
+    /// `NAME.impulse` (Pa s) is its impulse since the start, whose slope is the mean pressure.
     ImpactPressure(ImpactPressure),
-    /// Energy dissipated by the materials since the start (J; per metre in plane strain, per radian in axisymmetry): the work of their
-    /// stresses minus the stored energy. For a law without a defined stored energy, all work counts as dissipated.
+    /// Energy dissipated by materials since the start (J; per metre in plane strain, per radian in axisymmetry): stress work minus stored
+    /// energy. For laws without defined stored energy, all work counts.
     Dissipation(Dissipation),
-    /// Factor of safety: the largest divisor of strength at which the bodies come to rest, by trials after the run.
+    /// Factor of safety: largest divisor of strength at which bodies come to rest, by trials after the run.
     FactorOfSafety(FactorOfSafety),
 }
 

@@ -18,11 +18,11 @@ pub struct BasalStrength {
     pub pore_pressure_ratio: f64,
 }
 
-/// Dependence of basal cohesion on the normal stress.
+/// Dependence of basal cohesion on normal stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CohesionForm {
-    /// Constant cohesion: `s = σ' tan φ + c`.
+    /// Constant: `s = σ' tan φ + c`.
     #[default]
     Constant,
     /// Zero without normal stress (Bartelt et al. 2015, eq. 6; RAMMS): `s = σ' tan φ + (1 - tan φ) c (1 - e^(-σ'/c))`, for `tan φ` up to 1.

@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::BasalFlow;
 
-/// Solution of the cubic equation of the Bingham profile.
+/// Solution of the cubic of the Bingham profile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BinghamSolution {
-    /// Solution to round-off.
+    /// Exact to round-off.
     #[default]
     Exact,
     /// Economised quadratic (Pastor et al. 2004): within -2.8 % to +5.2 %, the latter at rest.

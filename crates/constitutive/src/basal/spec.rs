@@ -8,7 +8,7 @@ use crate::Warning;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::{MaterialError, MaybeInfinite};
 
-/// Basal law. The pore-pressure ratio is the constant share of the normal stress that water carries.
+/// Basal law. The pore-pressure ratio is water's constant share of the normal stress.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "model", deny_unknown_fields)]
 pub enum BasalSpec {
@@ -18,10 +18,10 @@ pub enum BasalSpec {
     /// Bingham fluid.
     #[serde(rename = "bingham")]
     Bingham(BinghamBaseSpec),
-    /// Friction and a viscous power law.
+    /// Friction, viscous power law.
     #[serde(rename = "viscous-frictional")]
     ViscousFrictional(ViscousFrictionalSpec),
-    /// Friction and turbulence.
+    /// Friction, turbulence.
     #[serde(rename = "voellmy")]
     Voellmy(VoellmySpec),
     /// Friction alone.
@@ -30,10 +30,10 @@ pub enum BasalSpec {
     /// Dense granular flow, μ(I).
     #[serde(rename = "mu-i")]
     Granular(GranularBaseSpec),
-    /// Friction and turbulence by Manning's roughness.
+    /// Friction, turbulence by Manning's roughness.
     #[serde(rename = "manning")]
     Manning(ManningSpec),
-    /// Friction and turbulence by Chézy's coefficient.
+    /// Friction, turbulence by Chézy's coefficient.
     #[serde(rename = "chezy")]
     Chezy(ChezySpec),
 }
@@ -137,17 +137,17 @@ fn pore_pressure_ratio(ratio: f64) -> Result<f64, MaterialError> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BinghamBaseSpec {
-    /// Yield stress `τ_y` (Pa), not negative.
+    /// Yield stress `τ_y` (Pa), non-negative.
     pub yield_stress: f64,
-    /// Friction angle (degrees), 0 to 90 (excluded), which adds `σ' tan φ` to the yield stress.
+    /// Friction angle (degrees), non-negative, below 90; adds `σ' tan φ` to yield.
     #[serde(default)]
     pub friction_angle: f64,
     /// Pore-pressure ratio `r_u`, 0 to 1.
     #[serde(default)]
     pub pore_pressure_ratio: f64,
-    /// Plastic viscosity `μ` (Pa s), not negative.
+    /// Plastic viscosity `μ` (Pa s), non-negative.
     pub viscosity: f64,
-    /// Solution of the cubic equation.
+    /// Solution of the cubic.
     #[serde(default)]
     pub solution: BinghamSolution,
 }
@@ -181,10 +181,10 @@ macro_rules! frictional {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($(#[$field_doc])* pub $field: $kind,)*
-            /// Cohesion `c` (Pa), not negative.
+            /// Cohesion `c` (Pa), non-negative.
             #[serde(default)]
             pub cohesion: f64,
-            /// Form of the cohesion.
+            /// Cohesion form.
             #[serde(default)]
             pub cohesion_form: CohesionForm,
             /// Pore-pressure ratio `r_u`, 0 to 1.
@@ -220,9 +220,9 @@ macro_rules! frictional {
 frictional! {
     /// Parameters of `viscous-frictional`, angles in degrees.
     ViscousFrictionalSpec {
-        /// Friction angle (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), non-negative, below 90.
         friction_angle: f64,
-        /// Consistency `μ` (Pa sᵐ), not negative.
+        /// Consistency `μ` (Pa sᵐ), non-negative.
         consistency: f64,
         /// Power `m` of the shear rate, positive: 1 viscous, 2 grain inertia.
         exponent: f64,
@@ -243,7 +243,7 @@ impl ViscousFrictionalSpec {
 frictional! {
     /// Parameters of `voellmy`, angles in degrees.
     VoellmySpec {
-        /// Friction angle (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), non-negative, below 90.
         friction_angle: f64,
         /// Turbulence coefficient `ξ` (m/s²), positive, or `"none"`.
         turbulence: MaybeInfinite,
@@ -262,7 +262,7 @@ impl VoellmySpec {
 frictional! {
     /// Parameters of `coulomb`, angles in degrees.
     CoulombSpec {
-        /// Friction angle (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), non-negative, below 90.
         friction_angle: f64,
     }
 }
@@ -278,15 +278,15 @@ frictional! {
     /// Parameters of `mu-i`: dense granular flow whose profile is Bagnold's (Pouliquen & Forterre 2002; Jop et al.
     /// 2006).
     GranularBaseSpec {
-        /// Friction coefficient at rest `μ_s`, between 0 and 2, both excluded.
+        /// Friction coefficient at rest `μ_s`, above 0, below 2.
         static_friction: f64,
-        /// Friction coefficient `μ_2`, the limit in fast flow: at least `static_friction`, below 2.
+        /// Friction coefficient `μ_2` in fast flow: at least `static_friction`, below 2.
         limit_friction: f64,
-        /// Inertial number `I_0` at which friction is halfway between the two, > 0.
+        /// Inertial number `I_0` at halfway friction, positive.
         reference_inertial_number: f64,
-        /// Diameter of the grains (m), > 0.
+        /// Grain diameter (m), positive.
         grain_diameter: f64,
-        /// Density of the grains (kg/m³), > 0.
+        /// Grain density (kg/m³), positive.
         grain_density: f64,
     }
 }
@@ -312,9 +312,9 @@ impl GranularBaseSpec {
 frictional! {
     /// Parameters of `manning`, angles in degrees.
     ManningSpec {
-        /// Friction angle (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), non-negative, below 90.
         friction_angle: f64,
-        /// Manning's roughness `n` (s/m^⅓), not negative.
+        /// Manning's roughness `n` (s/m^⅓), non-negative.
         roughness: f64,
     }
 }
@@ -331,7 +331,7 @@ impl ManningSpec {
 frictional! {
     /// Parameters of `chezy`, angles in degrees.
     ChezySpec {
-        /// Friction angle (degrees), 0 to 90 (excluded).
+        /// Friction angle (degrees), non-negative, below 90.
         friction_angle: f64,
         /// Chézy's coefficient `C` (m^½/s), positive: `ξ = C²`.
         coefficient: f64,

@@ -32,28 +32,28 @@ const MAX_AMPLIFICATION: f64 = 10.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ViscousMode {
-    /// Closed form at the current rate: objective.
+    /// Closed form at current rate: objective.
     #[default]
     Integrated,
-    /// Differences of the stretching: element tests only.
+    /// Differences of stretching: element tests only.
     RateMaterial,
 }
 
-/// Viscous stress with an acceleration term.
+/// Viscous stress with acceleration term.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccelerationViscosity {
     /// Coefficient `A` (s), < 0.
     pub a: f64,
-    /// Coefficient `m1` of the viscosity `η = A √(m1 + m2 ‖D‖²)`, positive.
+    /// Coefficient `m1` of viscosity `η = A √(m1 + m2 ‖D‖²)`, positive.
     pub m1: f64,
-    /// Coefficient `m2` (s²) of that viscosity, not negative.
+    /// Coefficient `m2` (s²), non-negative.
     #[serde(default)]
     pub m2: f64,
-    /// Viscosity `η1` (Pa s) of the term `η1 D̊`, not negative.
+    /// Viscosity `η1` (Pa s) of `η1 D̊`, non-negative.
     #[serde(default)]
     pub eta1: f64,
-    /// Coefficient `η3` (Pa s³) of the term `η3 D̊²`, normal stresses alone; with `rate-material` only.
+    /// Coefficient `η3` (Pa s³) of `η3 D̊²`, normal stresses alone; `rate-material` only.
     #[serde(default)]
     pub eta3: f64,
     /// Integration of the viscous rate.

@@ -25,14 +25,14 @@ use crate::laws::viscous_flow::{
 };
 use crate::{Corotational, Material, MaterialError};
 
-/// Integration of the flow of `bingham` and `frictional-fluid`.
+/// Flow integration of `bingham` and `frictional-fluid`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum YieldForm {
-    /// Elastic below yield, backward Euler above. The default.
+    /// Elastic below yield, backward Euler above. Default.
     // With braces, so that unknown keys are refused here as well.
     Viscoplastic {},
-    /// Effective viscosity with a cap.
+    /// Effective viscosity, capped.
     Capped {
         /// Largest viscosity (Pa s), at least `viscosity`.
         max_viscosity: f64,
@@ -49,25 +49,25 @@ impl Default for YieldForm {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BinghamSpec {
-    /// Density at zero pressure (kg/m³), positive.
+    /// Zero-pressure density (kg/m³), positive.
     pub density: f64,
-    /// Bulk modulus at zero pressure (Pa), positive.
+    /// Zero-pressure bulk modulus (Pa), positive.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), positive, for `viscoplastic`; by default from the bulk modulus and a Poisson's ratio of 0.3.
+    /// Shear modulus below yield (Pa), positive, for `viscoplastic`; by default from bulk modulus and Poisson's ratio 0.3.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
-    /// Yield stress `τ_y` (Pa), not negative.
+    /// Yield stress `τ_y` (Pa), non-negative.
     pub yield_stress: f64,
-    /// Plastic viscosity `μ` (Pa s), not negative.
+    /// Plastic viscosity `μ` (Pa s), non-negative.
     pub viscosity: f64,
-    /// Largest tension before cavitation (Pa), not negative. At zero an unconfined fluid opens as it moves: without a free surface give
-    /// this or an initial pressure.
+    /// Cavitation tension (Pa), non-negative. At zero unconfined fluid opens as it moves: without a free surface give this or initial
+    /// pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.
     #[serde(default)]
     pub equation_of_state: EquationOfState,
-    /// Integration of the flow.
+    /// Flow integration.
     #[serde(default)]
     pub form: YieldForm,
 }
@@ -76,29 +76,29 @@ pub struct BinghamSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionalFluidSpec {
-    /// Density at zero pressure (kg/m³), positive.
+    /// Zero-pressure density (kg/m³), positive.
     pub density: f64,
-    /// Bulk modulus at zero pressure (Pa), positive.
+    /// Zero-pressure bulk modulus (Pa), positive.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), positive, for `viscoplastic`; by default from the bulk modulus and a Poisson's ratio of 0.3.
+    /// Shear modulus below yield (Pa), positive, for `viscoplastic`; by default from bulk modulus and Poisson's ratio 0.3.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
-    /// Friction angle (degrees), 0 to 90 (excluded).
+    /// Friction angle (degrees), non-negative, below 90.
     pub friction_angle: f64,
-    /// Cohesion (Pa), not negative.
+    /// Cohesion (Pa), non-negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Viscosity above yield (Pa s), not negative.
+    /// Viscosity above yield (Pa s), non-negative.
     #[serde(default)]
     pub viscosity: f64,
-    /// Largest tension before cavitation (Pa), not negative. At zero an unconfined fluid opens as it moves: without a free surface give
-    /// this or an initial pressure.
+    /// Cavitation tension (Pa), non-negative. At zero unconfined fluid opens as it moves: without a free surface give this or initial
+    /// pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.
     #[serde(default)]
     pub equation_of_state: EquationOfState,
-    /// Integration of the flow.
+    /// Flow integration.
     #[serde(default)]
     pub form: YieldForm,
 }

@@ -21,11 +21,11 @@ use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::laws::viscous_flow::{FlowCurve, FlowOutputs, Viscoplastic};
 use crate::{Corotational, Material, MaterialError};
 
-/// Measure of shear stress compared with the strength.
+/// Shear measure compared with strength.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShearNorm {
-    /// `√J2`, the shear stress in simple shear.
+    /// `√J2`, simple-shear stress.
     #[default]
     SqrtJ2,
     /// `q = √(3 J2)`, as printed in the source.
@@ -36,18 +36,18 @@ pub enum ShearNorm {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CfdSoilSpec {
-    /// Density at zero pressure (kg/m³), positive.
+    /// Zero-pressure density (kg/m³), positive.
     pub density: f64,
     /// Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Friction angle (degrees), 0 to 90 (excluded).
+    /// Friction angle (degrees), non-negative, below 90.
     pub friction_angle: f64,
-    /// Cohesion (Pa), not negative.
+    /// Cohesion (Pa), non-negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Measure of shear stress compared with the strength.
+    /// Shear measure compared with strength.
     #[serde(default)]
     pub norm: ShearNorm,
 }

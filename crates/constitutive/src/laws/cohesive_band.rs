@@ -34,18 +34,18 @@ pub struct CohesiveBandSpec {
     pub cohesion: f64,
     /// Tensile strength `f_t` (Pa), positive.
     pub tensile_strength: f64,
-    /// Coefficient of friction `μ`, positive.
+    /// Friction coefficient `μ`, positive.
     pub friction_coefficient: f64,
-    /// Coefficient of dilation `μ_ψ`, 0 to `μ`.
+    /// Dilation coefficient `μ_ψ`, 0 to `μ`.
     #[serde(default)]
     pub dilatancy_coefficient: f64,
-    /// Fracture energy in opening `G_I` (J/m²), positive.
+    /// Opening fracture energy `G_I` (J/m²), positive.
     pub opening_energy: f64,
-    /// Fracture energy in sliding `G_II` (J/m²), positive.
+    /// Sliding fracture energy `G_II` (J/m²), positive.
     pub sliding_energy: f64,
-    /// Normal stiffness `K_n` (Pa/m), steeper than the softening, `f_t²/G_I`.
+    /// Normal stiffness `K_n` (Pa/m), above the softening `f_t²/G_I`.
     pub normal_stiffness: f64,
-    /// Shear stiffness `K_s` (Pa/m), steeper than the softening, `c t_s0/G_II`.
+    /// Shear stiffness `K_s` (Pa/m), above the softening `c t_s0/G_II`.
     pub shear_stiffness: f64,
 }
 

@@ -20,7 +20,7 @@ const NAME: &str = "cohesive-damage";
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CohesiveDamageSpec {
-    /// Strength `f_t` (Pa), positive, equal in opening and sliding.
+    /// Strength `f_t` (Pa), positive, in opening and sliding.
     pub tensile_strength: f64,
     /// Fracture energy `G` (J/m²), more than `f_t²/(2 K₀)`.
     pub fracture_energy: f64,

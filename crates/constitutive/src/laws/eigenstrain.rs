@@ -21,7 +21,7 @@ use crate::{Mat3, Material, MaterialError, MaterialSpec, Motion, SymTensor};
 pub struct EigenstrainSpec {
     /// Final volumetric strain, expansion-positive, -0.5 to 0.5.
     pub volumetric_strain: f64,
-    /// Time of linear growth from the start (s), positive.
+    /// Linear growth time from the start (s), positive.
     pub duration: f64,
     /// Material that shrinks or swells.
     pub material: Box<MaterialSpec>,

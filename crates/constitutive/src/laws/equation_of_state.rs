@@ -12,7 +12,7 @@ use crate::{InitialCondition, MaterialError, Motion};
 /// Exponent of Tait's equation for water.
 const TAIT: f64 = 7.0;
 
-/// Pressure as a function of density.
+/// Pressure–density relation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EquationOfState {

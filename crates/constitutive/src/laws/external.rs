@@ -66,7 +66,7 @@ pub struct ExternalSpec {
     pub density: f64,
     /// Law: `granular-cell`, a periodic cell of grains.
     pub law: String,
-    /// Its parameters; for `granular-cell` see docs/theory/dem.md, "A cell of grains as a material".
+    /// Parameters; for `granular-cell` see docs/theory/dem.md, "A cell of grains as a material".
     #[serde(default)]
     pub parameters: Map<String, Value>,
     /// Law that the program has handed over; a case file cannot contain it.

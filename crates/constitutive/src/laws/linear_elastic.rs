@@ -29,7 +29,7 @@ pub struct LinearElasticSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Strain measure, small or finite.
+    /// Strain measure.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
 }

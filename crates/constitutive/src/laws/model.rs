@@ -95,7 +95,7 @@ pub enum ModelFamily {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StrainMeasure {
-    /// Small strain in a co-rotating frame (Jaumann rate).
+    /// Small strain, co-rotating frame (Jaumann rate).
     #[default]
     Rate,
     /// Logarithmic (Hencky) elastic strain: finite, path-independent.

@@ -33,40 +33,40 @@ const NAME: &str = "mu-i";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MuISpec {
-    /// Density at zero pressure, voids included (kg/m³), positive.
+    /// Zero-pressure density with voids (kg/m³), positive.
     pub density: f64,
-    /// Bulk modulus of the packing `ρ₀ c₀²` (Pa), positive.
+    /// Bulk modulus `ρ₀ c₀²` of the packing (Pa), positive.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), positive, for `elasto-viscoplastic`; by default from the bulk modulus and a Poisson's ratio of 0.3.
+    /// Shear modulus below yield (Pa), positive, for `elasto-viscoplastic`; by default from bulk modulus and Poisson's ratio 0.3.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
-    /// Density of the grains (kg/m³), positive.
+    /// Grain density (kg/m³), positive.
     pub grain_density: f64,
-    /// Diameter of the grains (m), positive.
+    /// Grain diameter (m), positive.
     pub grain_diameter: f64,
-    /// Friction coefficient at rest `μ_s`, between 0 and 2.
+    /// Static friction coefficient `μ_s`, between 0 and 2.
     pub static_friction: f64,
     /// Friction coefficient `μ_2` in fast flow: at least `static_friction`, below 2.
     pub limit_friction: f64,
     /// Inertial number `I_0` at halfway friction, positive.
     pub reference_inertial_number: f64,
-    /// Integration of the flow.
+    /// Flow integration.
     #[serde(default)]
     pub form: MuIForm,
 }
 
-/// Integration of the flow of `mu-i`.
+/// Flow integration of `mu-i`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MuIForm {
-    /// Elastic below the static yield stress: the material can rest on a slope, and viscosity does not limit the step. The default.
+    /// Elastic below static yield: can rest on a slope, and viscosity does not limit the step. Default.
     // With braces, so that unknown keys are refused here as well.
     ElastoViscoplastic {},
-    /// Capped viscosity `η = min(μ(I) p/γ̇, η_max)` with a floor of `γ̇` (Bui & Nguyen 2021).
+    /// Capped viscosity `η = min(μ(I) p/γ̇, η_max)`, floored `γ̇` (Bui & Nguyen 2021).
     Capped {
         /// Largest viscosity `η_max` (Pa s), positive.
         max_viscosity: f64,
-        /// Floor of the shear rate (1/s), positive.
+        /// Floor of shear rate (1/s), positive.
         #[serde(default = "rate_floor")]
         min_shear_rate: f64,
     },

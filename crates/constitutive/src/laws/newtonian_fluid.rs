@@ -23,15 +23,15 @@ const NAME: &str = "newtonian-fluid";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewtonianFluidSpec {
-    /// Density at zero pressure (kg/m³), positive.
+    /// Zero-pressure density (kg/m³), positive.
     pub density: f64,
-    /// Bulk modulus at zero pressure (Pa), positive.
+    /// Zero-pressure bulk modulus (Pa), positive.
     pub bulk_modulus: f64,
-    /// Dynamic viscosity (Pa s), not negative.
+    /// Dynamic viscosity (Pa s), non-negative.
     #[serde(default)]
     pub viscosity: f64,
-    /// Largest tension before cavitation (Pa), not negative. At zero an unconfined fluid opens as it moves: without a free surface give
-    /// this or an initial pressure.
+    /// Cavitation tension (Pa), non-negative. At zero unconfined fluid opens as it moves: without a free surface give this or initial
+    /// pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.

@@ -36,13 +36,13 @@ const MIN_PRESSURE_RATIO: f64 = 1e-3;
 /// Smallest pressure of laws that have no reference pressure as a parameter (Pa).
 pub(super) const MIN_PRESSURE: f64 = MIN_PRESSURE_RATIO * REFERENCE_PRESSURE;
 
-/// Dependence of stiffness on pressure.
+/// Stiffness as function of pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PressureStiffness {
     /// Power law of pressure: `G = A (p/p_ref)ⁿ`.
     Sand {
-        /// Shear modulus at the reference pressure, `A` (Pa), positive.
+        /// Shear modulus `A` at reference pressure (Pa), positive.
         shear_modulus: f64,
         /// Reference pressure (Pa), positive.
         reference_pressure: f64,
@@ -51,7 +51,7 @@ pub enum PressureStiffness {
     },
     /// Stiffness proportional to pressure: `K = (1+e) p/κ`.
     Clay {
-        /// Slope `κ` of the unloading line, positive.
+        /// Slope `κ` of unloading, positive.
         swelling_slope: f64,
     },
 }
@@ -62,14 +62,14 @@ pub enum PressureStiffness {
 pub struct PressureElasticSpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Dependence of stiffness on pressure.
+    /// Stiffness as function of pressure.
     pub stiffness: PressureStiffness,
     /// Poisson's ratio, between -1 and 0.5.
     #[serde(default = "poissons_ratio")]
     pub poissons_ratio: f64,
     /// Initial void ratio, positive.
     pub void_ratio: f64,
-    /// Pressure below which stiffness is constant (Pa), positive; by default 0.001 of the reference (1 kPa for clay).
+    /// Pressure (Pa) below which stiffness is constant, positive; by default 0.001 of the reference (1 kPa for clay).
     #[serde(default)]
     pub least_pressure: Option<f64>,
 }

@@ -48,18 +48,18 @@ pub struct SandSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Friction angle (degrees), above 0, below 90; with `hardening` that after much flow.
+    /// Friction angle (degrees), above 0, below 90; with `hardening` after much flow.
     pub friction_angle: f64,
-    /// Change of the friction angle with flow; none when absent.
+    /// Change of friction with flow; none when absent.
     #[serde(default)]
     pub hardening: Option<SandHardening>,
-    /// Whether volume gained in tension must close before the sand carries stress; otherwise it is kept.
+    /// Whether volume gained in tension must close before stress is carried; otherwise it stays.
     #[serde(default = "default_true")]
     pub volume_correction: bool,
-    /// Tensor of the invariants.
+    /// Tensor of invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
-    /// Whether initial stress outside yield is returned to it; otherwise refused.
+    /// Return of initial stress outside yield; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -68,18 +68,18 @@ fn default_true() -> bool {
     true
 }
 
-/// Friction angle in flow: `φ = h0 + (h1 a - h3) exp(-h2 a)`, with `h0` the `friction_angle`, `a` the sum of plastic strain norms, and
-/// defaults of Klar et al. 2016.
+/// Friction angle in flow: `φ = h0 + (h1 a - h3) exp(-h2 a)`, with `h0` the `friction_angle`, `a` the sum of plastic strain norms; defaults
+/// of Klar et al. 2016.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SandHardening {
-    /// Initial growth `h1` (degrees), not negative.
+    /// Initial growth `h1` (degrees), non-negative.
     #[serde(default = "growth")]
     pub growth: f64,
     /// Decay rate `h2`, positive.
     #[serde(default = "default_decay_rate")]
     pub fading: f64,
-    /// Initial deficit `h3` from `friction_angle` (degrees), not negative, below it.
+    /// Initial deficit `h3` (degrees), non-negative, below `friction_angle`.
     #[serde(default = "default_angle_difference")]
     pub below: f64,
 }

@@ -25,9 +25,9 @@ const NAME: &str = "saturation-softened";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturationSoftenedSpec {
-    /// Cohesion of saturated soil (Pa), 0 to that of the material.
+    /// Cohesion of saturated soil (Pa), 0 to the dry one.
     pub saturated_cohesion: f64,
-    /// Dry soil: `drucker-prager` or `mohr-coulomb` in rate form, of constant strength.
+    /// Dry soil: `drucker-prager` or `mohr-coulomb`, rate form, constant strength.
     pub material: Box<MaterialSpec>,
 }
 

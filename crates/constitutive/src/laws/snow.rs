@@ -45,26 +45,26 @@ const LARGEST_STEP: f64 = 0.2;
 pub struct SnowSpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus before any plastic flow (Pa), positive.
+    /// Initial Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Largest elastic compression θ_c along a direction, between 0 and 1.
+    /// Largest principal elastic compression θ_c, between 0 and 1.
     #[serde(default = "critical_compression")]
     pub critical_compression: f64,
-    /// Largest elastic extension θ_s along a direction, positive.
+    /// Largest principal elastic extension θ_s, positive.
     #[serde(default = "critical_stretch")]
     pub critical_stretch: f64,
-    /// Factor ξ of the change of moduli with plastic volume, not negative.
+    /// Hardening factor ξ of moduli, non-negative.
     #[serde(default = "hardening_factor")]
     pub hardening_factor: f64,
-    /// Elastic law: stress from the elastic stretches.
+    /// Elastic law of the stretches.
     #[serde(default)]
     pub elastic_law: SnowElasticity,
-    /// Lower bound of plastic volume ratio `J_P`, above 0, at most 1; denser snow hardens no further.
+    /// Lower bound of plastic volume ratio `J_P` for hardening, above 0, at most 1.
     #[serde(default = "least_plastic_volume")]
     pub least_plastic_volume: f64,
-    /// Upper bound of plastic volume ratio `J_P`, at least 1; looser snow softens no further.
+    /// Upper bound of plastic volume ratio `J_P` for softening, at least 1.
     #[serde(default = "largest_plastic_volume")]
     pub largest_plastic_volume: f64,
 }
@@ -95,11 +95,11 @@ fn largest_plastic_volume() -> f64 {
     20.0
 }
 
-/// Elastic law for the stretches of snow.
+/// Elastic law of snow's stretches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SnowElasticity {
-    /// `τ_A = 2μ s_A (s_A - 1) + λ J_E (J_E - 1)`, as in the original.
+    /// `τ_A = 2μ s_A (s_A - 1) + λ J_E (J_E - 1)`, the original.
     #[default]
     FixedCorotated,
     /// `τ_A = 2μ ln s_A + λ ln J_E`.

@@ -24,9 +24,9 @@ use crate::{Material, MaterialError, SymTensor, Tangent};
 pub struct StVenantKirchhoffSpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus at small strain (Pa), positive.
+    /// Small-strain Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
-    /// Poisson's ratio at small strain, between -1 and 0.5.
+    /// Small-strain Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
 }
 

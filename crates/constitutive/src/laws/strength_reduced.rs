@@ -15,14 +15,14 @@ use crate::contract::parameter_checks::{check, positive};
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
 use crate::{Material, MaterialError, MaterialSpec};
 
-/// Strength parameters that the factor divides.
+/// Divided strength parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReductionScope {
     /// Peak and residual strength.
     #[default]
     Both,
-    /// Peak strength only.
+    /// Peak strength.
     Peak,
 }
 
@@ -74,13 +74,13 @@ impl StrengthReduction {
 pub struct StrengthReducedSpec {
     /// Divisor of the strength, positive.
     pub factor: f64,
-    /// Strength parameters that the factor divides.
+    /// Divided strength parameters.
     #[serde(default)]
     pub scope: ReductionScope,
-    /// Whether dilatancy is kept even above reduced friction.
+    /// Whether dilatancy is kept, even above reduced friction.
     #[serde(default)]
     pub keep_dilatancy: bool,
-    /// Material whose strength is reduced.
+    /// Weakened material.
     pub material: Box<MaterialSpec>,
 }
 

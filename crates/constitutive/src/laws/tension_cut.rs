@@ -34,12 +34,12 @@ pub struct TensionCutSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Largest principal tension (Pa), not negative.
+    /// Largest principal tension (Pa), non-negative.
     pub tensile_strength: f64,
-    /// Strain measure, small or finite.
+    /// Strain measure.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether initial stress outside yield is returned to it; otherwise refused.
+    /// Return of initial stress outside yield; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

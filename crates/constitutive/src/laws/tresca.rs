@@ -28,10 +28,10 @@ pub struct TrescaSpec {
     pub poissons_ratio: f64,
     /// Undrained shear strength `s_u` (Pa), positive.
     pub undrained_strength: f64,
-    /// Strain measure, small or finite.
+    /// Strain measure.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether initial stress outside yield is returned to it; otherwise refused.
+    /// Return of initial stress outside yield; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

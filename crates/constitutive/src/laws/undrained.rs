@@ -22,15 +22,15 @@ use crate::{Material, MaterialError, MaterialSpec, Motion, SymTensor, Tangent};
 pub struct UndrainedSpec {
     /// Bulk modulus of the pore fluid `K_f` (Pa), positive.
     pub fluid_bulk_modulus: f64,
-    /// Porosity, between 0 and 1 (both excluded).
+    /// Porosity, above 0, below 1.
     pub porosity: f64,
     /// Initial pore pressure (Pa, compression-positive); initial stresses are total.
     #[serde(default)]
     pub initial_pore_pressure: f64,
-    /// Largest tension before cavitation (Pa), not negative; none when absent.
+    /// Cavitation tension (Pa), non-negative; none when absent.
     #[serde(default)]
     pub cavitation_strength: Option<f64>,
-    /// Skeleton in effective stresses, with the density of the saturated soil.
+    /// Skeleton in effective stresses, with the saturated density.
     pub skeleton: Box<MaterialSpec>,
 }
 

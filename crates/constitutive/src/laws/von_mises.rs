@@ -33,24 +33,24 @@ pub struct VonMisesSpec {
     pub poissons_ratio: f64,
     /// Cohesion (Pa), positive.
     pub cohesion: f64,
-    /// Stress state in which the strength is exactly `cohesion`.
+    /// Stress state of strength exactly `cohesion`.
     #[serde(default)]
     pub exact_in: ExactIn,
-    /// Cohesion after large plastic strain (Pa), 0 to the peak; no softening when absent.
+    /// Residual cohesion (Pa), 0 to the peak; no softening when absent.
     #[serde(default)]
     pub residual_cohesion: Option<f64>,
-    /// Decay rate of the cohesion with plastic strain, positive with `residual_cohesion`, else 0.
+    /// Cohesion decay rate over plastic strain, positive with `residual_cohesion`, else 0.
     #[serde(default)]
     pub softening_rate: f64,
-    /// Strain measure, small or finite.
+    /// Strain measure.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether initial stress outside yield is returned to it; otherwise refused.
+    /// Return of initial stress outside yield; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
-/// Stress state in which von Mises and Tresca agree.
+/// Stress state where von Mises and Tresca agree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExactIn {

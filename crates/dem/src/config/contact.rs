@@ -3,19 +3,19 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Contact law of two kinds of grains, or of grains and a wall.
+/// Contact law of two grain kinds, or grains and wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairSpec {
-    /// Names of two kinds of grains, or twice one kind; the second may be a wall (`boundaries`). Unnamed walls have the law of like grains,
-    /// with their own friction.
+    /// Names of two kinds, or twice one; the second may be a wall (`boundaries`). Unnamed walls have the law of like grains, with their own
+    /// friction.
     pub between: [String; 2],
     /// Normal law, along the line of centres.
     pub normal: NormalLaw,
-    /// Tangential law, across the line of centres.
+    /// Tangential law.
     #[serde(default)]
     pub tangential: TangentialSpec,
-    /// Coulomb friction; not for walls, which have their own.
+    /// Coulomb friction; walls have their own.
     #[serde(default)]
     pub friction: Option<Friction>,
     /// Rolling resistance.
@@ -27,7 +27,7 @@ pub struct PairSpec {
     /// Attractive force.
     #[serde(default)]
     pub adhesion: Option<Adhesion>,
-    /// Bonds of grains at the start.
+    /// Initial bonds.
     #[serde(default)]
     pub bond: Option<BondSpec>,
 }
@@ -60,19 +60,18 @@ impl PairSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum NormalLaw {
-    /// Linear spring and dashpot (sheet: dem §2.3).
+    /// Linear spring, dashpot (sheet: dem §2.3).
     Linear {
-        /// Normal stiffness `k_n` (N/m; in the plane per metre of thickness).
+        /// Normal stiffness `k_n` (N/m; N/m² in the plane).
         #[serde(default)]
         stiffness: Option<f64>,
-        /// Modulus `E` of the grains (Pa) in place of the stiffness, then `2 E r_i r_j / (r_i + r_j)` (in the plane over a metre).
+        /// Grain modulus `E` (Pa) for a stiffness `2 E r_i r_j / (r_i + r_j)` (in the plane over a metre).
         #[serde(default)]
         grain_modulus: Option<f64>,
-        /// Coefficient of restitution of a head-on collision, above 0 up to 1; within 0.005 at the default step (without `clamp` in the
-        /// mean).
+        /// Restitution coefficient of head-on collisions, above 0 up to 1; within 0.005 at the default step (mean without `clamp`).
         #[serde(default)]
         restitution: Option<f64>,
-        /// Damping ratio `ζ` in place of `restitution`; the dashpot is `2 ζ √(k m_eff)`.
+        /// Damping ratio `ζ` in place of `restitution`; dashpot `2 ζ √(k m_eff)`.
         #[serde(default)]
         damping_ratio: Option<f64>,
         /// Whether tension of spring and dashpot together is excluded; `restitution` allows for it.
@@ -81,17 +80,17 @@ pub enum NormalLaw {
     },
     /// Elastic spheres (Hertz, Mindlin); disks as spheres in a plane (sheet: dem §2.8).
     Hertz {
-        /// Young's modulus of the grains (Pa).
+        /// Young's modulus (Pa).
         youngs_modulus: f64,
-        /// Poisson's ratio of the grains.
+        /// Poisson's ratio.
         poissons_ratio: f64,
-        /// Young's modulus (Pa) of the second kind or wall; that of the first when absent.
+        /// Young's modulus (Pa) of the second kind or wall; the first's when absent.
         #[serde(default)]
         other_youngs_modulus: Option<f64>,
-        /// Poisson's ratio of the second kind or wall; that of the first when absent.
+        /// Poisson's ratio of the second kind or wall; the first's when absent.
         #[serde(default)]
         other_poissons_ratio: Option<f64>,
-        /// Coefficient of restitution of a head-on collision at any speed, above 0 up to 1.
+        /// Restitution coefficient of head-on collisions at any speed, above 0 up to 1.
         #[serde(default)]
         restitution: Option<f64>,
         /// Damping ratio `ζ` in place of `restitution`.
@@ -139,27 +138,27 @@ impl NormalLaw {
     }
 }
 
-/// Tangential spring and dashpot, across the line of centres.
+/// Spring and dashpot across the line of centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TangentialSpec {
-    /// Tangential over normal stiffness, 0 to 3. When absent 0.5 with `linear`, Mindlin's `4 G*/E*` with `hertz`.
+    /// Tangential over normal stiffness, 0 to 3; by default 0.5 with `linear`, Mindlin's `4 G*/E*` with `hertz`.
     pub stiffness_ratio: Option<f64>,
-    /// Tangential damping ratio `ζ`: the dashpot is `2 ζ √(k_t m_eff)`, with `hertz` `2 √(5/6) ζ √(S_t m_eff)`. When absent 0 with
-    /// `linear`, the normal one with `hertz`.
+    /// Tangential damping ratio `ζ`: dashpot `2 ζ √(k_t m_eff)`, with `hertz` `2 √(5/6) ζ √(S_t m_eff)`. When absent 0 with `linear`, the
+    /// normal one with `hertz`.
     pub damping_ratio: Option<f64>,
-    /// Elongation of the spring after slip.
+    /// Spring elongation after slip.
     pub reset: SpringReset,
 }
 
-/// Elongation of the tangential spring when its contact slips (sheet: dem §2.4).
+/// Spring elongation when its contact slips (sheet: dem §2.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpringReset {
-    /// Elongation that with the dashpot gives the friction force, at most that force over the stiffness.
+    /// Elongation that with the dashpot gives friction, at most friction over stiffness.
     #[default]
     Clip,
-    /// Friction force over the stiffness.
+    /// Friction over stiffness.
     Spring,
 }
 
@@ -169,7 +168,7 @@ pub enum SpringReset {
 pub struct Friction {
     /// Friction coefficient `μ`.
     pub coefficient: f64,
-    /// Static friction coefficient, before slip; `coefficient` when absent.
+    /// Static friction coefficient; `coefficient` when absent.
     #[serde(default)]
     pub at_rest: Option<f64>,
 }
@@ -182,17 +181,17 @@ impl Friction {
     }
 }
 
-/// Rolling or torsional spring and dashpot with a largest moment (sheet: dem §2.6).
+/// Rolling or torsional spring and dashpot with largest moment (sheet: dem §2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollingSpec {
-    /// Rolling friction coefficient `μ_r`: largest moment over effective radius times normal force, and tangent of the steepest slope on
-    /// which a grain rests.
+    /// Rolling friction coefficient `μ_r`: largest moment over effective radius times normal force, and tangent of the steepest slope of
+    /// rest.
     pub friction: f64,
     /// Rolling stiffness over tangential stiffness times effective radius squared.
     #[serde(default = "default_one")]
     pub stiffness_ratio: f64,
-    /// Damping ratio of the tangential dashpot times effective radius squared.
+    /// Damping ratio of tangential dashpot times effective radius squared.
     #[serde(default)]
     pub damping_ratio: f64,
 }
@@ -205,36 +204,36 @@ impl RollingSpec {
     }
 }
 
-/// Attractive force between grains.
+/// Attraction between grains.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Adhesion {
     /// Tensile and shear strength of a contact until it breaks (sheet: dem §2.7).
     Cohesive {
-        /// Tensile force over the smaller radius (N/m per metre in the plane), or over its square in space (Pa).
+        /// Tensile force over the smaller radius (N/m per metre in the plane), in space over its square (Pa).
         tension: f64,
-        /// Shear force at zero normal force, in the units of `tension`.
+        /// Shear force at zero normal force, as `tension`.
         shear: f64,
-        /// Whether shear beyond the strength breaks the contact too.
+        /// Whether excess shear breaks contacts too.
         #[serde(default)]
         fragile: bool,
-        /// Whether later contacts have the strength too.
+        /// Whether later contacts have strength too.
         #[serde(default)]
         new_contacts: bool,
     },
-    /// Adhesion of elastic spheres (Johnson, Kendall and Roberts); with `hertz`.
+    /// Elastic spheres' adhesion (Johnson, Kendall and Roberts); with `hertz`.
     Jkr {
         /// Work of adhesion (J/m²), twice the surface energy of like grains.
         work_of_adhesion: f64,
     },
-    /// Liquid bridge between spheres after contact (Rabinovich et al. 2005).
+    /// Liquid bridge of spheres after contact (Rabinovich et al. 2005).
     Capillary {
-        /// Surface tension of the liquid (N/m).
+        /// Surface tension (N/m).
         surface_tension: f64,
         /// Contact angle (degrees).
         #[serde(default)]
         contact_angle: f64,
-        /// Volume of a bridge over the cube of the effective radius.
+        /// Bridge volume over the cube of the effective radius.
         volume_ratio: f64,
     },
 }
@@ -261,10 +260,10 @@ pub struct BondSpec {
     pub normal_stiffness: f64,
     /// Shear stiffness per area (Pa/m).
     pub shear_stiffness: f64,
-    /// Radius of the bond over that of its smaller grain.
+    /// Bond radius over the smaller grain's.
     #[serde(default = "default_one")]
     pub radius_factor: f64,
-    /// Factor on moments in the stresses that break the bond.
+    /// Factor on moments in bond-breaking stresses.
     #[serde(default = "default_one")]
     pub moment_factor: f64,
     /// Tensile strength (Pa); unlimited when absent.
@@ -273,13 +272,13 @@ pub struct BondSpec {
     /// Shear strength without pressure (Pa); unlimited when absent.
     #[serde(default)]
     pub cohesion: Option<f64>,
-    /// Friction angle (degrees) of the shear strength.
+    /// Friction angle of shear strength (degrees).
     #[serde(default)]
     pub friction_angle: f64,
-    /// Coefficient of variation of strengths, 0 to 1, of a Weibull distribution with the given means.
+    /// Coefficient of variation of strengths, 0 to 1, Weibull with the given means.
     #[serde(default)]
     pub scatter: f64,
-    /// Largest gap of grains bonded at the start, over their mean diameter.
+    /// Largest gap bonded at the start, over mean diameter.
     #[serde(default = "default_bond_gap")]
     pub gap: f64,
 }
@@ -302,11 +301,11 @@ impl BondSpec {
     }
 }
 
-/// Parameters of a pair that differ in a stage.
+/// Parameters of a pair in a stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairOverride {
-    /// Names of the pair, as in `pairs`.
+    /// Names, as in `pairs`.
     pub between: [String; 2],
     /// Normal law.
     #[serde(default)]

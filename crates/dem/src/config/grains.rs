@@ -3,16 +3,16 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Kind of grains.
+/// Grain kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GrainKind {
-    /// Density of the grains themselves (kg/m³).
+    /// Grain density (kg/m³).
     pub density: f64,
-    /// Diameters; not needed for single grains and files of points.
+    /// Diameters; not for single grains and files of points.
     #[serde(default)]
     pub diameter: Option<Diameters>,
-    /// Filling of bodies with grains.
+    /// Filling of bodies.
     #[serde(default)]
     pub fill: Option<Fill>,
 }
@@ -31,7 +31,7 @@ impl GrainKind {
     }
 }
 
-/// Distribution of grain diameters.
+/// Grain diameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "distribution", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Diameters {
@@ -40,21 +40,21 @@ pub enum Diameters {
         /// Diameter (m).
         value: f64,
     },
-    /// Uniform distribution by number.
+    /// Uniform by number.
     Uniform {
         /// Smallest diameter (m).
         min: f64,
         /// Largest diameter (m).
         max: f64,
     },
-    /// Equal mass in every interval of diameters (sheet: dem §3.8).
+    /// Equal mass in equal diameter intervals (sheet: dem §3.8).
     EqualMass {
         /// Smallest diameter (m).
         min: f64,
         /// Largest diameter (m).
         max: f64,
     },
-    /// Cumulative beta distribution by mass (Voivret et al. 2007; sheet: dem §3.8).
+    /// Cumulative beta by mass (Voivret et al. 2007; sheet: dem §3.8).
     CumulativeBeta {
         /// Smallest diameter (m).
         min: f64,
@@ -64,61 +64,60 @@ pub enum Diameters {
         a: f64,
         /// Second shape parameter.
         b: f64,
-        /// Number of size classes that follow the curve; random diameters when absent.
+        /// Size classes on the curve; random diameters when absent.
         #[serde(default)]
         classes: Option<usize>,
     },
-    /// Grading curve through points, linear between them.
+    /// Grading curve, linear between points.
     Curve {
         /// Diameters (m), ascending.
         diameters: Vec<f64>,
-        /// Passing share by mass at each diameter, from 0 to 1.
+        /// Mass share passing each diameter, from 0 to 1.
         passing: Vec<f64>,
     },
 }
 
-/// Filling of the shape of a body with grains.
+/// Filling of a shape with grains.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Fill {
     /// Single grain; the body must be a ball.
     Single,
-    /// Grains on a lattice within the shape.
+    /// Lattice within the shape.
     Lattice {
         /// Lattice type.
         packing: LatticePacking,
-        /// Distance of nearest neighbours (m); the largest diameter when absent.
+        /// Nearest-neighbour distance (m); the largest diameter when absent.
         #[serde(default)]
         pitch: Option<f64>,
         /// Largest random displacement along each axis over the pitch.
         #[serde(default)]
         jitter: f64,
     },
-    /// Random packing of a given solid fraction: radii grow at random positions while overlaps are pushed apart. It is made in the box
-    /// around the body (periodic where the domain is and the body spans it), a ball or a cylinder. Other shapes keep the grains within
-    /// them, looser along the boundary.
+    /// Random packing of given solid fraction: radii grow at random positions while overlaps are pushed apart. It fills the body's box
+    /// (periodic where the domain is and the body spans it), a ball or a cylinder. Other shapes keep the grains within, looser along the
+    /// boundary.
     Random {
         /// Solid share of the box, by area or volume.
         solid_fraction: f64,
     },
     /// Multilayer undercompaction (Jiang et al. 2003), in the box as `random`. Layers of equal mass are drawn at random above the others
-    /// and compressed with them by a lid. Lower layers are looser at first, as later ones compact them further.
+    /// and compressed with them by a lid. Lower layers start looser.
     Layers {
         /// Final solid share of the box, by area or volume.
         solid_fraction: f64,
-        /// Number of layers, 1 to 100.
+        /// Layers, 1 to 100.
         layers: usize,
         /// Solid fraction of the first layer alone, up to `solid_fraction`; void ratios decrease linearly between layers.
         first_solid_fraction: f64,
     },
-    /// Ballistic deposition: grains drop one by one at random positions, until the box around the body is full. Each rolls until it rests
-    /// on two others (three in space) or the floor; sides count as grains. Other axes are periodic where the domain is and the body spans
-    /// it. The density follows from the sizes.
+    /// Ballistic deposition: grains drop one by one at random positions, until the body's box is full. Each rolls until it rests on two
+    /// others (three in space) or the floor; sides count as grains. Other axes are periodic as in `random`. Sizes determine the density.
     DropAndRoll,
-    /// Sleeve of a triaxial test: rings of equal grains from the base on, on the inner side of a `difference` of two coaxial cylinders.
-    /// Rings are about as far apart as their grains, which need not touch: choose `bond.gap`.
+    /// Triaxial-test sleeve: rings of equal grains from the base, inside a `difference` of coaxial cylinders. Rings are about as far apart
+    /// as their grains, which need not touch: choose `bond.gap`.
     Sleeve {
-        /// Grains in each ring, at least three.
+        /// Grains per ring, at least three.
         columns: usize,
     },
 }
@@ -131,46 +130,46 @@ impl Fill {
     }
 }
 
-/// Lattice type of a packing.
+/// Lattice type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LatticePacking {
-    /// Square lattice; simple cubic in space.
+    /// Square; simple cubic in space.
     Square,
     /// Hexagonal, rows along x; in space face-centred cubic, hexagonal layers in the hollows of those below.
     Hexagonal,
-    /// Body-centred cubic lattice, in space.
+    /// Body-centred cubic, in space.
     BodyCentred,
-    /// Face-centred cubic lattice with cubes along the axes, in space.
+    /// Face-centred cubic with cubes along the axes, in space.
     FaceCentred,
 }
 
-/// Parameters of a body's grains in place of those of their kind.
+/// Parameters of a body in place of its kind's.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyGrains {
-    /// Filling; that of the kind when absent.
+    /// Filling; the kind's when absent.
     pub fill: Option<Fill>,
-    /// Whether the grains keep the `velocity` of the body, as a rough floor.
+    /// Whether grains keep the body's `velocity`, as a rough floor.
     pub held: bool,
     /// Initial angular velocity (rad/s): one number in the plane, three in space.
     pub spin: Vec<f64>,
-    /// Grains that enter during the run; the body is empty at the start.
+    /// Grains entering in the run; the body starts empty.
     #[serde(rename = "rain")]
     pub pluviation: Option<Pluviation>,
 }
 
-/// Pluviation: grains of the kind enter at random free positions of the shape with the body's velocity. Without free space they wait, and
-/// the run reports it.
+/// Pluviation: grains enter at random free positions of the shape with the body's velocity. Without space they wait, and the run reports
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pluviation {
-    /// Mass rate (kg/s; in the plane per metre of thickness), positive.
+    /// Mass rate (kg/s; kg/(s m) in the plane), positive.
     pub rate: f64,
-    /// Time of the first grain (s), not negative.
+    /// First entry (s), non-negative.
     #[serde(default)]
     pub start: f64,
-    /// Time after which none enters (s), after `start`; the end of the run when absent.
+    /// Last entry (s), after `start`; the run's end when absent.
     #[serde(default)]
     pub end: Option<f64>,
 }

@@ -23,56 +23,56 @@ pub use stages::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DemOptions {
-    /// Kinds of grains, by name; the kind of a body is its `material`. Properties of the material itself are not used.
+    /// Grain kinds; that of a body is its `material`, whose properties are not used.
     pub grains: BTreeMap<String, GrainKind>,
-    /// Contact laws of kinds and walls.
+    /// Contact laws.
     pub pairs: Vec<PairSpec>,
-    /// Parameters of bodies in place of those of their kind.
+    /// Parameters of bodies in place of their kind's.
     #[serde(default)]
     pub bodies: BTreeMap<String, BodyGrains>,
-    /// Specimen file of `colluvium specimen`, from the folder of the case. Its bodies, which must be in the case with their kinds, start
-    /// from it in place of their fill. It gives positions, velocities (not of `held` grains), spins, sizes and contact histories, the
-    /// periodic cell, and walls of equal name.
+    /// Specimen of `colluvium specimen`, from the case's folder. Its bodies, with kinds as in the case, start from it in place of their
+    /// fill. It gives positions, velocities (not of `held` grains), spins, sizes, contact histories, the periodic cell, and equally named
+    /// walls.
     #[serde(default)]
     pub specimen: Option<String>,
-    /// Parameters of single stages, by stage.
+    /// Parameters of stages.
     #[serde(default)]
     pub stages: BTreeMap<String, GrainStage>,
-    /// Whether laws of missing pairs derive from those of equal kinds, otherwise refused: harmonic means of stiffnesses, the smaller
-    /// friction, geometric means of damping ratios. Rolling and torsional resistance, adhesion and bonds are left out; `check` warns of it.
+    /// Whether missing pairs derive from those of equal kinds, otherwise refused: harmonic mean stiffnesses, smaller friction, geometric
+    /// mean damping ratios. Rolling, torsion, adhesion and bonds are left out; `check` warns.
     #[serde(default)]
     pub mix: bool,
-    /// End of the lever arms of contact forces.
+    /// End of lever arms.
     #[serde(default)]
     pub lever_arm: LeverArm,
-    /// Velocities in the contact forces.
+    /// Velocities in contact forces.
     #[serde(default)]
     pub velocity: ContactVelocity,
-    /// Margin of the neighbour lists over the mean diameter, 0.01 to 2.
+    /// Neighbour-list margin over mean diameter, 0.01 to 2.
     #[serde(default = "skin")]
     pub skin: f64,
-    /// Time step over half the period of the stiffest contact, `π/ω₀`, up to 0.12.
+    /// Time step over half the stiffest contact's period, `π/ω₀`, up to 0.12.
     #[serde(default = "step_fraction")]
     pub step_fraction: f64,
-    /// Fixed time step (s), at most 0.4/ω₀ of the stiffest contact; chosen by the solver when absent.
+    /// Fixed time step (s), at most 0.4/ω₀ of the stiffest contact; the solver's when absent.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Largest overlap of grains at the start, over the smaller radius, 0 to 0.3.
+    /// Largest initial overlap over the smaller radius, 0 to 0.3.
     #[serde(default = "initial_overlap")]
     pub initial_overlap: f64,
-    /// Whether rotations are written as `orientation`: an angle in the plane, a quaternion in space.
+    /// Whether rotations are written as `orientation`: an angle in the plane, quaternion in space.
     #[serde(default)]
     pub orientation: bool,
-    /// Whether the Laguerre tessellation (power diagram) is written, in the plane: area (m²) and solid fraction of cells, and whether a
-    /// cell is at a surface (farther than three mean diameters). The measures have the solid fraction of the others.
+    /// Whether Laguerre cells (power diagram) are written, in the plane: area (m²), solid fraction, and surface cells (beyond three mean
+    /// diameters). The measures have the others' solid fraction.
     #[serde(default)]
     pub voronoi: bool,
-    /// Width of the coarse-graining kernel on `output.grid` over the mean diameter, 0.5 to 20. Below 2 single grains are visible.
+    /// Coarse-graining kernel width on `output.grid` over mean diameter, 0.5 to 20. Below 2 single grains are visible.
     #[serde(default = "coarse_graining")]
     pub coarse_graining: f64,
-    /// Measuring regions, by name, with means in the measures. `NAME.porosity` is of the parts of grains within. `NAME.grains` (number),
-    /// `NAME.coordination` (contacts per grain), `NAME.velocity.x`, … (by mass) and `NAME.stress.xx`, … (tension-positive; grain mean times
-    /// one minus porosity) are of grains centred there. Empty without grains; images along periodic axes count.
+    /// Measuring regions, with means in the measures. `NAME.porosity` is of grain parts within. `NAME.grains`, `NAME.coordination`
+    /// (contacts per grain), `NAME.velocity.x`, … (by mass) and `NAME.stress.xx`, … (tension-positive; grain mean times one minus porosity)
+    /// are of grains centred there. Empty without grains; periodic images count.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, MeasuringRegion>,
     /// Seed of random sizes, positions and bond strengths.
@@ -80,7 +80,7 @@ pub struct DemOptions {
     pub seed: u64,
 }
 
-/// Fixed measuring region: a circle, in space a sphere.
+/// Fixed measuring circle (sphere in space).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuringRegion {
@@ -141,7 +141,7 @@ impl DemOptions {
     }
 }
 
-/// End of the lever arms of contact forces (sheet: dem §2.2).
+/// End of contact forces' lever arms (sheet: dem §2.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeverArm {
@@ -152,14 +152,14 @@ pub enum LeverArm {
     Radius,
 }
 
-/// Velocities in the contact forces (sheet: dem §3.4).
+/// Velocities in contact forces (sheet: dem §3.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactVelocity {
-    /// Half a step behind the positions, as in velocity Verlet. Stable up to `ω₀ Δt = 2 (√(1+ζ²) - ζ)`.
+    /// Half a step behind positions, as in velocity Verlet. Stable up to `ω₀ Δt = 2 (√(1+ζ²) - ζ)`.
     #[default]
     Lagged,
-    /// Extrapolated by half a step with the last acceleration. Stable only up to `ω₀ Δt = 2 (√(1+4ζ²) - 2ζ)`.
+    /// Extrapolated by half a step with the last acceleration. Stable up to `ω₀ Δt = 2 (√(1+4ζ²) - 2ζ)`.
     Predicted,
 }
 

@@ -7,64 +7,63 @@ use serde::{Deserialize, Serialize};
 
 use super::PairOverride;
 
-/// Options that differ in a stage.
+/// Options of a stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GrainStage {
-    /// Gravity in the stage (m/s²), in place of that of the case.
+    /// Gravity (m/s²), in place of the case's.
     pub gravity: Option<Vec<f64>>,
-    /// Forces on bodies (N; N/m in the plane), by body, distributed over their grains by mass.
+    /// Forces on bodies (N; N/m in the plane), distributed over grains by mass.
     pub forces: BTreeMap<String, Vec<f64>>,
     /// Flexible membranes, by body.
     pub membranes: BTreeMap<String, Membrane>,
-    /// Shaking, in the frame of the domain.
+    /// Shaking, in the domain's frame.
     pub shaking: Option<Shaking>,
-    /// Pair laws in this stage only.
+    /// Pair laws of the stage.
     pub pairs: Vec<PairOverride>,
-    /// Whether tangential springs are set to zero at the start.
+    /// Whether tangential springs are zeroed at the start.
     pub reset_contacts: bool,
-    /// Random velocity (m/s) added at the start, as the largest value of each component.
+    /// Random velocity (m/s) added at the start, largest of each component.
     pub agitation: f64,
     /// Growth rate of diameters (1/s); masses grow with them.
     pub growth: f64,
-    /// Mean pressure of the periodic cell at which growth ends (Pa; N/m in the plane).
+    /// Mean pressure of the periodic cell that ends growth (Pa; N/m in the plane).
     pub grow_until: Option<f64>,
-    /// Form of the local `damping`.
+    /// Form of local `damping`.
     pub damping_form: DampingForm,
-    /// Deformation of the periodic cell; none when absent.
+    /// Periodic cell deformation; none when absent.
     pub cell: Option<CellControl>,
-    /// Walls, by name, that follow a stress in place of their velocity: platens of a biaxial, triaxial or oedometer test.
+    /// Walls that follow a stress, not their velocity, as platens of tests.
     pub walls: BTreeMap<String, WallServo>,
 }
 
-/// Membrane of a triaxial test: a row of grains in the plane, a sheet in space, under a fluid pressure normal to the line or surface
-/// through their centres. The order of the grains is that in the body: upwards in a lattice one grain wide, or that of a file of points.
-/// Bonds keep them together.
+/// Triaxial-test membrane: a row of grains in the plane, a sheet in space, under fluid pressure normal to the line or surface of centres.
+/// Grains are ordered as in the body: upwards in a lattice one grain wide, or as a file of points. Bonds keep them together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Membrane {
-    /// Fluid pressure (Pa; N/m in the plane), not negative.
+    /// Fluid pressure (Pa; N/m in the plane), non-negative.
     pub pressure: f64,
-    /// Body against which it is pressed, towards its centre of mass.
+    /// Body that it presses, towards its centre of mass.
     pub against: String,
-    /// Grains in each row of a sheet in space, at least two (three if `closed`); absent in the plane. Rows of a lattice one grain thick are
-    /// parallel to the first axis of its plane.
+    /// Grains per row of a sheet in space, at least two (three if `closed`); absent in the plane. Lattice rows are parallel to the first
+    /// axis of its plane.
     #[serde(default)]
     pub columns: Option<usize>,
-    /// Whether rows are closed, as in a sleeve; in space.
+    /// Whether rows close, as in a sleeve; in space.
     #[serde(default)]
     pub closed: bool,
 }
 
-/// Shaking: an acceleration `a sin 2π(f t + (f₁ - f) t²/2T)` acts as gravity, as in a shaken box.
+/// Acceleration `a sin 2π(f t + (f₁ - f) t²/2T)` that acts as gravity, as in a shaken box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shaking {
-    /// Amplitude `a` along each axis (m/s²).
+    /// Amplitude `a` by axis (m/s²).
     pub acceleration: Vec<f64>,
-    /// Frequency `f` at the start of the stage (Hz).
+    /// Initial frequency `f` (Hz).
     pub frequency: f64,
-    /// Frequency `f₁` at the end of the stage (Hz); `frequency` when absent.
+    /// Final frequency `f₁` (Hz); `frequency` when absent.
     #[serde(default)]
     pub last_frequency: Option<f64>,
 }
@@ -97,16 +96,16 @@ impl Shaking {
 pub struct WallServo {
     /// Normal stress of grains on the wall (Pa, negative: -1e5 is a pressure; N/m in the plane).
     pub stress: f64,
-    /// Largest speed (m/s), and that of approach without contact.
+    /// Largest speed (m/s), and approach speed without contact.
     pub speed: f64,
-    /// Fraction of the force difference corrected in a step, 0 to 0.1. The mean stress over 1 % of strain is within 0.5 % at inertial
-    /// numbers up to 0.001. The run warns of errors above 2 %.
+    /// Share of the force difference corrected per step, 0 to 0.1. The mean stress over 1 % of strain is within 0.5 % at inertial numbers
+    /// up to 0.001. The run warns of errors above 2 %.
     #[serde(default = "default_gain")]
     pub gain: f64,
-    /// Area on which the stress acts (m²; m in the plane).
+    /// Area of the stress (m²; m in the plane).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
-    /// Closed membrane around the specimen, in space: the area is the mean within its rows, to the centres of grains.
+    /// Closed membrane around the specimen, in space: the area is the mean within its rows, to grain centres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sleeve: Option<String>,
 }
@@ -128,14 +127,14 @@ fn default_gain() -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DampingForm {
-    /// Damping of each component of force against its component of velocity.
+    /// Each force component against its component of velocity.
     #[default]
     Components,
-    /// Damping of the force against its power.
+    /// Force against its power.
     Vector,
 }
 
-/// Deformation of a periodic cell: entries of its velocity gradient follow a rate or a stress, zero when absent.
+/// Periodic cell deformation: velocity gradient entries follow a rate or stress, zero when absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CellControl {
@@ -151,12 +150,12 @@ pub struct CellControl {
     pub yz: Option<CellEntry>,
     /// Entry `∂v_x/∂z` (1/s).
     pub xz: Option<CellEntry>,
-    /// Damping of entries that follow a stress, over `√(P d^(D-2) / m)` of the mean grain; 1 when absent. It acts on the rate less its
-    /// mean, below half of the stress on the whole rate (sheet: dem §3.7). Stresses are as accurate as those of `walls`.
+    /// Damping of entries that follow a stress, over the mean grain's `√(P d^(D-2) / m)`; 1 when absent. It acts on the rate less its mean,
+    /// below half the stress on the whole rate (sheet: dem §3.7). Accuracy as of `walls`.
     pub damping: Option<f64>,
 }
 
-/// Entry of the velocity gradient: a rate, a stress or a cycle.
+/// Velocity gradient entry: a rate, stress or cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CellEntry {
@@ -170,25 +169,25 @@ pub enum CellEntry {
     CyclicStress(CyclicStress),
 }
 
-/// Strain `amplitude × sin 2πt/period`, with `t` from the start of the stage.
+/// Strain `amplitude × sin 2πt/period`, `t` from the stage's start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CyclicStrain {
-    /// Strain amplitude, relative to the start of the stage.
+    /// Strain amplitude, relative to the stage's start.
     pub amplitude: f64,
-    /// Period of a cycle (s).
+    /// Period (s).
     pub period: f64,
 }
 
-/// Stress `mean + amplitude × sin 2πt/period`, with `t` from the start of the stage.
+/// Stress `mean + amplitude × sin 2πt/period`, `t` from the stage's start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CyclicStress {
-    /// Mean stress, and that at the start (Pa, tension-positive; N/m in the plane).
+    /// Mean and initial stress (Pa, tension-positive; N/m in the plane).
     pub mean: f64,
     /// Stress amplitude (Pa; N/m in the plane).
     pub amplitude: f64,
-    /// Period of a cycle (s).
+    /// Period (s).
     pub period: f64,
 }
 

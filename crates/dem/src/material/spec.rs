@@ -17,7 +17,7 @@ pub struct GranularCellSpec {
     /// computing time grows with it.
     #[serde(default = "default_grains")]
     pub grains: usize,
-    /// Density of the grains (kg/m³), positive.
+    /// Grain density (kg/m³), positive.
     pub grain_density: f64,
     /// Diameters of the grains.
     pub diameter: Diameters,
@@ -46,7 +46,7 @@ pub struct GranularCellSpec {
 pub struct CellContact {
     /// Normal law, along the line of centres.
     pub normal: NormalLaw,
-    /// Tangential law, across the line of centres.
+    /// Tangential law.
     #[serde(default)]
     pub tangential: TangentialSpec,
     /// Coulomb friction.

@@ -7,78 +7,78 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phases {
-    /// A dry material, a fluid, or a mixture that moves together.
+    /// Dry material, fluid, or mixture that moves together.
     #[default]
     One,
-    /// Grains and pore fluid, each with its own depth and velocity.
+    /// Grains and pore fluid, with own depths and velocities.
     Two,
-    /// Two layers: an avalanche below water.
+    /// Two layers: avalanche below water.
     Layers,
 }
 
-/// Distribution of the discharge along an inflow line.
+/// Discharge along an inflow line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InflowDistribution {
-    /// Equal depth along the line.
+    /// Equal depth.
     #[default]
     Even,
-    /// Level surface along the line, as across a channel: deeper over lower bed, absent where the bed is above it.
+    /// Level surface, as across a channel: deeper over lower bed, absent where the bed is above it.
     Level,
 }
 
-/// Lower or upper layer of two.
+/// One of two layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FlowLayer {
     /// Layer on the bed.
     Lower,
-    /// Layer on top of the lower one.
+    /// Layer above.
     Upper,
 }
 
-/// Axes of the flow depth (sheet: depth-sph §2.9).
+/// Axes of flow depth (sheet: depth-sph §2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DepthFrame {
-    /// Vertical depth over steep terrain: effective gravity follows slope and curvature.
+    /// Vertical depth, steep terrain: effective gravity follows slope and curvature.
     #[default]
     Horizontal,
-    /// Vertical depth over gentle slopes: full gravity acts on the depth.
+    /// Vertical depth, gentle slopes: full gravity acts on depth.
     SmallSlope,
-    /// Axes along the bed, a plane, and depth normal to it.
+    /// Depth normal to the bed, a plane.
     BedFitted,
 }
 
-/// Effect of depth gradients over steep terrain (sheet: depth-sph §2.9).
+/// Depth gradients over steep terrain (sheet: depth-sph §2.9).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
-    /// Blend by the surface slope: `vertical` where level, `normal` where parallel to the bed.
+    /// Blend by surface slope: `vertical` where level, `normal` where parallel to the bed.
     #[default]
     Blended,
-    /// Gradients in plan: a level surface stays level, but thin flows on steep slopes spread too fast.
+    /// Gradients in plan: level surfaces stay level, but thin flows on steep slopes spread too fast.
     Vertical,
-    /// Gradients along the bed, for thin flows on steep slopes: lakes over rough terrain do not stay at rest.
+    /// Gradients along the bed, for thin flows on steep slopes: lakes over rough terrain do not rest.
     Normal,
 }
 
-/// Form of the pressure force (sheet: depth-sph §2.10).
+/// Pressure force (sheet: depth-sph §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthMomentum")]
 pub enum PressureForceForm {
-    /// As `symmetric`; for two phases corrected differences where the drag is weak.
+    /// As `symmetric`; corrected differences for two weakly dragged phases.
     #[default]
     Automatic,
-    /// Symmetric form `Σ m (P_I/h_I² + P_J/h_J²) ∇W`, which conserves momentum.
+    /// Symmetric `Σ m (P_I/h_I² + P_J/h_J²) ∇W`, conserves momentum.
     Symmetric,
-    /// Product form `Σ m (P_I + P_J)/(h_I h_J) ∇W`, which conserves momentum too.
+    /// Product `Σ m (P_I + P_J)/(h_I h_J) ∇W`, conserves momentum.
     Product,
-    /// Gradients of flow depths by corrected differences, for phases that separate.
+    /// Corrected differences of flow depths, for phases that separate.
     Node,
-    /// Variational form `Σ m (P_I/(Ω_I h_I²) ∇W(ℓ_I) + P_J/(Ω_J h_J²) ∇W(ℓ_J))`, with depths and smoothing lengths solved together,
-    /// whatever `passes`. Conserves energy too. One phase, depths by `summation`.
+    /// Variational `Σ m (P_I/(Ω_I h_I²) ∇W(ℓ_I) + P_J/(Ω_J h_J²) ∇W(ℓ_J))`, depths and smoothing lengths solved together, whatever
+    /// `passes`. Conserves momentum and energy. One phase, depths by `summation`.
     Variational,
 }
 
@@ -87,16 +87,16 @@ pub enum PressureForceForm {
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthContinuity")]
 pub enum ThicknessEquation {
-    /// Summation `h = Σ m W`: exact mass, with free fronts.
+    /// Summation `h = Σ m W`: exact mass, free fronts.
     #[default]
     Summation,
-    /// Normalised summation `h = Σ m W / Σ (m/h) W`: level up to an edge, also at a free front.
+    /// Normalised summation `h = Σ m W / Σ (m/h) W`: level up to edges and free fronts.
     Normalised,
-    /// Rate equation `dh/dt = -h Σ (m/h) v_J · ∇W`.
+    /// Rate `dh/dt = -h Σ (m/h) v_J · ∇W`.
     RateBasic,
-    /// Rate equation `dh/dt = Σ m v_IJ · ∇W`.
+    /// Rate `dh/dt = Σ m v_IJ · ∇W`.
     RateDifference,
-    /// Rate equation `dh/dt = h Σ (m/h) v_IJ · ∇W`.
+    /// Rate `dh/dt = h Σ (m/h) v_IJ · ∇W`.
     RateVolume,
 }
 
@@ -107,28 +107,28 @@ impl ThicknessEquation {
     }
 }
 
-/// Time integration of positions and velocities (sheet: depth-sph §3.4).
+/// Time integration (sheet: depth-sph §3.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthIntegration")]
 pub enum TimeScheme {
-    /// Half a position, a velocity, half a position update: second order, one evaluation.
+    /// Half position, velocity, half position update: second order, one evaluation.
     #[default]
     Leapfrog,
     /// Midpoint rule: second order, two evaluations.
     RungeKutta2,
-    /// Classical Runge–Kutta scheme: fourth order, four evaluations.
+    /// Classical scheme: fourth order, four evaluations.
     RungeKutta4,
 }
 
-/// Orientation of the cells of the neighbour search (sheet: depth-sph §3.4).
+/// Orientation of search cells (sheet: depth-sph §3.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "DepthSearch")]
 pub enum SearchOrientation {
-    /// Cells along the axes of the plan.
+    /// Cells along the plan axes.
     #[default]
     Axes,
-    /// Cells turned in every step along the longest extent of the flow.
+    /// Cells along the longest extent of the flow, in every step.
     Turned,
 }

@@ -32,138 +32,135 @@ pub struct DepthOptions {
     /// Smoothing kernel.
     #[serde(default)]
     pub kernel: Kernel,
-    /// Smoothing length over `spacing`, 1 to 3; by default 1.5 along a line and 1.3 in plan.
+    /// Smoothing length over `spacing`, 1 to 3; by default 1.5 along a line, 1.3 in plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<f64>,
-    /// Whether smoothing lengths vary with the depth (`ℓ^d h / m` is constant), between half the initial length and three times it (fifty
-    /// times along a line).
+    /// Whether smoothing lengths vary with depth (`ℓ^d h / m` constant), from half the initial length to three times it (line: fifty).
     #[serde(default = "default_true")]
     pub variable_smoothing: bool,
-    /// Lower bound of variable smoothing lengths (m), at most the initial one; none when absent. It bounds the time step from below.
+    /// Lower bound of variable smoothing lengths (m), at most the initial one, which bounds the step; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_smoothing: Option<f64>,
-    /// Depth summations per step, 1 to 10, each with the smoothing lengths of the one before. With `momentum` `variational` as many as
-    /// needed.
+    /// Depth summations per step, 1 to 10, each with the smoothing lengths before; with `momentum` `variational` all needed.
     #[serde(default = "default_passes")]
     pub passes: usize,
     /// Equation of the flow depth.
     #[serde(default)]
     pub continuity: ThicknessEquation,
-    /// Form of the pressure force.
+    /// Pressure force.
     #[serde(default)]
     pub momentum: PressureForceForm,
-    /// Whether the pressure force uses differences of the free surface. Lakes stay at rest; momentum is not conserved to round-off.
+    /// Whether the pressure force uses differences of the free surface: lakes stay at rest; momentum is not conserved to round-off.
     #[serde(default)]
     pub surface_gradient: bool,
     /// Time integration.
     #[serde(default)]
     pub integration: TimeScheme,
-    /// Linear artificial viscosity, not negative.
+    /// Linear artificial viscosity, non-negative.
     #[serde(default = "default_factor")]
     pub viscosity_linear: f64,
-    /// Quadratic artificial viscosity, not negative.
+    /// Quadratic artificial viscosity, non-negative.
     #[serde(default)]
     pub viscosity_quadratic: f64,
-    /// XSPH fraction, 0 to 1: share of the neighbours' velocity in the motion, with `integration` `leapfrog`. It separates the nodes of two
-    /// phases.
+    /// XSPH fraction, 0 to 1: share of the neighbours' velocity in the motion, with `integration` `leapfrog`. It separates two phases'
+    /// nodes.
     #[serde(default)]
     pub xsph: f64,
-    /// Orientation of the neighbour search, in 3D. `turned` gains a few per cent in long oblique flows and changes round-off.
+    /// Neighbour search, in 3D. `turned` saves a few per cent in long oblique flows and changes round-off.
     #[serde(default)]
     pub search: SearchOrientation,
-    /// Length (m) of a layer before absorbing sides in which depth and normal speed relax to the initial state; none when absent. It holds
-    /// back lasting changes. Choose about two waves. Two layers: only in a profile.
+    /// Layer (m) before absorbing sides in which depth and normal speed relax to the initial state; none when absent. It holds back lasting
+    /// changes. Choose about two waves. Two layers: profiles only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbing_layer: Option<f64>,
     /// Courant number, up to 0.5.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Upper bound of the time step (s); none when absent.
+    /// Largest time step (s); unlimited when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_time_step: Option<f64>,
-    /// Axes of the flow depth; always `bed-fitted` with gravity tilted over a flat bed.
+    /// Axes of flow depth; always `bed-fitted` with gravity tilted over a flat bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<DepthFrame>,
-    /// Effect of depth gradients over steep terrain.
+    /// Depth gradients over steep terrain.
     #[serde(default)]
     pub metric: Metric,
-    /// Whether the bed's curvature acts on friction and pore pressure, as rotation of the velocity over a step; for beds smooth over two
-    /// terrain cells. The pressure force depends on the slope alone.
+    /// Whether bed curvature acts on friction and pore pressure, as rotation of the velocity over a step; for beds smooth over two terrain
+    /// cells. The pressure force depends on slope alone.
     #[serde(default = "default_true")]
     pub curvature_in_friction: bool,
-    /// Averagings of terrain levels, 0 to 20, with neighbours (weights 1, 2, 1 along each axis), against the noise of surveys. One halves a
-    /// wave of four cells. Dams are raised afterwards.
+    /// Averagings of terrain levels with neighbours (weights 1, 2, 1 along each axis), 0 to 20, against survey noise. One halves a
+    /// four-cell wave. Dams are raised afterwards.
     #[serde(default = "default_smoothing_passes")]
     pub terrain_smoothing: usize,
-    /// Distance (m) at which obstacles are evaluated if the bed is neither a raster file nor a plane; `spacing` when absent.
+    /// Distance (m) at which obstacles are evaluated, unless bed is a raster file or plane; `spacing` when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terrain_spacing: Option<f64>,
-    /// Resistance of the bed; when absent from the wall below and the material.
+    /// Bed resistance; when absent from the wall below and the material.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// Parts of the bed with other properties; of overlapping ones the first applies.
+    /// Bed parts with other properties; the first of overlapping ones applies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<BedRegion>,
-    /// Dams on the terrain, in 3D.
+    /// Dams, in 3D.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dams: Vec<DamOptions>,
-    /// Inflows across lines in 3D or through ends of a profile, of one phase, a mixture at one speed, or one of two layers. Pore-pressure
-    /// columns have their `excess_ratio`.
+    /// Inflows across lines in 3D or profile ends, of one phase, a mixture at one speed, or one layer. Pore-pressure columns have their
+    /// `excess_ratio`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
-    /// Drainage through the bed.
+    /// Bed drainage.
     #[serde(default)]
     pub drainage: Drainage,
     /// Erosion of the bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
-    /// Erodible depth (m, vertical), not negative; no limit when absent. The bed must be terrain.
+    /// Erodible depth (m, vertical), non-negative; unlimited when absent. The bed must be terrain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
-    /// Raster of the erodible depth (m), ESRI ASCII grid or GeoTIFF, bounded by `erodible_depth`. Nothing is eroded outside it or without
-    /// data. In 3D.
+    /// Erodible depth raster (m), ESRI ASCII grid or GeoTIFF, bounded by `erodible_depth`; none outside or without data. In 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth_raster: Option<String>,
-    /// Whether erosion lowers the bed, which must be terrain.
+    /// Whether erosion lowers the bed, a terrain.
     #[serde(default, skip_serializing_if = "is_false")]
     pub lower_bed: bool,
     /// Number of phases with separate nodes.
     #[serde(default)]
     pub phases: Phases,
-    /// Components of the material.
+    /// Material components.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mixture: Option<MixtureOptions>,
-    /// Columns of excess pore pressure.
+    /// Excess pore pressure columns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<ColumnOptions>,
     /// Earth-pressure coefficients; isotropic stress when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earth_pressure: Option<EarthPressureOptions>,
-    /// Conditions of the scalar output `stopped`.
+    /// Conditions of output `stopped`.
     #[serde(default)]
     pub stop: StopOptions,
-    /// Whether a node that leaves the terrain ends the run; otherwise it is removed and counted.
+    /// Whether nodes that leave the terrain end the run; otherwise they are removed and counted.
     #[serde(default)]
     pub leaving_is_an_error: bool,
 }
 
-/// Region of the bed with its own properties.
+/// Region of the bed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BedRegion {
-    /// Region in plan: a box of one coordinate in 2D, any shape of two dimensions in 3D. Or give `outline` or `raster`.
+    /// Region in plan: a box of one coordinate in 2D, any two-dimensional shape in 3D. Or give `outline` or `raster`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
-    /// Outline in plan (m), GeoJSON or shapefile, in 3D.
+    /// Outline in plan (m), GeoJSON or shapefile, 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outline: Option<String>,
-    /// Cells of a raster in plan, as of land cover, in 3D.
+    /// Raster cells in plan, as of land cover, 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<RasterCellSelection>,
-    /// Basal resistance; that of the whole bed when absent.
+    /// Basal resistance; the whole bed's when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
-    /// Drainage; that of the whole bed when absent. A drainage rack is `atmospheric`.
+    /// Drainage; the whole bed's when absent. A drainage rack is `atmospheric`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drainage: Option<Drainage>,
     /// Resistance to the pore fluid; `mixture.fluid_resistance` when absent.
@@ -172,23 +169,23 @@ pub struct BedRegion {
     /// Erosion; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
-    /// Erodible depth (m, vertical), not negative; that of the whole bed when absent. Needs `erosion` of the region.
+    /// Erodible depth (m, vertical), non-negative; the whole bed's when absent. Needs `erosion` of the region.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
 }
 
-/// Dam along a line in plan, which raises the terrain below it.
+/// Dam along a line in plan, raising the terrain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DamOptions {
-    /// Corners of the crest in plan (m), at least two.
+    /// Corners of the crest in plan (m), two or more.
     pub line: Vec<[f64; 2]>,
-    /// Height of the crest above the terrain (m, vertical).
+    /// Height above the terrain (m, vertical).
     pub height: f64,
-    /// Width of the crest (m), not negative.
+    /// Crest width (m), non-negative.
     #[serde(default)]
     pub width: f64,
-    /// Slope of the sides, fall over width, positive. Sides above 1.73 (60°) do not stop a fast flow.
+    /// Side slope, fall over width, positive. Sides above 1.73 (60°) do not stop fast flows.
     #[serde(default = "default_factor")]
     pub side_slope: f64,
 }
@@ -200,110 +197,109 @@ pub struct InflowOptions {
     /// Start of the line in plan (m), in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
-    /// End of the line in plan (m). The flow is to the right from start to end; terrain is needed a few `spacing` behind.
+    /// End of the line in plan (m). Flow is to the right from start to end; terrain must reach a few `spacing` behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
-    /// End of a profile with the inflow, `x-min` or `x-max`.
+    /// Profile end, `x-min` or `x-max`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
-    /// Hydrograph: pairs of time from the start (s) and discharge (m³/s; m²/s in a profile), linear between, zero outside. Or give
-    /// `hydrograph`.
+    /// Hydrograph: pairs of time (s) and discharge (m³/s; m²/s in a profile), linear between, zero outside. Or give `hydrograph`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub discharge: Vec<[f64; 2]>,
-    /// CSV file of the hydrograph: time and discharge, in units as `discharge` or in a header line, as `time (h),discharge (l/s)`.
+    /// CSV file of time and discharge, in units as `discharge` or in a header line, as `time (h),discharge (l/s)`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hydrograph: Option<String>,
-    /// Froude number `u/√(g h)` at the line, which sets depth and speed of supercritical flow, or where no flow is before the line.
-    /// Otherwise they follow from the discharge and that flow.
+    /// Froude number `u/√(g h)` at the line: sets depth and speed of supercritical flow, or of flow onto a dry line. Otherwise discharge
+    /// and arriving flow do.
     #[serde(default = "default_factor")]
     pub froude: f64,
     /// Distribution along the line, at one speed, in 3D.
     #[serde(default)]
     pub across: InflowDistribution,
-    /// Layer of the inflow for `phases` `layers`, one inflow each.
+    /// Layer for `phases` `layers`, one inflow each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<FlowLayer>,
-    /// Porosity of the inflow, between 0 and 1, for `phases` `two`; the mixture's when absent.
+    /// Porosity, between 0 and 1, for `phases` `two`; the mixture's when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub porosity: Option<f64>,
 }
 
-/// Components of the flowing material: grains and fluid, or two layers.
+/// Material components: grains and fluid, or two layers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MixtureOptions {
-    /// Density of the grains, or of the lower layer (kg/m³).
+    /// Density of the grains or lower layer (kg/m³).
     pub grain_density: f64,
-    /// Density of the fluid, or of the upper layer (kg/m³).
+    /// Density of the fluid or upper layer (kg/m³).
     #[serde(default = "water")]
     pub fluid_density: f64,
-    /// Initial porosity, between 0 and 1; without effect for two layers.
+    /// Initial porosity, between 0 and 1; not for two layers.
     #[serde(default = "default_porosity")]
     pub porosity: f64,
-    /// Initial porosities of single bodies, by name, for `phases` `two`.
+    /// Initial porosities of bodies, for `phases` `two`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub porosities: BTreeMap<String, f64>,
-    /// Drag law of grains and fluid, or permeability of columns.
+    /// Drag of grains and fluid, or permeability of columns.
     #[serde(default)]
     pub drag: InterphaseDrag,
-    /// Resistance of the bed to the fluid, for `phases` `two`; see also `regions`.
+    /// Bed resistance to the fluid, for `phases` `two`; see also `regions`.
     #[serde(default)]
     pub fluid_resistance: FluidResistanceOptions,
-    /// Bodies of the upper of two layers.
+    /// Bodies of the upper layer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub upper: Vec<String>,
-    /// Friction coefficient between two layers, 0 to 1.
+    /// Friction coefficient between layers, 0 to 1.
     #[serde(default)]
     pub interface_friction: f64,
 }
 
-/// Resistance of the bed to the pore fluid.
+/// Bed resistance to the pore fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum FluidResistanceOptions {
     /// No resistance.
     #[default]
     None,
-    /// Laminar flow, `3 μ v / h`.
+    /// Laminar, `3 μ v / h`.
     Laminar {
-        /// Viscosity `μ` (Pa s), not negative.
+        /// Viscosity `μ` (Pa s), non-negative.
         viscosity: f64,
     },
-    /// Manning's law, `ρ g n² v² / h^⅓`.
+    /// Manning, `ρ g n² v² / h^⅓`.
     Manning {
-        /// Manning's coefficient `n` (s/m^⅓), not negative.
+        /// Manning's coefficient `n` (s/m^⅓), non-negative.
         coefficient: f64,
     },
-    /// Turbulent flow, `ρ g v² / ξ`.
+    /// Turbulent, `ρ g v² / ξ`.
     Turbulent {
         /// Turbulence coefficient `ξ` (m/s²), positive.
         turbulence: f64,
     },
 }
 
-/// Columns of excess pore pressure.
+/// Excess pore pressure columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnOptions {
-    /// Intervals over the depth, 4 to 1000.
+    /// Depth intervals, 4 to 1000.
     #[serde(default = "default_column_cells")]
     pub cells: usize,
-    /// Weight of the new time level: 1 is backward Euler, 0.5 Crank–Nicolson.
+    /// Weight of the new time level: 1 backward Euler, 0.5 Crank–Nicolson.
     #[serde(default = "default_factor")]
     pub weight: f64,
-    /// Discretisation of the pressure over the depth.
+    /// Pressure discretisation over depth.
     #[serde(default)]
     pub profile: PressureProfile,
-    /// Coefficient of consolidation (m²/s), not negative; 0 without drainage. Or give `skeleton`.
+    /// Consolidation coefficient (m²/s), non-negative; 0 without drainage. Or give `skeleton`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub consolidation: Option<f64>,
-    /// Skeleton stiffness, which with the permeability of the drag law gives the consolidation.
+    /// Skeleton stiffness, which with the drag law's permeability gives the consolidation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skeleton: Option<SkeletonOptions>,
-    /// Lower bound of the pressure.
+    /// Lower pressure bound.
     #[serde(default)]
     pub lower_bound: LowerBound,
-    /// Initial excess pressure at the base over that of full liquefaction, 0 to 1.
+    /// Initial excess pressure at the base over full liquefaction, 0 to 1.
     #[serde(default)]
     pub excess_ratio: f64,
     /// Dilatancy under shear; none when absent.
@@ -311,7 +307,7 @@ pub struct ColumnOptions {
     pub dilatancy: Option<DilatancyOptions>,
 }
 
-/// Stiffness of the skeleton, `K_v/α` with `K_v = E/(3(1 - 2ν))`.
+/// Skeleton stiffness `K_v/α` with `K_v = E/(3(1 - 2ν))`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkeletonOptions {
@@ -319,12 +315,12 @@ pub struct SkeletonOptions {
     pub youngs_modulus: f64,
     /// Poisson's ratio, 0 to 0.5 (excluded).
     pub poissons_ratio: f64,
-    /// State of stress, which gives the factor `α`.
+    /// State of stress, which gives `α`.
     #[serde(default)]
     pub confinement: SkeletonConfinement,
 }
 
-/// Factor `α` of the state of stress.
+/// Factor `α` of the stress state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "DepthConfinement")]
@@ -332,19 +328,19 @@ pub enum SkeletonConfinement {
     /// No lateral strain: `α = (1 + 2 k₀)/3`, `k₀ = ν/(1 - ν)`.
     #[default]
     OneDimensional,
-    /// No lateral strain, with given `k₀`: `α = (1 + 2 k₀)/3`.
+    /// No lateral strain, given `k₀`: `α = (1 + 2 k₀)/3`.
     Lateral {
-        /// Coefficient of lateral stress `k₀`, not negative.
+        /// Lateral stress coefficient `k₀`, non-negative.
         k0: f64,
     },
     /// Isotropic stress: `α = 1`.
     Isotropic,
-    /// Form printed in the source: `α = k₀`.
+    /// As printed in the source: `α = k₀`.
     Source {
-        /// Coefficient of lateral stress `k₀`, positive.
+        /// Lateral stress coefficient `k₀`, positive.
         k0: f64,
     },
-    /// Given value of `α`.
+    /// Given `α`.
     Value {
         /// Factor `α`, positive.
         alpha: f64,
@@ -366,13 +362,13 @@ impl SkeletonOptions {
     }
 }
 
-/// Dilatancy of Iverson and George: `tan ψ = slope (critical_porosity - n)`.
+/// Dilatancy (Iverson and George): `tan ψ = slope (critical_porosity - n)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DilatancyOptions {
-    /// Slope of `tan ψ` over porosity, not negative.
+    /// Slope of `tan ψ` over porosity, non-negative.
     pub slope: f64,
-    /// Porosity at which shear changes no volume, between 0 and 1.
+    /// Porosity without volume change in shear, between 0 and 1.
     pub critical_porosity: f64,
 }
 
@@ -380,23 +376,23 @@ pub struct DilatancyOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EarthPressureOptions {
-    /// Internal friction angle (degrees), 0 to 90 (excluded), at least the basal one.
+    /// Internal friction angle (degrees), non-negative, below 90, at least the basal one.
     pub internal_friction_angle: f64,
-    /// Friction angle at the bed (degrees).
+    /// Bed friction angle (degrees).
     pub basal_friction_angle: f64,
 }
 
-/// Conditions under which a flow is regarded as stopped.
+/// Conditions of a stopped flow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StopOptions {
     /// Speed (m/s) below which a node is at rest.
     pub speed: f64,
-    /// Share of the volume that must be at rest.
+    /// Volume share that must be at rest.
     pub share: f64,
-    /// Upper bound of the kinetic energy over its largest value.
+    /// Upper bound of kinetic energy over its maximum.
     pub kinetic_ratio: f64,
-    /// Time (s) for which all conditions must be fulfilled.
+    /// Time (s) for which all conditions must hold.
     pub hold: f64,
 }
 

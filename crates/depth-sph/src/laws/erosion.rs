@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Law of erosion: erosion rate `e_R` (m/s) of the bed.
+/// Law of the bed's erosion rate `e_R` (m/s).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Erosion {
@@ -11,7 +11,7 @@ pub enum Erosion {
     Hungr {
         /// Growth rate `E_s` (1/m), 0 to 0.1.
         rate: f64,
-        /// Whether the speed is the one in plan.
+        /// Whether the speed is in plan.
         #[serde(default)]
         plan_speed: bool,
     },
@@ -22,12 +22,12 @@ pub enum Erosion {
     },
     /// Egashira: `e_R = |v| tan(θ - θ_e)`; deposition (negative rates) is omitted.
     Egashira {
-        /// Friction angle of the bed (degrees), 0 to 90 (excluded).
+        /// Bed friction angle (degrees), non-negative, below 90.
         friction_angle: f64,
     },
-    /// Prescribed erosion rate of moving nodes.
+    /// Prescribed rate of moving nodes.
     Prescribed {
-        /// Erosion rate `e_R` (m/s), not negative.
+        /// Erosion rate `e_R` (m/s), non-negative.
         rate: f64,
     },
 }

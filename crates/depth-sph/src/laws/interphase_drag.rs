@@ -7,16 +7,16 @@ use serde::{Deserialize, Serialize};
 /// Bounds of the porosity in drag and permeability.
 const POROSITIES: (f64, f64) = (1e-3, 1.0 - 1e-3);
 
-/// Law of drag between grains and pore fluid.
+/// Drag between grains and pore fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum InterphaseDrag {
-    /// No drag between the phases.
+    /// No drag.
     #[default]
     None,
     /// Anderson and Jackson, Pitman and Le: `C_d = n (1 - n) (ρ_s - ρ_w) g / (V_T n^m)`.
     Anderson {
-        /// Settling velocity of a grain in the fluid, `V_T` (m/s), positive; `"none"` for no drag.
+        /// Settling velocity `V_T` of a grain (m/s), positive; `"none"` for no drag.
         settling_velocity: MaybeInfinite,
         /// Exponent `m`, 0 to 10: that of Richardson and Zaki less one.
         #[serde(default = "default_exponent")]
@@ -29,16 +29,16 @@ pub enum InterphaseDrag {
     },
     /// Kozeny and Carman: Darcy's law with `k_w = d² n³ / (180 μ_w (1 - n)²)`.
     KozenyCarman {
-        /// Median diameter of the grains, `d` (m), positive.
+        /// Median grain diameter `d` (m), positive.
         diameter: f64,
-        /// Viscosity of the fluid, `μ_w` (Pa s), positive.
+        /// Fluid viscosity `μ_w` (Pa s), positive.
         viscosity: f64,
     },
     /// Ergun: `C_d = 150 μ_w (1 - n)²/(n d²) + 1.75 ρ_w (1 - n) |u| / d`.
     Ergun {
-        /// Diameter of the grains, `d` (m), positive.
+        /// Grain diameter `d` (m), positive.
         diameter: f64,
-        /// Viscosity of the fluid, `μ_w` (Pa s), positive.
+        /// Fluid viscosity `μ_w` (Pa s), positive.
         viscosity: f64,
     },
 }

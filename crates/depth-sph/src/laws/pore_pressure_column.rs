@@ -9,32 +9,32 @@ use serde::{Deserialize, Serialize};
 /// Largest number of intervals of a column, which bounds the size of arrays on the stack.
 pub const MAX_CELLS: usize = 1000;
 
-/// Drainage condition of the base.
+/// Drainage of the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Drainage {
     /// Impermeable base.
     #[default]
     Sealed,
-    /// Hydrostatic pressure at the base: all excess pressure drains.
+    /// Hydrostatic base pressure: all excess pressure drains.
     Hydrostatic,
-    /// Atmospheric pressure at the base: all pressure drains, as over a drainage rack.
+    /// Atmospheric base pressure: all pressure drains, as over a drainage rack.
     Atmospheric,
-    /// Partial drainage: flow in proportion to the excess pressure, `k_w ∂p/∂x₃ = χ Δp`.
+    /// Flow in proportion to the excess pressure, `k_w ∂p/∂x₃ = χ Δp`.
     Partly {
-        /// Hydraulic conductance `χ ρ_w g` (1/s), positive: flow (m/s) under a head of one metre.
+        /// Hydraulic conductance `χ ρ_w g` (1/s), positive: flow (m/s) per metre of head.
         conductance: f64,
     },
 }
 
-/// Discretisation of the pressure over the depth of a column.
+/// Pressure discretisation over the depth of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PressureProfile {
-    /// Finite differences over the depth.
+    /// Finite differences.
     #[default]
     FiniteDifference,
-    /// Amplitude of a quarter cosine. A drained base permanently removes all pressure.
+    /// Quarter-cosine amplitude. A drained base permanently removes all pressure.
     ShapeFunction,
 }
 
@@ -42,13 +42,13 @@ pub enum PressureProfile {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LowerBound {
-    /// Total pressure of at least minus the tensile strength of the fluid.
+    /// Total pressure at least minus the fluid's tensile strength.
     Total {
-        /// Tensile strength of the fluid (Pa), not negative; up to 1e5.
+        /// Tensile strength of the fluid (Pa), non-negative; up to 1e5.
         #[serde(default)]
         cavitation: f64,
     },
-    /// Excess pressure of at least zero.
+    /// Excess pressure at least zero.
     NoSuction,
 }
 

@@ -4,25 +4,25 @@ use colluvium_case::CaseErrorKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Contact of two bodies, with separation, Coulomb friction and adhesion (sheet: mpm §2.12).
+/// Contact of two bodies: separation, Coulomb friction, adhesion (sheet: mpm §2.12).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyContact {
-    /// Names of the two bodies.
+    /// Names of both bodies.
     pub bodies: [String; 2],
-    /// Friction coefficient of the interface.
+    /// Interface friction coefficient.
     #[serde(default)]
     pub friction_coefficient: f64,
     /// Adhesion (Pa): shear strength of the closed interface without normal stress.
     #[serde(default)]
     pub adhesion: f64,
-    /// Direction from the first body to the second, for a plane interface; from volume gradients when absent.
+    /// Direction from the first body to the second, for plane interfaces; from volume gradients when absent.
     #[serde(default)]
     pub normal: Option<Vec<f64>>,
-    /// Test of contact; when absent `gap`, or `approach` on a mesh and with `normal`.
+    /// Contact test; when absent `gap`, or `approach` on a mesh and with `normal`.
     #[serde(default)]
     pub test: Option<ContactTest>,
-    /// Normal force that grows with the overlap, in place of a condition on velocities. Needs `test` `gap`.
+    /// Normal force that grows with overlap, in place of a velocity condition. Needs `test` `gap`.
     #[serde(default)]
     pub penalty: Option<PenaltyContact>,
 }
@@ -68,13 +68,13 @@ impl BodyContact {
     }
 }
 
-/// Penalty contact (sheet: mpm §4 row 58; after Ma, Zhang & Lian): normal stress from the overlap, friction up to a shear strength.
+/// Penalty contact (sheet: mpm §4 row 58; after Ma, Zhang & Lian): normal stress from overlap, friction up to a shear strength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PenaltyContact {
-    /// Normal stress per metre of overlap (Pa/m), positive. A step never separates the bodies by more than the overlap.
+    /// Normal stress per metre of overlap (Pa/m), positive. A step separates bodies at most by the overlap.
     pub stiffness: f64,
-    /// Largest shear stress (Pa) at any normal stress, not negative; no limit when absent.
+    /// Largest shear stress (Pa) at any normal stress, non-negative; unlimited when absent.
     #[serde(default)]
     pub shear_strength: Option<f64>,
 }
@@ -103,14 +103,13 @@ impl PenaltyContact {
     }
 }
 
-/// Condition of contact at a node with mass of both bodies, besides approach (sheet: mpm §2.12).
+/// Contact condition at a node with both bodies' mass, besides approach (sheet: mpm §2.12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactTest {
     /// Approaching velocities alone. Contact begins up to a cell early, and slows bodies that roll or approach at an angle. With normals
-    /// from volume gradients corners catch: a sliding block loses more than half of its acceleration.
+    /// from volume gradients a sliding block loses more than half its acceleration.
     Approach,
-    /// Closed gap, estimated at the node from volumes and surfaces. Resting bodies bounce more, as the approach is not damped. Not on a
-    /// mesh.
+    /// Closed gap, estimated at the node from volumes and surfaces. Resting bodies bounce more, as approach is not damped. Not on a mesh.
     Gap,
 }

@@ -32,117 +32,114 @@ pub(crate) struct StepCoefficients {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MpmOptions {
-    /// Edge of the square (cubic) grid cells (m). The domain must be a whole number of cells wide.
+    /// Edge of the square (cubic) grid cells (m). Domains are a whole number of cells wide.
     pub cell_size: f64,
-    /// Mesh of triangles or tetrahedra in place of the grid. Needs `shape` `linear`. Measures still use columns of `cell_size`.
+    /// Mesh of triangles or tetrahedra in place of the grid. Needs `shape` `linear`. Measures use columns of `cell_size`.
     #[serde(default)]
     pub mesh: Option<MeshSource>,
-    /// Points per cell and direction. The default is 3 where only Newtonian liquids deform and there is no `mesh`. On a `mesh` 1, 2 or 3
-    /// give 1, 3 or 6 points in a triangle, 1, 4 or 10 in a tetrahedron.
+    /// Points per cell and direction, by default 3 where only Newtonian liquids deform without `mesh`. On a `mesh` 1, 2, 3 give 1, 3, 6
+    /// points in a triangle, 1, 4, 10 in a tetrahedron.
     #[serde(default = "default_points_per_cell")]
     pub points_per_cell: usize,
     /// Shape functions.
     #[serde(default)]
     pub shape: ShapeFunctions,
-    /// Position of the stress update in the step.
+    /// Position of the stress update.
     #[serde(default)]
     pub stress_update: StressScheme,
     /// Transfer between points and grid. The default is `tpic` where only Newtonian liquids deform, with `volumetric_strain` `point`,
-    /// `mass` `lumped`, a shape other than `dual-domain`, `updated-lagrangian` and no FLIP or XPIC option: with FLIP they keep motion that
-    /// the grid does not represent. Liquids of `contacts` have `tpic` beside bodies
-    /// with `flip`.
+    /// `mass` `lumped`, `updated-lagrangian`, no `dual-domain`, FLIP or XPIC option: with FLIP they keep motion that the grid does not
+    /// represent. Liquids of `contacts` have `tpic` beside bodies with `flip`.
     #[serde(default)]
     pub transfer: VelocityTransfer,
-    /// Order of the filter, 1 to 20, with `transfer` `xpic`, or `flip` and a `residual_time`; 1 is PIC. Higher orders dissipate less, each
-    /// for one more grid loop.
+    /// Filter order, 1 to 20, with `transfer` `xpic`, or `flip` and a `residual_time`; 1 is PIC. Higher orders dissipate less, each by one
+    /// more grid loop.
     #[serde(default = "xpic_order")]
     pub xpic_order: usize,
     /// Time (s) in which point velocities that the grid does not represent fall to 1/e, with `transfer` `flip` or `xpic`: about the root of
-    /// a deposit's height over gravity. When absent FLIP keeps them, and XPIC removes them in each step, so that shorter steps dissipate
-    /// more.
+    /// a deposit's height over gravity. When absent FLIP keeps them, XPIC removes them in each step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_time: Option<f64>,
     /// FLIP fraction, 0 to 1, with `transfer` `flip`; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "default_one")]
     pub flip: f64,
-    /// `flip` of single stages, such as less for rest than for flow.
+    /// `flip` of stages, such as less for rest than flow.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub stage_flip: BTreeMap<String, f64>,
-    /// Courant number, 0 to 1: step over cell size / (wave speed + point speed). Default 0.5, or 0.9 with a `pore_fluid`, `musl` and
-    /// `step_criterion` `combined`. With `stress_update` `usl` free surfaces bound it: by 0.7, 0.57 and 0.48 in 1D, 2D and 3D with `linear`
-    /// and `dual-domain` without `node_mass_cutoff`; in d dimensions by `0.95 √(1/(d n))` with GIMP and CPDI of n points per cell and axis,
-    /// by `0.95 √(1/d)` with `quadratic`.
+    /// Courant number, 0 to 1: step over cell size / (wave speed + point speed); default 0.9 with a `pore_fluid`, `musl` and
+    /// `step_criterion` `combined`. Free surfaces bound it with `stress_update` `usl`. With `linear` and `dual-domain` without
+    /// `node_mass_cutoff` bounds are 0.7, 0.57, 0.48 in 1D, 2D, 3D. In d dimensions they are `0.95 √(1/(d n))` with GIMP and CPDI of n
+    /// points per cell and axis, `0.95 √(1/d)` with `quadratic`.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s), below the critical step, or the run stops; chosen by the solver when absent. Steps before an output are
-    /// shorter.
+    /// Fixed time step (s), below the critical step, or the run stops; the solver's when absent. Steps before outputs are shorter.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Criterion of the critical step, with a `pore_fluid`.
+    /// Critical step criterion, with `pore_fluid`.
     #[serde(default, skip_serializing_if = "StepCriterion::is_combined")]
     pub step_criterion: StepCriterion,
-    /// Mass scaling factor, at least 1, on inertia, not on weight. The stable step grows with its root. For quasi-static stages only, with
-    /// a study of its effect.
+    /// Mass scaling factor, at least 1, on inertia, not weight; the stable step grows with its root. For quasi-static stages only, with a
+    /// study of its effect.
     #[serde(default = "default_one")]
     pub mass_scaling: f64,
-    /// Contacts between bodies. Each body named here has its own velocity field; all others share one, and stick where they touch.
+    /// Body contacts. Bodies named here have own velocity fields; all others share one, and stick where they touch.
     #[serde(default)]
     pub contacts: Vec<BodyContact>,
-    /// Treatment of fixed degrees of freedom. Momentum into a wall that permits separation is always stopped, except with `wall_friction`
+    /// Fixed degrees of freedom. Momentum into a wall that permits separation is always stopped, except with `wall_friction`
     /// `acceleration`.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
-    /// Mass of a node over that of the heaviest point below which it has no force and moves with the points around it; 1e-12 when absent.
-    /// When absent, with `stress_update` `usl`, lumped mass, one phase and `shape` `linear` or `dual-domain`, forces except weight are also
-    /// reduced at nodes with little material. This reaches less than about half the squared Courant number times the number of axes into
-    /// the cell, and keeps free surfaces stable at the cost of a little momentum.
+    /// Node mass over the heaviest point's below which nodes have no force and move with surrounding points; 1e-12 when absent. Then, with
+    /// `stress_update` `usl`, lumped mass, one phase and `shape` `linear` or `dual-domain`, forces except weight are also reduced at nodes
+    /// with little material. This reaches about half the squared Courant number times the number of axes into the cell at most. It keeps
+    /// free surfaces stable at the cost of a little momentum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_mass_cutoff: Option<f64>,
-    /// Source of the normal force in wall friction.
+    /// Normal force of wall friction.
     #[serde(default)]
     pub wall_friction: WallFriction,
-    /// Nodes or points on which obstacles act. The default is `points` where only Newtonian liquids deform.
+    /// Nodes or points on which obstacles act; default `points` where only Newtonian liquids deform.
     #[serde(default)]
     pub obstacles: ObstacleCoupling,
-    /// Contact stiffness with `obstacles` `points`, above 0, at most 1000, in units of wave modulus times point volume over squared cell
-    /// size. Points penetrate by about stress / (wave modulus × stiffness) cells. Steps are shorter by the factor `√(1 + stiffness/4)`.
+    /// Contact stiffness with `obstacles` `points`, above 0, at most 1000, in wave modulus times point volume over squared cell size.
+    /// Points penetrate about stress / (wave modulus × stiffness) cells. Steps are shorter by `√(1 + stiffness/4)`.
     #[serde(default = "obstacle_stiffness")]
     pub obstacle_stiffness: f64,
-    /// Friction coefficient of a node at rest along the wall over that of a sliding one, at least 1, with `wall_friction` `acceleration`.
+    /// Friction coefficient of nodes at rest over that of sliding ones, at least 1, with `wall_friction` `acceleration`.
     #[serde(default = "default_one")]
     pub static_friction_ratio: f64,
-    /// Mass of the nodes.
+    /// Nodal mass.
     #[serde(default)]
     pub mass: NodalMass,
-    /// Share of the lumped mass in the mass matrix, 0 to 1 (0 excluded), with `mass` `consistent`; without it few points make the matrix
-    /// singular. From `3^-d` in `d` dimensions the step is stable for any positions; `ugimp` and `cpgimp` need that.
+    /// Lumped share of the mass matrix, 0 to 1 (0 excluded), with `mass` `consistent`; without it few points make it singular. From `3^-d`
+    /// in `d` dimensions the step is stable for any positions; `ugimp` and `cpgimp` need that.
     #[serde(default = "default_lumped_share")]
     pub lumped_share: f64,
-    /// Stretch of the domains of `cpgimp` points.
+    /// Stretch of `cpgimp` domains.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
-    /// Configuration of gradients: current or initial positions.
+    /// Configuration of gradients.
     #[serde(default)]
     pub formulation: LagrangianFormulation,
-    /// Integration of the internal force.
+    /// Internal force integration.
     #[serde(default)]
     pub integration: InternalForceIntegration,
     /// Whether points of full cells take the average stress and pore pressure as their own in each step; by default only the internal force
-    /// uses it. Needs `integration` `mixed` or `gauss`, and one material in each velocity field, whose stress is no function of internal
-    /// variables, which points keep.
+    /// does. Needs `integration` `mixed` or `gauss`. A velocity field must have one material, whose stress is no function of internal
+    /// variables.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mixed_reset: bool,
-    /// Fill ratio from which a boundary cell counts as full, above 0, at most 1, with `integration` `mixed`.
+    /// Fill ratio of full boundary cells, above 0, at most 1, with `integration` `mixed`.
     #[serde(default = "full_cell")]
     pub full_cell: f64,
-    /// Source of the volumetric strain; averages reduce locking of nearly incompressible materials.
+    /// Source of volumetric strain; averages reduce locking of nearly incompressible materials.
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
-    /// Fill ratio of surrounding cells, below 1, under which points of fluids are on the free surface, without stress; 0 for none. The
-    /// default is 0, or 0.7 where only Newtonian liquids deform, in all or in a velocity field, except in periodic domains and axisymmetry.
+    /// Fill ratio of surrounding cells, below 1, under which fluid points are stress-free surface; 0 for none. The default is 0.7 where
+    /// only Newtonian liquids deform, in all or a velocity field, except in periodic domains and axisymmetry.
     #[serde(default)]
     pub free_surface: Option<f64>,
-    /// Largest volume of a stress-free point over its initial one, against swelling of cohesionless free fronts.
+    /// Largest volume of a stress-free point over its initial one, against swelling cohesionless fronts.
     #[serde(default = "volume_cap")]
     pub volume_cap: f64,
     /// Numbers of the liquid bodies in velocity fields of their own, which have `tpic` whatever transfer the others have.
@@ -151,15 +148,15 @@ pub struct MpmOptions {
     pub liquid_bodies: Vec<usize>,
 }
 
-/// Source of a mesh of triangles (plane) or tetrahedra (sheet: mpm §2.5b).
+/// Mesh of triangles (plane) or tetrahedra (sheet: mpm §2.5b).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MeshSource {
-    /// Cells of `cell_size` in the domain, each of two triangles or six tetrahedra.
+    /// Cells of `cell_size` in the domain, each two triangles or six tetrahedra.
     Box,
-    /// Gmsh file, text of version 2.2 or 4.1. Boundaries can name its physical groups.
+    /// Gmsh file, text version 2.2 or 4.1. Boundaries can name its physical groups.
     File {
-        /// File, from the folder of the case.
+        /// File, from the case's folder.
         file: String,
     },
 }

@@ -29,18 +29,18 @@ pub struct Sample<const D: usize> {
     pub volume: f64,
 }
 
-/// Arrangement of the points in a body.
+/// Point arrangement in a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
-    /// Lattice of the method, for any shape; round and oblique sides are stepped.
+    /// Lattice of the method, any shape; round and oblique sides are stepped.
     #[default]
     Lattice,
-    /// Rows along the sides, in the plane, for boxes, balls, polygons and combinations. The first is half a spacing from the side; points
-    /// are at the centres of their patches, with exact area. Rows of round sides come first; the lattice fills the rest.
+    /// Rows along the sides, in the plane, for boxes, balls, polygons and combinations. The first is half a spacing inside; points are at
+    /// their patches' centres, with exact area. Rows of round sides come first; the lattice fills the rest.
     Fitted,
-    /// Random positions (Poisson disk), by `sampling_seed`, without the directions of a lattice. No two points are closer than a distance,
-    /// and no further point fits. They are as many as on a lattice, of equal volume.
+    /// Random positions (Poisson disk), by `sampling_seed`, without lattice directions: no two points closer than a distance, no further
+    /// point fits. They are as many as on a lattice, of equal volume.
     PoissonDisk,
 }
 

@@ -19,11 +19,11 @@ use crate::shape::microstructure::{CachedPacking, MicrostructureSpec, SpherePack
 use crate::terrain::layer_options::{LayerRows, LayerThickness, ThicknessDirection};
 use crate::terrain::terrain_layer::PlacedLayer;
 
-/// Region of space. In two dimensions the third coordinate is not used.
+/// Region of space. In 2D the third coordinate is not used.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Shape {
-    /// Axis-aligned box (interval in 1D, rectangle in 2D).
+    /// Axis-aligned box (1D interval, 2D rectangle).
     Box {
         /// Lower corner (m).
         min: Vec<f64>,
@@ -54,61 +54,60 @@ pub enum Shape {
         /// Height along the axis (m), positive.
         height: f64,
     },
-    /// Layer on terrain in 3D, as a release area of a map; for a body only.
+    /// Layer on terrain in 3D, as a map's release area; for bodies only.
     Layer {
-        /// Obstacle below the layer, a raster.
+        /// Raster obstacle below the layer.
         on: String,
-        /// Outline in plan (m), GeoJSON or shapefile; all features, without holes. When absent the layer is where its thickness raster is
-        /// above zero.
+        /// Outline in plan (m), GeoJSON or shapefile; all features, without holes. When absent the layer is where its raster is above zero.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         outline: Option<String>,
-        /// Thickness of the layer (m).
+        /// Layer thickness (m).
         thickness: LayerThickness,
-        /// Direction in which thickness is measured.
+        /// Direction of thickness.
         #[serde(default)]
         measured: ThicknessDirection,
-        /// Arrangement of points set on a lattice.
+        /// Rows of points set on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
         /// Layer built from its files; empty before they are read.
         #[serde(skip)]
         laid: PlacedLayer,
     },
-    /// Region in 2D along the line of an obstacle, between two lengths and two distances, as a snowpack on a track; for a body only.
+    /// Region in 2D along an obstacle's line, between two lengths and distances; for bodies only.
     ArcLayer {
         /// Obstacle, a `profile`, or a `ground-line` with its points in the case.
         on: String,
-        /// Length along the line to the start of the layer (m), not negative.
+        /// Length along the line to the start (m), non-negative.
         #[serde(default)]
         start: f64,
-        /// Length along the line to its end (m).
+        /// Length along the line to the end (m).
         end: f64,
-        /// Distance of its lower side from the line, along the outward normal (m).
+        /// Distance of the lower side from the line, outward (m).
         #[serde(default)]
         from: f64,
-        /// Distance of its upper side (m).
+        /// Distance of the upper side (m).
         to: f64,
-        /// Arrangement of points set on a lattice.
+        /// Rows of points set on a lattice.
         #[serde(default, skip_serializing_if = "LayerRows::are_level")]
         rows: LayerRows,
         /// Its corners (m), once the obstacle is looked at: those along its lower side, then as many along its upper side, back.
         #[serde(skip)]
         outline: PolygonVertices,
     },
-    /// Box filled with overlapping balls of one size (discs in 2D), as the sintered ice of snow. Not in 1D.
+    /// Box of overlapping equal balls (2D discs), as sintered ice of snow. Not in 1D.
     Microstructure {
         /// Lower corner of the box (m).
         min: Vec<f64>,
         /// Upper corner (m).
         max: Vec<f64>,
-        /// Diameter of the balls (m), less than the width of the box.
+        /// Ball diameter (m), less than the width of the box.
         diameter: f64,
-        /// Solid share, above 0, at most 0.95. Random discs are connected from 0.68 on, balls from 0.29.
+        /// Solid share, above 0, at most 0.95. Random discs connect from 0.68 on, balls from 0.29.
         solid_fraction: f64,
-        /// Seed of the positions of the balls.
+        /// Seed of ball positions.
         #[serde(default)]
         seed: u64,
-        /// Whether only balls connected with all others are kept.
+        /// Whether only mutually connected balls are kept.
         #[serde(default = "default_true")]
         connected: bool,
         /// The balls, once they are asked for.
@@ -125,11 +124,11 @@ pub enum Shape {
         /// The shapes.
         shapes: Vec<Shape>,
     },
-    /// Points of one shape that are not in another.
+    /// Points of one shape outside another.
     Difference {
-        /// Shape from which `cut` is removed.
+        /// Shape that is cut.
         from: Box<Shape>,
-        /// Shape that is removed.
+        /// Removed shape.
         cut: Box<Shape>,
     },
 }

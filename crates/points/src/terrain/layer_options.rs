@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Thickness of a layer: a number (m), a raster (m), or an attribute (m) of outline features, of the last one where they overlap. There is
-/// no layer where a raster is zero or has no data; it must cover the outline.
+/// Layer thickness: a number (m), raster (m), or attribute (m) of outline features, the last where they overlap. Rasters must cover the
+/// outline; zero or no data is no layer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "is neither a number (m), nor the name of a raster's file, nor an attribute")]
 pub enum LayerThickness {
@@ -20,31 +20,31 @@ pub enum LayerThickness {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ThicknessAttribute {
-    /// Property of GeoJSON, or field of the `.dbf` beside a shapefile.
+    /// GeoJSON property, or field of the shapefile's `.dbf`.
     pub attribute: String,
 }
 
-/// Direction in which the thickness of a layer is measured.
+/// Direction of a layer's thickness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThicknessDirection {
     /// Vertical direction.
     #[default]
     Vertical,
-    /// Normal to the terrain: the vertical thickness is larger by one over the cosine of the slope.
+    /// Normal to the terrain: vertical thickness is that over the cosine of the slope.
     Normal,
 }
 
-/// Arrangement of the points in a layer.
+/// Rows of points in a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayerRows {
-    /// Lattice of the method, in level rows: the lowest point is up to a spacing above the terrain.
+    /// Lattice of the method in level rows: the lowest point is up to a spacing above the terrain.
     #[default]
     Level,
-    /// Rows that follow the terrain, as many as spacings fit into the thickness, at least one. Points have their share of it, the lowest at
-    /// half of that above the terrain. Map layers thinner than a quarter of a spacing have no points. Along a line, positions are as far
-    /// apart as spacings fit into its length.
+    /// Rows along the terrain, as many as spacings fit into the thickness, at least one. Points have their share of it, the lowest half of
+    /// that above the terrain. Map layers under a quarter spacing have no points. Along a line, positions are as far apart as spacings fit
+    /// into its length.
     Terrain,
 }
 

@@ -16,7 +16,7 @@ pub const NAME: &str = "snow-mpm";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SnowOptions {
-    /// Edge of the square (cubic) grid cells (m). The domain must be a whole number of cells wide.
+    /// Edge of the square (cubic) grid cells (m). Domains are a whole number of cells wide.
     pub cell_size: f64,
     /// Points per cell and direction.
     #[serde(default = "default_points_per_cell")]
@@ -27,8 +27,8 @@ pub struct SnowOptions {
     /// Transfer of velocities between points and grid.
     #[serde(default)]
     pub transfer: SnowTransfer,
-    /// FLIP fraction in each step, 0 to 1, with `transfer` `flip`; 0.99 when absent, the rest is PIC. Shorter steps damp more, and results
-    /// do not converge as steps shrink; with `blend_time` it follows the step.
+    /// FLIP fraction per step, 0 to 1, with `transfer` `flip`; 0.99 when absent, the rest is PIC. Shorter steps damp more, and results do
+    /// not converge as steps shrink; with `blend_time` it follows the step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flip_ratio: Option<f64>,
     /// Time (s) from FLIP to PIC, with `transfer` `flip`, in place of `flip_ratio`: the PIC fraction is the step over this time.
@@ -40,14 +40,13 @@ pub struct SnowOptions {
     /// Courant number of elastic waves, 0 to 1 (0 excluded): step over cell size / (wave speed + speed) of the fastest point.
     #[serde(default = "courant_elastic")]
     pub courant_elastic: f64,
-    /// Courant number of the motion, 0 to 1 (0 excluded): step over cell size / speed of the fastest point.
+    /// Courant number of motion, 0 to 1 (0 excluded): step over cell size / speed of the fastest point.
     #[serde(default = "courant_velocity")]
     pub courant_velocity: f64,
-    /// Fixed time step (s), below the critical step, or the run stops; chosen by the solver when absent. Steps before an output are
-    /// shorter.
+    /// Fixed time step (s), below the critical step, or the run stops; the solver's when absent. Steps before outputs are shorter.
     #[serde(default)]
     pub time_step: Option<f64>,
-    /// Mass of a node over the mean point mass below which it has no force and moves with the points around it.
+    /// Mass of a node over the mean point mass below which it has no force and moves with surrounding points.
     #[serde(default = "mass_cutoff")]
     pub node_mass_cutoff: f64,
 }

@@ -29,149 +29,147 @@ pub(crate) const MAX_SHIFT: f64 = 0.1;
 pub struct SphOptions {
     /// Initial distance of particles (m).
     pub spacing: f64,
-    /// Smoothing kernel. The default is `wendland-c2` where only Newtonian liquids move freely (`formulation` `updated`): they clump with
-    /// the cubic spline.
+    /// Smoothing kernel. Default `wendland-c2` where only Newtonian liquids move freely (`formulation` `updated`): they clump with the
+    /// cubic spline.
     #[serde(default)]
     pub kernel: Kernel,
-    /// Smoothing length over `spacing`, 0.9 to 3. The default is 1.5 for Newtonian liquids with `wendland-c2`.
+    /// Smoothing length over `spacing`, 0.9 to 3; default 1.5 for Newtonian liquids with `wendland-c2`.
     #[serde(default = "smoothing")]
     pub smoothing: f64,
-    /// Whether a smoothing is allowed at which the kernel makes particles clump.
+    /// Whether a smoothing at which particles clump is allowed.
     #[serde(default)]
     pub allow_pairing: bool,
-    /// Dependence of the smoothing length on the density.
+    /// Smoothing length by density.
     #[serde(default)]
     pub smoothing_length: SmoothingLength,
-    /// Upper bound of the smoothing length over the initial one, 1 to 3.
+    /// Largest smoothing length over the initial one, 1 to 3.
     #[serde(default = "growth")]
     pub smoothing_growth: f64,
-    /// Kernel between particles of different smoothing lengths.
+    /// Kernel of different smoothing lengths.
     #[serde(default)]
     pub symmetrisation: Symmetrisation,
     /// Time integration.
     #[serde(default)]
     pub integration: TimeIntegration,
-    /// Form of the momentum equation. When absent and bodies differ in density `rho-rho`, except with `grad-h`.
+    /// Momentum equation. When absent and densities of bodies differ `rho-rho`, except with `grad-h`.
     #[serde(default)]
     pub momentum: MomentumEquation,
-    /// Form of the continuity equation.
+    /// Continuity equation.
     #[serde(default)]
     pub continuity: ContinuityEquation,
-    /// Whether density by summation is allowed where supports are not full or densities differ at the start. Free surfaces then lose up to
-    /// half of their density, and jumps are smeared.
+    /// Whether density summation is allowed where supports are not full or initial densities differ. Free surfaces then lose up to half
+    /// their density, and jumps are smeared.
     #[serde(default)]
     pub allow_summation: bool,
-    /// Velocity gradient of the material law. The default is `corotated` unless all moving bodies are liquids: near a surface `compatible`
-    /// strains a rotating body until it stops.
+    /// Velocity gradient of the law. Default `corotated` unless all moving bodies are liquids: near surfaces `compatible` strains a
+    /// rotating body until it stops.
     #[serde(default)]
     pub velocity_gradient: VelocityGradientOperator,
-    /// Linear artificial viscosity `α`, not negative; it adds about `α h c/8` to the kinematic viscosity. The default is 0 where all bodies
-    /// are liquids with a viscosity of at least `ρ c spacing/100`.
+    /// Linear artificial viscosity `α`, non-negative; adds about `α h c/8` to the kinematic viscosity. Default 0 if all bodies are liquids
+    /// of viscosity `ρ c spacing/100` or more.
     #[serde(default = "viscosity")]
     pub viscosity_linear: f64,
-    /// Quadratic artificial viscosity `β`, not negative.
+    /// Quadratic artificial viscosity `β`, non-negative.
     #[serde(default)]
     pub viscosity_quadratic: f64,
-    /// Speed of sound of artificial viscosity and damping.
+    /// Sound speed of artificial viscosity and damping.
     #[serde(default)]
     pub sound_speed: SoundSpeed,
-    /// Viscous damping `ξ`, not negative: velocities decrease by the factor `exp(-ξ c dt / h)` in a step.
+    /// Viscous damping `ξ`, non-negative: velocities decrease by `exp(-ξ c dt / h)` per step.
     #[serde(default)]
     pub damping: f64,
     /// Correction against tensile instability.
     #[serde(default)]
     pub tensile: Tensile,
-    /// Smoothing of stress, for laws in rate form; refused without one. Other laws, as of hyperelastic solids and Newtonian fluids, keep
-    /// their stress. A step without motion returns the stress to yield; where the law depends on time (relaxation, eigenstrain, user
-    /// materials) the next step with motion does.
+    /// Stress smoothing, for laws in rate form; refused without one. Other laws, as of hyperelastic solids and Newtonian fluids, keep their
+    /// stress. A step without motion returns it to yield; for time-dependent laws (relaxation, eigenstrain, user materials) the next with
+    /// motion does.
     #[serde(default)]
     pub regularisation: Regularisation,
-    /// Steps between two regularisations of stress.
+    /// Steps between stress regularisations.
     #[serde(default = "default_regularisation_steps")]
     pub regularisation_steps: u64,
-    /// Diffusion of stress `ζ` within each body, 0 to 0.5, without the difference due to weight. For laws in rate form; refused without
-    /// one.
+    /// Stress diffusion `ζ` within each body, 0 to 0.5, without the difference due to weight. For laws in rate form; refused without one.
     #[serde(default)]
     pub stress_diffusion: f64,
-    /// Ratio of horizontal to vertical stress of the weight in `stress_diffusion`.
+    /// Horizontal over vertical stress of the weight in `stress_diffusion`.
     #[serde(default = "default_wall_k0")]
     pub stress_diffusion_k0: f64,
-    /// Diffusion of density `δ` within each body of fluid, 0 to 0.5.
+    /// Density diffusion `δ` within each fluid body, 0 to 0.5.
     #[serde(default)]
     pub density_diffusion: f64,
-    /// Reinitialisation of density, for fluids.
+    /// Density reinitialisation, for fluids.
     #[serde(default)]
     pub density_reset: DensityReset,
-    /// Steps between two reinitialisations of density.
+    /// Steps between density reinitialisations.
     #[serde(default = "default_reset_steps")]
     pub density_reset_steps: u64,
-    /// XSPH fraction, 0 to 1: weight of the mean neighbour velocity in the motion of bodies that are not `held`.
+    /// XSPH fraction, 0 to 1: weight of mean neighbour velocity in the motion of bodies not `held`.
     #[serde(default)]
     pub xsph: f64,
-    /// Viscosity of hourglass (zero-energy) modes, in units of `viscosity_linear`, 0 to 1. It acts on relative velocities that velocity
-    /// gradients do not represent: not on linear fields with `velocity_gradient` `corrected`, nor on rotations with `corotated`.
+    /// Viscosity of hourglass (zero-energy) modes, in units of `viscosity_linear`, 0 to 1. It acts on relative velocities outside velocity
+    /// gradients: not on linear fields with `velocity_gradient` `corrected`, nor rotations with `corotated`.
     #[serde(default)]
     pub hourglass_viscosity: f64,
-    /// Shifting towards even spacing, in smoothing lengths per length moved, not negative. The default is 10 where only Newtonian liquids
-    /// move freely, fill the domain (no free surface) and meet no obstacle. It acts every four steps (more often above 10) and makes steps
-    /// 1.7 times as expensive. Fields are transported to first order, density and stress with gradients within the body.
+    /// Shifting towards even spacing, in smoothing lengths per length moved, non-negative. Default 10 where only Newtonian liquids move
+    /// freely, fill the domain (no free surface) and meet no obstacle. It acts every four steps (more often above 10) and makes steps 1.7
+    /// times as expensive. Fields are transported to first order, density and stress with gradients within the body.
     #[serde(default)]
     pub shifting: f64,
-    /// Speed in the distance of `shifting`.
+    /// Speed in `shifting`.
     #[serde(default)]
     pub shifting_speed: ShiftingSpeed,
-    /// Configuration in which the kernel sums are taken.
+    /// Configuration of kernel sums.
     #[serde(default)]
     pub formulation: LagrangianFormulation,
-    /// Confining pressure of a membrane.
+    /// Membrane pressure.
     #[serde(default)]
     pub confining: Option<ConfiningPressure>,
-    /// Bodies that keep their initial velocity field, times `held_history`. Their stress follows their law.
+    /// Bodies that keep their initial velocity field, times `held_history`; stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
-    /// Factors on the velocities of `held` bodies in time, by body.
+    /// Factors on velocities of `held` bodies in time.
     #[serde(default)]
     pub held_history: BTreeMap<String, TimeHistory>,
     /// `held` bodies along which others slip without friction. Particles beside them meet their own stress and velocity, mirrored in the
-    /// plane normal to their direction to the body. Forces act along that direction only, none on the body, which keeps its stress.
+    /// plane normal to their direction to the body. Forces act along that direction, none on the body, which keeps its stress.
     #[serde(default)]
     pub smooth_bodies: Vec<String>,
-    /// Whether the accuracy of kernel sums is written. Fields: gradient of a constant times smoothing length (`gradient_of_constant`, 0
-    /// where supports are full), and of the position (`gradient_of_position`, 1 there). Measures: numbers of particle pairs at one position
-    /// and of corrections that fall back. Each output searches neighbours anew.
+    /// Whether accuracy of kernel sums is written. Fields: gradients of a constant times smoothing length (`gradient_of_constant`, 0 in
+    /// full supports) and of position (`gradient_of_position`, 1 there). Measures: numbers of coincident pairs and of corrections that fall
+    /// back. Outputs search neighbours anew.
     #[serde(default)]
     pub diagnostics: bool,
-    /// Factors on the velocities of walls in time, by name or side. The face is at the integral of the velocity.
+    /// Factors on wall velocities in time, by name or side. The face is at the velocity's integral.
     #[serde(default)]
     pub wall_history: BTreeMap<String, TimeHistory>,
-    /// Stress and velocity of rough walls.
+    /// Rough wall stress and velocity.
     #[serde(default)]
     pub wall_stress: WallStress,
     /// Velocity of `pairwise` rough walls.
     #[serde(default)]
     pub wall_velocity: WallVelocity,
-    /// Discretisation of rough walls.
+    /// Rough wall discretisation.
     #[serde(default)]
     pub rough_wall: RoughWall,
-    /// Discretisation of smooth walls. Fluid particles that pass the face are replaced by their images in it; others stop the run.
+    /// Smooth wall discretisation. Fluid particles past the face are replaced by their images; others stop the run.
     #[serde(default)]
     pub smooth_wall: SmoothWall,
-    /// Repulsion from wall particles closer than half a spacing, over the squared speed of sound; 0 for none. It prevents passage in hard
-    /// impacts.
+    /// Repulsion from wall particles closer than half a spacing, over squared sound speed, against passage in hard impacts; 0 for none.
     #[serde(default)]
     pub wall_guard: f64,
-    /// Repulsion of fluid particles closer than 0.7 spacings to each other or to their image in a smooth wall, over the squared speed of
-    /// sound, 0 to 0.2; 0 for none. It conserves momentum and energy; its stored energy counts as elastic.
+    /// Repulsion of fluid particles closer than 0.7 spacings to each other or their smooth-wall image, over squared sound speed, 0 to 0.2;
+    /// 0 for none. It conserves momentum and energy (stored as elastic).
     #[serde(default = "repulsion")]
     pub close_repulsion: f64,
-    /// Ratio of horizontal to vertical stress of the weight at `extrapolated` walls.
+    /// Horizontal over vertical stress of the weight at `extrapolated` walls.
     #[serde(default = "default_wall_k0")]
     pub wall_k0: f64,
     /// Courant number, up to 1: step times wave speed over smoothing length.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s); chosen by the solver when absent. A run whose critical step is or becomes shorter is refused or stops; elastic
-    /// waves may cross 1.8 smoothing lengths, whatever `courant`.
+    /// Fixed time step (s); the solver's when absent. A run whose critical step is or becomes shorter is refused or stops; elastic waves
+    /// may cross 1.8 smoothing lengths, whatever `courant`.
     #[serde(default)]
     pub time_step: Option<f64>,
     /// Ranks, 1 to 1024, each with a part of the particles; results do not depend on them. Only with `integration` `leapfrog` and

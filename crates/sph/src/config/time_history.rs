@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct TimeHistory {
     /// Times of the run (s), ascending.
     pub times: Vec<f64>,
-    /// Factor at each time.
+    /// Factors.
     pub factors: Vec<f64>,
 }
 

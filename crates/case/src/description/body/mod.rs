@@ -15,41 +15,39 @@ pub use pore_fluid::{PoreFluid, PorePressure};
 /// Points per direction in the search for overlaps of bodies.
 pub(crate) const OVERLAP_RESOLUTION: usize = 24;
 
-/// Region filled with one material.
+/// Region of one material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Name of the body.
+    /// Body name.
     pub name: String,
     /// Region of the body.
     pub shape: Shape,
-    /// Points from a file in place of those of the method. All must lie in the shape, which still defines overlaps, weights and loaded
-    /// faces.
+    /// Points from a file. All must lie in the shape, which still defines overlaps, weights and loaded faces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<PointFile>,
-    /// Arrangement of the points. Grains (dem) and methods over the plan have their own.
+    /// Point arrangement. Grains (dem) and methods over the plan have their own.
     #[serde(default, skip_serializing_if = "Sampling::is_lattice")]
     pub sampling: Sampling,
-    /// Seed of the positions of `poisson-disk`.
+    /// Seed of `poisson-disk` positions.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sampling_seed: u64,
-    /// Name of its material.
+    /// Material name.
     pub material: String,
-    /// Initial velocity (m/s); at rest by default. For a rigid body `uniform`, or `linear` with a rotation, if the first stage leaves it
-    /// free.
+    /// Initial velocity (m/s). For rigid bodies `uniform`, or `linear` with rotation, if free in the first stage.
     #[serde(default)]
     pub velocity: Velocity,
-    /// Initial stress; none by default.
+    /// Initial stress.
     #[serde(default)]
     pub stress: InitialStress,
-    /// Whether the body is rigid: at rest, or moved by `stages[].motions`. Material in contact sticks to it unless an option of the method
-    /// says otherwise. Only the density of its material is used.
+    /// Whether the body is rigid: at rest, or moved by `stages[].motions`. Touching material sticks unless a method option says otherwise.
+    /// Only the density of its material is used.
     #[serde(default)]
     pub rigid: bool,
-    /// Pore fluid that moves independently (two-phase analysis).
+    /// Pore fluid that moves independently (two-phase).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pore_fluid: Option<PoreFluid>,
-    /// Whether points that leave the domain are removed, with mass, momentum and energy; otherwise they end the run.
+    /// Whether points leaving the domain are removed, with mass, momentum and energy, or end the run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub remove_outside: bool,
 }
@@ -76,7 +74,7 @@ pub enum Velocity {
     Linear {
         /// Velocity at the origin (m/s).
         value: Vec<f64>,
-        /// Point at which the velocity is `value` (m).
+        /// Point where the velocity is `value` (m).
         origin: Vec<f64>,
         /// Velocity gradient `∂v_i/∂x_j` (1/s), row by row.
         gradient: Vec<Vec<f64>>,
@@ -91,22 +89,22 @@ pub enum Velocity {
         #[serde(default)]
         phase: f64,
     },
-    /// Formula of the coordinates for each component.
+    /// Formula of each component.
     Formula {
         /// Components, one per space dimension.
         value: Vec<Formula>,
     },
-    /// First mode of a slender cantilever, at rest behind its clamp.
+    /// First mode of a slender cantilever, at rest behind the clamp.
     Bending {
-        /// Axis of the beam: 0 is x.
+        /// Beam axis: 0 is x.
         along: usize,
-        /// Axis of the deflection.
+        /// Deflection axis.
         across: usize,
-        /// Coordinate of the clamp along the beam (m).
+        /// Clamp coordinate along the beam (m).
         clamp: f64,
-        /// Length of the beam (m).
+        /// Beam length (m).
         length: f64,
-        /// Velocity of the tip (m/s).
+        /// Tip velocity (m/s).
         tip: f64,
     },
 }
@@ -118,25 +116,25 @@ pub enum InitialStress {
     /// Stress-free.
     #[default]
     None,
-    /// Uniform stress: xx yy zz xy yz zx.
+    /// Uniform stress.
     Uniform {
-        /// Stress components.
+        /// Components xx yy zz xy yz zx.
         value: [f64; 6],
     },
-    /// Formula of the coordinates for each component: xx yy zz xy yz zx.
+    /// Formula of each component.
     Formula {
-        /// Stress components.
+        /// Components xx yy zz xy yz zx.
         value: Box<[Formula; 6]>,
     },
-    /// Stress from the weight of the material above, and a ratio of horizontal to vertical stress. Bodies up to `surface` count with their
-    /// density (saturated with a pore fluid), but not rigid ones and empty space. Empty space below the surface of the body's hydrostatic
-    /// pore fluid counts as open water, which the case also applies as `pressure` and `pore-pressure`. Pore pressure is subtracted; that of
-    /// an `undrained` material is added again. The stress is in equilibrium under level ground in level layers; elsewhere give the first
-    /// stage an `equilibrium`. A state outside yield is refused without `return_initial_stress_to_yield`.
+    /// Stress from the overburden and a ratio of horizontal to vertical stress. Bodies up to `surface` count with their density (saturated
+    /// with a pore fluid), except rigid ones. Empty space below the surface of the body's hydrostatic pore fluid counts as open water,
+    /// which the case also applies as `pressure` and `pore-pressure`. Pore pressure is subtracted; that of an `undrained` material is added
+    /// again. The stress is in equilibrium under level ground in level layers; elsewhere give the first stage an `equilibrium`. States
+    /// outside yield are refused without `return_initial_stress_to_yield`.
     K0 {
-        /// Coordinate of the ground surface along gravity (m), up to which bodies count.
+        /// Ground surface coordinate along gravity (m).
         surface: f64,
-        /// Ratio of horizontal to vertical effective stress.
+        /// Horizontal over vertical effective stress.
         coefficient: f64,
     },
 }

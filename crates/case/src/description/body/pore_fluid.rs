@@ -6,38 +6,38 @@ use serde::{Deserialize, Serialize};
 use crate::description::Velocity;
 use crate::description::formula::Formula;
 
-/// Fluid in the pores of a body that moves independently. The material is then the dry skeleton in effective stresses. Its `density` is
-/// that of the grains times one minus the porosity.
+/// Independent fluid in a body's pores. The material is then the dry skeleton in effective stresses, its `density` that of grains times one
+/// minus porosity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoreFluid {
-    /// Initial porosity, between 0 and 1 (both excluded).
+    /// Initial porosity, above 0, below 1.
     pub porosity: f64,
-    /// Hydraulic conductivity under the gravity of the case (m/s), or give `intrinsic_permeability`.
+    /// Hydraulic conductivity under the case's gravity (m/s), or give `intrinsic_permeability`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub permeability: Option<f64>,
     /// Intrinsic permeability (m²), with `viscosity`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intrinsic_permeability: Option<f64>,
-    /// Density of the fluid (kg/m³).
+    /// Fluid density (kg/m³).
     #[serde(default = "PoreFluid::water_density")]
     pub density: f64,
-    /// Bulk modulus of the fluid (Pa).
+    /// Fluid bulk modulus (Pa).
     #[serde(default = "PoreFluid::water_bulk_modulus")]
     pub bulk_modulus: f64,
-    /// Dynamic viscosity of the fluid (Pa s).
+    /// Dynamic fluid viscosity (Pa s).
     #[serde(default = "PoreFluid::water_viscosity")]
     pub viscosity: f64,
-    /// Initial pore pressure; zero by default.
+    /// Initial pore pressure.
     #[serde(default)]
     pub pressure: PorePressure,
-    /// Initial excess pressure at the base over that of full liquefaction, 0 to 1, for depth-integrated flow.
+    /// Initial excess pressure at the base over full liquefaction, 0 to 1, for depth-integrated flow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excess_ratio: Option<f64>,
-    /// Initial velocity of the fluid (m/s); the body's by default.
+    /// Initial fluid velocity (m/s); the body's by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Velocity>,
-    /// Largest tension before cavitation (Pa), not negative; none when absent.
+    /// Cavitation tension (Pa), non-negative; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cavitation_strength: Option<f64>,
 }
@@ -76,9 +76,9 @@ pub enum PorePressure {
         /// Pressure (Pa), compression-positive.
         value: Formula,
     },
-    /// Hydrostatic pressure: weight of the fluid above.
+    /// Hydrostatic: weight of the fluid above.
     Hydrostatic {
-        /// Coordinate of the fluid surface along gravity (m).
+        /// Fluid surface coordinate along gravity (m).
         surface: f64,
     },
 }

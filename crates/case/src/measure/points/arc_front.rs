@@ -13,12 +13,12 @@ use crate::{Case, Obstacle, ObstacleShape, Snapshot};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ArcFront {
-    /// Obstacle, a `profile` or a `ground-line`.
+    /// Obstacle, a `profile` or `ground-line`.
     pub obstacle: String,
-    /// Fraction of the mass behind the front: 1 gives the foremost point; 0.99 excludes stray points.
+    /// Mass fraction behind the front: 1 gives the foremost point; 0.99 excludes stray points.
     #[serde(default = "default_fraction")]
     pub quantile: f64,
-    /// Length along the line to the zero of the front (m).
+    /// Length along the line to the front's zero (m).
     #[serde(default)]
     pub zero: f64,
     /// Bodies that count; all but rigid ones when absent.

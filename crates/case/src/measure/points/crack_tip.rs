@@ -17,21 +17,21 @@ const fn default_damage() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackTip {
-    /// Body, the weak layer.
+    /// Weak layer body.
     pub body: String,
-    /// Scalar field that marks failure: `collapsed` of a weak layer of `cohesive-cam-clay`.
+    /// Scalar field that marks failure: `collapsed` of weak `cohesive-cam-clay` layers.
     pub field: String,
-    /// Threshold: a point has failed where the field is at least this.
+    /// Failure threshold: the field is at least this.
     #[serde(default = "default_damage")]
     pub threshold: f64,
     /// Whether failed points are at or below the threshold instead.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub below: bool,
-    /// Direction of the crack, of any length.
+    /// Crack direction, of any length.
     pub direction: Vec<f64>,
-    /// Origin of bins and distances (m): the end of the body where the crack begins.
+    /// Origin of bins and distances (m): the body's end where the crack begins.
     pub from: Vec<f64>,
-    /// Bin width (m), at least that of a point: a cell of the grid.
+    /// Bin width (m), at least a point's: a grid cell.
     pub bin: f64,
 }
 

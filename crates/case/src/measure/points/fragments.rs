@@ -21,12 +21,12 @@ const fn default_min_points() -> usize {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fragments {
-    /// Largest distance of connected points (m): 1 to 1.5 cells of the grid.
+    /// Largest distance of connected points (m): 1 to 1.5 grid cells.
     pub link: f64,
-    /// Points of the smallest fragment that counts.
+    /// Points of the smallest counted fragment.
     #[serde(default = "default_min_points")]
     pub least: usize,
-    /// Criterion for broken points, which connect no fragments; none when absent.
+    /// Criterion of broken points, which connect no fragments; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub broken: Option<BreakageCriterion>,
     /// Bodies that count; all but rigid ones when absent.
@@ -34,13 +34,13 @@ pub struct Fragments {
     pub bodies: Option<Vec<String>>,
 }
 
-/// Criterion for broken points, by a field.
+/// Criterion of broken points, by a field.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BreakageCriterion {
-    /// Field of numbers: `compressive_strength` of `cohesive-cam-clay`, zero where it has broken.
+    /// Number field: `compressive_strength` of `cohesive-cam-clay`, zero where broken.
     pub field: String,
-    /// Upper bound of the field at a broken point.
+    /// Largest value at broken points.
     #[serde(default)]
     pub max: f64,
 }

@@ -13,12 +13,12 @@ use crate::{Case, FieldRole, Side, Snapshot};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Front {
-    /// Direction in which the front moves.
+    /// Direction of the front.
     pub side: Side,
-    /// Fraction of the mass behind the front.
+    /// Mass fraction behind the front.
     #[serde(default = "default_fraction")]
     pub quantile: f64,
-    /// Column width (m) for a quantile of 1; when absent a cell of the grid, or two point widths.
+    /// Column width (m) for quantile 1; when absent a grid cell, or two point widths.
     #[serde(default)]
     pub cell: Option<f64>,
     /// Bodies that count; all but rigid ones when absent.

@@ -12,13 +12,13 @@ use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, default_fra
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunOut {
-    /// Direction in which the front moves.
+    /// Direction of the front.
     pub side: Side,
-    /// Coordinate of the wall behind the mass (m).
+    /// Wall coordinate behind the mass (m).
     pub origin: f64,
     /// Initial length (m).
     pub initial_length: f64,
-    /// Fraction of the mass behind the front.
+    /// Mass fraction behind the front.
     #[serde(default = "default_fraction")]
     pub quantile: f64,
     /// Column width (m), as in `front`.

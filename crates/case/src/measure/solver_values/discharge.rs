@@ -11,9 +11,9 @@ use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, visit_posit
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Discharge {
-    /// First end of the line (m).
+    /// First end (m).
     pub from: [f64; 2],
-    /// Second end of the line (m).
+    /// Second end (m).
     pub to: [f64; 2],
 }
 

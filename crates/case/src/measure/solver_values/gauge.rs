@@ -12,7 +12,7 @@ use crate::measure::{AXES, MeasureDefinition, MeasuredState, ScalarOutput, visit
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gauge {
-    /// Position (m), without the height.
+    /// Position without height (m).
     pub position: Vec<f64>,
 }
 

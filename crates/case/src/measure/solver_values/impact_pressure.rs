@@ -13,9 +13,9 @@ use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImpactPressure {
-    /// Name of the rigid body, patch or obstacle.
+    /// Rigid body, patch or obstacle.
     pub target: String,
-    /// Direction of the force component, of any length.
+    /// Direction of the force, of any length.
     pub direction: Vec<f64>,
     /// Area (m²; in plane strain m), as of the obstacle across the flow.
     pub area: f64,

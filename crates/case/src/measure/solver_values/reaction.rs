@@ -13,9 +13,9 @@ use crate::{Space, spatial};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReactionForce {
-    /// Name of the rigid body, patch or obstacle.
+    /// Rigid body, patch or obstacle.
     pub target: String,
-    /// Reference point (m) of its moment (N m; per metre in plane strain, anticlockwise): columns `NAME.moment.x`, …, in the plane
+    /// Reference point (m) of the moment (N m; per metre in plane strain, anticlockwise): columns `NAME.moment.x`, …, in the plane
     /// `NAME.moment`. For obstacles, in the plane and in space.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<f64>,

@@ -16,15 +16,15 @@ use crate::{
     InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor,
 };
 
-/// Tensor that defines pressure and deviatoric stress.
+/// Tensor of pressure and deviatoric stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StressInvariants {
-    /// Whole tensor, `d = 3`: plane strain has a stress normal to the plane.
+    /// Whole tensor, `d = 3`: plane strain has out-of-plane stress.
     #[default]
     Space,
-    /// Tensor in the plane, `d = 2`, as in Gaume et al. and Klar et al.: `p = -(τ_xx + τ_yy)/2`, `K = λ + μ`. For motions in the plane
-    /// only; another material than in space.
+    /// Tensor in the plane, `d = 2`, as in Gaume et al. and Klar et al.: `p = -(τ_xx + τ_yy)/2`, `K = λ + μ`. For in-plane motions; another
+    /// material than in space.
     Plane,
 }
 

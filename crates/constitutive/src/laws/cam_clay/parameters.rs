@@ -21,11 +21,11 @@ use crate::{Corotational, Material, MaterialError};
 pub struct CamClaySpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Slope `M = q/p` of the critical state line, positive.
+    /// Critical-state slope `M = q/p`, positive.
     pub critical_state_slope: f64,
-    /// Slope `λ` of the normal compression line (specific volume over ln p), above `κ`.
+    /// Slope `λ` of normal compression (specific volume over ln p), above `κ`.
     pub compression_slope: f64,
-    /// Slope `κ` of the unloading–reloading line, positive.
+    /// Slope `κ` of unloading–reloading, positive.
     pub swelling_slope: f64,
     /// Poisson's ratio, between -1 and 0.5, or give `shear_modulus`.
     #[serde(default)]
@@ -35,13 +35,13 @@ pub struct CamClaySpec {
     pub shear_modulus: Option<f64>,
     /// Initial void ratio, positive.
     pub void_ratio: f64,
-    /// Tip pressure `p_c` of the initial yield surface (Pa), positive, or give `overconsolidation_ratio`.
+    /// Initial tip pressure `p_c` of yield (Pa), positive, or give `overconsolidation_ratio`.
     #[serde(default)]
     pub preconsolidation_pressure: Option<f64>,
-    /// Overconsolidation ratio, at least 1: `p_c` over that of the surface through the initial stress.
+    /// Overconsolidation ratio, at least 1: `p_c` over that through the initial stress.
     #[serde(default)]
     pub overconsolidation_ratio: Option<f64>,
-    /// Whether initial stress outside yield is moved onto it (pressure down to `p_c`, then the deviator), otherwise refused.
+    /// Return of initial stress outside yield (pressure to `p_c`, then deviator); otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

@@ -25,51 +25,51 @@ pub struct CohesiveCamClaySpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Slope `M = q/p` of the critical state without cohesion, positive.
+    /// Cohesionless critical-state slope `M = q/p`, positive.
     pub critical_state_slope: f64,
-    /// Ratio β of the isotropic tensile strength to `p0`, not negative.
+    /// Isotropic tensile strength over `p0`, β, non-negative.
     #[serde(default)]
     pub cohesion_ratio: f64,
-    /// Isotropic compressive strength `p0` at the start (Pa), positive, below the bulk modulus.
+    /// Initial isotropic compressive strength `p0` (Pa), positive, below the bulk modulus.
     pub compressive_strength: f64,
-    /// Factor ξ of growth of `p0` with plastic volumetric strain, positive.
+    /// Growth factor ξ of `p0` with plastic volume, positive.
     pub hardening_factor: f64,
-    /// Hardening variable of `p0`.
+    /// Hardening of `p0`.
     #[serde(default)]
     pub hardening: CamClayHardening,
-    /// Tensor of the invariants.
+    /// Tensor of invariants.
     #[serde(default)]
     pub invariants: StressInvariants,
-    /// Time of the `p0` to which the stress returns.
+    /// Time of the `p0` of the return.
     #[serde(default)]
     pub integration: CamClayIntegration,
-    /// Whether initial stress outside yield is returned to it; otherwise refused.
+    /// Return of initial stress outside yield; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
 
-/// Time in a step of the `p0` to which `cohesive-cam-clay` returns.
+/// Time of the `p0` to which `cohesive-cam-clay` returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CamClayIntegration {
-    /// End of the step: stress on its yield surface.
+    /// End of step: stress on its yield surface.
     #[default]
     Implicit,
-    /// Start of the step, as in Gaume et al.: stress one step behind. Both agree as steps shrink, but differ at explicit steps in a weak
-    /// layer that softens fast.
+    /// Start of step, as in Gaume et al.: stress one step behind. Both agree as steps shrink, but differ at explicit steps in
+    /// fast-softening weak layers.
     Explicit,
 }
 
-/// Change of the strength of `cohesive-cam-clay`.
+/// Change of strength of `cohesive-cam-clay`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CamClayHardening {
     /// Plastic compaction hardens, plastic dilation softens.
     #[default]
     Slab,
-    /// Plastic volume change of either sign softens until collapse; then as the slab, without cohesion.
+    /// Either plastic volume change softens until collapse; then as slab, without cohesion.
     WeakLayer {
-        /// Anticrack strain per plastic volumetric strain before collapse, α, positive.
+        /// Anticrack strain α per plastic volumetric strain before collapse, positive.
         softening_factor: f64,
     },
 }

@@ -22,28 +22,28 @@ use crate::{Corotational, InterfaceLaw, Material, MaterialError};
 pub struct DoubleScaleSpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Young's modulus outside the band (Pa), positive.
+    /// Young's modulus outside (Pa), positive.
     pub youngs_modulus: f64,
-    /// Poisson's ratio outside the band, between -1 and 0.5.
+    /// Poisson's ratio outside, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Strength outside the band (Drucker–Prager); elastic when absent.
+    /// Drucker–Prager strength outside; elastic when absent.
     #[serde(default)]
     pub outside: Option<OutsideStrength>,
-    /// Interface law of the band.
+    /// Interface law.
     pub band: BandSpec,
-    /// Criterion for insertion and orientation of a band.
+    /// Criterion and orientation of a new band.
     #[serde(default)]
     pub onset: Onset,
     /// Solver for the jump; when absent `return` in elastic surroundings, else `newton`.
     #[serde(default)]
     pub local_solve: Option<LocalSolve>,
-    /// Length of a band (m), positive; when absent one cell in MPM (two with splines), two spacings in SPH.
+    /// Band length (m), positive; when absent one cell in MPM (two with splines), two spacings in SPH.
     #[serde(default)]
     pub size: Option<f64>,
-    /// Whether the point of a fully broken band restarts intact (desiccation networks).
+    /// Whether points restart intact when fully broken (desiccation networks).
     #[serde(default)]
     pub intact_reset: bool,
-    /// Whether points so large that they snap back are allowed.
+    /// Whether points large enough to snap back are allowed.
     #[serde(default)]
     pub allow_snapback: bool,
 }
@@ -52,48 +52,48 @@ pub struct DoubleScaleSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case")]
 pub enum BandSpec {
-    /// Mixed-mode cohesion and friction.
+    /// Mixed-mode cohesion, friction.
     CohesiveFriction(CohesiveBandSpec),
-    /// Damage with exponential softening, no friction.
+    /// Exponentially softening damage, no friction.
     CohesiveDamage(CohesiveDamageSpec),
 }
 
-/// Criterion for the insertion of a band.
+/// Criterion of new bands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Onset {
-    /// Where the yield function of the band is exceeded, on the plane where it is largest.
+    /// Exceeded yield function of the band, on the plane of its maximum.
     #[default]
     BandYield,
-    /// Where the largest principal stress reaches the tensile strength, normal to that stress.
+    /// Largest principal stress at the tensile strength; plane normal to it.
     Rankine,
-    /// Where the determinant of the outer acoustic tensor is not positive, on that plane.
+    /// Outer acoustic tensor of non-positive determinant, on that plane.
     Ellipticity,
 }
 
-/// Solver for the jump of a step; the solution does not depend on it.
+/// Solver for the jump, without effect on the solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LocalSolve {
-    /// Return map with the stiffness of elastic surroundings and band in series.
+    /// Return map with elastic surroundings and band in series.
     Return,
-    /// Newton's method on the jump, `σ(Δε - n ⊗ Δu/H) n = t(u + Δu)`.
+    /// Newton's method, `σ(Δε - n ⊗ Δu/H) n = t(u + Δu)`.
     Newton,
 }
 
-/// Drucker–Prager strength outside a band.
+/// Drucker–Prager strength outside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutsideStrength {
-    /// Friction angle (degrees), 0 to 90 (excluded).
+    /// Friction angle (degrees), non-negative, below 90.
     pub friction_angle: f64,
-    /// Cohesion (Pa), not negative.
+    /// Cohesion (Pa), non-negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Dilatancy angle (degrees), at most the friction angle in size.
+    /// Dilatancy angle (degrees), within ±`friction_angle`.
     #[serde(default)]
     pub dilatancy_angle: f64,
-    /// Matching of the cone to Mohr–Coulomb.
+    /// Cone matching to Mohr–Coulomb.
     #[serde(default)]
     pub matching: Matching,
     /// Exponential softening.

@@ -15,18 +15,18 @@ use crate::laws::strength_reduced::StrengthReduction;
 use crate::laws::{Elasticity, angle_warnings, check_angles};
 use crate::{Material, MaterialError};
 
-/// Matching of the cone to Mohr–Coulomb.
+/// Cone matching to Mohr–Coulomb.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Matching {
-    /// Edges of triaxial compression: far too strong in plane strain.
+    /// Triaxial compression edges: far too strong in plane strain.
     #[default]
     Compression,
-    /// Edges of triaxial extension.
+    /// Triaxial extension edges.
     Extension,
-    /// Inscribed cone: plane-strain strength for associated flow only.
+    /// Inscribed cone: plane-strain strength, associated flow only.
     PlaneStrainAssociated,
-    /// Mohr–Coulomb strength and dilatancy in plane strain, for any dilatancy angle.
+    /// Mohr–Coulomb strength and dilatancy in plane strain, any dilatancy.
     PlaneStrain,
 }
 
@@ -40,30 +40,30 @@ pub struct DruckerPragerSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Friction angle (degrees), 0 to 90 (excluded).
+    /// Friction angle (degrees), non-negative, below 90.
     pub friction_angle: f64,
-    /// Cohesion (Pa), not negative.
+    /// Cohesion (Pa), non-negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Dilatancy angle (degrees), at most the friction angle in size.
+    /// Dilatancy angle (degrees), within ±`friction_angle`.
     #[serde(default)]
     pub dilatancy_angle: f64,
-    /// Matching of the cone to Mohr–Coulomb.
+    /// Cone matching to Mohr–Coulomb.
     #[serde(default)]
     pub matching: Matching,
     /// Exponential softening.
     #[serde(default)]
     pub softening: Option<Softening>,
-    /// Decay rate of the dilatancy angle with plastic strain.
+    /// Dilatancy decay rate over plastic strain.
     #[serde(default)]
     pub dilatancy_decay: f64,
-    /// Integration of the plastic step.
+    /// Integration of plastic steps.
     #[serde(default)]
     pub integration: PlasticIntegration,
-    /// Strain measure, small or finite.
+    /// Strain measure.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether initial stress outside yield is returned to it; otherwise refused.
+    /// Return of initial stress outside yield; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }
@@ -72,15 +72,15 @@ pub struct DruckerPragerSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlasticIntegration {
-    /// Fully implicit return to the cone or its apex.
+    /// Implicit return to cone or apex.
     #[default]
     ClosestPoint,
-    /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial; drift is scaled back. The implicit return replaces it if
-    /// softening takes at least half of the elastic resistance `G + 9Kαα_ψ`, or the step would gain work.
+    /// Algorithm 2 of Bui & Nguyen: one corrector with trial slopes; drift is scaled back. The implicit return replaces it if softening
+    /// takes at least half the elastic resistance `G + 9Kαα_ψ`, or work would be gained.
     SemiImplicit,
-    /// Algorithm 1 of Bui & Nguyen: forward step from the intersection with the cone; drift is corrected by tension cracking and stress
-    /// scaling. Steps above half of the yield strain at zero pressure, `k/2G`, are divided. The implicit return replaces parts that start
-    /// by unloading or might reverse the deviator, and steep softening.
+    /// Algorithm 1 of Bui & Nguyen: forward step from the cone; drift is corrected by tension cracking and stress scaling. Steps above half
+    /// of the yield strain at zero pressure, `k/2G`, are divided. The implicit return replaces initial unloading, possible reversals of the
+    /// deviator, and steep softening.
     Explicit,
 }
 

@@ -14,9 +14,9 @@ pub struct Softening {
     pub residual_friction_angle: f64,
     /// Residual cohesion (Pa), at most the peak.
     pub residual_cohesion: f64,
-    /// Decay rate of the friction angle.
+    /// Decay rate of friction.
     pub friction_rate: f64,
-    /// Decay rate of the cohesion.
+    /// Decay rate of cohesion.
     pub cohesion_rate: f64,
     /// Whether residual values may exceed the peak.
     #[serde(default)]

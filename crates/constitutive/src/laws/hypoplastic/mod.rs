@@ -44,15 +44,15 @@ pub struct HypoplasticConstants {
     pub c4: f64,
 }
 
-/// Critical-state line and density function, of `|tr T| = 3p`.
+/// Critical state and density function, of `|tr T| = 3p`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CriticalState {
-    /// Smallest void ratio `e_min`, not negative.
+    /// Smallest void ratio `e_min`, non-negative.
     pub minimum_void_ratio: f64,
-    /// Constant `p1`: critical void ratio at infinite pressure (for `p3 < 0`).
+    /// Critical void ratio at infinite pressure (for `p3 < 0`).
     pub p1: f64,
-    /// Constant `p2`: critical void ratio without pressure, minus `p1`.
+    /// Critical void ratio without pressure, minus `p1`.
     pub p2: f64,
     /// Constant `p3` (1/Pa), at most 0.
     pub p3: f64,

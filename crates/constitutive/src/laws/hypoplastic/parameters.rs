@@ -18,14 +18,14 @@ use crate::{Corotational, Material, MaterialError};
 pub struct HypoplasticSpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Void ratio at the start, positive.
+    /// Initial void ratio, positive.
     pub void_ratio: f64,
-    /// Four constants, or two states for their calibration.
+    /// Four constants, or two states to calibrate them.
     pub parameters: HypoplasticParameters,
-    /// Critical-state line; when absent density has no influence (`f_d = 1`).
+    /// Critical-state line; when absent no influence of density (`f_d = 1`).
     #[serde(default)]
     pub critical_state: Option<CriticalState>,
-    /// Mean pressure (Pa), positive, below which stress is zero.
+    /// Mean pressure (Pa) below which stress is zero, positive.
     #[serde(default = "minimum_pressure")]
     pub minimum_pressure: f64,
     /// Viscous stress from the acceleration of strain.
@@ -42,26 +42,26 @@ fn minimum_pressure() -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum HypoplasticParameters {
-    /// Given constants; spurious stationary states raise a warning only.
+    /// Given constants; spurious stationary states raise a warning.
     Constants(HypoplasticConstants),
     /// Calibrated constants; spurious stationary states are refused.
     Calibration(Calibration),
 }
 
-/// Triaxial compression from an isotropic state: its start, and failure.
+/// Triaxial compression from isotropic stress: start and failure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// Young's modulus at the start (Pa), positive.
+    /// Initial Young's modulus (Pa), positive.
     pub youngs_modulus: f64,
-    /// Pressure of the isotropic state (Pa), positive.
+    /// Isotropic pressure (Pa), positive.
     pub pressure: f64,
-    /// Poisson's ratio at the start, 0 to 0.5.
+    /// Initial Poisson's ratio, 0 to 0.5 (excluded).
     #[serde(default)]
     pub poissons_ratio: f64,
     /// Critical friction angle (degrees), between 0 and 90.
     pub friction_angle: f64,
-    /// Dilatancy angle at failure (degrees), between -45 and 45: `tan ψ = 2ν - 1`, with ν the lateral expansion over axial compression.
+    /// Dilatancy angle at failure (degrees), between -45 and 45: `tan ψ = 2ν - 1`, ν lateral expansion over axial compression.
     #[serde(default)]
     pub dilatancy_angle: f64,
 }

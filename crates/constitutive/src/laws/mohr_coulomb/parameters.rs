@@ -26,27 +26,27 @@ pub struct MohrCoulombSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Friction angle (degrees), 0 to 90 (excluded).
+    /// Friction angle (degrees), non-negative, below 90.
     pub friction_angle: f64,
-    /// Cohesion (Pa), not negative.
+    /// Cohesion (Pa), non-negative.
     #[serde(default)]
     pub cohesion: f64,
-    /// Dilatancy angle (degrees), at most the friction angle in size.
+    /// Dilatancy angle (degrees), within ±`friction_angle`.
     #[serde(default)]
     pub dilatancy_angle: f64,
     /// Exponential softening.
     #[serde(default)]
     pub softening: Option<Softening>,
-    /// Decay rate of the dilatancy angle with plastic strain.
+    /// Dilatancy decay rate over plastic strain.
     #[serde(default)]
     pub dilatancy_decay: f64,
-    /// Largest principal tension (Pa, Rankine, associated), 0 to `c / tan φ`; no cut-off when absent.
+    /// Tension cut-off (Pa, Rankine, associated), 0 to `c / tan φ`; none when absent.
     #[serde(default)]
     pub tensile_strength: Option<f64>,
-    /// Strain measure, small or finite.
+    /// Strain measure.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
-    /// Whether initial stress outside yield is returned to it; otherwise refused.
+    /// Return of initial stress outside yield; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

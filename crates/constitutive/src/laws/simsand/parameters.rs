@@ -20,7 +20,7 @@ use crate::{Corotational, Material, MaterialError};
 pub struct SimsandSpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Initial void ratio `e`, 0 to 2.9 (both excluded).
+    /// Initial void ratio `e`, above 0, below 2.9.
     pub void_ratio: f64,
     /// Elastic stiffness constant `K₀`, positive.
     pub stiffness_constant: f64,
@@ -28,29 +28,29 @@ pub struct SimsandSpec {
     pub stiffness_exponent: f64,
     /// Poisson's ratio, between -1 and 0.5.
     pub poissons_ratio: f64,
-    /// Friction angle `φ_c` of the critical state (degrees), 0 to 90 (both excluded).
+    /// Critical-state friction angle `φ_c` (degrees), above 0, below 90.
     pub critical_friction_angle: f64,
     /// Critical void ratio at zero pressure `e_ref`, positive.
     pub reference_void_ratio: f64,
-    /// Factor `λ` of the critical state line, positive.
+    /// Critical-state factor `λ`, positive.
     pub critical_state_factor: f64,
-    /// Exponent `ξ` of pressure in the critical state line, positive.
+    /// Critical-state exponent `ξ` of pressure, positive.
     pub critical_state_exponent: f64,
-    /// Dilatancy constant `A_d`, not negative.
+    /// Dilatancy constant `A_d`, non-negative.
     pub dilatancy_constant: f64,
-    /// Exponent `n_d` of the density in the phase-transformation angle, not negative.
+    /// Phase-transformation exponent `n_d` of density, non-negative.
     pub dilatancy_exponent: f64,
-    /// Exponent `n_p` of the density in the peak angle, not negative.
+    /// Peak-angle exponent `n_p` of density, non-negative.
     pub peak_exponent: f64,
-    /// Plastic shear strain `k_p` at half of the strength, positive.
+    /// Plastic shear strain `k_p` at half strength, positive.
     pub hardening_constant: f64,
     /// Atmospheric pressure `p_at` (Pa), positive.
     #[serde(default = "atmospheric_pressure")]
     pub atmospheric_pressure: f64,
-    /// Whether strength decreases from triaxial compression to extension.
+    /// Whether strength decreases from compression to extension.
     #[serde(default)]
     pub lode_dependence: bool,
-    /// Whether an initial deviator above the strength is reduced to that at a plastic shear of 1, otherwise refused.
+    /// Reduction of initial deviators above the strength to that at plastic shear 1; otherwise refused.
     #[serde(default)]
     pub return_initial_stress_to_yield: bool,
 }

@@ -11,27 +11,27 @@ use serde::{Deserialize, Serialize};
 pub struct UmatSpec {
     /// Density (kg/m³), positive.
     pub density: f64,
-    /// Shared library (.so, .dylib, .dll); relative paths start at the working directory.
+    /// Shared library (.so, .dylib, .dll), relative to the working directory.
     pub library: PathBuf,
-    /// Name of the routine in the library.
+    /// Routine name.
     #[serde(default = "default_symbol")]
     pub symbol: String,
-    /// `CMNAME` (at most 80 bytes), for libraries with several materials.
+    /// `CMNAME` (at most 80 bytes), for several materials.
     #[serde(default)]
     pub material_name: String,
-    /// `PROPS`, in the units of the library.
+    /// `PROPS`, in library units.
     #[serde(default)]
     pub props: Vec<f64>,
-    /// Initial `STATEV`, as many as the library needs.
+    /// Initial `STATEV`, all that the library needs.
     #[serde(default)]
     pub state_variables: Vec<f64>,
     /// Stress unit of the library (Pa), as 1000 for kPa; when absent 1, or that of incrementalDriver files.
     #[serde(default)]
     pub pascals: Option<f64>,
-    /// P-wave modulus for the time step (Pa), positive; from the library when absent.
+    /// P-wave modulus of the time step (Pa), positive; from the library when absent.
     #[serde(default)]
     pub wave_modulus: Option<f64>,
-    /// Whether several threads may call the library at once.
+    /// Whether threads may call the library simultaneously.
     #[serde(default)]
     pub thread_safe: bool,
 }
