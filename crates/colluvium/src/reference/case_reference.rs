@@ -10,6 +10,9 @@ use crate::reference::sections::{SECTIONS, Section, SectionKeys};
 const MADE_FROM_SCHEMA: &str =
     "<!-- Made from the schema by COLLUVIUM_WRITE_DOCS=1 cargo test; do not edit. -->";
 
+/// Notation of the lists of keys.
+const NOTATION: &str = "Bold keys are required; a key without a type is a number.";
+
 /// Pages of the reference of the case file: name of each file, and its text as Markdown.
 pub fn case_reference() -> Vec<(String, String)> {
     let schema = crate::case_schema();
@@ -26,8 +29,9 @@ pub fn case_reference() -> Vec<(String, String)> {
     let mut pages = Vec::new();
     for (section, keys, names) in &described {
         let writer = PageWriter { page: section.page, headings: &headings };
+        let introduction = section.introduction.trim();
         let mut text =
-            format!("# {}\n\n{MADE_FROM_SCHEMA}\n\n{}\n\n", section.title, section.introduction.trim());
+            format!("# {}\n\n{MADE_FROM_SCHEMA}\n\n{introduction}\n\n{NOTATION}\n\n", section.title);
         writer.add_sorted_keys(&mut text, keys, section.common);
         for name in names {
             if name == "MaterialSpec" {
@@ -77,28 +81,37 @@ impl PageWriter<'_> {
     }
 
     /// Adds the list of the keys of an object.
-    pub fn add_keys(&self, text: &mut String, schema: &Value) {
-        let Some(properties) = schema["properties"].as_object() else { return };
-        let shown: Vec<&String> =
-            properties.iter().filter(|(_, key)| key["const"].is_null()).map(|(name, _)| name).collect();
-        if !shown.is_empty() {
-            shown.iter().for_each(|key| self.add_key(text, key, schema));
+    fn add_keys(&self, text: &mut String, schema: &Value) {
+        let lines = self.key_lines(schema);
+        if !lines.is_empty() {
+            lines.iter().for_each(|(_, line)| text.push_str(line));
             text.push('\n');
         }
     }
 
+    /// Keys of an object with their lines, without its tag.
+    pub fn key_lines<'s>(&self, schema: &'s Value) -> Vec<(&'s str, String)> {
+        let properties = schema["properties"].as_object().into_iter().flatten();
+        let shown = properties.filter(|(_, key)| key["const"].is_null());
+        shown.map(|(name, _)| (name.as_str(), self.key_line(name, schema))).collect()
+    }
+
     /// Adds the line of a key.
     fn add_key(&self, text: &mut String, name: &str, object: &Value) {
+        text.push_str(&self.key_line(name, object));
+    }
+
+    /// Line of a key: bold where it is required, with its type (none for a number), its default and its description.
+    fn key_line(&self, name: &str, object: &Value) -> String {
         let schema = &object["properties"][name];
         let required = object["required"].as_array().is_some_and(|all| all.iter().any(|key| key == name));
-        let default = match &schema["default"] {
-            _ if required => Some("**required**".to_owned()),
-            Value::Null => None,
-            value => Some(format!("default `{value}`")),
-        };
-        let kind = Some(self.type_text(schema)).filter(|text| !text.is_empty());
-        let facts: Vec<String> = kind.into_iter().chain(default).collect();
-        text.push_str(&format!("- `{name}` ({}): {}\n", facts.join(", "), indented(&schema["description"])));
+        let kind = Some(self.type_text(schema)).filter(|text| !text.is_empty() && text != "number");
+        let default = Some(&schema["default"]).filter(|value| !required && !value.is_null());
+        let facts: Vec<String> =
+            kind.into_iter().chain(default.map(|value| format!("default `{value}`"))).collect();
+        let facts = if facts.is_empty() { String::new() } else { format!(" ({})", facts.join(", ")) };
+        let emphasis = if required { "**" } else { "" };
+        format!("- {emphasis}`{name}`{emphasis}{facts}: {}\n", indented(&schema["description"]))
     }
 
     /// Adds the section of a type.

@@ -1,34 +1,29 @@
 //! List of material models, made from their model information and schemas.
 
+use std::collections::BTreeMap;
+
 use constitutive::{MaterialSpec, ModelFamily};
 use serde_json::Value;
 
 use crate::constitutive;
 use crate::reference::case_reference::{PageWriter, one_line, variant_tag};
 
-/// Models that the sources name without a law that could be verified: candidates for extensions.
-const UNVERIFIED_MODELS: &[&str] = &[
-    "partial fluidisation with an order parameter (Aranson & Tsimring)",
-    "volume-fraction model of dense flow (Josserand et al.)",
-    "rigid–plastic Coulomb material at the limit state",
-    "non-coaxial plasticity (Yu & Yuan)",
-    "advanced elastoplastic models with partial or critical states",
-    "viscoplastic model for strain localisation",
-    "two-surface SANISAND, the parent of `simsand`",
-    "kinetic theory of granular gases",
-    "nonlocal and gradient plasticity",
-    "other hypoplastic laws (von Wolffersdorff; Herle & Kolymbas; Wang et al.; those in the SPH of Peng et al.)",
-    "double-scale bands whose thickness evolves, and several bands in one point",
-    "cells of grains as skeleton or interface: `granular_cell` has their averages; the grains are those of a discrete method",
-    "snow regimes (cold dense, warm shear, warm plug, sliding slab): `cohesive-cam-clay` with parameters that the sources do not print",
-];
+/// Number of models that must have a parameter of the same description for it to be listed once for all.
+const COMMON_TO_MODELS: usize = 4;
 
-/// Adds the material models to the page of materials: a table of all, the parameters of each, and the unverified models.
+/// Adds the material models to the page of materials: a table of all, the parameters that several have, and those of each.
 pub(crate) fn add_models(text: &mut String, writer: &PageWriter<'_>, definition: &Value) {
+    let models: Vec<(&str, Vec<(&str, String)>)> = MaterialSpec::MODELS
+        .iter()
+        .map(|(name, _)| {
+            let lines = model_schema(definition, name).map(|variant| writer.key_lines(variant));
+            (*name, lines.unwrap_or_default())
+        })
+        .collect();
     text.push_str(
-        "## `materials.NAME`\n\nEvery model works in three dimensions, plane strain and axisymmetry, and in [element \
+        "## `materials.NAME`\n\nEvery model works with all methods, in three dimensions, plane strain and axisymmetry, and in [element \
          tests](../element-tests.md). Equations, typical values and limits: [laws](../theory/constitutive.md).\n\n\
-         | model | description | source | strain | tangent | methods |\n|---|---|---|---|---|---|\n",
+         | model | description | source | strain | tangent | restriction |\n|---|---|---|---|---|---|\n",
     );
     for (name, facts) in MaterialSpec::MODELS {
         let description =
@@ -38,40 +33,52 @@ pub(crate) fn add_models(text: &mut String, writer: &PageWriter<'_>, definition:
             facts.source,
             facts.strain,
             facts.tangent,
-            methods_of_model(name, facts.kind)
+            restriction(name, facts.kind)
         ));
     }
     text.push_str(
         "\nTangents called numerical are central differences of the update. Laws without finite strain (`rate`) are \
          integrated in a co-rotating frame.\n\n",
     );
-    for (name, _) in MaterialSpec::MODELS {
-        text.push_str(&format!("## {name}\n\n"));
-        if let Some(variant) = model_schema(definition, name) {
-            writer.add_keys(text, variant);
-        }
+    add_parameters(text, &models);
+}
+
+/// Adds the parameters that several models have, and a section with the others for each model.
+fn add_parameters(text: &mut String, models: &[(&str, Vec<(&str, String)>)]) {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for (_, line) in models.iter().flat_map(|(_, lines)| lines) {
+        *counts.entry(line).or_default() += 1;
     }
-    text.push_str(
-        "## Models without implementation\n\nThe sources mention these models; the traits of \
-         [the contract](../theory/constitutive.md#the-contract) support their implementation.\n\n",
-    );
-    for extension in UNVERIFIED_MODELS {
-        text.push_str(&format!("- {extension}\n"));
+    let is_common = |line: &str| counts.get(line).is_some_and(|count| *count >= COMMON_TO_MODELS);
+    text.push_str("### Common parameters\n\n");
+    counts.keys().filter(|line| is_common(line)).for_each(|line| text.push_str(line));
+    for (name, lines) in models {
+        text.push_str(&format!("\n## {name}\n\n"));
+        let (common, own): (Vec<_>, Vec<_>) = lines.iter().partition(|(_, line)| is_common(line));
+        if !common.is_empty() {
+            // A bold key is required in the list and here.
+            let keys = common.iter().map(|(key, line)| {
+                if line.starts_with("- **") { format!("**`{key}`**") } else { format!("`{key}`") }
+            });
+            let keys = keys.collect::<Vec<_>>().join(", ");
+            text.push_str(&format!("- [Common](#common-parameters): {keys}\n"));
+        }
+        own.iter().for_each(|(_, line)| text.push_str(line));
     }
     text.push('\n');
 }
 
-/// Methods and restrictions of a material model.
-fn methods_of_model(name: &str, kind: ModelFamily) -> &'static str {
+/// Restrictions of a material model.
+fn restriction(name: &str, kind: ModelFamily) -> &'static str {
     match (name, kind) {
-        ("umat", _) => "all methods, with the option `--allow-library`; 3D stress only",
-        ("hypoplastic", _) => "all methods; viscous mode `rate-material` in element tests only",
+        ("umat", _) => "option `--allow-library`; 3D stress only",
+        ("hypoplastic", _) => "viscous mode `rate-material` in element tests only",
         ("saturation-softened", _) => "bodies with a `pore_fluid`; element tests",
         ("double-scale", _) => {
-            "all methods; a band is as long as a cell (with splines two), in SPH as two spacings"
+            "a band is as long as a cell (with splines two), in SPH as two spacings"
         }
-        (_, ModelFamily::Solid) => "all methods",
-        (_, ModelFamily::Fluid) => "all methods; no shear stress at the start",
+        (_, ModelFamily::Solid) => "",
+        (_, ModelFamily::Fluid) => "no shear stress at the start",
         (_, ModelFamily::Wrapper) => "those of the inner material",
     }
 }
