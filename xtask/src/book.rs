@@ -8,8 +8,8 @@ use std::process::Command;
 use clap::Args;
 use pulldown_cmark::{Event, Parser, Tag};
 
-use crate::root;
 use crate::pages::markdown_files;
+use crate::root;
 
 /// Folder of the site below the root of the repository. The pages are in its folder `docs`, beside the source files that they link.
 const SITE: &str = "target/site";
@@ -101,7 +101,8 @@ mod tests {
 
     #[test]
     fn links_out_of_the_documentation_are_found_by_their_place_in_the_repository() {
-        let text = "[a](../../crates/mpm/src/lib.rs) [b](../laws/snow.md#x) [c](https://example.org) [d](#here)";
+        let text =
+            "[a](../../crates/mpm/src/lib.rs) [b](../laws/snow.md#x) [c](https://example.org) [d](#here)";
         let folder = Path::new("docs/theory");
         let found: Vec<PathBuf> = links(text).filter_map(|link| outside_path(folder, &link)).collect();
         assert_eq!(found, [PathBuf::from("crates/mpm/src/lib.rs")]);

@@ -63,6 +63,7 @@ pub use crate::files::column_file::{ColumnFile, ColumnRow, Quantity, read_pairs}
 pub use crate::solver::equilibrium::{Equilibrium, EquilibriumScales};
 pub use crate::solver::manufactured::{Manufactured, PrescribedState};
 pub use crate::validate::time_scales::{BodyDensities, TimeScales};
+pub use crate::validate::unit_checks::friction_warning;
 pub use colluvium_constitutive::Warning;
 pub use colluvium_points::{Sampling, Shape};
 pub use description::{

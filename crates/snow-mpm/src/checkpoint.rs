@@ -183,7 +183,20 @@ impl<const D: usize> Solver for SnowSolver<D> {
         let slack = REPORTED_DEPTH * self.background.grid.cell;
         let reason = "obstacles act on the nodes here, and a contact within a cell is not detected (take \
                       smaller cells)";
-        self.case.overlap_warning(&places, slack, reason).into_iter().collect()
+        let overlap = self.case.overlap_warning(&places, slack, reason);
+        let cuts = self.case.removal_shapes.iter().zip(self.energy_balance.removals());
+        let idle = cuts.filter(|(_, removal)| removal.cut_displacement > 0.0 && removal.mass == 0.0);
+        let idle = idle.map(|(cut, removal)| {
+            Warning::new(
+                "cut-removed-nothing",
+                format!(
+                    "removal_shapes.{}: has moved {:.4e} m and removed no material. Check its shape, the direction of \
+                     its velocity, and its bodies",
+                    cut.name, removal.cut_displacement
+                ),
+            )
+        });
+        overlap.into_iter().chain(idle).collect()
     }
 
     fn products(&self) -> Vec<Dataset> {

@@ -52,7 +52,7 @@ impl Run<'_> {
         let last = if completed { self.last_output() } else { Ok(()) };
         self.warnings_at_end = self.warnings_so_far();
         if completed {
-            self.warnings_at_end.extend(self.recorder.probes_without_points());
+            self.warnings_at_end.extend(self.recorder.warnings_of_results());
         }
         self.recorder.reserved_space = None;
         match last {

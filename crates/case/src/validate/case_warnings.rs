@@ -45,9 +45,11 @@ impl Case {
         warnings.extend(self.reference_system_warning());
         self.warn_of_grains(&mut warnings);
         self.warn_of_weights(&mut warnings);
+        self.warn_of_units(&mut warnings);
         warnings.extend(self.unlimited_fall_warning());
         warnings.extend(self.closed_liquid());
         self.warn_of_walls(&mut warnings);
+        self.warn_of_extents(&mut warnings);
         match self.dimension() {
             2 => self.warn_of_obstacles::<2>(&mut warnings),
             3 => self.warn_of_obstacles::<3>(&mut warnings),
@@ -293,7 +295,7 @@ impl Case {
 /// Whether a wall normal to `axis` supports a load on the side that it constrains.
 fn supports_load(wall: &Wall, load: &Load, axis: usize) -> bool {
     match (wall, load) {
-        (Wall::Absorbing { .. }, _) => false,
+        (Wall::Absorbing { .. }, _) | (_, Load::PorePressure { .. }) => false,
         (Wall::Rough, _) => true,
         (_, Load::Traction { value, .. }) => value.get(axis).is_some_and(|normal| *normal != 0.0),
         _ => true,

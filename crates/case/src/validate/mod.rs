@@ -1,6 +1,7 @@
 //! Validation of a case beyond its schema.
 
 mod bodies;
+mod body_extents;
 pub(crate) mod case_warnings;
 pub(crate) mod closed_liquid_check;
 mod equilibrium;
@@ -11,6 +12,7 @@ mod obstacles;
 mod removal_shapes;
 mod strength_reduction;
 pub(crate) mod time_scales;
+pub(crate) mod unit_checks;
 
 use std::collections::HashSet;
 

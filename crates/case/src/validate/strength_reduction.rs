@@ -1,6 +1,7 @@
 //! Rules of weakened stages and of searches for a factor of safety.
 
-use crate::description::FactorOfSafety;
+use crate::CaseErrorKind;
+use crate::description::{FactorOfSafety, Load};
 use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput};
 
@@ -24,6 +25,7 @@ impl ErrorCollector<'_> {
     fn factor_of_safety(&mut self, path: &str, search: &FactorOfSafety) {
         let stages: Vec<&str> = self.case.stages.iter().map(|stage| stage.name.as_str()).collect();
         self.name(&format!("{path}.after"), &search.after, &stages, "the name of a stage");
+        self.loads_before_search(search);
         for (key, value, unit) in [("duration", search.duration, "s"), ("height", search.height, "m")] {
             if let Some(value) = value {
                 self.positive(format!("{path}.{key}"), value, unit);
@@ -49,6 +51,22 @@ impl ErrorCollector<'_> {
         self.weakened_materials(path, search.materials.as_deref());
         if let (true, Err(problem)) = (sound, self.case.check_search(search)) {
             self.report(format!("{path}.range"), problem);
+        }
+    }
+
+    /// Requires that all loads begin before a search.
+    fn loads_before_search(&mut self, search: &FactorOfSafety) {
+        let stage = |name: &str| self.case.stages.iter().position(|stage| stage.name == name);
+        let Some(last) = stage(&search.after) else { return };
+        let late = |load: &Load| load.stage().and_then(stage).is_some_and(|begin| begin > last);
+        let late: Vec<usize> = (0..self.case.loads.len()).filter(|k| late(&self.case.loads[*k])).collect();
+        for number in late {
+            let problem = format!(
+                "begins after the stage {:?}, at whose end a search for the factor of safety begins. Give the stage of \
+                 the load, or a later one, as `after` of the search",
+                search.after
+            );
+            self.report(format!("loads[{number}].stage"), CaseErrorKind::coded("conflicting-keys", problem));
         }
     }
 

@@ -100,7 +100,7 @@ impl Case {
     }
 
     /// P-wave modulus of a body at its initial density without stress (Pa).
-    fn modulus(&self, body: &Body) -> Option<f64> {
+    pub(super) fn modulus(&self, body: &Body) -> Option<f64> {
         let spec = self.materials.get(&body.material)?;
         let law = spec.build().ok()?;
         let start = InitialCondition { stress: SymTensor([0.0; 6]), density: spec.density() };

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use colluvium::case::run::{RunTiming, SearchCost, check_names};
-use colluvium::case::{BodyDensities, Case, Plan, TimeScales, Warning, printable};
+use colluvium::case::{BodyDensities, Case, Plan, Space, TimeScales, Warning, printable};
 use colluvium::machine::{available_threads, free_memory, peak_memory};
 use colluvium::select_method;
 
@@ -58,6 +58,7 @@ pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     print_line!("method         {}: {}", method.name(), method.summary());
     print_line!("points         {}", plan.points);
     print_body_masses(&case, &plan)?;
+    print_line!("gravity        {}", gravity_text(&case.gravity));
     if plan.nodes > 0 {
         print_line!("grid nodes     {}", plan.nodes);
     }
@@ -84,11 +85,43 @@ pub fn run(arguments: &CheckArguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Prints the masses of the bodies, and the densities of bodies with pore fluid.
+/// Size of gravity (m/s²), and its angle with the last axis, against which it usually acts.
+fn gravity_text(gravity: &[f64]) -> String {
+    let size = gravity.iter().map(|component| component * component).sum::<f64>().sqrt();
+    let axis = ["x", "y", "z"][gravity.len().clamp(1, 3) - 1];
+    let last = gravity.last().copied().unwrap_or(0.0);
+    // Three-dimensional cases may have their vertical axis along y.
+    let (axis, along) = match gravity {
+        [_, y, z] if y.abs() > z.abs() => ("y", *y),
+        _ => (axis, last),
+    };
+    if size == 0.0 {
+        return "none".to_owned();
+    }
+    let sign = if along > 0.0 { "+" } else { "-" };
+    let angle = (along.abs() / size).min(1.0).acos().to_degrees();
+    if angle < 1e-6 {
+        format!("{size:.4} m/s² along {sign}{axis}")
+    } else {
+        format!("{size:.4} m/s², {angle:.2}° from {sign}{axis}")
+    }
+}
+
+/// Prints the masses and volumes of the bodies, and the densities of bodies with pore fluid.
 fn print_body_masses(case: &Case, plan: &Plan) -> Result<(), CommandError> {
-    for (body, mass) in case.bodies.iter().zip(plan.masses(case)) {
+    let volume_unit = match case.space {
+        Space::PlaneStrain => "m³ per metre",
+        Space::Axisymmetric => "m³ per radian",
+        Space::OneD | Space::ThreeD => "m³",
+    };
+    for ((body, mass), volume) in case.bodies.iter().zip(plan.masses(case)).zip(&plan.volumes) {
         let (name, material) = (printable(&body.name), printable(&body.material));
-        print_line!("mass           {name}: {mass:.4e} kg of {material}");
+        // Grains have the mass of their bodies without voids.
+        let volume = match plan.grains {
+            None => format!(", {volume:.4e} {volume_unit}"),
+            Some(_) => String::new(),
+        };
+        print_line!("mass           {name}: {mass:.4e} kg of {material}{volume}");
     }
     for body in &case.bodies {
         if let Some(BodyDensities { dry, saturated, grains }) = case.densities(body) {
@@ -142,4 +175,19 @@ fn search_cost_text(name: &str, cost: &SearchCost, threads: usize) -> String {
     format!(
         "{trials}, about {window:.3} s each: about {usual}, {longest} at most, in addition to the duration of the stages"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::gravity_text;
+
+    #[test]
+    fn gravity_is_described_by_its_size_and_direction() {
+        let tilted = [9.81 * 35f64.to_radians().sin(), -9.81 * 35f64.to_radians().cos()];
+        assert_eq!(gravity_text(&tilted), "9.8100 m/s², 35.00° from -y");
+        assert_eq!(gravity_text(&[0.0, 9.81]), "9.8100 m/s² along +y");
+        assert_eq!(gravity_text(&[0.0, -9.81, 0.0]), "9.8100 m/s² along -y");
+        assert_eq!(gravity_text(&[0.0, 0.0, -9.81]), "9.8100 m/s² along -z");
+        assert_eq!(gravity_text(&[0.0]), "none");
+    }
 }

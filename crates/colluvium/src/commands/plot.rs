@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::output::{
-    Collection, DerivedFiles, OutputError, Table, create_folder, named_file, read_lines, write_atomically,
+    Collection, DerivedFiles, OutputError, Table, create_folder, named_file, read_frame, read_lines,
+    write_atomically,
 };
 use colluvium::case::{Dataset, Snapshot};
 use colluvium::output::raster_maps::raster_maps;
 use colluvium::output::rigid_geometry::rigid_geometry_of_run;
 use colluvium::output::run_pictures::{
-    charts, line_picture, point_picture, read_case_value, read_collection_frame, set_force_units, view_plane,
+    charts, is_changing, line_picture, point_picture, read_case_value, read_collection_frame,
+    set_force_units, view_plane,
 };
 use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCloud, RigidGeometry, to_gif};
 
@@ -34,12 +36,16 @@ pub struct PlotArguments {
     /// field of `--fields`.
     #[arg(long, default_value = Dataset::POINTS)]
     dataset: String,
-    /// Fields that colour the points, separated by commas; by default displacement, or the first available field.
+    /// Fields that colour the points, separated by commas, or components of them, such as `stress.yy`, `stress.q` or `velocity.x`; by
+    /// default displacement, or the first available field. Vectors show their length and tensors the mean pressure `-tr/3`.
     #[arg(long, alias = "field", value_delimiter = ',')]
     fields: Vec<String>,
     /// Number of the frame, `last`, or `all`: all frames then have one scale of colours and one set of axes.
     #[arg(long, default_value = "last")]
     frame: String,
+    /// Time (s) in place of `--frame`: the frame nearest to it.
+    #[arg(long, value_name = "SECONDS", conflicts_with = "frame", allow_hyphen_values = true)]
+    time: Option<f64>,
     /// Values of the first and of the last colour, as LOW,HIGH; by default the range of the field. Not available for contacts.
     #[arg(long, value_name = "LOW,HIGH", value_parser = parse_range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
@@ -83,7 +89,7 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
         }
         read => Some(read?),
     };
-    let chosen = frames.as_ref().map(|frames| selected_frames(arguments, frames.len())).transpose()?;
+    let chosen = frames.as_ref().map(|frames| selected_frames(arguments, frames)).transpose()?;
     let (frames, chosen) = (frames.unwrap_or_default(), chosen.unwrap_or_default());
     let ground = rigid_geometry_of_run(folder);
     if !ground.missing.is_empty() {
@@ -101,8 +107,14 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     let format = arguments.format.as_str();
     let measures =
         or_default_with_warning(Table::read(&folder.join("measures.csv")), "no measures are drawn");
-    for (name, chart) in charts(&measures) {
+    let (changing, constant): (Vec<_>, Vec<_>) =
+        charts(&measures).into_iter().partition(|(_, chart)| is_changing(&chart.series[0].points));
+    for (name, chart) in changing {
         save(&|file| Ok(chart.write(file)?), &name, format)?;
+    }
+    if !constant.is_empty() {
+        let names = constant.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+        print_line!("no chart of measures that do not change: {names}");
     }
     for (name, map) in raster_maps(folder)? {
         save(&|file| Ok(map.write(file)?), &format!("map-{name}"), format)?;
@@ -127,11 +139,39 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
             print_shown_frames(&name, even.len(), frames.len())?;
         }
     }
+    for (name, picture) in failing_pictures(arguments, &ground)? {
+        save(&|file| Ok(picture.write(file)?), &name, format)?;
+    }
     if written == 0 {
         return Err(OutputError::new(folder, "has no measures, rasters or frames to draw").into());
     }
     print_line!("wrote {} pictures to {}", written, out.display());
     Ok(())
+}
+
+/// Pictures of the failure mechanisms that searches for factors of safety have found: displacement in the failing trial with the least
+/// factor, in `failing-NAME.vtu`.
+fn failing_pictures(
+    arguments: &PlotArguments,
+    ground: &RigidGeometry,
+) -> Result<Vec<(String, PointCloud)>, CommandError> {
+    let folder = &arguments.folder;
+    let plane = view_plane(folder, arguments.view.as_deref())?;
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = files.filter_map(|file| file.file_name().into_string().ok());
+    let mut names: Vec<String> =
+        names.filter(|name| name.starts_with("failing-") && name.ends_with(".vtu")).collect();
+    names.sort();
+    let mut pictures = Vec::new();
+    for file in names {
+        let snapshot = read_frame(&folder.join(&file), 0.0)?;
+        let name = file.trim_end_matches(".vtu").to_owned();
+        if let Ok((_, cloud)) = point_picture(&snapshot, Some("trial_displacement"), plane) {
+            let title = format!("{}: displacement in the failing trial", name.trim_start_matches("failing-"));
+            pictures.push((name, PointCloud { title, lines: ground.lines_at(0.0), ..cloud }));
+        }
+    }
+    Ok(pictures)
 }
 
 /// Prints the number of frames of an animation, as a note where some are left out.
@@ -177,7 +217,16 @@ fn frame_list(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, Comman
 }
 
 /// Numbers of the requested frames.
-fn selected_frames(arguments: &PlotArguments, count: usize) -> Result<Vec<usize>, CommandError> {
+fn selected_frames(arguments: &PlotArguments, frames: &[(f64, String)]) -> Result<Vec<usize>, CommandError> {
+    let count = frames.len();
+    if let Some(time) = arguments.time {
+        let distance = |number: &usize| (frames[*number].0 - time).abs();
+        let nearest = (0..count).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        if let Some(number) = nearest {
+            print_line!("frame {number} at {} s", frames[number].0);
+        }
+        return Ok(nearest.into_iter().collect());
+    }
     let number = match arguments.frame.as_str() {
         "all" => return Ok((0..count).collect()),
         "last" => count.wrapping_sub(1),
@@ -235,7 +284,11 @@ fn draw_pictures(
 fn unknown_field_error(field: Option<&str>, known: &str) -> CommandError {
     CommandError::usage(
         "field-missing",
-        format!("--fields {}: is not a field of the frame; there are {known}", field.unwrap_or_default()),
+        format!(
+            "--fields {}: is not a field of the frame, nor a component such as stress.yy or velocity.x; there are \
+             {known}",
+            field.unwrap_or_default()
+        ),
     )
 }
 

@@ -132,7 +132,7 @@ pub(super) fn energy_charts(runs: &MethodRuns<'_>) -> Vec<LineChart> {
         ("kinetic_energy", "kinetic", false),
         ("elastic_energy", "elastic", false),
         ("potential_energy", "potential, change since the start", true),
-        ("total_energy", "sum with the known dissipation, change since the start", true),
+        ("total_energy", "sum, change since the start", true),
     ];
     let chart = |(method, ran): &(&'static str, &CompletedRun)| {
         let line = |(column, name, since): &(&str, &str, bool)| {

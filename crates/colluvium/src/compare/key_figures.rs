@@ -98,23 +98,25 @@ pub struct ProfileColumns {
 }
 
 impl ProfileColumns {
-    /// Columns over the extent of all snapshots, none narrower than the widest point.
+    /// Columns over the extent of all snapshots, none narrower than the widest point of the finest snapshot.
     pub fn spanning(snapshots: &[&Snapshot], axes: CaseAxes) -> Option<Self> {
-        let ends = snapshots.iter().flat_map(|snapshot| {
-            let points = snapshot.positions.iter().zip(&snapshot.extents);
-            points.map(|(x, e)| {
-                (x[axes.spreading] - 0.5 * e[axes.spreading], x[axes.spreading] + 0.5 * e[axes.spreading])
-            })
-        });
-        let (low, high, widest) = ends
-            .filter(|(low, high)| (high - low).is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY, 0.0_f64), |(low, high, widest), (a, b)| {
-                (low.min(a), high.max(b), widest.max(b - a))
-            });
+        let (mut low, mut high, mut finest) = (f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY);
+        for snapshot in snapshots {
+            let mut widest = 0.0_f64;
+            for (x, extent) in snapshot.positions.iter().zip(&snapshot.extents) {
+                let (place, width) = (x[axes.spreading], extent[axes.spreading]);
+                if (place + width).is_finite() {
+                    (low, high) = (low.min(place - 0.5 * width), high.max(place + 0.5 * width));
+                    widest = widest.max(width);
+                }
+            }
+            finest = if widest > 0.0 { finest.min(widest) } else { finest };
+        }
         if low >= high || !(high - low).is_finite() {
             return None;
         }
-        let count = PROFILE_COLUMNS.min(((high - low) / widest.max(f64::MIN_POSITIVE)) as usize).max(1);
+        let narrowest = if finest.is_finite() { finest } else { f64::MIN_POSITIVE };
+        let count = PROFILE_COLUMNS.min(((high - low) / narrowest) as usize).max(1);
         Some(Self { start: low, width: (high - low) / count as f64, count })
     }
 

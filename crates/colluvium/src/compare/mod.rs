@@ -154,7 +154,8 @@ pub fn methods_by_name(names: &[String]) -> Result<Vec<&'static dyn Method>, Com
 /// with each result when it is complete.
 ///
 /// # Errors
-/// When the folder has a page that no comparison wrote; when the system gives no threads.
+/// When the folder has a page that no comparison wrote, or runs that are neither to be continued nor replaced; when the system gives no
+/// threads.
 pub fn run(
     case: &Case,
     methods: &[&'static dyn Method],
@@ -169,6 +170,11 @@ pub fn run(
             "exists already, and no comparison wrote it: choose another folder, or move the file",
         );
         return Err(OutputError::new(&page, problem).into());
+    }
+    if let Some(folder) = folder_with_other_run(case, methods, options) {
+        let problem = "has a run already: continue with --resume, which keeps complete runs of this case, replace it \
+                       with --overwrite, or choose another folder with --out";
+        return Err(OutputError::coded(&folder, "folder-has-run", problem).into());
     }
     let jobs = options.jobs.clamp(1, methods.len().max(1));
     // Progress bars of several runs would overwrite each other.
@@ -203,6 +209,23 @@ pub fn run(
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     found.sort_by_key(|(number, _)| *number);
     Ok(found.into_iter().map(|(_, result)| result).collect())
+}
+
+/// Folder of a method that has a run which the options neither continue nor replace. The page of earlier runs stays as it is.
+fn folder_with_other_run(
+    case: &Case,
+    methods: &[&'static dyn Method],
+    options: &CompareOptions,
+) -> Option<PathBuf> {
+    if options.resume || options.overwrite {
+        return None;
+    }
+    let has_other_run = |method: &&&'static dyn Method| {
+        let is_used = options.output_folder.join(method.name()).join("summary.json").exists();
+        is_used && method.plan(&MethodCase::for_method(**method, case).case).is_ok()
+    };
+    let method = methods.iter().find(has_other_run)?;
+    Some(options.output_folder.join(method.name()))
 }
 
 /// Runs one method; `size` is the problem size of the case.

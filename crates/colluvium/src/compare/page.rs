@@ -235,7 +235,10 @@ impl<'a> FinalDifferences<'a> {
     fn distance_to_reference(&self, snapshot: &Snapshot) -> f64 {
         let heights = |columns: ProfileColumns| {
             let profile = columns.profile(snapshot, self.axes);
-            profile.into_iter().map(|(x, height)| (x, if height.is_nan() { 0.0 } else { height })).collect::<Vec<_>>()
+            profile
+                .into_iter()
+                .map(|(x, height)| (x, if height.is_nan() { 0.0 } else { height }))
+                .collect::<Vec<_>>()
         };
         let profile = self.columns.map(heights);
         let pair = self.reference.zip(profile);

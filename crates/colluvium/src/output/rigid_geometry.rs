@@ -9,6 +9,7 @@ use contour::ContourBuilder;
 use crate::case::description::ObstacleMotion;
 use crate::case::run::changed_inputs;
 use crate::case::{Case, PlacedObstacle};
+use crate::output::run_pictures::read_case_value;
 use crate::plots::{Heights, MovingLines, MovingSurface, RigidGeometry, clip_line};
 
 /// Number of samples along the longer side of the domain, for surface lines in a plane.
@@ -22,6 +23,10 @@ const MAX_DISTANCE_DRAWN: f64 = 2.0;
 
 /// [`rigid_geometry`] of the case in the folder of a run; empty where its files have changed since the run.
 pub fn rigid_geometry_of_run(folder: &Path) -> RigidGeometry {
+    // A case without obstacles needs neither its files nor its libraries.
+    if read_case_value(folder).is_ok_and(|case| case["obstacles"].as_array().is_none_or(Vec::is_empty)) {
+        return RigidGeometry::default();
+    }
     match case_of_run(folder) {
         Ok(case) => rigid_geometry(&case),
         Err(problem) => {

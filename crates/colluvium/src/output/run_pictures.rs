@@ -37,7 +37,7 @@ fn time_chart(name: &str, label: &str, points: Vec<(f64, f64)>) -> LineChart {
 const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Whether a series changes by more than rounding noise.
-pub(crate) fn is_changing(points: &[(f64, f64)]) -> bool {
+pub fn is_changing(points: &[(f64, f64)]) -> bool {
     let values = || points.iter().map(|p| p.1).filter(|value| value.is_finite());
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     high - low > ROUNDING_SHARE * high.abs().max(low.abs())

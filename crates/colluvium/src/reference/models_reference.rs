@@ -74,9 +74,7 @@ fn restriction(name: &str, kind: ModelFamily) -> &'static str {
         ("umat", _) => "option `--allow-library`; 3D stress only",
         ("hypoplastic", _) => "viscous mode `rate-material` in element tests only",
         ("saturation-softened", _) => "bodies with a `pore_fluid`; element tests",
-        ("double-scale", _) => {
-            "a band is as long as a cell (with splines two), in SPH as two spacings"
-        }
+        ("double-scale", _) => "a band is as long as a cell (with splines two), in SPH as two spacings",
         (_, ModelFamily::Solid) => "",
         (_, ModelFamily::Fluid) => "no shear stress at the start",
         (_, ModelFamily::Wrapper) => "those of the inner material",

@@ -59,6 +59,7 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
         "spacing 0.01 m",
         "Energy budget",
         "Profile, difference from the reference",
+        "Mass at another place than in mpm",
         "Memory (MiB)",
     ] {
         assert!(html.contains(words), "{words}");
@@ -72,6 +73,8 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
     assert!(
         folder.path().join("mpm/summary.json").exists() && folder.path().join("sph/summary.json").exists()
     );
+    let refused = compare::run(&case, &methods[..1], &options(folder.path()), &|_| {}).unwrap_err();
+    assert!(refused.code() == "folder-has-run" && refused.to_string().contains("--resume"), "{refused}");
     let resumed = CompareOptions { resume: true, ..options(folder.path()) };
     let again = compare::run(&case, &methods[..2], &resumed, &|_| {}).unwrap();
     let hash = |result: &MethodResult| match &result.outcome {

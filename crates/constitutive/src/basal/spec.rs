@@ -8,6 +8,13 @@ use crate::Warning;
 use crate::contract::parameter_checks::{check, not_negative, positive};
 use crate::{MaterialError, MaybeInfinite};
 
+/// Friction angle (degrees) above which there is a warning.
+const MAX_FRICTION_ANGLE: f64 = 50.0;
+/// Friction angle (degrees) below which there is a warning: it is probably a friction coefficient.
+const MIN_FRICTION_ANGLE: f64 = 1.0;
+/// Turbulence coefficients (m/s²) without a warning.
+const TURBULENCE: std::ops::RangeInclusive<f64> = 20.0..=20_000.0;
+
 /// Basal law. The pore-pressure ratio is water's constant share of the normal stress.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "model", deny_unknown_fields)]
@@ -69,19 +76,38 @@ impl BasalSpec {
             | Self::Chezy(ChezySpec { friction_angle, .. }) => *friction_angle,
             Self::Frictionless {} | Self::Granular(_) => 0.0,
         };
-        let steep = angle > 50.0;
-        steep
-            .then(|| {
-                Warning::new(
-                    "large-friction-angle",
-                    format!(
-                        "friction_angle: {angle} degrees is more than that of any bed (50 degrees). \
-                              Check the value, which is an angle and no coefficient"
-                    ),
-                )
-            })
-            .into_iter()
-            .collect()
+        let mut warnings = Vec::new();
+        if angle > MAX_FRICTION_ANGLE {
+            warnings.push(Warning::new(
+                "large-friction-angle",
+                format!(
+                    "friction_angle: {angle} degrees is more than that of any bed ({MAX_FRICTION_ANGLE} degrees). \
+                     Check the value, which is an angle and no coefficient"
+                ),
+            ));
+        }
+        if angle > 0.0 && angle < MIN_FRICTION_ANGLE {
+            warnings.push(Warning::new(
+                "doubtful-unit",
+                format!(
+                    "friction_angle: {angle} degrees is nearly no friction. For a friction coefficient of {angle} \
+                     give {:.3} degrees; for no friction give 0",
+                    angle.atan().to_degrees()
+                ),
+            ));
+        }
+        if let Self::Voellmy(VoellmySpec { turbulence: MaybeInfinite::Number(turbulence), .. }) = self
+            && !TURBULENCE.contains(turbulence)
+        {
+            warnings.push(Warning::new(
+                "doubtful-unit",
+                format!(
+                    "turbulence: {turbulence} m/s² is far from that of flows and avalanches, 100 to 4000 m/s². \
+                     Check the unit"
+                ),
+            ));
+        }
+        warnings
     }
 
     /// Example laws that include all variants of each law, for tests.

@@ -30,6 +30,8 @@ pub(super) fn problem_lines(problems: &[TestProblem]) -> String {
 
 /// Largest number of steps of a stage, which bounds the memory for the rows of the path.
 const MAX_STEPS: usize = 1_000_000;
+/// Largest logarithmic axial strain of a stage.
+const MAX_AXIAL_STRAIN: f64 = 4.0;
 
 /// Largest strain of a step; with a larger one the deformation gradient of the step may invert.
 const LARGEST_STRAIN: f64 = 1.0;
@@ -109,6 +111,17 @@ impl TestProblems {
         }
     }
 
+    /// Checks a logarithmic axial strain: one above [`MAX_AXIAL_STRAIN`] is probably in per cent.
+    fn axial_strain(&mut self, place: &str, strain: f64) {
+        self.number(place, strain);
+        self.require(!(strain.abs() > MAX_AXIAL_STRAIN), place.to_owned(), || {
+            format!(
+                "{strain} is a fraction, and would change the height by a factor of {:.3e}: 5 % is 0.05",
+                strain.exp()
+            )
+        });
+    }
+
     /// Checks that every number of a path is finite and in its range.
     fn check_path_numbers(&mut self, place: &str, path: &LoadingPath) {
         let at = |key: &str| format!("{place}.{key}");
@@ -117,17 +130,17 @@ impl TestProblems {
             LoadingPath::Oedometer { axial_compression }
             | LoadingPath::TriaxialDrained { axial_compression }
             | LoadingPath::BiaxialPlaneStrain { axial_compression } => {
-                self.number(&at("axial_compression"), *axial_compression);
+                self.axial_strain(&at("axial_compression"), *axial_compression);
             }
             LoadingPath::TriaxialUndrained { axial_compression, fluid_stiffness } => {
-                self.number(&at("axial_compression"), *axial_compression);
+                self.axial_strain(&at("axial_compression"), *axial_compression);
                 self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
             }
             LoadingPath::TriaxialExtension { axial_extension } => {
-                self.number(&at("axial_extension"), *axial_extension);
+                self.axial_strain(&at("axial_extension"), *axial_extension);
             }
             LoadingPath::TrueTriaxial { axial_compression, b } => {
-                self.number(&at("axial_compression"), *axial_compression);
+                self.axial_strain(&at("axial_compression"), *axial_compression);
                 self.require((0.0..=1.0).contains(b), at("b"), || format!("{b} is not in 0..=1"));
             }
             LoadingPath::SimpleShearConstantVolume { shear }

@@ -4,6 +4,11 @@ use colluvium_case::CaseErrorKind;
 
 use super::{Adhesion, BondSpec, DemOptions, Friction, NormalLaw, PairSpec, RollingSpec, TangentialSpec};
 
+/// Largest damping ratio. The restitution with `clamp` is then 0.009.
+const MAX_DAMPING_RATIO: f64 = 5.0;
+/// Smallest restitution coefficient: that of the largest damping ratio, with `clamp`.
+const MIN_RESTITUTION: f64 = 0.01;
+
 /// Violated rule: path from the options, and problem.
 pub type BrokenRule = (String, CaseErrorKind);
 
@@ -92,18 +97,18 @@ impl RuleChecker {
             }
         };
         if let Some(value) = restitution {
-            let holds = *value > 0.0 && *value <= 1.0;
-            self.require(
-                holds,
-                format!("{path}.restitution"),
-                format!("{value} is not in 0..=1 (0 excluded)"),
-            );
+            self.in_range(format!("{path}.restitution"), *value, MIN_RESTITUTION, 1.0);
             let problem = "restitution is given too: leave one of them out";
             self.require(ratio.is_none(), format!("{path}.damping_ratio"), problem);
         }
         if let Some(value) = ratio {
-            self.not_negative(format!("{path}.damping_ratio"), *value, "");
+            self.damping_ratio(path, *value);
         }
+    }
+
+    /// Checks a damping ratio, one at critical damping. Steps do not resolve dashpots far above it: grains would bounce from them.
+    fn damping_ratio(&mut self, path: &str, ratio: f64) {
+        self.in_range(format!("{path}.damping_ratio"), ratio, 0.0, MAX_DAMPING_RATIO);
     }
 
     /// Checks the friction coefficients; the one at rest must not be below the sliding one.
@@ -119,14 +124,14 @@ impl RuleChecker {
     /// Checks stiffness and damping ratio of the tangential spring.
     fn tangential(&mut self, path: &str, spec: &TangentialSpec) {
         self.in_range(format!("{path}.stiffness_ratio"), spec.stiffness_ratio.unwrap_or(0.0), 0.0, 3.0);
-        self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio.unwrap_or(0.0), "");
+        self.damping_ratio(path, spec.damping_ratio.unwrap_or(0.0));
     }
 
     /// Checks friction, stiffness and damping ratio of rolling or torsion resistance.
     fn rolling(&mut self, path: &str, spec: &RollingSpec) {
         self.not_negative(format!("{path}.friction"), spec.friction, "");
         self.positive(format!("{path}.stiffness_ratio"), spec.stiffness_ratio, "");
-        self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio, "");
+        self.damping_ratio(path, spec.damping_ratio);
     }
 
     /// Checks the parameters of an adhesion law and that the normal law supports it.

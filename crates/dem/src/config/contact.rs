@@ -68,10 +68,10 @@ pub enum NormalLaw {
         /// Grain modulus `E` (Pa) for a stiffness `2 E r_i r_j / (r_i + r_j)` (in the plane over a metre).
         #[serde(default)]
         grain_modulus: Option<f64>,
-        /// Restitution coefficient of head-on collisions, above 0 up to 1; within 0.005 at the default step (mean without `clamp`).
+        /// Restitution coefficient of head-on collisions, 0.01 to 1; within 0.005 at the default step (mean without `clamp`).
         #[serde(default)]
         restitution: Option<f64>,
-        /// Damping ratio `ζ` in place of `restitution`; dashpot `2 ζ √(k m_eff)`.
+        /// Damping ratio `ζ` in place of `restitution`, 0 to 5; dashpot `2 ζ √(k m_eff)`.
         #[serde(default)]
         damping_ratio: Option<f64>,
         /// Whether tension of spring and dashpot together is excluded; `restitution` allows for it.
@@ -90,10 +90,10 @@ pub enum NormalLaw {
         /// Poisson's ratio of the second kind or wall; the first's when absent.
         #[serde(default)]
         other_poissons_ratio: Option<f64>,
-        /// Restitution coefficient of head-on collisions at any speed, above 0 up to 1.
+        /// Restitution coefficient of head-on collisions at any speed, 0.01 to 1.
         #[serde(default)]
         restitution: Option<f64>,
-        /// Damping ratio `ζ` in place of `restitution`.
+        /// Damping ratio `ζ` in place of `restitution`, 0 to 5.
         #[serde(default)]
         damping_ratio: Option<f64>,
         /// Whether tension of both forces together is excluded.
@@ -129,7 +129,7 @@ impl NormalLaw {
         }
     }
 
-    /// Sets a coefficient of restitution (-), above 0 up to 1.
+    /// Sets a coefficient of restitution (-), 0.01 to 1.
     #[must_use]
     pub fn restitution(mut self, coefficient: f64) -> Self {
         let (Self::Linear { restitution, .. } | Self::Hertz { restitution, .. }) = &mut self;

@@ -7,7 +7,7 @@ use crate::config::{DemOptions, Fill};
 use crate::points::vector::norm;
 use crate::solver::DemSolver;
 use crate::specimen::Specimen;
-use colluvium_case::Warning;
+use colluvium_case::{Warning, friction_warning};
 
 /// Difference between the actual and the requested porosity that causes a warning.
 const POROSITY_TOLERANCE: f64 = 0.01;
@@ -22,6 +22,7 @@ pub(super) fn warnings<const D: usize, const R: usize>(
 ) -> Vec<Warning> {
     let mut warnings = case.warnings();
     option_warnings(case, &solver.clock.options, &mut warnings);
+    warnings.extend(friction_warnings(&solver.clock.options));
     warnings.extend(underived_pair_warnings(&solver.clock.options));
     warnings.extend(soft_grain_warnings(case, solver));
     warnings.extend(porosity_warnings(solver));
@@ -51,6 +52,18 @@ fn option_warnings(case: &Case, options: &DemOptions, warnings: &mut Vec<Warning
             )));
         }
     }
+}
+
+/// Warnings about coefficients of friction and rolling friction that are probably angles in degrees.
+fn friction_warnings(options: &DemOptions) -> Vec<Warning> {
+    let coefficients = options.pairs.iter().enumerate().flat_map(|(number, pair)| {
+        let path = format!("methods.dem.pairs[{number}]");
+        let sliding =
+            pair.friction.as_ref().map(|own| (format!("{path}.friction.coefficient"), own.coefficient));
+        let rolling = pair.rolling.as_ref().map(|own| (format!("{path}.rolling.friction"), own.friction));
+        sliding.into_iter().chain(rolling)
+    });
+    coefficients.filter_map(|(path, coefficient)| friction_warning(&path, coefficient)).collect()
 }
 
 /// Warnings about pairs derived by `mix` from kinds whose further interactions are not derived.

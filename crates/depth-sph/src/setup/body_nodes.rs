@@ -80,6 +80,7 @@ pub fn body_nodes<const D: usize>(
         if volume < (1.0 - HEIGHT_TOLERANCE) * whole {
             warnings.push(below_bed_warning(number, 1.0 - volume / whole));
         }
+        warnings.extend(thick_release_warning(number, &own, options.spacing));
         assign_to_phases(options, &mut sets, own, body);
     }
     if sets.iter().all(Vec::is_empty) {
@@ -87,6 +88,29 @@ pub fn body_nodes<const D: usize>(
         return Err(CaseError::new("bodies", CaseErrorKind::coded("empty-body", problem)));
     }
     Ok(BodyNodes { sets, transferred_pressures: transferred, warnings })
+}
+
+/// Largest mean thickness of a release over the square root of its area without a warning.
+const MAX_THICKNESS: f64 = 0.5;
+
+/// Warning for a release in plan that is thick for its area: its thickness is probably in another unit, or the level of the ground.
+fn thick_release_warning<const D: usize>(
+    number: usize,
+    nodes: &[NewNode<D>],
+    spacing: f64,
+) -> Option<Warning> {
+    let area = nodes.len() as f64 * spacing.powi(D as i32);
+    let thickness = nodes.iter().map(|node| node.volume).sum::<f64>() / area;
+    let width = area.sqrt();
+    (D == 2 && thickness > MAX_THICKNESS * width).then(|| {
+        Warning::new(
+            "doubtful-unit",
+            format!(
+                "bodies[{number}].shape: its mean thickness is {thickness:.4} m over an area of {area:.4e} m², \
+                 {width:.4} m wide. Check the unit of the thickness, which is in metres above the ground"
+            ),
+        )
+    })
 }
 
 /// Warning of a body of which a share of the volume lies below the bed.

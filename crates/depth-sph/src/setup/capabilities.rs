@@ -10,8 +10,10 @@ use crate::setup::bed::case_bed::{is_smooth, lowest};
 use crate::setup::{NAME, pore_fluid};
 use colluvium_case::Warning;
 
-/// Number of nodes of the flow below which its resolution is too coarse and the plan has a warning (sheet: depth-sph §0).
-const MIN_NODES: usize = 10;
+/// Numbers of nodes of a profile and of a flow in plan below which the resolution is too coarse (sheet: depth-sph §0).
+const MIN_NODES: [usize; 2] = [10, 30];
+/// Density (kg/m³) below which there is a warning: that of powder snow is above.
+const MIN_DENSITY: f64 = 20.0;
 
 /// Note on the sampling of a body.
 const LATTICE: &str = "is ignored, because depth-sph nodes lie on a lattice";
@@ -255,11 +257,24 @@ fn check_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
 /// Warnings about inputs that are allowed.
 pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<Warning> {
     let mut warnings = case.warnings();
-    if nodes < MIN_NODES {
-        warnings.push(Warning::new("few-nodes", format!(
-            "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow ({MIN_NODES} are needed): \
-             make it smaller"
-        )));
+    let needed = MIN_NODES[usize::from(case.dimension() > 2)];
+    if nodes < needed {
+        warnings.push(Warning::new(
+            "few-nodes",
+            format!(
+                "methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow ({needed} are needed): make it \
+                 smaller"
+            ),
+        ));
+    }
+    for body in &case.bodies {
+        let density = case.materials[&body.material].density();
+        if density < MIN_DENSITY {
+            let path = format!("materials.{}.density", body.material);
+            let problem =
+                format!("{path}: {density} kg/m³ is less than that of any flow. Check the unit (kg/m³)");
+            warnings.push(Warning::new("doubtful-unit", problem));
+        }
     }
     for (number, stage) in case.stages.iter().enumerate() {
         if is_equilibration_stage(stage) {

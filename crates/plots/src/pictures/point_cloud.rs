@@ -10,6 +10,7 @@ use crate::charts::axis_ticks::{AxisDirection, LETTERS, Ticks};
 use crate::charts::plane_axes::{plane, scale};
 use crate::{FONT, Picture, clip_line, label, range};
 use colluvium_case::{Field, FieldData, Snapshot};
+use colluvium_constitutive::SymTensor;
 
 /// Points at their positions, as squares or disks of their size, coloured by a value.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,11 +77,11 @@ const CORNERS: u32 = 20;
 pub(crate) const EARTH: RGBColor = RGBColor(122, 92, 58);
 
 impl PointCloud {
-    /// Point cloud from a snapshot, projected to `plane` and coloured by the field `name`. Vectors are coloured by their length and tensors
-    /// by their pressure; points with a radius are disks.
+    /// Point cloud from a snapshot, projected to `plane` and coloured by the field `name`, or by a component of it: `velocity.x`,
+    /// `stress.xy`, `stress.q`. Without a component vectors are coloured by their length and tensors by their mean pressure `-tr/3`;
+    /// points with a radius are disks.
     pub fn from_snapshot(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
-        let field = snapshot.field(name)?;
-        let values = values(field);
+        let (field, values, quantity) = field_values(snapshot, name)?;
         let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
         let points = snapshot.positions.iter().zip(&snapshot.extents).zip(values);
         let unit = if field.unit.is_empty() { String::new() } else { format!(" ({})", field.unit) };
@@ -89,7 +90,7 @@ impl PointCloud {
             title: format!("{}, t = {} s", name.replace('_', " "), label(&snapshot.time)),
             points: points.map(|((x, e), v)| (at(x), at(e), v)).collect(),
             is_round: snapshot.field(RADIUS).is_some(),
-            label: format!("{}{unit}", name.replace('_', " ")),
+            label: format!("{}{unit}", quantity.replace('_', " ")),
             axes: [axis(plane[0]), axis(plane[1])],
             lines: Vec::new(),
             shared_scales: None,
@@ -109,6 +110,35 @@ impl PointCloud {
     }
 }
 
+/// Names of the components of vectors, and of tensors in the order of their components.
+const VECTOR_COMPONENTS: [&str; 3] = ["x", "y", "z"];
+const TENSOR_COMPONENTS: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
+
+/// Field `name` of a snapshot, or the one of a component `field.component`, with its values and the name of the quantity.
+fn field_values<'a>(snapshot: &'a Snapshot, name: &str) -> Option<(&'a Field, Vec<f64>, String)> {
+    if let Some(field) = snapshot.field(name) {
+        let is_tensor = matches!(field.data, FieldData::Tensor(_));
+        let quantity = if is_tensor { format!("{name}, mean pressure -tr/3") } else { name.to_owned() };
+        return Some((field, values(field), quantity));
+    }
+    let (whole, component) = name.rsplit_once('.')?;
+    let field = snapshot.field(whole)?;
+    let place = |names: &[&str]| names.iter().position(|known| *known == component);
+    let values: Vec<f64> = match &field.data {
+        FieldData::Vector(vectors) => {
+            let axis = place(&VECTOR_COMPONENTS)?;
+            vectors.iter().map(|vector| vector[axis]).collect()
+        }
+        FieldData::Tensor(tensors) if component == "q" => tensors.iter().map(SymTensor::q).collect(),
+        FieldData::Tensor(tensors) => {
+            let component = place(&TENSOR_COMPONENTS)?;
+            tensors.iter().map(|tensor| tensor[component]).collect()
+        }
+        _ => return None,
+    };
+    Some((field, values, name.to_owned()))
+}
+
 /// Values of a field by which points are coloured: scalars, lengths of vectors, pressures of tensors.
 pub(crate) fn values(field: &Field) -> Vec<f64> {
     match &field.data {
@@ -117,7 +147,7 @@ pub(crate) fn values(field: &Field) -> Vec<f64> {
         FieldData::Vector(values) => {
             values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
         }
-        FieldData::Tensor(values) => values.iter().map(colluvium_constitutive::SymTensor::pressure).collect(),
+        FieldData::Tensor(values) => values.iter().map(SymTensor::pressure).collect(),
     }
 }
 
@@ -281,5 +311,27 @@ mod tests {
         assert!(x.start <= -501.0 && x.end >= 1500.0 && y.start <= 0.0 && y.end >= 2.0, "{shared:?}");
         let with_scale = PointCloud { shared_scales: Some(shared.clone()), ..left };
         assert_eq!(with_scale.size(), PointCloud { shared_scales: Some(shared), ..right }.size());
+    }
+
+    #[test]
+    fn components_of_tensors_and_vectors_colour_points() {
+        let stress = SymTensor([-3.0, -6.0, 0.0, 1.5, 0.0, 0.0]);
+        let field = |name: &str, data| Field { name: name.to_owned(), unit: "Pa", data };
+        let snapshot = Snapshot {
+            positions: vec![[0.0; 3]],
+            extents: vec![[1.0; 3]],
+            fields: vec![
+                field("stress", FieldData::Tensor(vec![stress])),
+                field("force", FieldData::Vector(vec![[3.0, -4.0, 0.0]])),
+            ],
+            ..Snapshot::default()
+        };
+        let value =
+            |name: &str| PointCloud::from_snapshot(&snapshot, name, [0, 1]).map(|cloud| cloud.points[0].2);
+        assert_eq!(value("stress"), Some(3.0));
+        assert_eq!((value("stress.yy"), value("stress.xy")), (Some(-6.0), Some(1.5)));
+        assert_eq!(value("stress.q"), Some(stress.q()));
+        assert_eq!((value("force"), value("force.y")), (Some(5.0), Some(-4.0)));
+        assert_eq!((value("stress.y"), value("force.q"), value("heat.x")), (None, None, None));
     }
 }

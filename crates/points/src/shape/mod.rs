@@ -58,7 +58,7 @@ pub enum Shape {
     Layer {
         /// Raster obstacle below the layer.
         on: String,
-        /// Outline in plan (m), GeoJSON or shapefile; all features, without holes. When absent the layer is where its raster is above zero.
+        /// Outline in plan (m), GeoJSON or shapefile: all features; their holes are cut out. When absent the layer is where its raster is above zero.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         outline: Option<String>,
         /// Layer thickness (m).

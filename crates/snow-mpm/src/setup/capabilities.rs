@@ -1,6 +1,6 @@
 //! Supported and rejected features of a case, and warnings.
 
-use colluvium_case::description::{ObstacleWall, Wall, min_extent};
+use colluvium_case::description::min_extent;
 use colluvium_case::measure::{CrackTip, Fragments, Measure};
 use colluvium_case::{Capabilities, Case, CaseError, Feature};
 use colluvium_constitutive::MaterialSpec;
@@ -82,13 +82,6 @@ pub(crate) fn capabilities(case: &Case) -> Capabilities {
 pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<Warning> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
-    for (path, coefficient) in friction_coefficients(case).filter(|(_, coefficient)| *coefficient > 2.0) {
-        warnings.push(Warning::new("large-friction-coefficient", format!(
-            "{path}.wall.friction_coefficient: {coefficient} is more than the friction of snow or soil on \
-             any surface (2). It is the tangent of an angle; for a surface without sliding, use a rough \
-             wall"
-        )));
-    }
     warnings.extend(poissons_ratio_warnings(case));
     let dimension = case.dimension();
     for (number, cut) in case.removal_shapes.iter().enumerate() {
@@ -125,8 +118,9 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<Warning> {
         warnings.extend(weak_layer_base_warning(case, number, options));
     }
     warnings.extend(saw_test::warnings(case));
-    warnings
-        .extend(case.measures.iter().filter_map(|(name, measure)| measure_warning(name, measure, options)));
+    warnings.extend(
+        case.measures.iter().filter_map(|(name, measure)| measure_warning(case, name, measure, options)),
+    );
     warnings
 }
 
@@ -144,8 +138,9 @@ fn weak_layer_base_warning(case: &Case, number: usize, options: &SnowOptions) ->
     })
 }
 
-/// Warning for a measure whose lengths are not resolved by the cell size (sheet: snow-mpm §3.11).
-fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Option<Warning> {
+/// Warning for a measure whose lengths are not resolved by the cell size (sheet: snow-mpm §3.11), or for a crack in a body that cannot
+/// collapse.
+fn measure_warning(case: &Case, name: &str, measure: &Measure, options: &SnowOptions) -> Option<Warning> {
     let cell = options.cell_size;
     match measure {
         Measure::Fragments(Fragments { link, .. }) if !(1.0 - 1e-9..=1.5 + 1e-9).contains(&(link / cell)) => {
@@ -170,27 +165,20 @@ fn measure_warning(name: &str, measure: &Measure, options: &SnowOptions) -> Opti
                 ),
             ))
         }
+        Measure::CrackTip(CrackTip { field, body, .. })
+            if field == "collapsed"
+                && !case.bodies.iter().any(|own| own.name == *body && saw_test::is_weak(case, own)) =>
+        {
+            Some(Warning::new(
+                "option-without-effect",
+                format!(
+                    "measures.{name}.body: the material of {body:?} does not collapse, so that the crack has no \
+                     length. Give a body of `cohesive-cam-clay` that softens as a weak layer"
+                ),
+            ))
+        }
         _ => None,
     }
-}
-
-/// Coefficients of the frictional walls of a case, with their JSON paths.
-fn friction_coefficients(case: &Case) -> impl Iterator<Item = (String, f64)> {
-    let boundaries = case.boundaries.iter().enumerate().filter_map(|(number, boundary)| {
-        let Wall::Frictional { friction_coefficient, .. } = boundary.wall else { return None };
-        Some((format!("boundaries[{number}]"), friction_coefficient))
-    });
-    let walls = case.obstacles.iter().enumerate().flat_map(|(number, obstacle)| {
-        let parts = obstacle.regions.iter().enumerate();
-        let parts =
-            parts.map(move |(part, region)| (format!("obstacles[{number}].regions[{part}]"), region.wall));
-        std::iter::once((format!("obstacles[{number}]"), obstacle.wall)).chain(parts)
-    });
-    let obstacles = walls.filter_map(|(path, wall)| {
-        let ObstacleWall::Frictional { friction_coefficient, .. } = wall else { return None };
-        Some((path, friction_coefficient))
-    });
-    boundaries.chain(obstacles)
 }
 
 /// Warnings for unusual Poisson's ratios of laws that have no such warning (sheet: snow-mpm §7).

@@ -68,6 +68,15 @@ impl MeasureDefinition for CrackTip {
         errors.vector(&format!("{path}.from"), &self.from);
         errors.finite(format!("{path}.threshold"), self.threshold);
         errors.positive(format!("{path}.bin"), self.bin, "m");
+        let dimension = errors.case.dimension();
+        if is_zero || self.direction.len() != dimension || self.from.len() != dimension {
+            return;
+        }
+        let reach = self.body_end(errors.case).unwrap_or(f64::INFINITY);
+        let body = &self.body;
+        let problem =
+            format!("the body {body:?} does not lie along the direction from here: the crack has no length");
+        errors.require(reach > 0.0, format!("{path}.from"), problem);
     }
 
     fn read(&self, name: &str, state: &MeasuredState<'_>) -> Vec<ScalarOutput> {
@@ -250,6 +259,25 @@ mod tests {
         let [main, farthest] = tip([1.0, 0.0], [0.0, 0.0]).tip_distances(&case, &snapshot, &[Some(0.2)]);
         assert_near(main, 0.0, 0.0);
         assert_near(farthest, 1.0, 1e-12);
+    }
+
+    #[test]
+    fn a_crack_that_points_out_of_its_body_is_refused() {
+        let (case, _) = cracked_body(&[]);
+        for (direction, from, refused) in [
+            ([-1.0, 0.0], [1.0, 0.0], false),
+            ([-1.0, 0.0], [0.0, 0.0], true),
+            ([1.0, 0.0], [1.0, 0.0], true),
+        ] {
+            let mut errors = ErrorCollector { case: &case, errors: Vec::new(), origin: [0.0; 3] };
+            tip(direction, from).check("measures.crack", &mut errors);
+            let paths: Vec<String> = errors.errors.iter().map(ToString::to_string).collect();
+            assert_eq!(
+                paths.iter().any(|error| error.starts_with("measures.crack.from")),
+                refused,
+                "{paths:?}"
+            );
+        }
     }
 
     #[test]

@@ -158,6 +158,9 @@ impl FrontColumns {
         }
         let columns: Vec<FrontColumn> = snapshot.positions.iter().map(|x| self.column(x)).collect();
         let mut occupied = columns.clone();
+        for (x, extent) in snapshot.positions.iter().zip(&snapshot.extents) {
+            self.add_covered_columns(x, extent, &mut occupied);
+        }
         // Most points are in the column of the point before.
         occupied.dedup();
         occupied.sort_unstable();
@@ -171,6 +174,23 @@ impl FrontColumns {
         });
         let ends = hangs.enumerate().filter(|(_, hangs)| *hangs).map(|(i, _)| end(i));
         sign * ends.fold(f64::NAN, f64::max)
+    }
+
+    /// Adds the columns that a point wider than a column covers, such as the nodes of a flow that has spread.
+    fn add_covered_columns(&self, x: &[f64; 3], extent: &[f64; 3], occupied: &mut Vec<FrontColumn>) {
+        let axes = [Some(self.side.axis()), self.lateral_axis];
+        if axes.into_iter().flatten().all(|axis| extent[axis] <= self.cell) {
+            return;
+        }
+        let end = |share: f64| {
+            let mut place = *x;
+            axes.into_iter().flatten().for_each(|axis| place[axis] += share * extent[axis]);
+            self.column(&place)
+        };
+        let (first, last) = (end(-0.5), end(0.5));
+        for along in first.0.min(last.0)..=first.0.max(last.0) {
+            occupied.extend((first.1..=last.1).map(|across| (along, across)));
+        }
     }
 
     /// Column in which a position lies: number along the direction of the front and number across it.
@@ -253,6 +273,19 @@ mod tests {
                 data: FieldData::Scalar(vec![1.0; count]),
             }],
         }
+    }
+
+    #[test]
+    fn points_that_have_spread_leave_no_gap_before_the_front() {
+        // Points of width 0.1 m at the back and of 0.5 m in front: columns follow from the median width.
+        let places: Vec<f64> = (0..8).map(|i| 0.05 + 0.1 * f64::from(i)).chain([1.05, 1.55]).collect();
+        let mut snapshot = layer(&places);
+        (snapshot.extents[8][0], snapshot.extents[9][0]) = (0.5, 0.5);
+        let columns = FrontColumns { side: Side::XMax, wall: 0.0, lateral_axis: None, cell: 0.2 };
+        assert_near(columns.front(&snapshot), 1.8, 1e-12);
+        let mirrored = FrontColumns { side: Side::XMin, wall: 2.0, ..columns };
+        snapshot.positions.iter_mut().for_each(|x| x[0] = 2.0 - x[0]);
+        assert_near(mirrored.front(&snapshot), 0.2, 1e-12);
     }
 
     /// Layer of points 0.05 m above the base, 0.1 m wide, at the given coordinates.

@@ -23,7 +23,6 @@ use crate::run::verify;
 use crate::run::{RunError, RunOptions};
 use crate::solver::save_value;
 use crate::{Case, Dataset, DatasetGeometry, Frame, FrameRequest, Snapshot, Solver, SolverError};
-use colluvium_constitutive::Warning;
 
 /// Approximate number of rows of the measures over a whole run, where the case gives no interval.
 const DEFAULT_ROWS: f64 = 100.0;
@@ -469,21 +468,6 @@ impl RunRecorder {
             return Err(checkpoint_error(out, "frame-missing", problem));
         }
         Ok(())
-    }
-
-    /// Probes that no point has reached.
-    pub(crate) fn probes_without_points(&self) -> Vec<Warning> {
-        let sees = |name: &str| {
-            let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
-            let own: Vec<usize> =
-                (0..self.table.columns.len()).filter(|&k| own(&self.table.columns[k].0)).collect();
-            self.table.rows.iter().any(|row| own.iter().any(|&k| row[k].is_finite()))
-        };
-        let probes = self.case.measures.iter().filter(|(_, measure)| measure.has_empty_radius());
-        let blind = probes.filter(|(name, _)| !sees(name));
-        let cure = "Move the probe, or give a larger radius";
-        let text = |name: &String| format!("measures.{name}: no point came within its radius. {cure}");
-        blind.map(|(name, _)| Warning::new("probe-without-points", text(name))).collect()
     }
 }
 

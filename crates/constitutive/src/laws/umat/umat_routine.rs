@@ -142,9 +142,15 @@ fn column_major(m: &Mat3) -> [f64; 9] {
     std::array::from_fn(|k| m.0[k % 3][k / 3])
 }
 
+/// Number of values behind the arrays of variable length, by which a library is noticed that uses more than it was given.
+const GUARD_VALUES: usize = 64;
+/// Value behind the state variables, which a correct library does not change.
+const UNTOUCHED: f64 = -1.234_567_890_123_456_7e-289;
+
 /// Arguments of a call, named as in the interface of a UMAT.
 struct UmatArguments {
     stress: [f64; 6],
+    /// State variables, and [`UNTOUCHED`] behind them.
     statev: Vec<f64>,
     ddsdde: [f64; 36],
     /// Energies and heat, `SSE`, `SPD`, `SCD`, `RPL` and `DRPLDT`, which are not used.
@@ -157,7 +163,7 @@ struct UmatArguments {
     dtime: f64,
     cmname: [u8; 80],
     nstatv: usize,
-    /// Properties, and a zero where there are none.
+    /// Properties, and values that are not numbers behind them, with which a library that reads too many gives no stress.
     props: Vec<f64>,
     nprops: usize,
     drot: [f64; 9],
@@ -170,14 +176,12 @@ struct UmatArguments {
 impl UmatArguments {
     /// Arguments of a step, with the stress already rotated by `rotation`.
     fn new(spec: &UmatSpec, stress: &SymTensor, state: &UmatState, motion: &Motion, rotation: &Mat3) -> Self {
-        let mut statev = state.variables.clone();
-        // A library may write to STATEV(1) though it requested none.
-        statev.resize(state.variables.len().max(1), 0.0);
+        let guarded = |values: &[f64], behind: f64| [values, &[behind; GUARD_VALUES]].concat();
         let mut cmname = [b' '; 80];
         cmname[..spec.material_name.len()].copy_from_slice(spec.material_name.as_bytes());
         Self {
             stress: to_umat(&(*stress * (1.0 / spec.unit())), 1.0),
-            statev,
+            statev: guarded(&state.variables, UNTOUCHED),
             ddsdde: [0.0; 36],
             energies: [0.0; 5],
             ddsddt: [0.0; 6],
@@ -188,7 +192,7 @@ impl UmatArguments {
             dtime: motion.dt,
             cmname,
             nstatv: state.variables.len(),
-            props: if spec.props.is_empty() { vec![0.0] } else { spec.props.clone() },
+            props: guarded(&spec.props, f64::NAN),
             nprops: spec.props.len(),
             drot: column_major(rotation),
             pnewdt: 1.0,
@@ -262,10 +266,15 @@ impl UmatArguments {
                 reason: "the library requests a shorter step",
             });
         }
+        if self.statev[self.nstatv..].iter().any(|value| value.to_bits() != UNTOUCHED.to_bits()) {
+            let reason = "the library wrote behind STATEV: give as many state_variables as it uses";
+            return Err(MaterialError::Motion { model: NAME, reason });
+        }
         self.statev.truncate(self.nstatv);
         let stress = from_umat(self.stress) * unit;
         if !(stress.is_finite() && self.statev.iter().all(|value| value.is_finite())) {
-            let reason = "the library returned a stress or a state variable that is not finite";
+            let reason = "the library returned a stress or a state variable that is not finite: check that props has \
+                          as many values as it reads";
             return Err(MaterialError::Motion { model: NAME, reason });
         }
         // DDSDDE(i, j) is column-major.

@@ -10,8 +10,8 @@ use crate::bed::{Bed, BedPoint, BedSurface, ErodibleBed, TerrainBed};
 use crate::config::DepthOptions;
 use crate::config::choices::TimeScheme;
 use crate::output::hazard_rasters::PlanCells;
-use crate::setup::bed::dams;
 use crate::setup::bed::face_heights::highest_faces;
+use crate::setup::bed::{dams, terrain_holes};
 use colluvium_case::CaseErrorKind;
 use colluvium_case::Warning;
 
@@ -19,7 +19,7 @@ use colluvium_case::Warning;
 const FEWEST_NODES: usize = 4;
 
 /// Slope angle above which there is a warning if half of a survey exceeds it (degrees; sheet: depth-sph §7).
-const STEEPEST_TERRAIN: f64 = 60.0;
+const STEEPEST_TERRAIN: f64 = 48.0;
 /// Number of nodes of a raster whose slopes are sampled.
 const SAMPLE: usize = 1 << 18;
 /// Slope angle of the faces of obstacles above which there is a warning (degrees).
@@ -100,6 +100,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     let grid = PlanCells { counts: [columns, rows], origin, spacing, reference: reference.clone() };
     let ground = TerrainBed::new(raster).map_err(|error| wrong(error.to_string()))?;
     warnings.extend(too_steep(case, &ground));
+    warnings.extend(terrain_holes::warning(case, ground.raster()));
     warnings.extend(energy_warning(options));
     let fit_errors = Some(fit_errors(&ground, &means));
     let bed = if options.records_erosion() {

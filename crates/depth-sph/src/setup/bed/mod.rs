@@ -4,3 +4,4 @@ pub(crate) mod bed_zones;
 pub(crate) mod case_bed;
 pub(crate) mod dams;
 pub(crate) mod face_heights;
+pub(crate) mod terrain_holes;
