@@ -197,7 +197,7 @@ mod tests {
                 { "name": "lower", "material": "light", "stress": k0, "shape": { "kind": "box", "min": [0, 0], "max": [8, 2] } },
                 { "name": "upper", "material": "heavy", "stress": k0, "shape": { "kind": "box", "min": [0, 2], "max": [8, 3] } }
             ],
-            "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
+            "boundaries": ["x-min", "x-max", "y-min"].map(|side| json!({ "side": side, "wall": { "kind": "smooth" } })),
             "stages": [{ "name": "go", "duration": 1 }]
         });
         for (pointer, value) in changes {

@@ -194,6 +194,8 @@ mod tests {
         let search = |spacing: f64| {
             codes(move |case| {
                 case["methods"]["sph"]["spacing"] = json!(spacing);
+                case["materials"]["m"] = json!({ "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e8,
+                                                 "poissons_ratio": 0.3, "friction_angle": 30, "cohesion": 1e4 });
                 case["measures"] =
                     json!({ "safety": { "kind": "factor-of-safety", "after": "s", "range": [0.5, 2] } });
                 case["stages"][0]["equilibrium"] = json!({});

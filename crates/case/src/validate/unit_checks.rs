@@ -11,9 +11,10 @@ const DENSITIES: std::ops::RangeInclusive<f64> = 20.0..=12_000.0;
 const MIN_FRICTION_ANGLE: f64 = 2.0;
 /// Cohesion over the weight of the bodies' height below which there is a warning: it is probably in kPa.
 const MIN_COHESION: f64 = 1e-3;
-/// Weight of the bodies' height over the P-wave modulus above which there is a warning. Waves are then slower than five times the speed
-/// of free fall over that height.
-const MAX_COMPRESSION: f64 = 0.02;
+/// Weight of the bodies' height over the P-wave modulus above which there is a warning for a soil.
+const MAX_COMPRESSION: f64 = 0.3;
+/// The same for a liquid: waves are then slower than five times the speed of free fall over that height.
+const MAX_COMPRESSION_OF_LIQUID: f64 = 0.02;
 /// Friction coefficient above which there is a warning: that of 63 degrees.
 const MAX_FRICTION_COEFFICIENT: f64 = 2.0;
 
@@ -76,7 +77,8 @@ impl Case {
                     ));
                 }
             }
-            if let Some(modulus) = self.modulus(body).filter(|modulus| weight > MAX_COMPRESSION * modulus) {
+            let limit = if spec.is_fluid() { MAX_COMPRESSION_OF_LIQUID } else { MAX_COMPRESSION };
+            if let Some(modulus) = self.modulus(body).filter(|modulus| weight > limit * modulus) {
                 doubt(format!(
                     ": the weight of the bodies' height, {weight:.3e} Pa, is {:.1} % of the modulus, {modulus:.3e} Pa, \
                      and compresses the material. Check the unit (Pa), or give a stiffer material",
@@ -170,7 +172,7 @@ mod tests {
             let wall = json!({ "kind": "frictional", "friction_coefficient": friction });
             let case = json!({
                 "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 2] }, "gravity": gravity,
-                "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+                "materials": { "m": { "model": "linear-elastic", "density": 1600, "youngs_modulus": 1e8, "poissons_ratio": 0 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1, 0], "max": [2, 1] } }],
                 "boundaries": [{ "side": "y-min", "wall": wall }, { "side": "y-max", "wall": { "kind": "smooth" } }],
                 "obstacles": [{ "name": "o", "wall": wall, "shape": { "kind": "plane", "point": [0, 0.0], "normal": [0, 1] } }],

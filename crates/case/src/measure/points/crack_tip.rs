@@ -76,7 +76,8 @@ impl MeasureDefinition for CrackTip {
         let body = &self.body;
         let problem =
             format!("the body {body:?} does not lie along the direction from here: the crack has no length");
-        errors.require(reach > 0.0, format!("{path}.from"), problem);
+        // Layers along a track have no extent before the track is known.
+        errors.require(reach > 0.0 || !reach.is_finite(), format!("{path}.from"), problem);
     }
 
     fn read(&self, name: &str, state: &MeasuredState<'_>) -> Vec<ScalarOutput> {

@@ -79,7 +79,7 @@ fn broken_element_tests_end_with_code_3_and_the_path_of_every_mistake() {
         ("/stages/0/duration", "stages[0].duration", json!(0)),
         ("/stages/0/path/kind", "stages[0].path.kind", json!("triaxal")),
         ("/stages/0/path/b", "stages[0].path.b", json!(1.5)),
-        ("/stages/0/path/axial_compression", "stages[0].path", json!(1e3)),
+        ("/stages/0/path/axial_compression", "stages[0].path.axial_compression", json!(10)),
         ("/stages/0/path", "stages[0].path", json!({ "kind": "reversal" })),
     ];
     for (number, (pointer, path, value)) in breakages.into_iter().enumerate() {

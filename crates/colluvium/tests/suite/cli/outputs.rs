@@ -11,21 +11,17 @@ use super::{column, names_in, summary, write};
 use crate::{output, program};
 
 /// Names of the pictures that `plot --field pressure` writes for the disks, without extension.
-const PICTURES: [&str; 17] = [
+const PICTURES: [&str; 13] = [
     "angular_momentum.z",
     "elastic_energy",
     "kinetic_energy",
     "kinetic_energy.x",
     "kinetic_energy.y",
-    "mass",
     "momentum.x",
     "momentum.y",
-    "momentum.z",
     "points_per_cell.mean",
     "points_per_cell.min",
-    "potential_energy",
     "pressure-00009",
-    "time_step",
     "total_energy",
     "volume_ratio.max",
     "volume_ratio.min",
