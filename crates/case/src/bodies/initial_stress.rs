@@ -189,6 +189,7 @@ mod tests {
     fn layers(changes: &[(&str, Value)]) -> Case {
         let soil = |density: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e7, "poissons_ratio": 0.2 });
         let k0 = json!({ "kind": "k0", "surface": 3, "coefficient": 0.5 });
+        let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
         let mut case = json!({
             "title": "layers", "space": "plane-strain",
             "domain": { "min": [0, 0], "max": [8, 8] }, "gravity": [0, -10],
@@ -197,7 +198,7 @@ mod tests {
                 { "name": "lower", "material": "light", "stress": k0, "shape": { "kind": "box", "min": [0, 0], "max": [8, 2] } },
                 { "name": "upper", "material": "heavy", "stress": k0, "shape": { "kind": "box", "min": [0, 2], "max": [8, 3] } }
             ],
-            "boundaries": ["x-min", "x-max", "y-min"].map(|side| json!({ "side": side, "wall": { "kind": "smooth" } })),
+            "boundaries": [wall("x-min"), wall("x-max"), wall("y-min")],
             "stages": [{ "name": "go", "duration": 1 }]
         });
         for (pointer, value) in changes {

@@ -53,6 +53,8 @@ impl Run<'_> {
         self.warnings_at_end = self.warnings_so_far();
         if completed {
             self.warnings_at_end.extend(self.recorder.warnings_of_results());
+            let of_searches = self.safety.iter().flat_map(|(name, found)| found.warnings(name));
+            self.warnings_at_end.extend(of_searches);
         }
         self.recorder.reserved_space = None;
         match last {

@@ -77,7 +77,8 @@ fn map_title(label: &str, case: &str) -> String {
 pub fn raster_map(case: &Case, raster: Raster, title: &str, label: &str) -> Result<TerrainMap, CaseError> {
     Ok(TerrainMap {
         title: map_title(label, title),
-        label: label.to_owned(),
+        // The condition of a share is in the title.
+        label: label.split(" with ").next().unwrap_or(label).to_owned(),
         heights: terrain_heights(case)?,
         cells: raster_cells(raster, &[0.0; 3]),
         outlines: release_outlines(case),

@@ -19,6 +19,7 @@ use crate::run::factor_of_safety::strength_trial::{FailureCriterion, RunningTria
 use crate::run::output::run_folder::{failing_points_file, trials};
 use crate::run::{RunError, RunOptions};
 use crate::{Case, CaseErrors, Method, Snapshot};
+use colluvium_constitutive::Warning;
 
 pub use crate::run::factor_of_safety::search_cost::SearchCost;
 pub use crate::run::factor_of_safety::strength_trial::{StrengthTrial, TrialVerdict};
@@ -68,6 +69,12 @@ impl SearchOutcome {
     }
 }
 
+/// Displacement of a stable trial over `γ H² / E` above which the slope has slid. Trials below the factor of safety move up to 0.3 times
+/// that length.
+const MAX_STABLE_DISPLACEMENT: f64 = 1.0;
+/// Weight of the height over Young's modulus, `γ H / E`, above which the factor depends on the modulus: at 0.012 it is 3 % too high.
+const MAX_SOFTNESS: f64 = 0.01;
+
 impl SafetyResult {
     /// Outcome of the search.
     pub fn outcome(&self) -> SearchOutcome {
@@ -95,6 +102,36 @@ impl SafetyResult {
             SearchOutcome::BelowRange | SearchOutcome::AboveRange => Some("search-out-of-range"),
             SearchOutcome::Found => None,
         }
+    }
+
+    /// Warnings about a factor that is probably too high.
+    pub(crate) fn warnings(&self, name: &str) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        let stable = self.trials.iter().filter(|trial| trial.verdict == TrialVerdict::Stable);
+        let slid = stable.clone().find(|trial| trial.dimensionless_displacement > MAX_STABLE_DISPLACEMENT);
+        if let Some(StrengthTrial { factor, displacement, dimensionless_displacement, .. }) = slid {
+            let text = format!(
+                "measures.{name}: the stable trial at {factor:.4} has moved {displacement:.3e} m, {dimensionless_displacement:.1} \
+                 times γH²/E: the slope has slid and come to rest in another shape. Begin the range lower, so that trials \
+                 below it decide"
+            );
+            warnings.push(Warning::new("slid-in-stable-trial", text));
+        }
+        // γH/E from the displacements with and without dimension.
+        let softness =
+            stable.map(|trial| trial.displacement / trial.dimensionless_displacement / self.height);
+        let softness = softness.filter(|softness| softness.is_finite()).fold(0.0, f64::max);
+        if softness > MAX_SOFTNESS {
+            let text = format!(
+                "measures.{name}: the weight of the slope's height is {:.1} % of Young's modulus. Soft slopes settle into \
+                 a flatter shape, and their factor is too high. Give a Young's modulus of {:.0} times the present one or \
+                 more: it has no influence on the strength",
+                100.0 * softness,
+                (softness / (0.3 * MAX_SOFTNESS)).ceil()
+            );
+            warnings.push(Warning::new("soft-slope", text));
+        }
+        warnings
     }
 
     /// Message about the outcome.

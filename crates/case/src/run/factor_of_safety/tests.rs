@@ -463,3 +463,17 @@ fn a_search_with_undecided_range_limits_is_undecided() {
     let found = safety_of(&trials);
     assert_eq!((found.next_factor([1.0, 1.1]), found.outcome()), (None, SearchOutcome::Found));
 }
+
+#[test]
+fn stable_trials_that_slid_and_soft_slopes_cause_warnings() {
+    let codes = |displacement: f64, dimensionless: f64| {
+        let mut safety = safety_of(&[(1.0, TrialVerdict::Stable), (2.0, TrialVerdict::Failed)]);
+        safety.trials[0].displacement = displacement;
+        safety.trials[0].dimensionless_displacement = dimensionless;
+        safety.warnings("safety").into_iter().map(|warning| warning.code.into_owned()).collect::<Vec<_>>()
+    };
+    assert!(codes(1e-3, 0.2).is_empty());
+    assert_eq!(codes(8e-3, 4.0), ["slid-in-stable-trial"]);
+    assert_eq!(codes(8e-3, 0.2), ["soft-slope"]);
+    assert!(codes(0.1, f64::NAN).is_empty(), "no Young's modulus");
+}

@@ -30,6 +30,7 @@ impl RunRecorder {
         let measures: serde_json::Map<String, serde_json::Value> =
             names.zip(last).map(|(name, value)| (name, json!(value))).collect();
         let completed = status == "completed";
+        let bound_json = |bound: &StepBoundCount| bound_to_json(bound, self.case.origin());
         let mut summary = json!({
             "status": status,
             "reason": reason,
@@ -47,7 +48,7 @@ impl RunRecorder {
             "remarks": remarks,
             "facts": solver.notes(),
             "stages": self.stages(progress),
-            "time_step_limits": progress.step_bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
+            "time_step_limits": progress.step_bounds.iter().map(bound_json).collect::<Vec<_>>(),
             "start": progress.start.map(budget_to_json),
             "measures": measures,
             "case": *self.case,
@@ -132,9 +133,10 @@ fn budget_to_json(budget: Budget) -> serde_json::Value {
 }
 
 /// JSON object of a limit of the time step: its smallest step, number of steps and point.
-fn bound_to_json(bound: &StepBoundCount) -> serde_json::Value {
+fn bound_to_json(bound: &StepBoundCount, origin: [f64; 3]) -> serde_json::Value {
     let StepBoundCount { steps, min_step: smallest, time } = bound;
-    let place = smallest.point.map(|_| smallest.position);
+    let on_map = std::array::from_fn::<f64, 3, _>(|axis| smallest.position[axis] + origin[axis]);
+    let place = smallest.point.map(|_| on_map);
     json!({
         "limit": smallest.limit.to_string(), "steps": steps, "least": smallest.dt, "time": time, "point": smallest.point,
         "position": place,
