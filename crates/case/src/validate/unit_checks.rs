@@ -13,7 +13,8 @@ const MIN_FRICTION_ANGLE: f64 = 2.0;
 const MIN_COHESION: f64 = 1e-3;
 /// Weight of the bodies' height over the P-wave modulus above which there is a warning for a soil.
 const MAX_COMPRESSION: f64 = 0.3;
-/// The same for a liquid: waves are then slower than five times the speed of free fall over that height.
+/// Weight of the bodies' height over the bulk modulus above which there is a warning for a liquid: waves are then slower than five times the
+/// speed of free fall over that height.
 const MAX_COMPRESSION_OF_LIQUID: f64 = 0.02;
 /// Friction coefficient above which there is a warning: that of 63 degrees.
 const MAX_FRICTION_COEFFICIENT: f64 = 2.0;

@@ -14,7 +14,9 @@ use colluvium::output::run_pictures::{
     charts, is_changing, line_picture, point_picture, read_case_value, read_collection_frame,
     set_force_units, view_plane,
 };
-use colluvium::plots::{CommonScales, ForceChains, FramePicture, Picture, PointCloud, RigidGeometry, to_gif};
+use colluvium::plots::{
+    CommonScales, ForceChains, FramePicture, LineChart, Picture, PointCloud, RigidGeometry, to_gif,
+};
 
 use super::{
     CommandError, LibraryArguments, check_run_folder, or_default_with_warning, print_note, print_warning,
@@ -105,16 +107,8 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
         files.write(&output_file_name(&out, name, ending)?, picture)
     };
     let format = arguments.format.as_str();
-    let measures =
-        or_default_with_warning(Table::read(&folder.join("measures.csv")), "no measures are drawn");
-    let (changing, constant): (Vec<_>, Vec<_>) =
-        charts(&measures).into_iter().partition(|(_, chart)| is_changing(&chart.series[0].points));
-    for (name, chart) in changing {
+    for (name, chart) in changing_charts(folder)? {
         save(&|file| Ok(chart.write(file)?), &name, format)?;
-    }
-    if !constant.is_empty() {
-        let names = constant.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-        print_line!("no chart of measures that do not change: {names}");
     }
     for (name, map) in raster_maps(folder)? {
         save(&|file| Ok(map.write(file)?), &format!("map-{name}"), format)?;
@@ -147,6 +141,19 @@ pub fn run(arguments: &PlotArguments) -> Result<(), CommandError> {
     }
     print_line!("wrote {} pictures to {}", written, out.display());
     Ok(())
+}
+
+/// Charts of the measures of a run. Those that do not change are named and left out.
+fn changing_charts(folder: &Path) -> Result<Vec<(String, LineChart)>, CommandError> {
+    let measures =
+        or_default_with_warning(Table::read(&folder.join("measures.csv")), "no measures are drawn");
+    let (changing, constant): (Vec<_>, Vec<_>) =
+        charts(&measures).into_iter().partition(|(_, chart)| is_changing(&chart.series[0].points));
+    if !constant.is_empty() {
+        let names = constant.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+        print_line!("no chart of measures that do not change: {names}");
+    }
+    Ok(changing)
 }
 
 /// Pictures of the failure mechanisms that searches for factors of safety have found: displacement in the failing trial with the least

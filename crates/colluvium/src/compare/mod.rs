@@ -211,7 +211,7 @@ pub fn run(
     Ok(found.into_iter().map(|(_, result)| result).collect())
 }
 
-/// Folder of a method that has a run which the options neither continue nor replace. The page of earlier runs stays as it is.
+/// Folder of a method that has a run which the options neither continue nor replace. The page of earlier runs remains.
 fn folder_with_other_run(
     case: &Case,
     methods: &[&'static dyn Method],

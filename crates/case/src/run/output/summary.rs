@@ -16,6 +16,11 @@ use crate::{Budget, Solver};
 use colluvium_constitutive::Warning;
 
 impl RunRecorder {
+    /// JSON objects of the limits of the time step.
+    fn step_limits(&self, progress: &RunProgress) -> Vec<serde_json::Value> {
+        progress.step_bounds.iter().map(|bound| bound_to_json(bound, self.case.origin())).collect()
+    }
+
     /// Writes the summary, with wall-clock time (s), factors of safety and warnings about the state.
     pub(crate) fn summary(
         &self,
@@ -30,7 +35,6 @@ impl RunRecorder {
         let measures: serde_json::Map<String, serde_json::Value> =
             names.zip(last).map(|(name, value)| (name, json!(value))).collect();
         let completed = status == "completed";
-        let bound_json = |bound: &StepBoundCount| bound_to_json(bound, self.case.origin());
         let mut summary = json!({
             "status": status,
             "reason": reason,
@@ -48,7 +52,7 @@ impl RunRecorder {
             "remarks": remarks,
             "facts": solver.notes(),
             "stages": self.stages(progress),
-            "time_step_limits": progress.step_bounds.iter().map(bound_json).collect::<Vec<_>>(),
+            "time_step_limits": self.step_limits(progress),
             "start": progress.start.map(budget_to_json),
             "measures": measures,
             "case": *self.case,

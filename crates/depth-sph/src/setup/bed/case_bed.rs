@@ -99,8 +99,7 @@ pub fn case_bed<const D: usize>(case: &Case, options: &DepthOptions) -> Result<C
     let Raster { origin, spacing, ref reference, .. } = raster;
     let grid = PlanCells { counts: [columns, rows], origin, spacing, reference: reference.clone() };
     let ground = TerrainBed::new(raster).map_err(|error| wrong(error.to_string()))?;
-    warnings.extend(too_steep(case, &ground));
-    warnings.extend(terrain_holes::warning(case, ground.raster()));
+    warnings.extend(terrain_warnings(case, &ground));
     warnings.extend(energy_warning(options));
     let fit_errors = Some(fit_errors(&ground, &means));
     let bed = if options.records_erosion() {
@@ -183,6 +182,11 @@ fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster
         return Ok((own, path));
     }
     Ok((highest_faces::<D>(case, spacing, Some((number, own)))?, path))
+}
+
+/// Warnings for terrain that is too steep, and for cells without data inside it.
+fn terrain_warnings(case: &Case, ground: &TerrainBed) -> impl Iterator<Item = Warning> {
+    too_steep(case, ground).into_iter().chain(terrain_holes::warning(case, ground.raster()))
 }
 
 /// Warning for steep faces that a flow may reach, and for terrain so steep everywhere that its levels are probably not in metres.
