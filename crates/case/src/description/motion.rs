@@ -23,7 +23,7 @@ pub struct PrescribedMotion {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[serde(rename = "turns")]
     pub rotates: bool,
-    /// Time of growth of velocity, force and moment from zero (s).
+    /// Time from the start of the stage (s) over which velocity, force and moment grow from zero.
     #[serde(default)]
     pub ramp: f64,
 }

@@ -15,7 +15,7 @@ pub struct RemovalShape {
     pub shape: Shape,
     /// Velocity (m/s), one number per dimension.
     pub velocity: Vec<f64>,
-    /// Stage of `start` and `stop` that also ends the shape; the run when absent.
+    /// Stage to which `start` and `stop` refer and that ends the shape; the run when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stage: Option<String>,
     /// Start of motion and cut (s), non-negative.

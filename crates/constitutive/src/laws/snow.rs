@@ -61,10 +61,10 @@ pub struct SnowSpec {
     /// Elastic law of the stretches.
     #[serde(default)]
     pub elastic_law: SnowElasticity,
-    /// Lower bound of plastic volume ratio `J_P` for hardening, above 0, at most 1.
+    /// Lower bound of plastic volume ratio `J_P`, above 0, at most 1; denser snow hardens no further.
     #[serde(default = "least_plastic_volume")]
     pub least_plastic_volume: f64,
-    /// Upper bound of plastic volume ratio `J_P` for softening, at least 1.
+    /// Upper bound of plastic volume ratio `J_P`, at least 1; looser snow softens no further.
     #[serde(default = "largest_plastic_volume")]
     pub largest_plastic_volume: f64,
 }

@@ -42,7 +42,7 @@ pub struct DemOptions {
     /// mean damping ratios. Rolling, torsion, adhesion and bonds are left out; `check` warns.
     #[serde(default)]
     pub mix: bool,
-    /// End of lever arms.
+    /// End of the lever arms of contact forces.
     #[serde(default)]
     pub lever_arm: LeverArm,
     /// Velocities in contact forces.
@@ -64,7 +64,7 @@ pub struct DemOptions {
     #[serde(default)]
     pub orientation: bool,
     /// Whether Laguerre cells (power diagram) are written, in the plane: area (m²), solid fraction, and surface cells (beyond three mean
-    /// diameters). The measures have the others' solid fraction.
+    /// diameters). The measures have the solid fraction of cells not at a surface.
     #[serde(default)]
     pub voronoi: bool,
     /// Coarse-graining kernel width on `output.grid` over mean diameter, 0.5 to 20. Below 2 single grains are visible.

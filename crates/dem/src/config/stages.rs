@@ -23,7 +23,7 @@ pub struct GrainStage {
     pub pairs: Vec<PairOverride>,
     /// Whether tangential springs are zeroed at the start.
     pub reset_contacts: bool,
-    /// Random velocity (m/s) added at the start, largest of each component.
+    /// Random velocity (m/s) added at the start: largest value of each component.
     pub agitation: f64,
     /// Growth rate of diameters (1/s); masses grow with them.
     pub growth: f64,

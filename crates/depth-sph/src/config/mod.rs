@@ -38,10 +38,10 @@ pub struct DepthOptions {
     /// Whether smoothing lengths vary with depth (`ℓ^d h / m` constant), from half the initial length to three times it (line: fifty).
     #[serde(default = "default_true")]
     pub variable_smoothing: bool,
-    /// Lower bound of variable smoothing lengths (m), at most the initial one, which bounds the step; none when absent.
+    /// Lower bound of variable smoothing lengths (m), at most the initial one; none when absent. It bounds the time step from below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_smoothing: Option<f64>,
-    /// Depth summations per step, 1 to 10, each with the smoothing lengths before; with `momentum` `variational` all needed.
+    /// Depth summations per step, 1 to 10, each with the smoothing lengths before; with `momentum` `variational` as many as needed.
     #[serde(default = "default_passes")]
     pub passes: usize,
     /// Equation of the flow depth.

@@ -111,7 +111,7 @@ pub enum FixedNodes {
     /// Velocity and acceleration of the wall; points keep their own component.
     #[default]
     Force,
-    /// Stop of the momentum that points transfer to the node.
+    /// Momentum that points transfer to the node, which the wall stops.
     Momentum,
 }
 
@@ -167,7 +167,7 @@ pub enum InternalForceIntegration {
     /// `linear`; cells of a `mesh` are its elements.
     Mixed,
     /// Gauss: every cell with a point acts with its average stress and whole volume, for quasi-static analyses, without cell-crossing
-    /// noise. Half-filled surface cells act as full. Needs `shape` `linear`.
+    /// noise. Half-filled surface cells act as full, so that stress times volume is not proportional to mass. Needs `shape` `linear`.
     Gauss,
 }
 

@@ -57,7 +57,8 @@ pub struct MpmOptions {
     #[serde(default = "xpic_order")]
     pub xpic_order: usize,
     /// Time (s) in which point velocities that the grid does not represent fall to 1/e, with `transfer` `flip` or `xpic`: about the root of
-    /// a deposit's height over gravity. When absent FLIP keeps them, XPIC removes them in each step.
+    /// a deposit's height over gravity. When absent FLIP keeps them; XPIC removes them in each step, so that
+    /// shorter steps dissipate more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_time: Option<f64>,
     /// FLIP fraction, 0 to 1, with `transfer` `flip`; the rest is PIC. 1 dissipates nothing.
@@ -129,7 +130,7 @@ pub struct MpmOptions {
     /// variables.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mixed_reset: bool,
-    /// Fill ratio of full boundary cells, above 0, at most 1, with `integration` `mixed`.
+    /// Fill ratio from which a boundary cell counts as full, above 0, at most 1, with `integration` `mixed`.
     #[serde(default = "full_cell")]
     pub full_cell: f64,
     /// Source of volumetric strain; averages reduce locking of nearly incompressible materials.
@@ -154,7 +155,7 @@ pub struct MpmOptions {
 pub enum MeshSource {
     /// Cells of `cell_size` in the domain, each two triangles or six tetrahedra.
     Box,
-    /// Gmsh file, text version 2.2 or 4.1. Boundaries can name its physical groups.
+    /// Gmsh file of version 2.2 or 4.1, text or binary. Boundaries can name its physical groups.
     File {
         /// File, from the case's folder.
         file: String,

@@ -212,7 +212,7 @@ pub enum RoughWall {
     /// Fixed particle layers, as in `wall_stress`.
     #[default]
     Particles,
-    /// Images with opposite velocity and equal stress: zero velocity at the face. For viscous flow, with `hourglass_viscosity`, without
+    /// Images with opposite velocity and equal stress: zero velocity at the face, at any particle distance. For viscous flow, with `hourglass_viscosity`, without
     /// which loose particles may pass. Images need not conserve energy.
     Mirror,
 }

@@ -62,12 +62,12 @@ pub enum BandSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Onset {
-    /// Exceeded yield function of the band, on the plane of its maximum.
+    /// Where the yield function of the band is exceeded, on the plane where it is largest.
     #[default]
     BandYield,
-    /// Largest principal stress at the tensile strength; plane normal to it.
+    /// Where the largest principal stress reaches the tensile strength, on the plane normal to it.
     Rankine,
-    /// Outer acoustic tensor of non-positive determinant, on that plane.
+    /// Where the determinant of the outer acoustic tensor is not positive, on that plane.
     Ellipticity,
 }
 

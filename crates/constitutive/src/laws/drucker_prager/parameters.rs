@@ -24,7 +24,7 @@ pub enum Matching {
     Compression,
     /// Triaxial extension edges.
     Extension,
-    /// Inscribed cone: plane-strain strength, associated flow only.
+    /// Inscribed cone: plane-strain strength for associated flow only.
     PlaneStrainAssociated,
     /// Mohr–Coulomb strength and dilatancy in plane strain, any dilatancy.
     PlaneStrain,
@@ -79,8 +79,8 @@ pub enum PlasticIntegration {
     /// takes at least half the elastic resistance `G + 9Kαα_ψ`, or work would be gained.
     SemiImplicit,
     /// Algorithm 1 of Bui & Nguyen: forward step from the cone; drift is corrected by tension cracking and stress scaling. Steps above half
-    /// of the yield strain at zero pressure, `k/2G`, are divided. The implicit return replaces initial unloading, possible reversals of the
-    /// deviator, and steep softening.
+    /// of the yield strain at zero pressure, `k/2G`, are divided. The implicit return replaces parts that start by unloading or
+    /// might reverse the deviator, and steep softening.
     Explicit,
 }
 
