@@ -76,7 +76,15 @@ fn run_page(page: &Path, programs: &Path, arguments: &PagesArguments) -> Result<
 /// Builds the program and returns its folder.
 fn build_program() -> Result<PathBuf, String> {
     let mut build = Command::new(env!("CARGO"));
-    build.current_dir(root()).args(["build", "--release", "--quiet", "--package", "colluvium"]);
+    build.current_dir(root()).args([
+        "build",
+        "--release",
+        "--quiet",
+        "--package",
+        "colluvium",
+        "--package",
+        "xtask",
+    ]);
     let status = build.status().map_err(|error| format!("cargo: {error}"))?;
     if !status.success() {
         return Err("the program does not build".to_owned());
