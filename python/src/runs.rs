@@ -30,7 +30,7 @@ struct Messages {
     is_finished: bool,
 }
 
-/// What the thread of a run and Python share.
+/// State shared by the thread of a run and Python.
 #[derive(Default)]
 struct SharedState {
     messages: Mutex<Messages>,
@@ -124,7 +124,7 @@ impl RunTask {
         messages.is_finished && messages.queue.is_empty()
     }
 
-    /// Asks the run to stop at the next step.
+    /// Stops the run at its next step.
     fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }

@@ -125,7 +125,7 @@ impl Case {
         if self.factors_of_safety().next().is_none() {
             return Vec::new();
         }
-        let height = self.time_scales().height;
+        let height = self.height();
         let spacing = |options: &serde_json::Value| options["spacing"].as_f64();
         let coarse = self.methods.iter().filter_map(|(name, options)| {
             let points = height / spacing(options)?;

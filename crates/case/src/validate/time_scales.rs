@@ -78,7 +78,7 @@ impl Case {
     }
 
     /// Extent of all bodies along gravity, or along the first axis without gravity; the largest thickness of layers on terrain (m).
-    fn height(&self) -> f64 {
+    pub(super) fn height(&self) -> f64 {
         let layers = self.bodies.iter().filter_map(|body| body.shape.layer_thickness());
         let thickest = layers.fold(0.0, f64::max);
         if thickest > 0.0 {

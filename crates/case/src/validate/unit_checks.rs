@@ -41,7 +41,7 @@ impl Case {
 
     /// Warnings about parameters of materials that do not fit the weight of the bodies.
     fn warn_of_materials(&self, warnings: &mut Vec<Warning>) {
-        let height = self.time_scales().height;
+        let height = self.height();
         for (name, spec) in &self.materials {
             let Some(body) = self.bodies.iter().find(|body| body.material == *name && !body.rigid) else {
                 continue;

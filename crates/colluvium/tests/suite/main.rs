@@ -16,6 +16,7 @@ mod methods_agree;
 mod point_files;
 mod point_transfer;
 mod reference_pages;
+mod result_warnings;
 mod rigid_body_support;
 mod run_folders;
 mod strength_reduction;

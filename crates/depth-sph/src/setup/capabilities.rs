@@ -12,8 +12,6 @@ use colluvium_case::Warning;
 
 /// Numbers of nodes of a profile and of a flow in plan below which the resolution is too coarse (sheet: depth-sph §0).
 const MIN_NODES: [usize; 2] = [10, 30];
-/// Density (kg/m³) below which there is a warning: that of powder snow is above.
-const MIN_DENSITY: f64 = 20.0;
 
 /// Note on the sampling of a body.
 const LATTICE: &str = "is ignored, because depth-sph nodes lie on a lattice";
@@ -266,15 +264,6 @@ pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<Warning> {
                  smaller"
             ),
         ));
-    }
-    for body in &case.bodies {
-        let density = case.materials[&body.material].density();
-        if density < MIN_DENSITY {
-            let path = format!("materials.{}.density", body.material);
-            let problem =
-                format!("{path}: {density} kg/m³ is less than that of any flow. Check the unit (kg/m³)");
-            warnings.push(Warning::new("doubtful-unit", problem));
-        }
     }
     for (number, stage) in case.stages.iter().enumerate() {
         if is_equilibration_stage(stage) {
