@@ -3,76 +3,22 @@
 from __future__ import annotations
 
 import json
-import math
-import numbers
 import os
-import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _native
-from .errors import CaseError
+from ._extras import extra
+from .paths import parsed, plain, value_at, with_value
 
-_TOKEN = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
-_DEPTH = 64
-#: Largest whole number that a floating-point number holds exactly.
-_LARGEST = 2**53
-
-
-def _plain(value: Any, path: str, depth: int = 0) -> Any:
-    """Value of a JSON document: numbers of NumPy become Python's, arrays lists, paths texts."""
-    if depth > _DEPTH:
-        raise CaseError([(path, f"is nested more than {_DEPTH} times, or contains itself")])
-    if value is None or isinstance(value, (bool, str)):
-        return value
-    if isinstance(value, Mapping):
-        plain = {}
-        for key, inner in value.items():
-            if not isinstance(key, str):
-                raise CaseError([(path, f"the key {key!r} is no text")])
-            plain[key] = _plain(inner, f"{path}.{key}" if path else key, depth + 1)
-        return plain
-    if isinstance(value, (list, tuple)):
-        return [_plain(inner, f"{path}[{number}]", depth + 1) for number, inner in enumerate(value)]
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if hasattr(value, "tolist") and not isinstance(value, numbers.Number):
-        return _plain(value.tolist(), path, depth + 1)
-    if isinstance(value, numbers.Integral):
-        if abs(int(value)) > _LARGEST:
-            raise CaseError([(path, f"is a whole number beyond ±{_LARGEST}")])
-        return int(value)
-    if isinstance(value, numbers.Real):
-        number = float(value)
-        if not math.isfinite(number):
-            raise CaseError([(path, f"{number} is not a finite number")])
-        return number
-    if type(value).__module__ == "numpy" and type(value).__name__ == "bool":
-        return bool(value)
-    raise CaseError([(path, f"a value of the type {type(value).__name__} has no place in a case")])
-
-
-def _tokens(path: str) -> list[str | int]:
-    """Keys and positions of a path such as ``bodies[1].shape.radius``."""
-    tokens: list[str | int] = []
-    position = 0
-    while position < len(path):
-        if path[position] == "." and tokens:
-            position += 1
-        match = _TOKEN.match(path, position)
-        if match is None:
-            raise KeyError(f"{path!r} is not a path such as materials.sand.density or bodies[0].shape")
-        tokens.append(match.group(1) if match.group(2) is None else int(match.group(2)))
-        position = match.end()
-    if not tokens:
-        raise KeyError("the path is empty")
-    return tokens
+if TYPE_CHECKING:
+    import geopandas
 
 
 class Case:
-    """A problem, from a dictionary, a file or JSON text. It is checked as a whole.
+    """A problem, from a dictionary, a file or JSON text. It is checked as a whole; a wrong one raises ``CaseError``.
 
     Values are read and set by the paths of error messages::
 
@@ -80,25 +26,31 @@ class Case:
         case["bodies[0].shape.max"]
     """
 
-    def __init__(self, source: Mapping[str, Any] | str | os.PathLike[str], *, folder: str | os.PathLike[str] = "") -> None:
+    def __init__(
+        self,
+        source: Mapping[str, Any] | str | os.PathLike[str],
+        *,
+        folder: str | os.PathLike[str] = "",
+        check: bool = True,
+    ) -> None:
         """A mapping, a path, or a text that begins with ``{``. File names in a case start at its folder."""
         self._folder = Path(folder)
+        self._files: tempfile.TemporaryDirectory[str] | None = None
         if isinstance(source, Mapping):
-            self._value = _plain(source, "")
+            self._value = plain(source, "")
         elif isinstance(source, str) and source.lstrip().startswith("{"):
-            self._value = self._parsed(source)
+            self._value = self._parsed(source, check)
         elif isinstance(source, (str, os.PathLike)):
             path = Path(source)
             self._folder = path.parent
-            self._value = self._parsed(path.read_text(encoding="utf-8"))
+            self._value = self._parsed(path.read_text(encoding="utf-8"), check)
         else:
             raise TypeError(f"a case is a mapping, a path or JSON text, not {type(source).__name__}")
-        self.check()
+        if check and isinstance(source, Mapping):
+            self.check()
 
-    def _parsed(self, text: str) -> Any:
-        # The checks of the library find doubled keys and errors of syntax by line and column.
-        _native.check(text, self._folder)
-        return json.loads(text)
+    def _parsed(self, text: str, check: bool) -> Any:
+        return parsed(text, lambda text: _native.check(text, self._folder)) if check else json.loads(text)
 
     @classmethod
     def template(cls, name: str, folder: str | os.PathLike[str] | None = None) -> Case:
@@ -106,26 +58,52 @@ class Case:
         text = _native.template(name)
         if not _native.template_files(name):
             return cls(text)
-        place = Path(tempfile.mkdtemp(prefix="colluvium-") if folder is None else folder)
+        files = None
+        if folder is None:
+            # The case keeps the folder until it is dropped.
+            files = tempfile.TemporaryDirectory(prefix="colluvium-")
+            folder = files.name
+        place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
         _native.write_template_files(name, place)
-        return cls(text, folder=place)
+        case = cls(text, folder=place)
+        case._files = files
+        return case
 
     def check(self) -> None:
         """Raises ``CaseError`` with all problems of the case."""
         _native.check(self.to_json(), self._folder)
 
+    @property
+    def warnings(self) -> list[tuple[str, str]]:
+        """Codes and texts of the warnings about the case, which hold for every method."""
+        return [(one["code"], one["text"]) for one in json.loads(_native.case_warnings(self.to_json(), self._folder))]
+
     def plan(self, method: str | None = None) -> dict[str, Any]:
         """Method, number of points and steps, time step (s), memory (bytes) and warnings."""
         return json.loads(_native.plan(self.to_json(), self._folder, method))
+
+    def copy(self) -> Case:
+        """A copy."""
+        copied = Case.__new__(Case)
+        copied._folder, copied._files, copied._value = self._folder, self._files, self.to_dict()
+        return copied
 
     def to_dict(self) -> dict[str, Any]:
         """A copy as a dictionary."""
         return json.loads(self.to_json())
 
-    def to_json(self) -> str:
+    def to_json(self, indent: int | None = None) -> str:
         """The case as JSON text."""
-        return json.dumps(self._value, allow_nan=False)
+        return json.dumps(self._value, allow_nan=False, indent=indent)
+
+    def to_geopandas(self, epsg: int | None = None) -> geopandas.GeoDataFrame:
+        """Outlines of the layers of the bodies and of the observed event, with the column ``kind``. Needs the extra ``geopandas``."""
+        geopandas, shapely = extra("geopandas"), extra("shapely", "geopandas")
+        layers, observed = _native.outlines(self.to_json(), self._folder)
+        rings = [("layer", ring) for ring in layers] + [("observed", ring) for ring in observed]
+        shapes = [shapely.Polygon(ring) for _, ring in rings]
+        return geopandas.GeoDataFrame({"kind": [kind for kind, _ in rings]}, geometry=shapes, crs=epsg)
 
     @property
     def folder(self) -> Path:
@@ -133,34 +111,29 @@ class Case:
         return self._folder
 
     def __getitem__(self, path: str) -> Any:
-        value = self._value
-        for token in _tokens(path):
-            try:
-                value = value[token]
-            except (KeyError, IndexError, TypeError):
-                raise KeyError(f"{path}: {token!r} is not there") from None
-        return json.loads(json.dumps(value))
+        return json.loads(json.dumps(value_at(self._value, path)))
 
     def __setitem__(self, path: str, value: Any) -> None:
-        tokens = _tokens(path)
+        self.update({path: value})
+
+    def update(self, values: Mapping[str, Any]) -> None:
+        """Sets several values by their paths at once. A wrong one changes nothing."""
         changed = self.to_dict()
-        place = changed
-        for token in tokens[:-1]:
-            try:
-                place = place[token]
-            except (KeyError, IndexError, TypeError):
-                raise KeyError(f"{path}: {token!r} is not there") from None
-        last = tokens[-1]
-        if isinstance(place, list) != isinstance(last, int):
-            raise KeyError(f"{path}: {last!r} does not fit there")
-        if isinstance(place, list) and last >= len(place):
-            raise KeyError(f"{path}: the list has {len(place)} entries")
-        place[last] = _plain(value, path)
+        for path, value in values.items():
+            with_value(changed, path, plain(value, path))
         _native.check(json.dumps(changed, allow_nan=False), self._folder)
         self._value = changed
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Case) and self._value == other._value and self._folder == other._folder
+
     def __repr__(self) -> str:
         return f"Case({self._value.get('title', '')!r})"
+
+
+def methods() -> list[str]:
+    """Names of the methods."""
+    return _native.methods()
 
 
 def templates() -> dict[str, str]:

@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .element_tests import ElementPath
+    from .results import RunResult
 
 
 class CaseError(ValueError):
-    """A case is wrong, or its method does not support it.
+    """A case, an element test or a sweep is wrong, or its method does not support it.
 
     ``problems`` lists each problem as ``(path, text)``; the path is that of the value in the case.
     """
 
+    problems: list[tuple[str, str]]
+
     def __init__(self, problems: Sequence[tuple[str, str]]) -> None:
-        self.problems: list[tuple[str, str]] = [(path, text) for path, text in problems]
+        self.problems = [(path, text) for path, text in problems]
         super().__init__("\n".join(f"{path}: {text}" if path else text for path, text in self.problems))
+
+    def __reduce__(self) -> tuple[type[CaseError], tuple[list[tuple[str, str]]]]:
+        return CaseError, (self.problems,)
 
 
 class SolverError(RuntimeError):
-    """A solver has failed. Step, time (s), point and position (m) are ``None`` where they are unknown."""
+    """A solver or an element test has failed. Step, time (s), point and position (m) are ``None`` where they are unknown.
+
+    ``path`` has the rows of an element test before the failure, ``result`` the part of a run. The cause of a failed law in Python is its
+    exception.
+    """
+
+    step: int | None
+    time: float | None
+    point: int | None
+    position: tuple[float, float, float] | None
+    path: ElementPath | None
+    result: RunResult | None
 
     def __init__(
         self,
@@ -31,21 +53,34 @@ class SolverError(RuntimeError):
         self.step = step
         self.time = time
         self.point = point
-        self.position = position
+        self.position = None if position is None else (position[0], position[1], position[2])
+        self.path = None
+        self.result = None
 
 
 class OutputError(OSError):
     """A file or a folder cannot be written, read or used."""
 
-    def __init__(self, text: str, path: str) -> None:
+    path: str
+
+    def __init__(self, text: str, path: str | os.PathLike[str]) -> None:
         super().__init__(text)
-        self.path = path
+        self.path = os.fspath(path)
+
+    def __reduce__(self) -> tuple[type[OutputError], tuple[str, str]]:
+        return OutputError, (str(self), self.path)
 
 
 class ColluviumWarning(UserWarning):
-    """A warning about a case or its results. ``code`` is its stable code."""
+    """A warning about a case or its results. ``code`` is its stable code, which ``colluvium explain CODE`` explains."""
 
-    def __init__(self, code: str, text: str) -> None:
-        super().__init__(f"[{code}] {text}")
+    code: str
+    text: str
+
+    def __init__(self, code: str, text: str = "") -> None:
+        super().__init__(f"[{code}] {text}" if code else text)
         self.code = code
         self.text = text
+
+    def __reduce__(self) -> tuple[type[ColluviumWarning], tuple[str, str]]:
+        return ColluviumWarning, (self.code, self.text)

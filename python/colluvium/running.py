@@ -5,75 +5,235 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from . import _native
 from .case import Case
-from .errors import ColluviumWarning
-from .results import RunResult
+from .errors import ColluviumWarning, SolverError
+from .results import Frame, RunResult, Safety
 
 #: Time (s) between two looks at signals while a run goes on.
 _SIGNAL_INTERVAL = 0.05
 
+CaseLike = Case | Mapping[str, Any] | str | os.PathLike[str]
+Progress = bool | Callable[[float, float, int], object] | None
 
-def _bar(time: float, end: float, step: int) -> None:
-    """A line with the progress of a run on standard error."""
-    share = min(time / end, 1.0) if end > 0 else 0.0
-    filled = int(30 * share)
-    sys.stderr.write(f"\r[{'#' * filled}{'.' * (30 - filled)}] {time:.4g} of {end:.4g} s, step {step}")
-    sys.stderr.flush()
+
+def as_case(case: CaseLike) -> Case:
+    """A case from all that describes one."""
+    return case if isinstance(case, Case) else Case(case)
+
+
+def warn(text: str, level: int) -> None:
+    """Issues a warning of the library, ``[code] text``, at the call ``level`` above."""
+    code, _, rest = text[1:].partition("] ")
+    warnings.warn(ColluviumWarning(code, rest), stacklevel=level + 1)
+
+
+class ProgressBar:
+    """A line on standard error, or calls of a function, while work goes on."""
+
+    def __init__(self, progress: Progress, unit: str = "s") -> None:
+        self._unit = unit
+        self._is_drawn = False
+        self._call: Callable[[float, float, int], object] | None
+        if callable(progress):
+            self._call = progress
+        elif progress is None:
+            self._call = self._draw if sys.stderr is not None and sys.stderr.isatty() or "ipykernel" in sys.modules else None
+        else:
+            self._call = self._draw if progress else None
+
+    def _draw(self, done: float, end: float, step: int) -> None:
+        share = min(max(done / end, 0.0), 1.0) if end > 0 else 0.0
+        filled = int(30 * share)
+        count = f", step {step}" if self._unit == "s" else ""
+        sys.stderr.write(f"\r[{'#' * filled}{'.' * (30 - filled)}] {done:.4g} of {end:.4g} {self._unit}{count}  ")
+        sys.stderr.flush()
+        self._is_drawn = True
+
+    def show(self, done: float, end: float, step: int) -> None:
+        """Shows how far the work is."""
+        if self._call is not None:
+            self._call(done, end, step)
+
+    def say(self, line: str) -> None:
+        """Prints a line above the bar."""
+        if self._call == self._draw:
+            sys.stderr.write(f"\r{line}\n")
+
+    def close(self) -> None:
+        """Ends the line."""
+        if self._is_drawn:
+            sys.stderr.write("\n")
+            sys.stderr.flush()
+
+
+def messages(task: _native.Task) -> Iterator[tuple[str, float, int, str, _native.FrameData | None]]:
+    """Messages of a task until its end; signals are looked at between them."""
+    while not task.is_finished():
+        message = task.wait(_SIGNAL_INTERVAL)
+        if message is not None:
+            yield message
+
+
+def _folder(path: str | os.PathLike[str] | None) -> Path | None:
+    return None if path is None else Path(path)
 
 
 def run(
-    case: Case | dict[str, Any] | str | os.PathLike[str],
+    case: CaseLike,
     method: str | None = None,
     out: str | os.PathLike[str] | None = None,
     *,
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
-    progress: bool | Callable[[float, float, int], object] = False,
+    progress: Progress = None,
+    on_frame: Callable[[Frame], object] | None = None,
+    keep_frames: bool = True,
 ) -> RunResult:
-    """Runs a case with a method, which the case names where it has only one.
+    """Runs a case with a method, which need not be named where the case has options for only one.
 
-    ``out`` is the folder of the files; without it nothing is written. ``threads`` are all cores by default, and results do not depend on
-    them. ``progress`` shows a bar, or is called with time (s), end (s) and step.
+    ``out`` is the folder of the files; without it nothing is written. ``resume`` continues the interrupted run in it, ``overwrite`` replaces
+    it. ``threads`` are all cores by default, and results do not depend on them. ``progress`` shows a bar (by default in a terminal or a
+    notebook), or is called with time (s), end (s) and step. ``on_frame`` is called with each frame; an exception in it stops the run.
+    Frames are in the result unless ``keep_frames`` is false.
 
     Ctrl-C stops the run at the next step, with a checkpoint in ``out``. ``KeyboardInterrupt`` then has the part that is done as ``result``.
+
+    Raises ``CaseError`` for the case, ``SolverError`` for the method, ``OutputError`` for files and folders.
     """
-    if not isinstance(case, Case):
-        case = Case(case)
-    task = _native.RunTask(
-        case.to_json(), case.folder, method, None if out is None else Path(out), threads, resume, overwrite
-    )
-    observe = _bar if progress is True else progress or None
+    case = as_case(case)
+    folder = _folder(out)
+    wants_frames = keep_frames or on_frame is not None
+    task = _native.Task.run(case.to_json(), case.folder, method, folder, threads, resume, overwrite, wants_frames, False)
+    bar = ProgressBar(progress)
     name, end = method or "", 0.0
+    kept: list[Frame] = []
+    try:
+        for kind, time, step, text, data in messages(task):
+            if kind == "begin":
+                name, end = text, time
+            elif kind == "warning":
+                warn(text, 2)
+            elif kind == "search":
+                bar.say(text)
+            elif data is not None:
+                frame = Frame(data)
+                if keep_frames:
+                    kept.append(frame)
+                if on_frame is not None:
+                    on_frame(frame)
+                bar.show(time, end, step)
+            else:
+                bar.show(time, end, step)
+    except KeyboardInterrupt as interrupt:
+        task.stop()
+        bar.close()
+        try:
+            interrupt.result = RunResult(task.result(), name, kept, case, folder)  # type: ignore[attr-defined]
+        except Exception as error:
+            interrupt.result = None  # type: ignore[attr-defined]
+            interrupt.add_note(f"the run had failed: {error}")
+        raise
+    except BaseException:
+        task.stop()
+        bar.close()
+        try:
+            task.result()
+        except Exception:
+            # The exception of the callback comes out unchanged.
+            pass
+        raise
+    bar.close()
+    try:
+        found = task.result()
+    except SolverError as error:
+        error.result = RunResult.of_failure(name, kept, case, folder)
+        raise
+    result = RunResult(found, name, kept, case, folder)
+    for code, text in result.warnings:
+        warnings.warn(ColluviumWarning(code, text), stacklevel=2)
+    return result
+
+
+def frames(
+    case: CaseLike,
+    method: str | None = None,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+) -> Iterator[Frame]:
+    """Frames of a run one by one. The run waits for its reader, with two frames in memory at most; dropping the iterator stops it.
+
+    Arguments and exceptions are those of `run`.
+    """
+    case = as_case(case)
+    task = _native.Task.run(case.to_json(), case.folder, method, _folder(out), threads, resume, overwrite, True, True)
+    return _frames(task)
+
+
+def _frames(task: _native.Task) -> Iterator[Frame]:
+    is_complete = False
     try:
         while not task.is_finished():
             message = task.wait(_SIGNAL_INTERVAL)
             if message is None:
                 continue
-            kind, time, step, text = message
-            if kind == "begin":
-                name, end = text, time
-            elif kind == "warning":
-                code, _, rest = text[1:].partition("] ")
-                warnings.warn(ColluviumWarning(code, rest), stacklevel=2)
-            elif kind in ("progress", "frame") and observe:
-                observe(time, end, step)
-    except BaseException as error:
-        task.stop()
-        if isinstance(error, KeyboardInterrupt):
-            error.result = RunResult(task.result(), name)  # type: ignore[attr-defined]
-        else:
-            task.result()
-        raise
+            kind, text, data = message[0], message[3], message[4]
+            del message
+            if kind == "warning":
+                warn(text, 2)
+            if data is not None:
+                frame = Frame(data)
+                del data
+                yield frame
+                del frame
+        is_complete = True
     finally:
-        if observe is _bar:
-            sys.stderr.write("\n")
-    result = RunResult(task.result(), name)
-    for code, text in result.warnings:
+        task.stop()
+        if not is_complete:
+            try:
+                task.result()
+            except Exception:
+                # The reader has left, or has an exception of its own.
+                pass
+    for code, text in task.result().warnings:
         warnings.warn(ColluviumWarning(code, text), stacklevel=2)
-    return result
+
+
+def safety(
+    case: CaseLike,
+    method: str | None = None,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    measure: str | None = None,
+    search_range: tuple[float, float] | None = None,
+    threads: int | None = None,
+    overwrite: bool = False,
+    progress: Progress = None,
+) -> Safety:
+    """Factor of safety of a case by reduction of strength: its measure of the kind ``factor-of-safety``, or one after its last stage.
+
+    ``measure`` chooses among several, ``search_range`` replaces the range of the search. Other arguments and exceptions are those of `run`.
+    """
+    case = as_case(case).copy()
+    kind = "factor-of-safety"
+    known = {name: value for name, value in case.to_dict().get("measures", {}).items() if value.get("kind") == kind}
+    if measure is None:
+        if len(known) > 1:
+            raise ValueError(f"the case has several factors of safety: give measure= one of {', '.join(sorted(known))}")
+        measure = next(iter(known), "factor_of_safety")
+    elif measure not in known:
+        raise ValueError(f"{measure!r} is not a factor of safety of the case; there is {', '.join(sorted(known)) or 'none'}")
+    search = known.get(measure) or {"kind": kind, "after": case["stages"][-1]["name"]}
+    if search_range is not None:
+        search["range"] = list(search_range)
+    case.update({"measures": {**case.to_dict().get("measures", {}), measure: search}})
+    result = run(case, method, out, threads=threads, overwrite=overwrite, progress=progress, keep_frames=False)
+    return result.safety[measure]

@@ -2,12 +2,90 @@
 
 use std::fmt::Display;
 
+use colluvium::MethodChoiceError;
 use colluvium::case::output::OutputError;
 use colluvium::case::run::RunError;
-use colluvium::case::{CaseErrors, SolverError};
+use colluvium::case::{CaseError, CaseErrors, SolverError};
+use colluvium::compare::CompareError;
+use colluvium::sweep::SweepError;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+
+use crate::laws;
+
+/// Error of a run, a sweep or a comparison.
+pub enum TaskError {
+    /// The case is wrong.
+    Case(CaseErrors),
+    /// The run failed.
+    Run(RunError),
+    /// The sweep could not go on.
+    Sweep(SweepError),
+    /// There is no comparison.
+    Compare(CompareError),
+    /// The method is unknown or missing.
+    Method(MethodChoiceError),
+}
+
+impl From<CaseErrors> for TaskError {
+    fn from(errors: CaseErrors) -> Self {
+        Self::Case(errors)
+    }
+}
+
+impl From<CaseError> for TaskError {
+    fn from(error: CaseError) -> Self {
+        Self::Case(error.into())
+    }
+}
+
+impl From<RunError> for TaskError {
+    fn from(error: RunError) -> Self {
+        Self::Run(error)
+    }
+}
+
+impl From<OutputError> for TaskError {
+    fn from(error: OutputError) -> Self {
+        Self::Run(RunError::Output(error))
+    }
+}
+
+impl From<SweepError> for TaskError {
+    fn from(error: SweepError) -> Self {
+        Self::Sweep(error)
+    }
+}
+
+impl From<CompareError> for TaskError {
+    fn from(error: CompareError) -> Self {
+        Self::Compare(error)
+    }
+}
+
+impl From<MethodChoiceError> for TaskError {
+    fn from(error: MethodChoiceError) -> Self {
+        Self::Method(error)
+    }
+}
+
+impl TaskError {
+    /// Exception of the error.
+    pub fn into_exception(self) -> PyErr {
+        match &self {
+            Self::Case(errors) => case_error(errors),
+            Self::Run(error) => run_error(error),
+            Self::Sweep(SweepError::Output(error)) => output_error(error),
+            Self::Sweep(error @ SweepError::Folder { path, .. }) => folder_error(error, path),
+            Self::Sweep(error) => value_error(error),
+            Self::Compare(CompareError::Output(error)) => output_error(error),
+            Self::Compare(error) => value_error(error),
+            Self::Method(MethodChoiceError::Case(error)) => case_error(&error.clone().into()),
+            Self::Method(error) => value_error(error),
+        }
+    }
+}
 
 /// Exception of a class of `colluvium.errors`; an import error where the class is missing.
 fn exception(class: &str, arguments: impl FnOnce(Python<'_>) -> PyResult<Py<PyTuple>>) -> PyErr {
@@ -34,33 +112,43 @@ pub fn value_error(problem: &dyn Display) -> PyErr {
 
 /// `OutputError` about a file or a folder.
 pub fn output_error(error: &OutputError) -> PyErr {
-    let (path, text) = (error.path.display().to_string(), error.to_string());
+    folder_error(error, &error.path)
+}
+
+/// `OutputError` with a text and a path.
+pub fn folder_error(problem: &dyn Display, path: &std::path::Path) -> PyErr {
+    let (path, text) = (path.to_owned(), problem.to_string());
     exception("OutputError", |py| Ok((text, path).into_pyobject(py)?.unbind()))
 }
 
-/// `SolverError` with step, time (s), point and position (m), where they are known.
-fn solver_error(error: &SolverError, text: String) -> PyErr {
-    let (step, time, point, position) = match error {
-        SolverError::Point { step, time, point, position, .. } => {
-            (Some(*step), Some(*time), Some(*point), Some(*position))
-        }
-        _ => (None, None, None, None),
+/// `SolverError` with step, time (s), point and position (m), where they are known; its cause is the exception of a law in Python.
+pub fn failure(text: String, state: Option<(u64, f64, u64, [f64; 3])>) -> PyErr {
+    let (text, cause) = laws::without_number(&text);
+    let (step, time, point, position) = match state {
+        Some((step, time, point, position)) => (Some(step), Some(time), Some(point), Some(position)),
+        None => (None, None, None, None),
     };
-    exception("SolverError", |py| Ok((text, step, time, point, position).into_pyobject(py)?.unbind()))
+    let error = exception("SolverError", |py| Ok((text, step, time, point, position).into_pyobject(py)?.unbind()));
+    Python::attach(|py| error.set_cause(py, cause));
+    error
+}
+
+/// Exception of a failed solver.
+fn solver_error(error: &SolverError, text: String) -> PyErr {
+    let state = match error {
+        SolverError::Point { step, time, point, position, .. } => Some((*step, *time, *point, *position)),
+        _ => None,
+    };
+    failure(text, state)
 }
 
 /// Exception of a failed run.
-pub fn run_error(error: &RunError) -> PyErr {
+fn run_error(error: &RunError) -> PyErr {
     match error {
         RunError::Case(errors) => case_error(errors),
         RunError::Output(error) => output_error(error),
-        RunError::Folder { path, problem, .. } => {
-            let (path, text) = (path.display().to_string(), problem.clone());
-            exception("OutputError", |py| Ok((text, path).into_pyobject(py)?.unbind()))
-        }
+        RunError::Folder { path, problem, .. } => folder_error(&format!("{}: {problem}", path.display()), path),
         RunError::Solver(source) | RunError::Stopped { source, .. } => solver_error(source, error.to_string()),
-        other => exception("SolverError", |py| {
-            Ok((other.to_string(), None::<u64>, None::<f64>, None::<u64>, None::<[f64; 3]>).into_pyobject(py)?.unbind())
-        }),
+        other => failure(other.to_string(), None),
     }
 }

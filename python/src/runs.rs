@@ -1,191 +1,133 @@
-//! Runs on a thread of their own, with a pool of their own.
+//! Runs of a case and their results.
 
-use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use colluvium::case::run::{Run, RunEnd, RunError, RunEvent, RunReport, SafetyResult};
-use colluvium::case::{Case, Method, RunOptions, Warning};
-use numpy::{PyArray2, PyArrayMethods};
+use colluvium::case::run::{Run, RunEnd, RunEvent, RunReport, SafetyResult};
+use colluvium::case::{Case, PlanRaster, RunOptions, Warning};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::errors::{run_error, value_error};
-use crate::frames::Frame;
-use crate::read_case;
+use crate::cases::read_case;
+use crate::errors::TaskError;
+use crate::frames::{FrameData, RasterData};
+use crate::tasks::{Channel, Message};
 
-/// Interval between two messages about progress (s).
+/// Interval between two messages about progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Message of a run: kind, time (s), step, and text.
-type Message = (&'static str, f64, u64, String);
-
-/// Messages of a run that Python has not taken.
-#[derive(Default)]
-struct Messages {
-    queue: VecDeque<Message>,
-    is_finished: bool,
+/// Case, method and options of a run.
+pub struct RunRequest {
+    /// JSON text of the case.
+    pub text: String,
+    /// Folder at which file names in the case start.
+    pub folder: PathBuf,
+    /// Name of the method.
+    pub method: Option<String>,
+    /// Folder of the results.
+    pub out: Option<PathBuf>,
+    /// Whether to continue the run in the folder.
+    pub resume: bool,
+    /// Whether to replace the run in the folder.
+    pub overwrite: bool,
+    /// Whether frames are sent.
+    pub frames: bool,
+    /// Whether the run waits until each frame is taken.
+    pub waits: bool,
 }
 
-/// State shared by the thread of a run and Python.
-#[derive(Default)]
-struct SharedState {
-    messages: Mutex<Messages>,
-    changed: Condvar,
-}
-
-impl SharedState {
-    fn messages(&self) -> MutexGuard<'_, Messages> {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn send(&self, message: Message) {
-        self.messages().queue.push_back(message);
-        self.changed.notify_all();
-    }
-
-    fn finish(&self) {
-        self.messages().is_finished = true;
-        self.changed.notify_all();
-    }
-}
-
-/// Result of the thread of a run.
-type Outcome = Result<RunReport, RunError>;
-
-/// Run on a thread of its own.
-#[pyclass(module = "colluvium")]
-pub struct RunTask {
-    shared: Arc<SharedState>,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<Outcome>>,
-}
-
-#[pymethods]
-impl RunTask {
-    /// Starts the run of a case.
-    #[new]
-    #[pyo3(signature = (text, folder, method, out, threads, resume, overwrite))]
-    #[allow(clippy::too_many_arguments, reason = "the signature of the Python call")]
-    fn new(
-        py: Python<'_>,
-        text: &str,
-        folder: PathBuf,
-        method: Option<&str>,
-        out: Option<PathBuf>,
-        threads: Option<usize>,
-        resume: bool,
-        overwrite: bool,
-    ) -> PyResult<Self> {
-        let (case, method) = py.detach(|| -> PyResult<(Case, &'static dyn Method)> {
-            let case = read_case(text, &folder)?;
-            let method = colluvium::select_method(&case, method).map_err(|error| value_error(&error))?;
-            Ok((case, method))
-        })?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
-        let pool = pool.map_err(|error| value_error(&error))?;
-        let (shared, stop) = (Arc::new(SharedState::default()), Arc::new(AtomicBool::new(false)));
+impl RunRequest {
+    /// Runs the case to its end or until it is stopped.
+    pub fn run(self, channel: &Arc<Channel>) -> Result<RunData, TaskError> {
+        let case = Arc::new(read_case(&self.text, &self.folder)?);
+        let method = colluvium::select_method(&case, self.method.as_deref())?;
+        method.problem_size(&case)?.check_memory(colluvium::machine::free_memory())?;
+        channel.send(Message { time: case.end_time(), ..Message::text("begin", method.name().to_owned()) });
+        let (plan, solver) = method.plan_and_build(&case)?;
+        let warnings = plan.all_warnings(&case);
+        warnings.iter().for_each(|warning| channel.send(warning_message(warning)));
         let options = RunOptions {
             method: method.name().to_owned(),
-            output_folder: out,
-            resume,
-            overwrite,
-            keep_frames: true,
-            stop_flag: Some(Arc::clone(&stop)),
+            output_folder: self.out.clone(),
+            resume: self.resume,
+            overwrite: self.overwrite,
+            // Frames before the checkpoint are those of the files.
+            keep_frames: self.resume && self.frames,
+            stop_flag: Some(Arc::clone(&channel.stop)),
             commit: colluvium::COMMIT.map(str::to_owned),
+            warnings,
             ..RunOptions::default()
         };
-        let channel = Arc::clone(&shared);
-        let thread = std::thread::Builder::new().name("colluvium-run".to_owned()).spawn(move || {
-            let found = pool.install(|| follow_run(case, method, options, &channel));
-            channel.finish();
-            found
-        });
-        let thread = thread.map_err(|error| value_error(&error))?;
-        Ok(Self { shared, stop, thread: Some(thread) })
+        let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
+        self.follow(run, &case, channel)
     }
 
-    /// Next message of the run, waited for at most `seconds`; `None` without one.
-    fn wait(&self, py: Python<'_>, seconds: f64) -> Option<Message> {
-        py.detach(|| {
-            let waits = |messages: &mut Messages| messages.queue.is_empty() && !messages.is_finished;
-            let wait = Duration::from_secs_f64(seconds.clamp(0.0, 60.0));
-            let found = self.shared.changed.wait_timeout_while(self.shared.messages(), wait, waits);
-            found.unwrap_or_else(PoisonError::into_inner).0.queue.pop_front()
-        })
-    }
-
-    /// Whether the run has ended and all its messages were taken.
-    fn is_finished(&self) -> bool {
-        let messages = self.shared.messages();
-        messages.is_finished && messages.queue.is_empty()
-    }
-
-    /// Stops the run at its next step.
-    fn stop(&self) {
-        self.stop.store(true, Ordering::Relaxed);
-    }
-
-    /// Results of the run, which is waited for.
-    ///
-    /// # Errors
-    /// The error of the run.
-    fn result(&mut self, py: Python<'_>) -> PyResult<RunData> {
-        let thread = self.thread.take().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
-        let joined = py.detach(|| thread.join());
-        let found = joined.map_err(|_| PyRuntimeError::new_err("the run panicked: this is an error of colluvium"))?;
-        found.map(|report| RunData { report: Some(report) }).map_err(|error| run_error(&error))
-    }
-}
-
-impl Drop for RunTask {
-    /// Stops a run whose results nobody can take.
-    fn drop(&mut self) {
-        self.stop();
-    }
-}
-
-/// Follows a run to its end, and sends messages about its progress.
-fn follow_run(case: Case, method: &'static dyn Method, options: RunOptions, channel: &SharedState) -> Outcome {
-    let end = case.end_time();
-    channel.send(("begin", end, 0, method.name().to_owned()));
-    let run = Run::new(Arc::new(case), method, options)?;
-    let mut last = Instant::now();
-    run.finish_observed(|run, event| {
-        let text = match event {
-            RunEvent::Warning(warning) => Some(("warning", format!("[{}] {}", warning.code, warning.text))),
-            RunEvent::Frame(_) => Some(("frame", String::new())),
-            _ if event.search_message().is_some() => event.search_message().map(|text| ("search", text)),
-            _ if last.elapsed() >= PROGRESS_INTERVAL => {
-                last = Instant::now();
-                Some(("progress", String::new()))
+    /// Follows a run to its end, and sends its messages.
+    fn follow(&self, mut run: Run<'_>, case: &Case, channel: &Channel) -> Result<RunData, TaskError> {
+        let (mut last, mut frame_count, mut warnings) = (Instant::now(), 0, Vec::new());
+        while let Some(event) = run.advance()? {
+            let (time, step) = (run.time(), run.solver().step_count());
+            let message = |kind, text| Message { kind, time, step, text, frame: None };
+            match event {
+                RunEvent::Warning(warning) => {
+                    channel.send(Message { time, step, ..warning_message(&warning) });
+                    warnings.push(warning);
+                }
+                RunEvent::Frame(frame) if self.frames => {
+                    frame_count += 1;
+                    let message = Message { frame: Some(frame.on_map(case)), ..message("frame", String::new()) };
+                    if self.waits { channel.send_and_wait(message) } else { channel.send(message) }
+                }
+                event if event.search_message().is_some() => {
+                    channel.send(message("search", event.search_message().unwrap_or_default()));
+                }
+                _ if last.elapsed() >= PROGRESS_INTERVAL => {
+                    last = Instant::now();
+                    channel.send(message("progress", String::new()));
+                }
+                _ => {}
             }
-            _ => None,
-        };
-        if let Some((kind, text)) = text {
-            channel.send((kind, run.time(), run.solver().step_count(), text));
         }
-    })
+        let report = run.finish()?;
+        Ok(RunData { report: Some(report), frame_count, warnings })
+    }
+}
+
+/// Message of a warning: its code and its text.
+fn warning_message(warning: &Warning) -> Message {
+    Message::text("warning", format!("[{}] {}", warning.code, warning.text))
 }
 
 /// Results of a run.
-#[pyclass(module = "colluvium")]
+#[pyclass(module = "colluvium._native")]
 pub struct RunData {
     report: Option<RunReport>,
+    /// Number of frames that were sent.
+    frame_count: usize,
+    /// Warnings that were sent during the run.
+    warnings: Vec<Warning>,
 }
 
 impl RunData {
     fn report(&self) -> PyResult<&RunReport> {
-        self.report.as_ref().ok_or_else(|| PyRuntimeError::new_err("the frames were taken before"))
+        self.report.as_ref().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))
     }
 }
 
-/// Codes and texts of warnings.
-fn texts(warnings: &[Warning]) -> Vec<(String, String)> {
-    warnings.iter().map(|warning| (warning.code.to_string(), warning.text.clone())).collect()
+/// Names, units and rows of a table.
+pub type TableArray<'py> = (Vec<(String, String)>, Bound<'py, PyArray2<f64>>);
+
+/// Table as an array of its rows.
+pub fn table_array<'py>(
+    py: Python<'py>,
+    columns: Vec<(String, String)>,
+    rows: &[Vec<f64>],
+) -> PyResult<TableArray<'py>> {
+    let values: Vec<f64> = rows.iter().flatten().copied().collect();
+    let array = PyArray1::from_vec(py, values).reshape([rows.len(), columns.len()])?;
+    Ok((columns, array))
 }
 
 #[pymethods]
@@ -208,19 +150,29 @@ impl RunData {
         Ok(self.report()?.wall)
     }
 
-    /// Codes and texts of the warnings about the results.
+    /// Codes and texts of the warnings about the results that were not sent during the run.
     #[getter]
     fn warnings(&self) -> PyResult<Vec<(String, String)>> {
-        Ok(texts(&self.report()?.warnings_at_end))
+        let new = self.report()?.warnings_at_end.iter().filter(|warning| !self.warnings.contains(warning));
+        Ok(new.map(|warning| (warning.code.to_string(), warning.text.clone())).collect())
+    }
+
+    /// Codes and texts of the notes about the run.
+    #[getter]
+    fn notes(&self) -> PyResult<Vec<(String, String)>> {
+        Ok(self.report()?.notes.iter().map(|note| (note.code.to_string(), note.text.clone())).collect())
+    }
+
+    /// Hash of the points at the end.
+    #[getter]
+    fn hash(&self) -> PyResult<String> {
+        Ok(format!("{:016x}", self.report()?.snapshot.hash()))
     }
 
     /// Names and units of the columns of the measures, and their rows.
-    fn measures<'py>(&self, py: Python<'py>) -> PyResult<(Vec<(String, String)>, Bound<'py, PyArray2<f64>>)> {
+    fn measures<'py>(&self, py: Python<'py>) -> PyResult<TableArray<'py>> {
         let table = &self.report()?.table;
-        let values = table.rows.iter().flatten().copied().collect::<Vec<f64>>();
-        let shape = [table.rows.len(), table.columns.len()];
-        let rows = numpy::PyArray1::from_vec(py, values).reshape(shape)?;
-        Ok((table.columns.clone(), rows))
+        table_array(py, table.columns.clone(), &table.rows)
     }
 
     /// Name, factor, largest stable and smallest failing factor, and text of each search for a factor of safety. The factor is `None` where
@@ -234,15 +186,25 @@ impl RunData {
         Ok(found.map(of).collect())
     }
 
-    /// Frames of the run, which are moved out.
-    fn take_frames(&mut self) -> PyResult<Vec<Frame>> {
-        let report = self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the frames were taken before"))?;
-        Ok(std::mem::take(&mut report.frames).into_iter().map(Frame::new).collect())
+    /// Rasters at the end.
+    #[getter]
+    fn rasters(&self) -> PyResult<Vec<RasterData>> {
+        let rasters = self.report()?.rasters.iter();
+        let of = |PlanRaster { name, unit, raster }: &PlanRaster| RasterData::new(name, unit, raster.clone());
+        Ok(rasters.map(of).collect())
     }
 
-    /// Points at the end.
-    fn take_last(&mut self) -> PyResult<Frame> {
-        let report = self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the frames were taken before"))?;
-        Ok(Frame::new(std::mem::take(&mut report.snapshot)))
+    /// Frames from before a restart, which are moved out.
+    fn take_earlier_frames(&mut self, py: Python<'_>) -> PyResult<Vec<Py<FrameData>>> {
+        let report = self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
+        let mut frames = std::mem::take(&mut report.frames);
+        frames.truncate(frames.len().saturating_sub(self.frame_count));
+        frames.into_iter().map(|frame| FrameData::new(py, frame.into())).collect()
+    }
+
+    /// Points at the end, which are moved out.
+    fn take_last(&mut self, py: Python<'_>) -> PyResult<Py<FrameData>> {
+        let report = self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
+        FrameData::new(py, std::mem::take(&mut report.snapshot).into())
     }
 }

@@ -1,11 +1,13 @@
 //! `cargo xtask compare`: `colluvium compare` with its page under `target/compare/`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use colluvium::case::Case;
 use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
 use colluvium::output::run_pictures::view_plane_for_gravity;
+use colluvium::run_progress::RunProgress;
 
 #[derive(Args)]
 pub struct CompareTaskArguments {
@@ -33,16 +35,21 @@ pub fn run(arguments: &CompareTaskArguments) -> Result<bool, String> {
     let reference = reference.map_err(|error| error.to_string())?;
     let stem = arguments.case.file_stem().unwrap_or_default();
     let out = crate::root().join("target/compare").join(stem);
+    let has_bars = arguments.jobs <= 1;
+    let progress = Arc::new(if has_bars { RunProgress::default() } else { RunProgress::of_warnings() });
     let options = CompareOptions {
         output_folder: out.clone(),
         overwrite: true,
-        show_progress: true,
+        observer: Some(progress.observer()),
         jobs: arguments.jobs.into(),
         free_memory: f64::INFINITY,
         ..CompareOptions::default()
     };
-    let results =
-        compare::run(&case, &methods, &options, &print_result).map_err(|error| error.to_string())?;
+    let show = |result: &MethodResult| {
+        progress.clear();
+        print_result(result);
+    };
+    let results = compare::run(&case, &methods, &options, &show).map_err(|error| error.to_string())?;
     let plane = view_plane_for_gravity(case.gravity.get(2).copied(), None);
     let file =
         compare::write_page(&out, &case, &results, plane, &reference).map_err(|error| error.to_string())?;

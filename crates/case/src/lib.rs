@@ -89,7 +89,7 @@ pub use simulation::{
     check_saved_body_force,
 };
 pub use solver::{
-    Advance, Budget, Dataset, DatasetGeometry, FailureReason, Field, FieldData, FieldRole, Frame,
+    Advance, Budget, Dataset, DatasetGeometry, FailureReason, Field, FieldData, FieldList, FieldRole, Frame,
     FrameRequest, Lattice, Method, MissedEquilibrium, PhaseBudget, Plan, PlanRaster, ProblemSize, Reaction,
     Resolution, Snapshot, Solver, SolverError, StepLimit, TimeStep, TimeStepError,
 };

@@ -21,6 +21,8 @@
 //! Library users disable the default feature `cli`, which brings the command line. Each method is a feature of its name (`mpm`, `sph`,
 //! `dem`, `depth-sph`, `snow-mpm`), and `methods` brings all; `reports` brings pictures and reports of runs, sweeps and fits.
 
+#[cfg(feature = "cli")]
+pub mod cli;
 #[cfg(feature = "reports")]
 pub mod compare;
 #[cfg(feature = "reports")]

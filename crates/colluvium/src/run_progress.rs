@@ -1,11 +1,13 @@
-//! Progress of a run on a terminal.
+//! Progress of runs on a terminal.
 
 use std::io::Write;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::case::{Advance, Case, Run, RunEvent, Warning};
+use crate::case::run::{ObservedEvent, Observer};
+use crate::case::{Advance, RunEvent, Warning, printable, shortened};
 
 /// Wall-clock time between two lines of progress without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
@@ -13,105 +15,127 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Steps between two updates of the bar.
 const STEPS_PER_UPDATE: u64 = 16;
 
-/// Progress bar of a run on standard error; without a terminal there, a line every few seconds.
+/// Progress bar and warnings of runs, one after another, on standard error; without a terminal there, a line every few seconds.
+#[derive(Default)]
 pub struct RunProgress {
-    /// Bar; `None` where no progress is shown.
+    state: Mutex<ProgressState>,
+}
+
+/// Bar of the present run.
+#[derive(Default)]
+struct ProgressState {
+    /// Bar; `None` before the first event and after the last.
     bar: Option<ProgressBar>,
-    /// End of the last stage (s).
-    end_time: f64,
-    last_line: Instant,
-    /// Receives warnings during the run.
-    on_warning: Option<fn(&Warning)>,
+    /// Whether only warnings are shown.
+    has_no_bar: bool,
+    last_line: Option<Instant>,
     /// Warnings so far.
     warnings: Vec<Warning>,
 }
 
 impl RunProgress {
-    /// Progress of a run of the case. Without `is_shown` only warnings are handed to `on_warning`.
-    pub fn new(case: &Case, is_shown: bool, on_warning: Option<fn(&Warning)>) -> Self {
-        let bar = || {
-            let template = "{bar:30} {percent:>3} %  {msg}  {elapsed} of about {duration}";
-            let style =
-                ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-            let bar = ProgressBar::new((case.end_time() * 1e9) as u64).with_style(style);
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        };
-        Self {
-            bar: is_shown.then(bar),
-            end_time: case.end_time(),
-            last_line: Instant::now(),
-            on_warning,
-            warnings: Vec::new(),
+    /// Warnings only, for simultaneous runs, whose bars would overwrite each other.
+    pub fn of_warnings() -> Self {
+        let progress = Self::default();
+        progress.state().has_no_bar = true;
+        progress
+    }
+
+    /// Progress of runs that have this observer among their options.
+    pub fn observer(self: &Arc<Self>) -> Observer {
+        let progress = Arc::clone(self);
+        Observer::new(move |observed| progress.state().observe(observed))
+    }
+
+    /// Warnings of the runs so far, which have been printed.
+    pub fn warnings(&self) -> Vec<Warning> {
+        self.state().warnings.clone()
+    }
+
+    /// Clears the bar, as after a run that failed.
+    pub fn clear(&self) {
+        self.state().clear();
+    }
+
+    fn state(&self) -> MutexGuard<'_, ProgressState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ProgressState {
+    /// Shows an event of a run.
+    fn observe(&mut self, observed: &ObservedEvent<'_>) {
+        match observed.event {
+            RunEvent::Warning(_) => {}
+            _ if self.has_no_bar => return,
+            _ => {}
         }
-    }
-
-    /// Warnings of the run so far, which have been handed on.
-    pub fn warnings(&self) -> &[Warning] {
-        &self.warnings
-    }
-
-    /// Shows an event of the run.
-    pub fn observe(&mut self, run: &Run<'_>, event: &RunEvent) {
-        match event {
-            RunEvent::Step(step) => self.show_step(run, step),
+        match observed.event {
+            RunEvent::Step(step) => self.show_step(observed, step),
             RunEvent::Warning(warning) => {
-                if let Some(warn) = self.on_warning {
-                    self.warnings.push(warning.clone());
-                    self.suspended(|| warn(warning));
-                }
+                self.warnings.push(warning.clone());
+                self.print(&shortened(&printable(&warning.line("warning"))));
             }
             RunEvent::SearchBegan { measure, message } => {
-                if let Some(bar) = &self.bar {
-                    bar.set_message(format!("searching for {measure}"));
-                }
+                self.bar(observed).set_message(format!("searching for {measure}"));
                 self.print(message);
             }
             RunEvent::Trial { measure, trial } => self.print(&trial.message(measure)),
-            RunEvent::Ended(_) => self.bar.iter().for_each(ProgressBar::finish_and_clear),
-            RunEvent::StageBegan { .. }
-            | RunEvent::StageEnded { .. }
-            | RunEvent::Row
-            | RunEvent::Frame(_) => {}
+            RunEvent::Ended(_) => self.clear(),
+            RunEvent::StageBegan { .. } => drop(self.bar(observed)),
+            RunEvent::StageEnded { .. } | RunEvent::Row | RunEvent::Frame(_) => {}
         }
     }
 
+    /// Bar of the present run.
+    fn bar(&mut self, observed: &ObservedEvent<'_>) -> ProgressBar {
+        let new_bar = || {
+            let template = "{bar:30} {percent:>3} %  {msg}  {elapsed} of about {duration}";
+            let style =
+                ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let bar = ProgressBar::new((observed.end_time * 1e9) as u64).with_style(style);
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        };
+        self.bar.get_or_insert_with(new_bar).clone()
+    }
+
     /// Shows a step as the position of the bar, or as a line.
-    fn show_step(&mut self, run: &Run<'_>, &Advance { dt, limit }: &Advance) {
-        let (time, steps) = (run.time(), run.solver().step_count());
-        let Some(bar) = self.bar.as_ref().filter(|_| steps.is_multiple_of(STEPS_PER_UPDATE)) else { return };
-        let message = || format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})");
+    fn show_step(&mut self, observed: &ObservedEvent<'_>, &Advance { dt, limit }: &Advance) {
+        let &ObservedEvent { time, end_time, step, .. } = observed;
+        if !step.is_multiple_of(STEPS_PER_UPDATE) {
+            return;
+        }
+        let message = || format!("t = {time:.4} s, step {step}, dt = {dt:.2e} s ({limit})");
+        let bar = self.bar(observed);
         if !bar.is_hidden() {
             bar.set_position((time * 1e9) as u64);
             bar.set_message(message());
-        } else if self.last_line.elapsed() >= LINE_INTERVAL {
-            self.last_line = Instant::now();
-            let share = 100.0 * time / self.end_time;
-            self.print(&format!("{share:.0} % of the time, {}", message()));
+        } else if self.last_line.get_or_insert_with(Instant::now).elapsed() >= LINE_INTERVAL {
+            self.last_line = Some(Instant::now());
+            self.print(&format!("{:.0} % of the time, {}", 100.0 * time / end_time, message()));
         }
     }
 
     /// Prints a line above the bar. A failed write to a file or a pipe does not end the run.
     fn print(&self, line: &str) {
-        if self.bar.is_some() {
-            self.suspended(|| {
-                let _ = writeln!(std::io::stderr(), "{line}");
-            });
-        }
-    }
-
-    /// Calls `write` while the bar is not drawn.
-    fn suspended(&self, write: impl FnOnce()) {
+        let write = || {
+            let _ = writeln!(std::io::stderr(), "{line}");
+        };
         match &self.bar {
             Some(bar) => bar.suspend(write),
             None => write(),
         }
     }
+
+    fn clear(&mut self) {
+        self.bar.take().iter().for_each(ProgressBar::finish_and_clear);
+        self.last_line = None;
+    }
 }
 
-impl Drop for RunProgress {
-    /// Clears the bar of a run that failed.
+impl Drop for ProgressState {
     fn drop(&mut self) {
-        self.bar.iter().for_each(ProgressBar::finish_and_clear);
+        self.clear();
     }
 }

@@ -401,7 +401,7 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
             .collect()
     }
 
-    fn frame(&self, wanted: FrameRequest) -> Frame {
+    fn frame(&self, wanted: FrameRequest<'_>) -> Frame {
         self.view().collect_frame(wanted)
     }
 

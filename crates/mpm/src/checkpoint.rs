@@ -216,8 +216,8 @@ impl<const D: usize> Solver for MpmSolver<D> {
             .collect()
     }
 
-    fn frame(&self, _: FrameRequest) -> Frame {
-        self.collect_snapshot().into()
+    fn frame(&self, wanted: FrameRequest<'_>) -> Frame {
+        self.collect_snapshot(wanted).into()
     }
 
     fn budget(&self) -> Option<Budget> {

@@ -217,8 +217,8 @@ impl<const D: usize> Solver for SnowSolver<D> {
         self.case.measures_dissipation().then(|| self.energy_balance.law_dissipation(&self.stored_energies()))
     }
 
-    fn frame(&self, _: FrameRequest) -> Frame {
-        self.collect_snapshot().into()
+    fn frame(&self, wanted: FrameRequest<'_>) -> Frame {
+        self.collect_snapshot(wanted).into()
     }
 
     fn budget(&self) -> Option<Budget> {

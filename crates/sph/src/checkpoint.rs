@@ -302,8 +302,8 @@ impl<const D: usize> Solver for SphSolver<D> {
         self.is_energetically_closed()
     }
 
-    fn frame(&self, _: FrameRequest) -> Frame {
-        self.collect_snapshot().into()
+    fn frame(&self, wanted: FrameRequest<'_>) -> Frame {
+        self.collect_snapshot(wanted).into()
     }
 
     fn budget(&self) -> Option<Budget> {

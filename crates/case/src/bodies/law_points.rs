@@ -6,7 +6,7 @@ use colluvium_constitutive::{BLOCK_SIZE, InitialCondition, Material, StateBlock,
 
 use crate::CaseErrorKind;
 use crate::solver::reset_error;
-use crate::{Case, CaseError, Field, FieldData, PointList, spatial};
+use crate::{Case, CaseError, Field, FieldData, FrameRequest, PointList, spatial};
 
 /// State of the material law of a body at its points before the first step.
 pub struct InitialLawState {
@@ -144,16 +144,23 @@ pub fn law_output<'a>(bodies: impl Iterator<Item = LawPoints<'a>>, name: &str) -
 }
 
 /// Scalar output fields of the laws at the points of `order`, each given by the index of its body and its index in the body. NaN where the
-/// law of a point has no such output.
-pub fn law_fields(bodies: &[LawPoints<'_>], order: &[(usize, usize)]) -> Vec<Field> {
+/// law of a point has no such output. Laws without a field in `wanted` are not asked.
+pub fn law_fields(
+    bodies: &[LawPoints<'_>],
+    order: &[(usize, usize)],
+    wanted: FrameRequest<'_>,
+) -> Vec<Field> {
     let names: Vec<&[&'static str]> = bodies.iter().map(|body| body.material.output_names()).collect();
     let table = |(body, names): (&LawPoints<'_>, &&[&'static str])| {
+        if !names.iter().any(|name| wanted.includes(name)) {
+            return Vec::new();
+        }
         body.law_values(names.len(), |stress, states, out| body.material.outputs(stress, states, out))
     };
     let tables: Vec<Vec<f64>> = bodies.iter().zip(&names).map(table).collect();
     let mut known: Vec<&'static str> = Vec::new();
     for &name in names.iter().copied().flatten() {
-        if !known.contains(&name) {
+        if wanted.includes(name) && !known.contains(&name) {
             known.push(name);
         }
     }

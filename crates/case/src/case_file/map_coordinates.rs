@@ -8,7 +8,7 @@ use crate::description::{Body, InitialStress, Load, ObstacleShape, PorePressure,
 use crate::files::decimal_sum::decimal_sum;
 use crate::measure::visit_position;
 use crate::validate::MAX_DISTANCE_RATIO;
-use crate::{Case, CaseError, Snapshot};
+use crate::{Case, CaseError, DatasetGeometry, Frame, Snapshot};
 
 /// Largest distance of the origin of the map from zero, over the size of the domain. Map coordinates within it have at least 22 binary
 /// digits for positions in the domain.
@@ -197,17 +197,45 @@ impl Case {
         visit_shape(&mut of, &mut |axis, x| *x = decimal_sum(*x, origin[axis], -1));
         of
     }
+}
 
-    /// Snapshot in map coordinates.
+/// Adds the origin of a map to positions (m).
+fn add_to_positions(positions: &mut [[f64; 3]], origin: [f64; 3]) {
+    positions.iter_mut().for_each(|x| (0..3).for_each(|c| x[c] += origin[c]));
+}
+
+impl Snapshot {
+    /// Snapshot with its positions on the map of the case, of whose domain it has those relative to the origin.
     #[must_use]
-    pub fn snapshot_on_map(&self, mut snapshot: Snapshot) -> Snapshot {
-        if !self.domain.origin.is_empty() {
-            let origin = self.origin();
-            for x in &mut snapshot.positions {
-                (0..3).for_each(|c| x[c] += origin[c]);
-            }
+    pub fn on_map(mut self, case: &Case) -> Self {
+        if !case.domain.origin.is_empty() {
+            add_to_positions(&mut self.positions, case.origin());
         }
-        snapshot
+        self
+    }
+}
+
+impl Frame {
+    /// Frame with all its geometries on the map of the case, as [`Snapshot::on_map`]. A solver and [`crate::RunEvent`] give frames relative
+    /// to the origin.
+    #[must_use]
+    pub fn on_map(mut self, case: &Case) -> Self {
+        if !case.domain.origin.is_empty() {
+            self.datasets.iter_mut().for_each(|dataset| dataset.geometry.add_origin(case.origin()));
+        }
+        self
+    }
+}
+
+impl DatasetGeometry {
+    /// Adds the origin of a map (m) to all coordinates.
+    fn add_origin(&mut self, origin: [f64; 3]) {
+        match self {
+            Self::Points(points) => add_to_positions(&mut points.positions, origin),
+            Self::Mesh(mesh) => add_to_positions(&mut mesh.vertices, origin),
+            Self::Lattice { nodes, .. } => (0..3).for_each(|c| nodes.low[c] += origin[c]),
+            Self::Raster(nodes) => (0..2).for_each(|c| nodes.origin[c] += origin[c]),
+        }
     }
 }
 
@@ -248,6 +276,41 @@ mod tests {
             case["domain"]["origin"] = json!(by);
         }
         case
+    }
+
+    #[test]
+    fn all_geometries_of_a_frame_move_to_the_map() {
+        use crate::solver::{Dataset, FramePoints, Lattice, PlanNodes, PolygonMesh};
+        let case = Case::from_json(&translated_case([5e5, 5e6]).to_string()).unwrap();
+        let positions = vec![[1.0, 2.0, 0.0]];
+        let geometries = [
+            DatasetGeometry::Points(FramePoints { positions: positions.clone(), ..FramePoints::default() }),
+            DatasetGeometry::Mesh(PolygonMesh::of_lines(&[[positions[0]; 2]])),
+            DatasetGeometry::Lattice {
+                nodes: Lattice { low: positions[0], spacing: 1.0, count: [1; 3] },
+                mask: Vec::new(),
+            },
+            DatasetGeometry::Raster(PlanNodes {
+                columns: 1,
+                rows: 1,
+                origin: [1.0, 2.0],
+                spacing: [1.0; 2],
+                reference: colluvium_points::Georeference::default(),
+            }),
+        ];
+        let sets = geometries.map(|geometry| Dataset { name: String::new(), geometry, fields: Vec::new() });
+        let frame = Frame { datasets: sets.to_vec(), ..Frame::default() }.on_map(&case);
+        let low = |geometry: &DatasetGeometry| match geometry {
+            DatasetGeometry::Points(points) => points.positions[0],
+            DatasetGeometry::Mesh(mesh) => mesh.vertices[1],
+            DatasetGeometry::Lattice { nodes, .. } => nodes.low,
+            DatasetGeometry::Raster(nodes) => [nodes.origin[0], nodes.origin[1], 0.0],
+        };
+        for dataset in &frame.datasets {
+            assert_eq!(low(&dataset.geometry), [500_001.0, 5_000_002.0, 0.0]);
+        }
+        let snapshot = Snapshot { positions, ..Snapshot::default() }.on_map(&case);
+        assert_eq!(snapshot.positions, [[500_001.0, 5_000_002.0, 0.0]]);
     }
 
     #[test]

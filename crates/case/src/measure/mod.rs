@@ -250,6 +250,13 @@ impl Measure {
     }
 }
 
+/// Fields that the measures of a case read from points, besides ids, bodies, positions and extents.
+#[cfg(feature = "output")]
+pub(crate) fn fields_of_measures(case: &Case) -> Vec<String> {
+    let named = case.measures.values().flat_map(Measure::fields).map(|used| used.name.into_owned());
+    ["mass", "displacement"].map(str::to_owned).into_iter().chain(named).collect()
+}
+
 /// Reads the measures of the case: those of the points, and then those that the solver computes, each in the order of their names.
 pub fn read(state: &MeasuredState<'_>) -> Vec<ScalarOutput> {
     let of_kind = |needs_points: bool| {

@@ -1,8 +1,8 @@
 //! End of a run: last output, summary and report.
 
-use crate::Budget;
 use crate::run::progress::RunProgress;
 use crate::run::{Phase, Run, RunEnd, RunError, RunEvent, RunReport};
+use crate::{Budget, PlanRaster};
 
 impl Run<'_> {
     /// Ends the run: writes the last output and the summary.
@@ -77,6 +77,14 @@ impl Run<'_> {
         Ok(self.recorder.rasters(&*self.solver)?)
     }
 
+    /// Rasters of the solver on the map.
+    fn rasters_on_map(&self) -> Vec<PlanRaster> {
+        let origin = self.case.origin();
+        let on_map =
+            |one: PlanRaster| PlanRaster { raster: one.raster.shifted([origin[0], origin[1]]), ..one };
+        self.solver.rasters().into_iter().map(on_map).collect()
+    }
+
     /// Results of the run so far; frames and measures are moved into them.
     pub(super) fn report(&mut self) -> RunReport {
         let session = self.start_instant.elapsed().as_secs_f64();
@@ -88,9 +96,10 @@ impl Run<'_> {
         };
         RunReport {
             ending,
-            snapshot: self.case.snapshot_on_map(self.solver.snapshot()),
+            snapshot: self.solver.snapshot().on_map(&self.case),
             table: std::mem::take(&mut self.recorder.table),
             frames: std::mem::take(&mut self.recorder.kept_frames),
+            rasters: self.rasters_on_map(),
             start: self.progress.start.unwrap_or(Budget::UNKNOWN),
             end: self.solver.totals(),
             steps,

@@ -7,6 +7,7 @@ mod ending;
 mod energy_monitor;
 mod error;
 mod factor_of_safety;
+mod observer;
 pub(crate) mod output;
 mod progress;
 mod recorded_run;
@@ -20,11 +21,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::output::Table;
-use crate::{Advance, Budget, Case, Frame, Method, Snapshot, Solver};
+use crate::{Budget, Case, Method, PlanRaster, Snapshot, Solver};
 
 pub use crate::run::factor_of_safety::{
     SafetyResult, SearchCost, SearchOutcome, StrengthTrial, TrialVerdict,
 };
+pub use crate::run::observer::{ObservedEvent, Observer, RunEvent};
 pub use crate::run::output::measure_row::{check_names, column_names};
 pub use crate::run::output::run_folder::remove_run;
 pub use crate::run::recorded_run::{RecordedRun, RunStatus, open, recorded_warnings};
@@ -54,6 +56,8 @@ pub struct RunOptions {
     pub keep_specimen: bool,
     /// Flag that another thread sets to stop the run at the next step; the run then writes a checkpoint.
     pub stop_flag: Option<Arc<AtomicBool>>,
+    /// Receives each event of the run, on the thread of the run.
+    pub observer: Option<Observer>,
     /// Commit of the program, for the summary.
     pub commit: Option<String>,
     /// Warnings about the case from before the run, for the summary.
@@ -64,58 +68,6 @@ impl RunOptions {
     /// Whether another thread has set the flag to stop.
     pub(crate) fn stop_is_requested(&self) -> bool {
         self.stop_flag.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
-    }
-}
-
-/// Part of a run that [`Run::advance`] has completed.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RunEvent {
-    /// A stage has begun, or continues after a restart.
-    StageBegan {
-        /// Index of the stage.
-        stage: usize,
-    },
-    /// A step has been taken.
-    Step(Advance),
-    /// A row of the measures has been added to [`Run::table`].
-    Row,
-    /// A frame has been recorded. Positions are relative to [`Case::origin`].
-    Frame(Frame),
-    /// A warning about the state.
-    Warning(Warning),
-    /// A stage has ended.
-    StageEnded {
-        /// Index of the stage.
-        stage: usize,
-        /// Whether the bodies came to rest before its duration.
-        at_rest: bool,
-    },
-    /// The search for a factor of safety has begun.
-    SearchBegan {
-        /// Name of the measure.
-        measure: String,
-        /// Message about the scales by which its trials are judged.
-        message: String,
-    },
-    /// A trial of a search has ended.
-    Trial {
-        /// Name of the measure.
-        measure: String,
-        /// Result of the trial.
-        trial: StrengthTrial,
-    },
-    /// The run has ended. No event follows.
-    Ended(RunEnd),
-}
-
-impl RunEvent {
-    /// Message about a search; `None` for other events.
-    pub fn search_message(&self) -> Option<String> {
-        match self {
-            Self::SearchBegan { message, .. } => Some(message.clone()),
-            Self::Trial { measure, trial } => Some(trial.message(measure)),
-            _ => None,
-        }
     }
 }
 
@@ -139,6 +91,8 @@ pub struct RunReport {
     pub table: Table,
     /// Frames, if the options requested them.
     pub frames: Vec<Snapshot>,
+    /// Rasters at the end, with their nodes on the map; empty for methods without rasters.
+    pub rasters: Vec<PlanRaster>,
     /// Totals at the start; [`Budget::UNKNOWN`] for methods without totals.
     pub start: Budget,
     /// Totals at the end; [`Budget::UNKNOWN`] for methods without totals.

@@ -10,7 +10,7 @@ use crate::run::factor_of_safety::StrengthSearch;
 use crate::run::output::measure_row::check_names;
 use crate::run::output::recorder::{RecordedOutput, RunRecorder};
 use crate::run::progress::RunProgress;
-use crate::run::{RunEnd, RunError, RunEvent, RunOptions, RunReport, SafetyResult};
+use crate::run::{ObservedEvent, RunEnd, RunError, RunEvent, RunOptions, RunReport, SafetyResult};
 use crate::simulation::step_size::{is_negligible, stable_step, step_solver};
 use crate::simulation::{ConfigurableMethod, ConfiguredMethod};
 use crate::{Case, CaseError, CaseErrors, Method, Snapshot, Solver};
@@ -192,7 +192,7 @@ impl<'m> Run<'m> {
         &self.recorder.table
     }
 
-    /// Advances to the next event; `None` after the end.
+    /// Advances to the next event, which the observer of the options sees first; `None` after the end.
     ///
     /// # Errors
     /// When the solver, the disk or an equilibrium fails. The files of the run are then complete up to the last output, and marked as
@@ -206,7 +206,23 @@ impl<'m> Run<'m> {
         }
         match (self.events.pop_front(), &self.phase) {
             (None, Phase::Failed) => Err(self.failure.take().unwrap_or(RunError::HasFailed)),
-            (event, _) => Ok(event),
+            (event, _) => {
+                event.iter().for_each(|event| self.observe(event));
+                Ok(event)
+            }
+        }
+    }
+
+    /// Hands an event to the observer.
+    fn observe(&self, event: &RunEvent) {
+        if let Some(observer) = &self.options.observer {
+            observer.observe(&ObservedEvent {
+                event,
+                method: &self.options.method,
+                time: self.time(),
+                end_time: self.case.end_time(),
+                step: self.solver.step_count(),
+            });
         }
     }
 
@@ -214,23 +230,10 @@ impl<'m> Run<'m> {
     ///
     /// # Errors
     /// As [`Run::advance`].
-    pub fn finish(self) -> Result<RunReport, RunError> {
-        self.finish_observed(|_, _| {})
-    }
-
-    /// Advances to the end, calls `observe` after each event, and returns the results.
-    ///
-    /// # Errors
-    /// As [`Run::advance`].
-    pub fn finish_observed(
-        mut self,
-        mut observe: impl FnMut(&Self, &RunEvent) + Send,
-    ) -> Result<RunReport, RunError> {
+    pub fn finish(mut self) -> Result<RunReport, RunError> {
         // One change to a thread of the pool for the whole run.
         rayon::scope(|_| {
-            while let Some(event) = self.advance()? {
-                observe(&self, &event);
-            }
+            while self.advance()?.is_some() {}
             Ok(self.report())
         })
     }

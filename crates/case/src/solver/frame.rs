@@ -160,13 +160,26 @@ impl FieldRole {
     }
 }
 
-/// Datasets of a frame that a caller requests.
+/// Datasets and fields of a frame that a caller requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrameRequest {
-    /// Data of measures and searches: points, or the first dataset of the method in place of them.
+pub enum FrameRequest<'a> {
+    /// Points with all fields, or the first dataset of the method in place of them.
     Measured,
     /// All datasets that the case requests for its frames.
     Requested,
+    /// Dataset of [`FrameRequest::Measured`] with the fields of these names only; ids, bodies, positions and extents are always there.
+    Fields(&'a [&'a str]),
+}
+
+impl FrameRequest<'_> {
+    /// Whether the request includes a field.
+    #[must_use]
+    pub fn includes(&self, field: &str) -> bool {
+        match self {
+            Self::Measured | Self::Requested => true,
+            Self::Fields(names) => names.contains(&field),
+        }
+    }
 }
 
 impl Dataset {

@@ -3,6 +3,7 @@
 pub(crate) mod equilibrium;
 mod error;
 mod failure_reason;
+mod field_list;
 mod frame;
 mod frame_points;
 pub(crate) mod manufactured;
@@ -27,6 +28,7 @@ pub use crate::solver::failure_reason::FailureReason;
 #[cfg(feature = "output")]
 pub(crate) use crate::solver::frame_points::on_nodes;
 pub use crate::solver::time_step::{Advance, StepLimit, TimeStep, TimeStepError};
+pub use field_list::FieldList;
 pub use frame::{
     Dataset, DatasetGeometry, FieldRole, Frame, FramePoints, FrameRequest, Lattice, PlanNodes, PlanRaster,
     PolygonMesh,
@@ -329,8 +331,8 @@ pub trait Solver: Send {
         Vec::new()
     }
 
-    /// Current state as the datasets of `wanted`.
-    fn frame(&self, wanted: FrameRequest) -> Frame;
+    /// Current state as the datasets of `wanted`. Fields that it does not include are neither computed nor copied.
+    fn frame(&self, wanted: FrameRequest<'_>) -> Frame;
 
     /// Results in addition to the frames, up to the current time, such as maxima over the plan.
     fn products(&self) -> Vec<Dataset> {

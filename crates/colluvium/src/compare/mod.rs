@@ -15,12 +15,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
-use crate::case::Warning;
 use crate::case::output::{OutputError, create_folder, write_atomically};
-use crate::case::run::RunEnd;
-use crate::case::{Case, CaseError, Method, ProblemSize, Run, RunError, RunOptions};
+use crate::case::run::{ObservedEvent, Observer, RunEnd};
+use crate::case::{Case, CaseError, Method, ProblemSize, Run, RunError, RunEvent, RunOptions};
 use crate::parallel_runs::run_in_parallel;
-use crate::run_progress::RunProgress;
 
 pub use crate::compare::completed_run::CompletedRun;
 pub use crate::compare::key_figures::{CaseAxes, KeyFigures};
@@ -40,8 +38,6 @@ pub struct CompareOptions {
     pub resume: bool,
     /// Whether to replace earlier results.
     pub overwrite: bool,
-    /// Whether to show the progress of each run.
-    pub show_progress: bool,
     /// Number of methods that run simultaneously, each on an equal share of the threads. With 0 or 1 they run one after the other, each on
     /// all threads.
     pub jobs: usize,
@@ -51,8 +47,8 @@ pub struct CompareOptions {
     pub stop_flag: Option<Arc<AtomicBool>>,
     /// Commit of the program, recorded with the results.
     pub commit: Option<String>,
-    /// Function that is called with each warning during a run.
-    pub on_warning: Option<fn(&Warning)>,
+    /// Receives the events of each run; simultaneous runs call it at the same time. A warning about the size of a run comes before it.
+    pub observer: Option<Observer>,
 }
 
 /// Outcome of a method.
@@ -177,12 +173,7 @@ pub fn run(
         return Err(OutputError::coded(&folder, "folder-has-run", problem).into());
     }
     let jobs = options.jobs.clamp(1, methods.len().max(1));
-    // Progress bars of several runs would overwrite each other.
-    let own = CompareOptions {
-        show_progress: options.show_progress && jobs == 1,
-        free_memory: options.free_memory / jobs as f64,
-        ..options.clone()
-    };
+    let own = CompareOptions { free_memory: options.free_memory / jobs as f64, ..options.clone() };
     let one = |method: &'static dyn Method| {
         let entrant = MethodCase::for_method(method, case);
         let size = method.problem_size(&entrant.case);
@@ -239,8 +230,10 @@ fn compare_one_method(
         let plan = || {
             let size = size?;
             size.check_memory(options.free_memory)?;
-            if let (Some(warn), Some(ahead)) = (options.on_warning, size.size_notice()) {
-                warn(&ahead);
+            if let (Some(observer), Some(ahead)) = (&options.observer, size.size_notice()) {
+                let event = &RunEvent::Warning(ahead);
+                let (method, end_time) = (method.name(), case.end_time());
+                observer.observe(&ObservedEvent { event, method, time: 0.0, end_time, step: 0 });
             }
             method.plan(case)
         };
@@ -261,12 +254,12 @@ fn compare_one_method(
             keep_frames: false,
             keep_specimen: false,
             stop_flag: options.stop_flag.clone(),
+            observer: options.observer.clone(),
             commit: options.commit.clone(),
             warnings: plan.all_warnings(case),
         };
-        let mut progress = RunProgress::new(case, options.show_progress, options.on_warning);
         let run = Run::new(Arc::new(case.clone()), method, run);
-        match run.and_then(|run| run.finish_observed(|run, event| progress.observe(run, event))) {
+        match run.and_then(Run::finish) {
             Ok(report) if report.ending == RunEnd::Interrupted => MethodOutcome::Interrupted,
             Ok(_) => read_outcome(&folder),
             Err(RunError::Case(error)) => MethodOutcome::Refused(error.to_string()),

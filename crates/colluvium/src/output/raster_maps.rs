@@ -107,6 +107,11 @@ fn terrain_heights(case: &Case) -> Result<Option<MapCells>, CaseError> {
     Ok(None)
 }
 
+/// Outlines of a case in map coordinates (m): those of the layers of its bodies, and those of the observed event.
+pub fn case_outlines(case: &Case) -> (Vec<Vec<[f64; 2]>>, Vec<Vec<[f64; 2]>>) {
+    (release_outlines(case), observed_outlines(case))
+}
+
 /// Outlines of the layers of the bodies (m), in map coordinates.
 fn release_outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
     let origin = case.origin();

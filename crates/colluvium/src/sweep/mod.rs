@@ -129,10 +129,27 @@ impl Sweep {
         let file = path.parent().unwrap_or(Path::new("")).join(&sweep.case);
         let (base, folder) = (json::value(&file)?, file.parent().unwrap_or(Path::new("")));
         let case = Case::from_value(&base, folder).map_err(|errors| errors.with_file_name(&file))?;
-        sweep.check_exceedance(&case)?;
-        sweep.check_intensities(&case)?;
-        let members = sweep.cases(&base, folder)?;
+        let members = sweep.checked_cases(&case, &base, folder)?;
         Ok((sweep, members))
+    }
+
+    /// Reads a sweep from its text and builds its cases from a base case, whose files are in `folder`. The path of the case in the text is
+    /// not read.
+    ///
+    /// # Errors
+    /// As [`Sweep::load`].
+    pub fn of_case(text: &str, base: &Value, folder: &Path) -> Result<(Self, Vec<SweepCase>), CaseErrors> {
+        let sweep: Self = json::read(text)?;
+        sweep.validate()?;
+        let members = sweep.checked_cases(&Case::from_value(base, folder)?, base, folder)?;
+        Ok((sweep, members))
+    }
+
+    /// Checks the rasters of the sweep against the base case, and builds its cases.
+    fn checked_cases(&self, case: &Case, base: &Value, folder: &Path) -> Result<Vec<SweepCase>, CaseErrors> {
+        self.check_exceedance(case)?;
+        self.check_intensities(case)?;
+        self.cases(base, folder)
     }
 
     /// JSON Schema of a sweep's file.

@@ -257,6 +257,7 @@ fn run_case(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions
         keep_frames: false,
         keep_specimen: false,
         stop_flag: Some(options.stop_flag.clone()),
+        observer: None,
         commit: options.commit.clone(),
         warnings: case.warnings(),
     };

@@ -20,6 +20,7 @@ mod result_warnings;
 mod rigid_body_support;
 mod run_folders;
 mod strength_reduction;
+mod wanted_fields;
 
 use std::path::Path;
 use std::process::{Command, Output};

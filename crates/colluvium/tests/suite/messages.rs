@@ -113,7 +113,7 @@ fn each_code_of_the_sources_is_on_the_page_once_and_each_code_of_the_page_is_in_
 #[test]
 fn the_program_has_the_page_of_the_codes() {
     let page = fs::read_to_string(root().join("docs/messages.md")).unwrap();
-    let copy = root().join("crates/colluvium/src/commands/messages.txt");
+    let copy = root().join("crates/colluvium/src/cli/messages.txt");
     if std::env::var_os("COLLUVIUM_WRITE_DOCS").is_some() {
         fs::write(&copy, &page).unwrap();
     }

@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 /// Row and column of each stored component: xx yy zz xy yz zx.
 pub(crate) const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
 
-/// Symmetric second-order tensor, stored as xx yy zz xy yz zx with *tensor* shear components.
+/// Symmetric second-order tensor, stored as xx yy zz xy yz zx with *tensor* shear components. It has the memory layout of its array.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
+#[repr(transparent)]
 pub struct SymTensor(pub [f64; 6]);
 
 impl From<[f64; 6]> for SymTensor {

@@ -1,7 +1,8 @@
 //! Output of the solver: fields, totals, scalar outputs.
 
 use colluvium_case::measure::ScalarOutput;
-use colluvium_case::{Budget, Field, FieldData, Frame, FrameRequest, Reaction, Snapshot, spatial};
+use colluvium_case::{Budget, FieldList, Frame, FrameRequest, Reaction, Snapshot, spatial};
+use colluvium_constitutive::SymTensor;
 
 use crate::momentum::applied_forces::applied_forces;
 use crate::output::packing_view::PackingView;
@@ -24,20 +25,15 @@ impl IdOrder {
         Self { indices }
     }
 
-    /// Data of a scalar field.
-    fn scalar(&self, value: impl Fn(usize) -> f64) -> FieldData {
-        FieldData::Scalar(self.indices.iter().map(|&i| value(i)).collect())
+    /// Numbers of a quantity.
+    fn scalars(&self, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        self.indices.iter().map(|&i| value(i)).collect()
     }
 
     /// Spatial vectors of a quantity.
     fn vectors<const N: usize>(&self, value: impl Fn(usize) -> [f64; N]) -> Vec<[f64; 3]> {
         self.indices.iter().map(|&i| spatial(&value(i))).collect()
     }
-}
-
-/// Field of a name and a unit.
-fn field(name: &str, unit: &'static str, data: FieldData) -> Field {
-    Field { name: name.to_owned(), unit, data }
 }
 
 impl<const D: usize, const R: usize> PackingView<'_, D, R> {
@@ -64,23 +60,27 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
         std::array::from_fn(|c| g.spin[i][c] + ahead * g.torque[i][c] / g.inertia(i))
     }
 
-    /// Snapshot of all fields of the grains, in the order of ids.
-    pub(crate) fn collect_snapshot(&self) -> Snapshot {
+    /// Grains with the wanted fields, in the order of ids.
+    pub(crate) fn collect_snapshot(&self, wanted: FrameRequest<'_>) -> Snapshot {
         let g = self.grains;
         let order = IdOrder::new(g);
-        let mut fields = self.main_fields(&order);
+        let mut fields = FieldList::new(wanted);
+        let needs_contacts = ["stress", "pressure", "contacts"].iter().any(|name| fields.includes(name));
+        let (stresses, contacts) = if needs_contacts { self.grain_stresses() } else { Default::default() };
+        self.add_motion_fields(&order, &stresses, &mut fields);
+        self.add_grain_fields(&order, &contacts, &mut fields);
         if g.is_held.contains(&true) {
-            fields.push(field("held", "", order.scalar(|i| f64::from(u8::from(g.is_held[i])))));
+            fields.scalar("held", "", || order.scalars(|i| f64::from(u8::from(g.is_held[i]))));
         }
         if self.clock.options.voronoi {
-            fields.extend(self.cell_fields(&order));
+            self.add_cell_fields(&order, &mut fields);
         }
         if !g.orientation.is_empty() {
-            let component = |c: usize| order.scalar(|i| g.orientation[i][c]);
-            fields.extend(match R {
-                1 => vec![field("orientation", "rad", component(0))],
-                _ => (0..4).map(|c| field(QUATERNION[c], "", component(c))).collect(),
-            });
+            let component = |c: usize| order.scalars(|i| g.orientation[i][c]);
+            match R {
+                1 => fields.scalar("orientation", "rad", || component(0)),
+                _ => (0..4).for_each(|c| fields.scalar(QUATERNION[c], "", || component(c))),
+            }
         }
         let indices = || order.indices.iter();
         Snapshot {
@@ -90,56 +90,65 @@ impl<const D: usize, const R: usize> PackingView<'_, D, R> {
             bodies: indices().map(|&i| g.body[i]).collect(),
             positions: order.vectors(|i| g.position[i]),
             extents: order.vectors(|i| [2.0 * g.radius[i]; D]),
-            fields,
+            fields: fields.into_fields(),
         }
     }
 
-    /// Fields that all snapshots have.
-    fn main_fields(&self, order: &IdOrder) -> Vec<Field> {
+    /// Adds velocities, displacements and stresses of the grains.
+    fn add_motion_fields(&self, order: &IdOrder, stresses: &[SymTensor], fields: &mut FieldList<'_>) {
         let g = self.grains;
-        let ahead = 0.5 * self.clock.last_step;
-        let gravity = self.clock.gravity_at(0.0);
-        let applied = applied_forces(self.clock, g, &self.boundary.membranes);
-        let accelerations = (&gravity, applied.as_slice());
-        let (stresses, counts) = self.grain_stresses();
-        let spin = match R {
-            1 => order.scalar(|i| self.spin(i, ahead)[0]),
-            _ => FieldData::Vector(order.vectors(|i| self.spin(i, ahead))),
-        };
-        let vector = |of: &dyn Fn(usize) -> [f64; D]| FieldData::Vector(order.vectors(of));
-        vec![
-            field("velocity", "m/s", vector(&|i| self.velocity(i, accelerations, ahead))),
-            field("displacement", "m", vector(&|i| difference(&g.position[i], &g.origin[i]))),
-            field("stress", "Pa", FieldData::Tensor(order.indices.iter().map(|&i| stresses[i]).collect())),
-            field("pressure", "Pa", order.scalar(|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
-            field("mass", "kg", order.scalar(|i| g.mass[i])),
-            field("volume", "m3", order.scalar(|i| volume(D, g.radius[i]))),
-            field("density", "kg/m3", order.scalar(|i| g.mass[i] / volume(D, g.radius[i]))),
-            field("radius", "m", order.scalar(|i| g.radius[i])),
-            field("spin", "rad/s", spin),
-            field("force", "N", vector(&|i| g.force[i])),
-            field("contacts", "", order.scalar(|i| counts[i])),
-            field("kind", "", order.scalar(|i| f64::from(g.kind[i]))),
-        ]
+        fields.vector("velocity", "m/s", || {
+            let applied = applied_forces(self.clock, g, &self.boundary.membranes);
+            let accelerations = (&self.clock.gravity_at(0.0), applied.as_slice());
+            order.vectors(|i| self.velocity(i, accelerations, self.half_step()))
+        });
+        fields.vector("displacement", "m", || order.vectors(|i| difference(&g.position[i], &g.origin[i])));
+        let mean = |i: usize| -stresses[i].0[..D].iter().sum::<f64>() / D as f64;
+        fields.tensor("stress", "Pa", || order.indices.iter().map(|&i| stresses[i]).collect());
+        fields.scalar("pressure", "Pa", || order.scalars(mean));
     }
 
-    /// Fields of the Laguerre tessellation; none in space.
-    fn cell_fields(&self, order: &IdOrder) -> Vec<Field> {
+    /// Adds the quantities that each grain has.
+    fn add_grain_fields(&self, order: &IdOrder, contacts: &[f64], fields: &mut FieldList<'_>) {
+        let g = self.grains;
+        fields.scalar("mass", "kg", || order.scalars(|i| g.mass[i]));
+        fields.scalar("volume", "m3", || order.scalars(|i| volume(D, g.radius[i])));
+        fields.scalar("density", "kg/m3", || order.scalars(|i| g.mass[i] / volume(D, g.radius[i])));
+        fields.scalar("radius", "m", || order.scalars(|i| g.radius[i]));
+        match R {
+            1 => fields.scalar("spin", "rad/s", || order.scalars(|i| self.spin(i, self.half_step())[0])),
+            _ => fields.vector("spin", "rad/s", || order.vectors(|i| self.spin(i, self.half_step()))),
+        }
+        fields.vector("force", "N", || order.vectors(|i| g.force[i]));
+        fields.scalar("contacts", "", || order.scalars(|i| contacts[i]));
+        fields.scalar("kind", "", || order.scalars(|i| f64::from(g.kind[i])));
+    }
+
+    /// Time from the velocities to the positions (s).
+    fn half_step(&self) -> f64 {
+        0.5 * self.clock.last_step
+    }
+
+    /// Adds the fields of the Laguerre tessellation; none in space.
+    fn add_cell_fields(&self, order: &IdOrder, fields: &mut FieldList<'_>) {
+        let names = ["cell_area", "cell_solid_fraction", "cell_of_surface"];
+        if !names.iter().any(|name| fields.includes(name)) {
+            return;
+        }
         let (g, cells) = (self.grains, self.tessellation());
         if cells.area.is_empty() {
-            return Vec::new();
+            return;
         }
         let solid_fraction = |i: usize| volume(D, g.radius[i]) / cells.area[i];
-        vec![
-            field("cell_area", "m2", order.scalar(|i| cells.area[i])),
-            field("cell_solid_fraction", "", order.scalar(solid_fraction)),
-            field("cell_of_surface", "", order.scalar(|i| f64::from(u8::from(cells.surface[i])))),
-        ]
+        fields.scalar("cell_area", "m2", || order.scalars(|i| cells.area[i]));
+        fields.scalar("cell_solid_fraction", "", || order.scalars(solid_fraction));
+        let is_surface = |i: usize| f64::from(u8::from(cells.surface[i]));
+        fields.scalar("cell_of_surface", "", || order.scalars(is_surface));
     }
 
     /// Output frame with the grains and the data sets that the case requests.
-    pub(crate) fn collect_frame(&self, wanted: FrameRequest) -> Frame {
-        let mut frame = Frame::from(self.collect_snapshot());
+    pub(crate) fn collect_frame(&self, wanted: FrameRequest<'_>) -> Frame {
+        let mut frame = Frame::from(self.collect_snapshot(wanted));
         if wanted == FrameRequest::Requested {
             frame.datasets.extend(self.clock.case.lattice().map(|nodes| self.coarse_grained_dataset(nodes)));
             frame.datasets.extend(self.clock.case.output.contacts.then(|| self.contacts_dataset()));

@@ -1,17 +1,12 @@
 //! Snapshot of the nodes with their fields.
 
-use colluvium_case::{Field, FieldData, Snapshot};
+use colluvium_case::{FieldList, FrameRequest, Snapshot};
 use colluvium_constitutive::SymTensor;
 
 use crate::bed::BedPoint;
 use crate::output::flow_view::FlowView;
 use crate::phases::phase::PhaseSet;
 use crate::points::phase_nodes::dot;
-
-/// Scalar field of a snapshot.
-fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
-    Field { name: name.to_owned(), unit, data: FieldData::Scalar(values) }
-}
 
 /// Vector along the bed: its plan components and the rise over a slope.
 pub(super) fn along_bed<const D: usize>(v: &[f64; D], slope: &[f64; D]) -> [f64; 3] {
@@ -31,8 +26,13 @@ fn in_order<const D: usize>(sets: &[PhaseSet<D>]) -> Vec<(usize, usize)> {
     order
 }
 
-/// Snapshot of all nodes, in the order of node numbers, at a time of the case (s).
-pub(crate) fn snapshot<const D: usize>(flow: &FlowView<'_, D>, (time, step): (f64, u64)) -> Snapshot {
+/// Nodes with the wanted fields, in the order of node numbers, at a time of the case (s).
+pub(crate) fn snapshot<const D: usize>(
+    flow: &FlowView<'_, D>,
+    (time, step): (f64, u64),
+    wanted: FrameRequest<'_>,
+) -> Snapshot {
+    let mut wanted_fields = FieldList::new(wanted);
     let order = in_order(flow.sets());
     let nodes = |set: usize| &flow.sets()[set].nodes;
     let beds: Vec<_> = order.iter().map(|&(set, i)| flow.bed.bed_below(&nodes(set).position[i])).collect();
@@ -52,6 +52,7 @@ pub(crate) fn snapshot<const D: usize>(flow: &FlowView<'_, D>, (time, step): (f6
             std::cmp::Ordering::Greater => 0.0,
         })
     };
+    add_fields(flow, &order, &beds, &mut wanted_fields);
     Snapshot {
         time,
         step,
@@ -59,18 +60,21 @@ pub(crate) fn snapshot<const D: usize>(flow: &FlowView<'_, D>, (time, step): (f6
         bodies: order.iter().map(|&(set, i)| nodes(set).body[i]).collect(),
         positions: order.iter().zip(beds.iter().map(|bed| bed.level)).map(place).collect(),
         extents: order.iter().map(extent).collect(),
-        fields: fields(flow, &order, &beds),
+        fields: wanted_fields.into_fields(),
     }
 }
 
-/// Fields of the nodes in the given order; `beds` are the bed points below them.
-fn fields<const D: usize>(
+/// Adds the fields of the nodes in the given order; `beds` are the bed points below them.
+fn add_fields<const D: usize>(
     flow: &FlowView<'_, D>,
     order: &[(usize, usize)],
     beds: &[BedPoint<D>],
-) -> Vec<Field> {
+    fields: &mut FieldList<'_>,
+) {
     let nodes = |set: usize| &flow.sets()[set].nodes;
-    let each = |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
+    let each = |value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        order.iter().map(|&(set, i)| value(set, i)).collect()
+    };
     let stress = |&(set, i): &(usize, usize)| {
         // Half of the pressure at the base: the mean over the depth, taken isotropic.
         let mean = -0.5
@@ -79,52 +83,48 @@ fn fields<const D: usize>(
             * nodes(set).depth[i];
         SymTensor([mean, mean, mean, 0.0, 0.0, 0.0])
     };
-    let velocity = order
-        .iter()
-        .zip(beds)
-        .map(|(&(set, i), bed)| along_bed(&nodes(set).velocity[i], &bed.slope))
-        .collect();
-    let displacement = order
-        .iter()
-        .map(|&(set, i)| {
-            let (x, origin) = (&nodes(set).position[i], &nodes(set).origin[i]);
-            let moved: [f64; D] = std::array::from_fn(|c| x[c] - origin[c]);
-            along_bed(&moved, &[0.0; D])
-        })
-        .collect();
-    let stresses = order.iter().map(stress).collect();
-    let mut fields = vec![
-        scalar("depth", "m", each(&|set, i| nodes(set).depth[i])),
-        Field { name: "velocity".into(), unit: "m/s", data: FieldData::Vector(velocity) },
-        Field { name: "displacement".into(), unit: "m", data: FieldData::Vector(displacement) },
-        Field { name: "stress".into(), unit: "Pa", data: FieldData::Tensor(stresses) },
-        scalar("mass", "kg", each(&|set, i| flow.density(set) * nodes(set).volume[i])),
-        scalar("volume", "m3", each(&|set, i| nodes(set).volume[i])),
-        scalar("bed", "m", beds.iter().map(|bed| bed.level).collect()),
-        scalar("smoothing_length", "m", each(&|set, i| nodes(set).length[i])),
-    ];
+    let velocity =
+        |(&(set, i), bed): (&(usize, usize), &BedPoint<D>)| along_bed(&nodes(set).velocity[i], &bed.slope);
+    let displacement = |&(set, i): &(usize, usize)| {
+        let (x, origin) = (&nodes(set).position[i], &nodes(set).origin[i]);
+        let moved: [f64; D] = std::array::from_fn(|c| x[c] - origin[c]);
+        along_bed(&moved, &[0.0; D])
+    };
+    fields.scalar("depth", "m", || each(&|set, i| nodes(set).depth[i]));
+    fields.vector("velocity", "m/s", || order.iter().zip(beds).map(velocity).collect());
+    fields.vector("displacement", "m", || order.iter().map(displacement).collect());
+    fields.tensor("stress", "Pa", || order.iter().map(stress).collect());
+    fields.scalar("mass", "kg", || each(&|set, i| flow.density(set) * nodes(set).volume[i]));
+    fields.scalar("volume", "m3", || each(&|set, i| nodes(set).volume[i]));
+    fields.scalar("bed", "m", || beds.iter().map(|bed| bed.level).collect());
+    fields.scalar("smoothing_length", "m", || each(&|set, i| nodes(set).length[i]));
     if flow.sets().len() > 1 {
-        fields.push(scalar("phase", "", each(&|set, _| set as f64)));
-        fields.push(scalar("height", "m", each(&|set, i| nodes(set).partial_thickness[i])));
+        fields.scalar("phase", "", || each(&|set, _| set as f64));
+        fields.scalar("height", "m", || each(&|set, i| nodes(set).partial_thickness[i]));
     }
-    fields.extend(fields_of_columns(flow, order));
+    add_pore_fields(flow, order, fields);
     if flow.boundary.has_openings() {
         let outside = |set: usize, i: usize| f64::from(u8::from(flow.boundary.is_outside(nodes(set).id[i])));
-        fields.push(scalar("outside", "", each(&outside)));
+        fields.scalar("outside", "", || each(&outside));
     }
     if flow.has_erosion() {
-        fields.push(scalar("eroded", "m3", each(&|set, i| nodes(set).eroded_volume[i])));
+        fields.scalar("eroded", "m3", || each(&|set, i| nodes(set).eroded_volume[i]));
     }
-    fields
 }
 
-/// Pore-pressure fields of the nodes in the given order, for a case with pore-pressure columns.
-fn fields_of_columns<const D: usize>(flow: &FlowView<'_, D>, order: &[(usize, usize)]) -> Vec<Field> {
+/// Adds the pore-pressure fields of the nodes in the given order, for a case with pore-pressure columns.
+fn add_pore_fields<const D: usize>(
+    flow: &FlowView<'_, D>,
+    order: &[(usize, usize)],
+    fields: &mut FieldList<'_>,
+) {
     if flow.nodes.pore_columns.is_empty() {
-        return Vec::new();
+        return;
     }
     let nodes = |set: usize| &flow.sets()[set].nodes;
-    let each = |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
+    let each = |value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        order.iter().map(|&(set, i)| value(set, i)).collect()
+    };
     let head = |set: usize, i: usize| if set == 0 { flow.nodes.pore_columns.base_head(i) } else { f64::NAN };
     let submerged = |set: usize, i: usize| flow.sets()[set].submerged_density(flow.settings, set, i);
     let excess = |set: usize, i: usize| submerged(set, i) * nodes(set).bed_gravity[i] * head(set, i);
@@ -135,10 +135,8 @@ fn fields_of_columns<const D: usize>(flow: &FlowView<'_, D>, order: &[(usize, us
     let fluid = flow.settings.material.densities.fluid;
     let whole =
         |set: usize, i: usize| excess(set, i) + fluid * nodes(set).bed_gravity[i] * nodes(set).depth[i];
-    vec![
-        scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])),
-        scalar("excess_pore_pressure", "Pa", each(&excess)),
-        scalar("mean_excess_pore_pressure", "Pa", each(&mean)),
-        scalar("pore_pressure", "Pa", each(&whole)),
-    ]
+    fields.scalar("liquefaction", "", || each(&|set, i| head(set, i) / nodes(set).depth[i]));
+    fields.scalar("excess_pore_pressure", "Pa", || each(&excess));
+    fields.scalar("mean_excess_pore_pressure", "Pa", || each(&mean));
+    fields.scalar("pore_pressure", "Pa", || each(&whole));
 }

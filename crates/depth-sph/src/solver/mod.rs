@@ -247,8 +247,8 @@ impl<const D: usize> Solver for DepthSolver<D> {
         warnings_at_end(&self.flow.view(), &self.case, self.hazard_rasters.as_ref(), &self.run_state())
     }
 
-    fn frame(&self, _: FrameRequest) -> Frame {
-        snapshot(&self.flow.view(), (self.time, self.steps)).into()
+    fn frame(&self, wanted: FrameRequest<'_>) -> Frame {
+        snapshot(&self.flow.view(), (self.time, self.steps), wanted).into()
     }
 
     fn gauge(&self, place: &[f64]) -> Option<(f64, [f64; 3])> {

@@ -2,22 +2,22 @@
 
 use colluvium_case::bodies::law_points::{LawPoints, law_fields};
 use colluvium_case::measure::ScalarOutput;
-use colluvium_case::{Budget, Equilibrium, Field, FieldData, Snapshot, spatial};
+use colluvium_case::{Budget, Equilibrium, FieldList, FrameRequest, Snapshot, spatial};
 
 use crate::points::bodies::{BodyPoints, PointColumns};
 use crate::solver::SnowSolver;
 
 impl<const D: usize> SnowSolver<D> {
-    /// Snapshot of all point fields, in the order of ids.
-    pub(crate) fn collect_snapshot(&self) -> Snapshot {
+    /// Points with the wanted fields, in the order of ids.
+    pub(crate) fn collect_snapshot(&self, wanted: FrameRequest<'_>) -> Snapshot {
         let bodies = &self.bodies.bodies;
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
         for (number, body) in bodies.iter().enumerate() {
             order.extend(body.points.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
         }
         order.sort_unstable();
-        let scalar = |value: &dyn Fn(&PointColumns<D>, usize) -> f64| -> FieldData {
-            FieldData::Scalar(order.iter().map(|&(_, b, i)| value(&bodies[b].points, i)).collect())
+        let scalar = |value: &dyn Fn(&PointColumns<D>, usize) -> f64| -> Vec<f64> {
+            order.iter().map(|&(_, b, i)| value(&bodies[b].points, i)).collect()
         };
         let vector = |value: &dyn Fn(&PointColumns<D>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
             order.iter().map(|&(_, b, i)| value(&bodies[b].points, i)).collect()
@@ -25,21 +25,19 @@ impl<const D: usize> SnowSolver<D> {
         let displacement = |points: &PointColumns<D>, i: usize| -> [f64; 3] {
             spatial(&std::array::from_fn::<f64, D, _>(|c| points.position[i][c] - points.origin[i][c]))
         };
-        let stress = order.iter().map(|&(_, b, i)| bodies[b].points.stress[i]).collect();
-        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        let mut fields = vec![
-            field("velocity", "m/s", FieldData::Vector(vector(&|p, i| spatial(&p.velocity[i])))),
-            field("displacement", "m", FieldData::Vector(vector(&displacement))),
-            field("stress", "Pa", FieldData::Tensor(stress)),
-            field("pressure", "Pa", scalar(&|p, i| p.stress[i].pressure())),
-            field("deviatoric_stress", "Pa", scalar(&|p, i| p.stress[i].q())),
-            field("mass", "kg", scalar(&|p, i| p.mass[i])),
-            field("volume", "m3", scalar(&|p, i| p.volume[i])),
-            field("density", "kg/m3", scalar(&|p, i| p.mass[i] / p.volume[i])),
-        ];
+        let stress = || order.iter().map(|&(_, b, i)| bodies[b].points.stress[i]).collect();
+        let mut fields = FieldList::new(wanted);
+        fields.vector("velocity", "m/s", || vector(&|p, i| spatial(&p.velocity[i])));
+        fields.vector("displacement", "m", || vector(&displacement));
+        fields.tensor("stress", "Pa", stress);
+        fields.scalar("pressure", "Pa", || scalar(&|p, i| p.stress[i].pressure()));
+        fields.scalar("deviatoric_stress", "Pa", || scalar(&|p, i| p.stress[i].q()));
+        fields.scalar("mass", "kg", || scalar(&|p, i| p.mass[i]));
+        fields.scalar("volume", "m3", || scalar(&|p, i| p.volume[i]));
+        fields.scalar("density", "kg/m3", || scalar(&|p, i| p.mass[i] / p.volume[i]));
         let laws: Vec<LawPoints<'_>> = bodies.iter().map(BodyPoints::law_points).collect();
         let places: Vec<(usize, usize)> = order.iter().map(|&(_, body, index)| (body, index)).collect();
-        fields.extend(law_fields(&laws, &places));
+        fields.extend(law_fields(&laws, &places, wanted));
         Snapshot {
             time: self.clock.time,
             step: self.clock.step,
@@ -47,7 +45,7 @@ impl<const D: usize> SnowSolver<D> {
             bodies: order.iter().map(|&(_, b, _)| bodies[b].number).collect(),
             positions: vector(&|p, i| spatial(&p.position[i])),
             extents: order.iter().map(|&(_, b, _)| spatial(&[bodies[b].width; D])).collect(),
-            fields,
+            fields: fields.into_fields(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Diagnostics of the sums over neighbours (Bui & Nguyen 2021, eq. 19; sheet: sph §2.2, pitfalls 9 and 13).
 
 use colluvium_case::measure::ScalarOutput;
-use colluvium_case::{Field, FieldData, SolverError, spatial};
+use colluvium_case::{FieldList, SolverError, spatial};
 use colluvium_constitutive::{Mat3, SymTensor};
 use rayon::prelude::*;
 
@@ -84,16 +84,16 @@ impl<const D: usize> SphSolver<D> {
         )
     }
 
-    /// Fields of the uncorrected gradient of a constant and of the position, for particles in the given order; empty unless requested.
-    pub(crate) fn diagnostic_fields(&self, order: &[usize]) -> Vec<Field> {
-        let Some(findings) = self.particle_diagnostics() else { return Vec::new() };
-        let field = |name: &str, data| Field { name: name.to_owned(), unit: "", data };
-        let constants = order.iter().map(|&i| findings[i].constant).collect();
-        let linears = order.iter().map(|&i| findings[i].linear).collect();
-        vec![
-            field("gradient_of_constant", FieldData::Vector(constants)),
-            field("gradient_of_position", FieldData::Tensor(linears)),
-        ]
+    /// Adds the fields of the uncorrected gradient of a constant and of the position, for particles in the given order; none unless the
+    /// options ask for them.
+    pub(crate) fn add_diagnostic_fields(&self, order: &[usize], fields: &mut FieldList<'_>) {
+        if !["gradient_of_constant", "gradient_of_position"].iter().any(|name| fields.includes(name)) {
+            return;
+        }
+        let Some(findings) = self.particle_diagnostics() else { return };
+        let constants = || order.iter().map(|&i| findings[i].constant).collect();
+        fields.vector("gradient_of_constant", "", constants);
+        fields.tensor("gradient_of_position", "", || order.iter().map(|&i| findings[i].linear).collect());
     }
 
     /// Numbers of coincident particles and of corrections that fall back; none unless requested.

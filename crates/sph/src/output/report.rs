@@ -2,7 +2,7 @@
 
 use colluvium_case::bodies::law_points::{LawPoints, law_fields};
 use colluvium_case::rigid::RigidState;
-use colluvium_case::{Budget, EquilibriumScales, Field, FieldData, Snapshot, spatial};
+use colluvium_case::{Budget, EquilibriumScales, FieldList, FrameRequest, Snapshot, spatial};
 use colluvium_points::surface::cross;
 
 use crate::config::{SmoothingLength, TimeIntegration};
@@ -75,32 +75,29 @@ impl<const D: usize> SphSolver<D> {
         Some(group.rigid?.extrapolated(0.5 * self.clock.last_step))
     }
 
-    /// Snapshot of all particle fields, in the order of ids.
-    pub(crate) fn collect_snapshot(&self) -> Snapshot {
+    /// Particles with the wanted fields, in the order of ids.
+    pub(crate) fn collect_snapshot(&self, wanted: FrameRequest<'_>) -> Snapshot {
         let p = &self.bodies.particles;
         let mut order: Vec<usize> = (0..p.len()).collect();
         order.sort_unstable_by_key(|&i| p.id[i]);
         let mut bodies = vec![0; p.len()];
         self.bodies.groups.iter().for_each(|group| bodies[group.range()].fill(group.body));
-        let scalar =
-            |value: &dyn Fn(usize) -> f64| FieldData::Scalar(order.iter().map(|&i| value(i)).collect());
+        let scalar = |value: &dyn Fn(usize) -> f64| -> Vec<f64> { order.iter().map(|&i| value(i)).collect() };
         let vector = |value: &dyn Fn(usize) -> [f64; D]| -> Vec<[f64; 3]> {
             order.iter().map(|&i| spatial(&value(i))).collect()
         };
         let moved = |i: usize| std::array::from_fn(|c| p.position[i][c] - p.origin[i][c]);
-        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        let mut fields = vec![
-            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i)))),
-            field("displacement", "m", FieldData::Vector(vector(&moved))),
-            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| p.stress[i]).collect())),
-            field("pressure", "Pa", scalar(&|i| p.stress[i].pressure())),
-            field("deviatoric_stress", "Pa", scalar(&|i| p.stress[i].q())),
-            field("mass", "kg", scalar(&|i| p.mass[i])),
-            field("volume", "m3", scalar(&|i| p.mass[i] / p.density[i])),
-            field("density", "kg/m3", scalar(&|i| p.density[i])),
-        ];
+        let mut fields = FieldList::new(wanted);
+        fields.vector("velocity", "m/s", || vector(&|i| self.velocity(i)));
+        fields.vector("displacement", "m", || vector(&moved));
+        fields.tensor("stress", "Pa", || order.iter().map(|&i| p.stress[i]).collect());
+        fields.scalar("pressure", "Pa", || scalar(&|i| p.stress[i].pressure()));
+        fields.scalar("deviatoric_stress", "Pa", || scalar(&|i| p.stress[i].q()));
+        fields.scalar("mass", "kg", || scalar(&|i| p.mass[i]));
+        fields.scalar("volume", "m3", || scalar(&|i| p.mass[i] / p.density[i]));
+        fields.scalar("density", "kg/m3", || scalar(&|i| p.density[i]));
         if self.setting.options.is_variable() {
-            fields.push(field("smoothing_length", "m", FieldData::Scalar(self.lengths(&order))));
+            fields.scalar("smoothing_length", "m", || self.lengths(&order));
         }
         let mut places = vec![(0, 0); p.len()];
         for (number, group) in self.bodies.groups.iter().enumerate() {
@@ -108,8 +105,8 @@ impl<const D: usize> SphSolver<D> {
         }
         let laws: Vec<LawPoints<'_>> = self.bodies.groups.iter().map(|group| p.law_points(group)).collect();
         let places: Vec<(usize, usize)> = order.iter().map(|&i| places[i]).collect();
-        fields.extend(law_fields(&laws, &places));
-        fields.extend(self.diagnostic_fields(&order));
+        fields.extend(law_fields(&laws, &places, wanted));
+        self.add_diagnostic_fields(&order, &mut fields);
         let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
         Snapshot {
             time: self.clock.time,
@@ -118,7 +115,7 @@ impl<const D: usize> SphSolver<D> {
             bodies: order.iter().map(|&i| bodies[i]).collect(),
             positions: vector(&|i| p.position[i]),
             extents: vector(&width),
-            fields,
+            fields: fields.into_fields(),
         }
     }
 

@@ -107,9 +107,11 @@ impl<const D: usize> Solver for RankedSolver<D> {
     }
 
     /// Output frame of the solver without ranks, with the rank of each particle.
-    fn frame(&self, _: FrameRequest) -> Frame {
-        let mut snapshot = self.gather().collect_snapshot();
-        snapshot.fields.push(Field { name: "rank".to_owned(), unit: "", data: self.owners() });
+    fn frame(&self, wanted: FrameRequest<'_>) -> Frame {
+        let mut snapshot = self.gather().collect_snapshot(wanted);
+        if wanted.includes("rank") {
+            snapshot.fields.push(Field { name: "rank".to_owned(), unit: "", data: self.owners() });
+        }
         snapshot.into()
     }
 

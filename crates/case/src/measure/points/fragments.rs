@@ -7,7 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error_collector::ErrorCollector;
-use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, counted_points, point_subset};
+use crate::measure::{
+    FieldUse, MeasureDefinition, MeasuredState, ScalarOutput, counted_points, point_subset,
+};
 use crate::output::is_plain;
 use crate::{FieldRole, Snapshot};
 
@@ -71,6 +73,15 @@ impl MeasureDefinition for Fragments {
         };
         let counted = counted_points(state.case, &whole, self.bodies.as_deref());
         scalar_outputs(name, &counted, self.link, self.least)
+    }
+
+    fn fields(&self) -> Vec<FieldUse<'_>> {
+        let used = |broken: &'_ BreakageCriterion| FieldUse {
+            key: "broken.field".to_owned(),
+            name: broken.field.clone().into(),
+            is_scalar: true,
+        };
+        self.broken.iter().map(used).collect()
     }
 }
 

@@ -113,7 +113,7 @@ impl Solver for Slider {
             kinetic: 0.5 * self.v * self.v,
         })
     }
-    fn frame(&self, _: FrameRequest) -> Frame {
+    fn frame(&self, _: FrameRequest<'_>) -> Frame {
         let scalar = |name: &str, unit, value| Field {
             name: name.into(),
             unit,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use crate::measure::MeasuredState;
+use crate::measure::{MeasuredState, fields_of_measures};
 use crate::output::{
     Collection, FileChecksum, OutputError, Table, WriteOptions, averages, file_extension, read_frame,
     read_json, write_atomically, write_dataset, write_frame,
@@ -57,6 +57,8 @@ pub(crate) struct RunRecorder {
     row_interval: f64,
     /// Whether steps end at the times of rows, because the case gives an interval.
     ends_on_rows: bool,
+    /// Fields that rows of the measures need.
+    measured_fields: Vec<String>,
     /// Tables in the folder of the run.
     pub(crate) tables: Tables,
     /// Table of measures in memory.
@@ -85,6 +87,7 @@ impl RunRecorder {
             frame_interval: case.output.frames,
             row_interval: case.output.measures.unwrap_or(case.end_time() / DEFAULT_ROWS),
             ends_on_rows: case.output.measures.is_some(),
+            measured_fields: fields_of_measures(&case),
             tables: Tables::new(options.output_folder.clone()),
             table: Table::default(),
             kept_frames: Vec::new(),
@@ -226,7 +229,9 @@ impl RunRecorder {
         if !row && !frame {
             return Ok(RecordedOutput::default());
         }
-        let mut now = solver.frame(if frame { FrameRequest::Requested } else { FrameRequest::Measured });
+        let names: Vec<&str> = self.measured_fields.iter().map(String::as_str).collect();
+        let wanted = if frame { FrameRequest::Requested } else { FrameRequest::Fields(&names) };
+        let mut now = solver.frame(wanted);
         let points = now.take_points();
         if row {
             self.row(solver, points.as_ref(), &now, progress.time_step)?;
@@ -334,7 +339,7 @@ impl RunRecorder {
         }
         if self.options.keep_frames {
             let shown = points.clone().or_else(|| others.first_as_points());
-            self.kept_frames.extend(shown.map(|shown| self.case.snapshot_on_map(shown)));
+            self.kept_frames.extend(shown.map(|shown| shown.on_map(&self.case)));
         }
         if let Some(points) = points {
             others.insert_points(points);

@@ -130,3 +130,22 @@ fn a_run_interrupted_between_two_stages_continues_with_the_second() {
     let mut again = begun(TWO_STAGES, None, RunOptions { resume: true, ..options(folder.path()) });
     assert_eq!(letters(&mut again).0, "BrrferfC");
 }
+
+#[test]
+fn an_observer_sees_every_event_with_time_and_step() {
+    use std::sync::Mutex;
+    let seen = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&seen);
+    let observer = Observer::new(move |observed: &ObservedEvent<'_>| {
+        assert_eq!(observed.end_time, 1.1);
+        kept.lock().unwrap().push((observed.event.clone(), observed.time, observed.step));
+    });
+    let options = RunOptions { observer: Some(observer), ..RunOptions::default() };
+    let mut run = begun(TWO_STAGES, None, options);
+    let mut advanced = Vec::new();
+    while let Some(event) = run.advance().unwrap() {
+        advanced.push((event, run.time(), run.solver().step_count()));
+    }
+    assert!(advanced.len() > 10);
+    assert_eq!(*seen.lock().unwrap(), advanced);
+}

@@ -124,7 +124,7 @@ impl Solver for Oscillators {
         let worst = self.state.iter().map(|[x, v]| x.abs().max(v.abs())).fold(0.0, f64::max);
         Some(Equilibrium { unbalanced_force: worst, kinetic_ratio: worst, kinetic: worst })
     }
-    fn frame(&self, _: FrameRequest) -> Frame {
+    fn frame(&self, _: FrameRequest<'_>) -> Frame {
         let count = self.state.len();
         if self.on_nodes {
             let nodes = Lattice { low: [1.0, 0.0, 0.0], spacing: 1.0, count: [count, 1, 1] };

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::output::run_pictures::view_plane;
+use crate::report::{self, Report, ReportError, ReportOptions};
 use clap::Args;
-use colluvium::output::run_pictures::view_plane;
-use colluvium::report::{self, Report, ReportError, ReportOptions};
 
 use super::{CommandError, LibraryArguments, print_warning};
 

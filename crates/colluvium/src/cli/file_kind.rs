@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use colluvium::case::files::json;
-use colluvium::case::{CaseError, CaseErrorKind};
-use colluvium::constitutive::driver::incremental;
+use crate::case::files::json;
+use crate::case::{CaseError, CaseErrorKind};
+use crate::constitutive::driver::incremental;
 use serde_json::Value;
 
-use crate::commands::CommandError;
+use crate::cli::CommandError;
 
 /// Kind of a file that a user names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,19 +1,18 @@
 //! `colluvium compare`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
+use crate::case::{Case, Warning};
+use crate::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
+use crate::machine::free_memory;
+use crate::output::run_pictures::view_plane_for_gravity;
+use crate::run_progress::RunProgress;
 use clap::Args;
-use colluvium::case::{Case, Warning};
-use colluvium::compare::{self, CompareOptions, MethodOutcome, MethodResult, ReferenceProfiles};
-use colluvium::machine::free_memory;
-use colluvium::output::run_pictures::view_plane_for_gravity;
 
-use super::{
-    CommandError, LibraryArguments, OutputArguments, print_warning, stop_on_interrupt, thread_pool,
-    write_stdout,
-};
-use crate::commands::file_kind;
-use crate::commands::file_kind::FileKind;
+use super::{CommandError, LibraryArguments, OutputArguments, stop_on_interrupt, thread_pool, write_stdout};
+use crate::cli::file_kind;
+use crate::cli::file_kind::FileKind;
 
 #[derive(Args)]
 #[command(
@@ -59,20 +58,25 @@ pub fn run(arguments: &CompareArguments) -> Result<(), CommandError> {
             }
         })?;
     let out = files.output_folder(&arguments.case, "compare");
+    let has_bars = arguments.jobs <= 1;
+    let progress = if has_bars { RunProgress::default() } else { RunProgress::of_warnings() };
+    let progress = Arc::new(progress);
     let options = CompareOptions {
         output_folder: out.clone(),
         resume: files.resume,
         overwrite: files.overwrite,
-        show_progress: !files.quiet,
         jobs: arguments.jobs.into(),
         free_memory: free_memory(),
         stop_flag: Some(stop_on_interrupt()),
-        commit: colluvium::COMMIT.map(str::to_owned),
-        on_warning: (!files.quiet).then_some(print_warning),
+        commit: crate::COMMIT.map(str::to_owned),
+        observer: (!quiet).then(|| progress.observer()),
     };
     let pool = thread_pool(arguments.threads)?;
-    let results = pool
-        .install(|| compare::run(&case, &methods, &options, &|result| print_method_result(result, quiet)))?;
+    let show = |result: &MethodResult| {
+        progress.clear();
+        print_method_result(result, quiet);
+    };
+    let results = pool.install(|| compare::run(&case, &methods, &options, &show))?;
     if results.iter().any(|result| matches!(result.outcome, MethodOutcome::Interrupted)) {
         return Err(CommandError::Interrupted);
     }

@@ -3,23 +3,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use colluvium::case::output::read_json;
-use colluvium::case::run::{SearchCost, column_names, frame_memory, recorded_warnings};
-use colluvium::case::{Plan, printable};
-use colluvium::machine::{available_threads, free_memory, peak_memory};
-use colluvium::select_method;
-use colluvium::sweep::{
+use crate::case::output::read_json;
+use crate::case::run::{SearchCost, column_names, frame_memory, recorded_warnings};
+use crate::case::{Plan, printable};
+use crate::machine::{available_threads, free_memory, peak_memory};
+use crate::select_method;
+use crate::sweep::{
     Sweep, SweepCase, SweepOptions, SweepResults, SweepRunState, run_folder, run_sweep as run_all,
 };
+use clap::Args;
 
 use super::{
     CommandError, LibraryArguments, OutputArguments, count_text, duration_text, print_note, print_warning,
     stop_on_interrupt, write_stdout,
 };
-use crate::commands::file_kind;
-use crate::commands::file_kind::FileKind;
-use colluvium::case::Warning;
+use crate::case::Warning;
+use crate::cli::file_kind;
+use crate::cli::file_kind::FileKind;
 
 #[derive(Args)]
 #[command(after_help = "Usual calls:\n  colluvium sweep sweep.json --check\n  colluvium sweep sweep.json")]
@@ -81,7 +81,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), CommandError> {
         resume: files.resume,
         overwrite: files.overwrite,
         stop_flag: stop_on_interrupt(),
-        commit: colluvium::COMMIT.map(str::to_owned),
+        commit: crate::COMMIT.map(str::to_owned),
     };
     let tell = |number: usize, state: &SweepRunState| {
         let (run, quiet) = (sweep.run_description(number, &members[number].values), files.quiet);

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::case::CaseErrorKind;
+use crate::case::output::write_atomically;
+use crate::{TEMPLATES, Template, TemplateKind};
 use clap::Args;
-use colluvium::case::CaseErrorKind;
-use colluvium::case::output::write_atomically;
-use colluvium::{TEMPLATES, Template, TemplateKind};
 
 use super::CommandError;
 
@@ -33,15 +33,15 @@ pub fn run(arguments: &NewArguments) -> Result<(), CommandError> {
     })?;
     let file = arguments.file.clone().unwrap_or_else(|| format!("{name}.json").into());
     let folder = file.parent().unwrap_or(Path::new(""));
-    let beside = colluvium::template_files(name).into_iter().map(|other| folder.join(other));
+    let beside = crate::template_files(name).into_iter().map(|other| folder.join(other));
     for file in beside.chain([file.clone()]) {
         if file.exists() {
             return Err(CommandError::usage("wrong-usage", format!("{} exists already", file.display())));
         }
     }
-    colluvium::write_template_files(name, folder)?;
+    crate::write_template_files(name, folder)?;
     write_atomically(&file, template.text.as_bytes())?;
-    for other in colluvium::template_files(name) {
+    for other in crate::template_files(name) {
         print_line!("wrote {}", folder.join(other).display());
     }
     let command = match template.kind {

@@ -21,14 +21,14 @@ pub struct SchemaArguments {
 /// Prints the JSON Schema of a case, a sweep or a fit, or the case reference.
 pub fn run(arguments: &SchemaArguments) -> Result<(), CommandError> {
     if arguments.markdown {
-        for (_, text) in colluvium::case_reference() {
+        for (_, text) in crate::case_reference() {
             print_line!("{text}");
         }
     } else {
         let schema = match (arguments.sweep, arguments.fit) {
-            (true, _) => colluvium::sweep::Sweep::schema(),
-            (_, true) => colluvium::fit::Fit::schema(),
-            _ => colluvium::case_schema(),
+            (true, _) => crate::sweep::Sweep::schema(),
+            (_, true) => crate::fit::Fit::schema(),
+            _ => crate::case_schema(),
         };
         let text = serde_json::to_string_pretty(&schema);
         print_line!("{}", text.map_err(|error| CommandError::message("output", error.to_string()))?);

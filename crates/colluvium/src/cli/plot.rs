@@ -2,26 +2,26 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use colluvium::case::output::{
+use crate::case::output::{
     Collection, DerivedFiles, OutputError, Table, create_folder, named_file, read_frame, read_lines,
     write_atomically,
 };
-use colluvium::case::{Dataset, Snapshot};
-use colluvium::output::raster_maps::raster_maps;
-use colluvium::output::rigid_geometry::rigid_geometry_of_run;
-use colluvium::output::run_pictures::{
+use crate::case::{Dataset, Snapshot};
+use crate::output::raster_maps::raster_maps;
+use crate::output::rigid_geometry::rigid_geometry_of_run;
+use crate::output::run_pictures::{
     charts, is_changing, line_picture, point_picture, read_case_value, read_collection_frame,
     set_force_units, view_plane,
 };
-use colluvium::plots::{
+use crate::plots::{
     CommonScales, ForceChains, FramePicture, LineChart, Picture, PointCloud, RigidGeometry, to_gif,
 };
+use clap::Args;
 
 use super::{
     CommandError, LibraryArguments, check_run_folder, or_default_with_warning, print_note, print_warning,
 };
-use colluvium::case::Warning;
+use crate::case::Warning;
 
 /// Largest number of frames of an animation.
 const MAX_ANIMATION_FRAMES: usize = 120;

@@ -3,20 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::case::output::{OutputError, read_json, write_atomically};
+use crate::case::run::{RunEnd, last_state};
+use crate::case::{Case, CaseError, Method, Run, RunOptions};
+use crate::machine::free_memory;
+use crate::run_progress::RunProgress;
+use crate::select_method;
 use clap::Args;
-use colluvium::case::output::{OutputError, read_json, write_atomically};
-use colluvium::case::run::{RunEnd, last_state};
-use colluvium::case::{Case, CaseError, Method, Run, RunOptions};
-use colluvium::machine::free_memory;
-use colluvium::run_progress::RunProgress;
-use colluvium::select_method;
 
 use super::{
     CommandError, LibraryArguments, check_run_folder, print_warning, stop_on_interrupt, thread_pool,
 };
-use crate::commands::file_kind;
-use crate::commands::file_kind::FileKind;
-use colluvium::case::Warning;
+use crate::case::Warning;
+use crate::cli::file_kind;
+use crate::cli::file_kind::FileKind;
 
 #[derive(Args)]
 #[command(after_help = "Usual call:\n  colluvium specimen triaxial.json --until pack --out grains.json")]
@@ -96,17 +96,18 @@ fn run_case(arguments: &SpecimenArguments) -> Result<PreparedSpecimen, CommandEr
     if !solver.has_specimen() {
         return Err(no_grains_error(method));
     }
+    let progress = Arc::new(RunProgress::default());
     let options = RunOptions {
         method: method.name().to_owned(),
         keep_specimen: true,
         stop_flag: Some(stop_on_interrupt()),
+        observer: (!quiet).then(|| progress.observer()),
         warnings: plan.all_warnings(&case),
         ..RunOptions::default()
     };
     options.warnings.iter().filter(|_| !quiet).for_each(print_warning);
-    let mut progress = RunProgress::new(&case, !quiet, (!quiet).then_some(print_warning));
     let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
-    let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
+    let report = pool.install(|| run.finish()).inspect_err(|_| progress.clear())?;
     if report.ending == RunEnd::Interrupted {
         return Err(CommandError::message(
             "interrupted",

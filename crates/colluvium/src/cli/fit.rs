@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::case::files::json;
+use crate::case::output::column_heading;
+use crate::case::printable;
+use crate::fit::{Fit, FitFolder, FitProblem, FitSolution, FittedParameter, short, uncertainty_text};
 use clap::Args;
-use colluvium::case::files::json;
-use colluvium::case::output::column_heading;
-use colluvium::case::printable;
-use colluvium::fit::{Fit, FitFolder, FitProblem, FitSolution, FittedParameter, short, uncertainty_text};
 
 use super::{
     CommandError, LibraryArguments, count_text, duration_text, print_note, print_warning, thread_pool,
 };
-use crate::commands::file_kind;
-use crate::commands::file_kind::FileKind;
+use crate::cli::file_kind;
+use crate::cli::file_kind::FileKind;
 
 #[derive(Args)]
 #[command(after_help = "Usual calls:\n  colluvium fit --check fit.json\n  colluvium fit fit.json")]

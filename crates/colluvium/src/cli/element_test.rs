@@ -2,21 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use colluvium::case::files::json;
-use colluvium::case::output::{create_folder, write_atomically};
-use colluvium::case::{CaseError, CaseErrorKind, CaseErrors};
-use colluvium::constitutive::MaterialSpec;
-use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
-use colluvium::constitutive::driver::{
+use crate::case::files::json;
+use crate::case::output::{create_folder, write_atomically};
+use crate::case::{CaseError, CaseErrorKind, CaseErrors};
+use crate::constitutive::MaterialSpec;
+use crate::constitutive::driver::incremental::{self, IncrementalTest};
+use crate::constitutive::driver::{
     DriverError, ElementPath, StandardPlot, TestProblem, TestTrace, YieldCurve,
 };
-use colluvium::plots::{LineChart, Picture, Series, Style};
+use crate::plots::{LineChart, Picture, Series, Style};
+use clap::Args;
 
 use super::{CommandError, LibraryArguments, print_warning};
-use crate::commands::file_kind;
-use crate::commands::file_kind::FileKind;
-use colluvium::case::Warning;
+use crate::case::Warning;
+use crate::cli::file_kind;
+use crate::cli::file_kind::FileKind;
 
 #[derive(Args)]
 #[command(
@@ -62,7 +62,7 @@ pub fn run(arguments: &ElementTestArguments) -> Result<(), CommandError> {
                 "--material applies to a folder only; a test file has its own material",
             ));
         }
-        (false, None) => (colluvium::load_element_test(file)?, None),
+        (false, None) => (crate::load_element_test(file)?, None),
     };
     let stem = || PathBuf::from(file.canonicalize().unwrap_or_default().file_stem().unwrap_or_default());
     let out = arguments.out.clone().unwrap_or_else(stem);

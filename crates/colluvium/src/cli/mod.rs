@@ -1,46 +1,49 @@
-//! The commands, one file each.
+//! The command line: [`main`], and the commands, one file each.
 
 /// Prints a line and passes a failure on.
 macro_rules! print_line {
-    ($($part:tt)*) => { $crate::commands::write_stdout(format_args!($($part)*))? };
+    ($($part:tt)*) => { $crate::cli::write_stdout(format_args!($($part)*))? };
 }
 
 /// Prints a line on standard error. A failure to print is ignored.
 macro_rules! print_error_line {
-    ($($part:tt)*) => { $crate::commands::write_stderr(format_args!($($part)*)) };
+    ($($part:tt)*) => { $crate::cli::write_stderr(format_args!($($part)*)) };
 }
 
-pub mod check;
-pub mod compare;
-pub mod completions;
-pub mod element_test;
-pub mod explain;
-pub mod export;
+mod check;
+mod command_line;
+mod compare;
+mod completions;
+mod element_test;
+mod explain;
+mod export;
 mod file_kind;
-pub mod fit;
-pub mod new;
-pub mod plot;
-pub mod report;
-pub mod run;
-pub mod schema;
-pub mod specimen;
-pub mod sweep;
-pub mod verify;
+mod fit;
+mod new;
+mod plot;
+mod report;
+mod run;
+mod schema;
+mod specimen;
+mod sweep;
+mod verify;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+pub use crate::cli::command_line::{exit_code, main};
+
+use crate::MethodChoiceError;
+use crate::case::output::OutputError;
+use crate::case::{CaseError, CaseErrors, RunError, Warning};
+use crate::case::{printable, shortened};
+use crate::compare::CompareError;
+use crate::fit::FitError;
+use crate::machine;
+use crate::sweep::SweepError;
 use clap::Args;
-use colluvium::MethodChoiceError;
-use colluvium::case::output::OutputError;
-use colluvium::case::{CaseError, CaseErrors, RunError, Warning};
-use colluvium::case::{printable, shortened};
-use colluvium::compare::CompareError;
-use colluvium::fit::FitError;
-use colluvium::machine;
-use colluvium::sweep::SweepError;
 use thiserror::Error;
 
 /// Prints a line, with control characters and colours escaped. Ends the program silently where nobody reads on, as behind `head`.

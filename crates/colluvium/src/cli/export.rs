@@ -3,20 +3,20 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use colluvium::case::description::Space;
-use colluvium::case::output::{
+use crate::case::description::Space;
+use crate::case::output::{
     Collection, DerivedFiles, OutputError, Table, create_folder, frame_arrays, read_json, table_arrays,
     write_atomically, write_npz,
 };
-use colluvium::case::{Case, FieldRole, GrainColumns, PointList, Snapshot};
-use colluvium::depth_sph::point_stacks;
-use colluvium::output::run_pictures::read_collection_frame;
+use crate::case::{Case, FieldRole, GrainColumns, PointList, Snapshot};
+use crate::depth_sph::point_stacks;
+use crate::output::run_pictures::read_collection_frame;
+use clap::Args;
 
 use super::{
     CommandError, LibraryArguments, check_run_folder, or_default_with_warning, print_note, print_warning,
 };
-use colluvium::case::Warning;
+use crate::case::Warning;
 
 /// Name of the folder of the archives.
 const ARCHIVE_FOLDER: &str = "npz";
@@ -202,7 +202,7 @@ fn point_list(case: &Case, snapshot: &Snapshot) -> Option<PointList> {
 /// Columns of a frame with grain data; for other methods only the radii, if any.
 fn grain_columns(case: &Case, snapshot: &Snapshot) -> GrainColumns {
     let radii = snapshot.scalars("radius").map(<[f64]>::to_vec);
-    let known = colluvium::dem::kinds(case).unwrap_or_default();
+    let known = crate::dem::kinds(case).unwrap_or_default();
     let Some(kinds) = snapshot.scalars("kind").filter(|_| !known.is_empty()) else {
         return GrainColumns { radii, ..GrainColumns::default() };
     };

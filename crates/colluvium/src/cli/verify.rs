@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::case::run::verify;
 use clap::Args;
-use colluvium::case::run::verify;
 
 use super::run::{MAP_FILE, is_map_missing};
 use super::{CommandError, check_run_folder};

@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::case::run::{RunTiming, SearchCost, check_names};
+use crate::case::{BodyDensities, Case, Plan, Space, TimeScales, Warning, printable};
+use crate::machine::{available_threads, free_memory, peak_memory};
+use crate::select_method;
 use clap::Args;
-use colluvium::case::run::{RunTiming, SearchCost, check_names};
-use colluvium::case::{BodyDensities, Case, Plan, Space, TimeScales, Warning, printable};
-use colluvium::machine::{available_threads, free_memory, peak_memory};
-use colluvium::select_method;
 
 use super::{CommandError, LibraryArguments, duration_text, print_note, print_warning};
-use crate::commands::file_kind;
-use crate::commands::file_kind::FileKind;
+use crate::cli::file_kind;
+use crate::cli::file_kind::FileKind;
 
 /// Time for which steps are measured.
 const MEASURING_TIME: Duration = Duration::from_millis(700);

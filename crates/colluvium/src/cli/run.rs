@@ -3,22 +3,22 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::case::output::{OutputError, read_json};
+use crate::case::run::RunEnd;
+use crate::case::{Case, Run, RunOptions, RunReport, Warning};
+use crate::machine::free_memory;
+use crate::output::raster_maps::raster_maps;
+use crate::plots::Picture;
+use crate::run_progress::RunProgress;
+use crate::select_method;
 use clap::Args;
-use colluvium::case::output::{OutputError, read_json};
-use colluvium::case::run::RunEnd;
-use colluvium::case::{Case, Run, RunOptions, RunReport, Warning};
-use colluvium::machine::free_memory;
-use colluvium::output::raster_maps::raster_maps;
-use colluvium::plots::Picture;
-use colluvium::run_progress::RunProgress;
-use colluvium::select_method;
 
 use super::{
     CommandError, LibraryArguments, OutputArguments, print_note, print_warning, stop_on_interrupt,
     thread_pool,
 };
-use crate::commands::file_kind;
-use crate::commands::file_kind::FileKind;
+use crate::cli::file_kind;
+use crate::cli::file_kind::FileKind;
 
 #[derive(Args)]
 #[command(
@@ -62,6 +62,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
     let pool = thread_pool(arguments.threads)?;
     let (plan, solver) = pool.install(|| method.plan_and_build(&case))?;
     let warnings = plan.all_warnings(&case);
+    let progress = Arc::new(RunProgress::default());
     let options = RunOptions {
         method: method.name().to_owned(),
         output_folder: Some(out.clone()),
@@ -70,24 +71,23 @@ pub fn run(arguments: &RunArguments) -> Result<(), CommandError> {
         keep_frames: false,
         keep_specimen: false,
         stop_flag: Some(stop_on_interrupt()),
-        commit: colluvium::COMMIT.map(str::to_owned),
+        observer: (!files.quiet).then(|| progress.observer()),
+        commit: crate::COMMIT.map(str::to_owned),
         warnings,
     };
     if !files.quiet {
         options.warnings.iter().for_each(print_warning);
     }
-    let on_warning: Option<fn(&Warning)> = (!files.quiet).then_some(print_warning);
-    let mut progress = RunProgress::new(&case, !files.quiet, on_warning);
     let run = Run::with_plan(Arc::clone(&case), method, solver, options)?;
-    let report = pool.install(|| run.finish_observed(|run, event| progress.observe(run, event)))?;
-    report_end(&case, &report, &progress, files, &out)
+    let report = pool.install(|| run.finish()).inspect_err(|_| progress.clear())?;
+    report_end(&case, &report, &progress.warnings(), files, &out)
 }
 
-/// Draws the map of a run that has ended, and prints its warnings and its report.
+/// Draws the map of a run that has ended, and prints its report and the warnings that are not among those `printed`.
 fn report_end(
     case: &Case,
     report: &RunReport,
-    progress: &RunProgress,
+    printed: &[Warning],
     files: &OutputArguments,
     out: &Path,
 ) -> Result<(), CommandError> {
@@ -103,7 +103,7 @@ fn report_end(
         ));
     }
     if !files.quiet {
-        let is_new = |warning: &&Warning| !progress.warnings().contains(warning);
+        let is_new = |warning: &&Warning| !printed.contains(warning);
         report.warnings_at_end.iter().filter(is_new).for_each(print_warning);
         report.notes.iter().for_each(print_note);
         print_report(report, out)?;
