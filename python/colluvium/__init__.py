@@ -64,7 +64,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'colluvium' has no attribute {name!r}")
     from importlib import import_module
 
-    value = getattr(import_module(f".{module}", __name__), name)
+    # Inside its module the name would hide the function of the language.
+    value = getattr(import_module(f".{module}", __name__), "draw_map" if name == "map" else name)
     globals()[name] = value
     return value
 

@@ -13,7 +13,7 @@ from .errors import ColluviumWarning as ColluviumWarning
 from .errors import OutputError as OutputError
 from .errors import SolverError as SolverError
 from .laws import law as law
-from .rasters import map as map
+from .rasters import draw_map as map
 from .rasters import raster_outline as raster_outline
 from .rasters import read_raster as read_raster
 from .rasters import write_raster as write_raster

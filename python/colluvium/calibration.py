@@ -241,5 +241,5 @@ def _calibration(problem: Objective, found: Any, evaluations: int) -> Calibratio
     for name, value, lowest, highest in zip(names, x, low, high):
         if min(value - lowest, highest - value) < 1e-3 * (highest - lowest):
             text = f"{name}: {value:.4g} is at a bound: widen the bounds if the value is possible"
-            warnings.warn(ColluviumWarning("parameter-at-bound", text), stacklevel=3)
+            warnings.warn(ColluviumWarning("parameter-at-end", text), stacklevel=3)
     return result

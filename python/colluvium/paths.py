@@ -98,4 +98,4 @@ def with_value(document: Any, path: str, value: Any) -> None:
         raise KeyError(f"{path}: {last!r} does not fit there")
     if isinstance(place, list) and isinstance(last, int) and last >= len(place):
         raise KeyError(f"{path}: the list has {len(place)} entries")
-    place[last] = value
+    place[last] = value  # type: ignore[index]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .results import RunResult
 
 #: Labels of the rasters of results.
-_LABELS = {
+LABELS = {
     "peak_thickness_vertical": "largest vertical thickness (m)",
     "final_thickness_vertical": "final vertical thickness (m)",
     "peak_velocity": "largest velocity (m/s)",
@@ -40,7 +40,7 @@ def to_data_array(raster: _native.RasterData) -> xarray.DataArray:
             "x": ("x", west + dx * np.arange(values.shape[1]), {"units": "m"}),
         },
         name=raster.name,
-        attrs={"units": raster.unit, "long_name": _LABELS.get(raster.name, raster.name)},
+        attrs={"units": raster.unit, "long_name": LABELS.get(raster.name, raster.name)},
     )
     crs = f"EPSG:{raster.epsg}" if raster.epsg else raster.crs
     if crs:
@@ -99,7 +99,7 @@ def raster_outline(raster: xarray.DataArray, above: float) -> geopandas.GeoDataF
     return geopandas.GeoDataFrame(table, geometry=[area], crs=raster.attrs.get("epsg"))
 
 
-def map(  # noqa: A001
+def draw_map(
     run: RunResult | str | os.PathLike[str],
     raster: str | xarray.DataArray = "",
     file: str | os.PathLike[str] | None = None,

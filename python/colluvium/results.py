@@ -133,7 +133,7 @@ class Dataset:
         shape = [len(coordinates[name]) for name in names]
         variables = {}
         for name, values in self.fields.items():
-            tail = {1: [], 2: ["component"]}[values.ndim]
+            tail = [] if values.ndim == 1 else [f"component_{values.shape[1]}"]
             unit = {"units": self.fields.units[name]}
             variables[name] = (names + tail, np.array(values).reshape(shape + list(values.shape[1:])), unit)
         return xarray.Dataset(variables, coordinates)
@@ -228,7 +228,9 @@ class RunResult:
         self.wall: float = data.wall
         self.warnings: list[tuple[str, str]] = data.warnings
         self.notes: list[tuple[str, str]] = data.notes
-        self.safety: dict[str, Safety] = {name: Safety(*found) for name, *found in data.safety}
+        self.safety: dict[str, Safety] = {
+            name: Safety(factor, stable, failing, text) for name, factor, stable, failing, text in data.safety
+        }
         self.hash: str = data.hash
         self._columns, self._rows = data.measures()
         self._rasters: list[_native.RasterData] = data.rasters

@@ -6,6 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -106,11 +107,28 @@ def run(
 
     Raises ``CaseError`` for the case, ``SolverError`` for the method, ``OutputError`` for files and folders.
     """
-    case = as_case(case)
-    folder = _folder(out)
+    options = _RunOptions(threads, resume, overwrite, progress, on_frame, keep_frames)
+    return _run(as_case(case), method, _folder(out), options, 3)
+
+
+@dataclass(frozen=True)
+class _RunOptions:
+    threads: int | None = None
+    resume: bool = False
+    overwrite: bool = False
+    progress: Progress = None
+    on_frame: Callable[[Frame], object] | None = None
+    keep_frames: bool = True
+
+
+def _run(case: Case, method: str | None, folder: Path | None, options: _RunOptions, level: int) -> RunResult:
+    """Runs a case; warnings name the line that is ``level`` calls above."""
+    keep_frames, on_frame = options.keep_frames, options.on_frame
     wants_frames = keep_frames or on_frame is not None
-    task = _native.Task.run(case.to_json(), case.folder, method, folder, threads, resume, overwrite, wants_frames, False)
-    bar = ProgressBar(progress)
+    task = _native.Task.run(
+        case.to_json(), case.folder, method, folder, options.threads, options.resume, options.overwrite, wants_frames, False
+    )
+    bar = ProgressBar(options.progress)
     name, end = method or "", 0.0
     kept: list[Frame] = []
     try:
@@ -118,7 +136,7 @@ def run(
             if kind == "begin":
                 name, end = text, time
             elif kind == "warning":
-                warn(text, 2)
+                warn(text, level)
             elif kind == "search":
                 bar.say(text)
             elif data is not None:
@@ -156,7 +174,7 @@ def run(
         raise
     result = RunResult(found, name, kept, case, folder)
     for code, text in result.warnings:
-        warnings.warn(ColluviumWarning(code, text), stacklevel=2)
+        warnings.warn(ColluviumWarning(code, text), stacklevel=level)
     return result
 
 
@@ -235,5 +253,5 @@ def safety(
     if search_range is not None:
         search["range"] = list(search_range)
     case.update({"measures": {**case.to_dict().get("measures", {}), measure: search}})
-    result = run(case, method, out, threads=threads, overwrite=overwrite, progress=progress, keep_frames=False)
-    return result.safety[measure]
+    options = _RunOptions(threads=threads, overwrite=overwrite, progress=progress, keep_frames=False)
+    return _run(case, method, _folder(out), options, 3).safety[measure]

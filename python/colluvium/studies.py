@@ -15,7 +15,7 @@ from . import _native
 from ._extras import extra
 from .errors import ColluviumWarning
 from .paths import plain
-from .rasters import read_raster
+from .rasters import LABELS, read_raster
 from .results import RunResult, folder_of, open_run
 from .running import CaseLike, Progress, ProgressBar, as_case, messages, warn
 
@@ -62,7 +62,14 @@ class Sweep:
     @property
     def rasters(self) -> dict[str, xarray.DataArray]:
         """Rasters of exceedance and of intensity classes by name. Needs the extra ``xarray``."""
-        return {file.stem: read_raster(file) for file in sorted(self.folder.glob("rasters/*.tif"))}
+        found = {file.stem: read_raster(file) for file in sorted(self.folder.glob("rasters/*.tif"))}
+        for name, raster in found.items():
+            kind, _, rest = name.partition("-")
+            if kind == "exceedance":
+                quantity, _, threshold = rest.rpartition("-")
+                label, _, unit = LABELS.get(quantity, f"{quantity} (").partition(" (")
+                raster.attrs["long_name"] = f"share of runs with {label} of at least {threshold} {unit.rstrip(')')}".strip()
+        return found
 
     def __repr__(self) -> str:
         return f"Sweep({self.folder}, {len(self)} runs, {len(self.failures)} failed)"
@@ -209,4 +216,4 @@ def report(
     file, found = _native.write_report(folder_of(run, "report"), list(fields), frames, view, overwrite)
     for code, text in found:
         warnings.warn(ColluviumWarning(code, text), stacklevel=2)
-    return file
+    return Path(file)

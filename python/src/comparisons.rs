@@ -38,7 +38,8 @@ impl CompareRequest {
     pub fn run(self, channel: &Arc<Channel>) -> Result<CompareData, TaskError> {
         let case = read_case(&self.text, &self.folder)?;
         let methods = compare::methods_by_name(&self.methods)?;
-        let reference = self.reference.as_deref().map(ReferenceProfiles::read).transpose()?.unwrap_or_default();
+        let reference =
+            self.reference.as_deref().map(ReferenceProfiles::read).transpose()?.unwrap_or_default();
         let own = Arc::clone(channel);
         let observer = Observer::new(move |observed| {
             if let RunEvent::Warning(warning) = observed.event {

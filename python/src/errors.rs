@@ -128,7 +128,8 @@ pub fn failure(text: String, state: Option<(u64, f64, u64, [f64; 3])>) -> PyErr 
         Some((step, time, point, position)) => (Some(step), Some(time), Some(point), Some(position)),
         None => (None, None, None, None),
     };
-    let error = exception("SolverError", |py| Ok((text, step, time, point, position).into_pyobject(py)?.unbind()));
+    let error =
+        exception("SolverError", |py| Ok((text, step, time, point, position).into_pyobject(py)?.unbind()));
     Python::attach(|py| error.set_cause(py, cause));
     error
 }
@@ -147,8 +148,12 @@ fn run_error(error: &RunError) -> PyErr {
     match error {
         RunError::Case(errors) => case_error(errors),
         RunError::Output(error) => output_error(error),
-        RunError::Folder { path, problem, .. } => folder_error(&format!("{}: {problem}", path.display()), path),
-        RunError::Solver(source) | RunError::Stopped { source, .. } => solver_error(source, error.to_string()),
+        RunError::Folder { path, problem, .. } => {
+            folder_error(&format!("{}: {problem}", path.display()), path)
+        }
+        RunError::Solver(source) | RunError::Stopped { source, .. } => {
+            solver_error(source, error.to_string())
+        }
         other => failure(other.to_string(), None),
     }
 }

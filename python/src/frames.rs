@@ -69,7 +69,11 @@ fn rows<'py>(owner: &Bound<'py, DatasetData>, values: &[f64], width: usize) -> P
 impl DatasetData {
     /// Error for a part that the geometry does not have.
     fn missing(&self, part: &str) -> PyErr {
-        PyValueError::new_err(format!("the dataset {:?} is on {} and has no {part}", self.dataset.name, self.kind()))
+        PyValueError::new_err(format!(
+            "the dataset {:?} is on {} and has no {part}",
+            self.dataset.name,
+            self.kind()
+        ))
     }
 }
 
@@ -191,7 +195,11 @@ impl DatasetData {
         let dataset = &slf.get().dataset;
         let field = dataset.fields.iter().find(|field| field.name == name).ok_or_else(|| {
             let known: Vec<&str> = dataset.fields.iter().map(|field| field.name.as_str()).collect();
-            PyKeyError::new_err(format!("{name:?} is not a field of {:?}; there are {}", dataset.name, known.join(", ")))
+            PyKeyError::new_err(format!(
+                "{name:?} is not a field of {:?}; there are {}",
+                dataset.name,
+                known.join(", ")
+            ))
         })?;
         match &field.data {
             FieldData::Integer(values) => Ok(column(slf, values)),
@@ -200,7 +208,8 @@ impl DatasetData {
             FieldData::Tensor(values) => {
                 // SAFETY: a tensor has the memory layout of its six components.
                 #[allow(unsafe_code, reason = "arrays share the memory of a frame")]
-                let components = unsafe { std::slice::from_raw_parts(values.as_ptr().cast::<f64>(), 6 * values.len()) };
+                let components =
+                    unsafe { std::slice::from_raw_parts(values.as_ptr().cast::<f64>(), 6 * values.len()) };
                 rows(slf, components, 6)
             }
         }

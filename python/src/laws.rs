@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use colluvium::constitutive::{
-    Corotational, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, PointLaw, SmallStrain,
-    SymTensor, register_material,
+    Corotational, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, PointLaw,
+    SmallStrain, SymTensor, register_material,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -20,20 +20,20 @@ static EXCEPTIONS: Mutex<(u64, BTreeMap<u64, PyErr>)> = Mutex::new((0, BTreeMap:
 /// Marks of the number of an exception in a text.
 const MARKS: [&str; 2] = ["\u{2}exception ", "\u{3}"];
 
-/// Most exceptions that are kept.
+/// Most exceptions that are kept until an error takes one.
 const MAX_EXCEPTIONS: usize = 16;
 
 /// Text of an exception of a law, with a number under which it is kept.
 fn keep_exception(error: PyErr) -> String {
     let text = error.to_string();
     let mut kept = EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner);
-    kept.0 += 1;
-    let number = kept.0;
-    kept.1.insert(number, error);
-    if kept.1.len() > MAX_EXCEPTIONS {
-        kept.1.pop_first();
+    // All points of a step may raise the same exception.
+    if kept.1.len() < MAX_EXCEPTIONS {
+        kept.0 += 1;
+        let number = kept.0;
+        kept.1.insert(number, error);
     }
-    format!("{text}{}{number}{}", MARKS[0], MARKS[1])
+    format!("{text}{}{}{}", MARKS[0], kept.0, MARKS[1])
 }
 
 /// Text without the number of an exception, and the exception.
@@ -43,7 +43,9 @@ pub fn without_number(text: &str) -> (String, Option<PyErr>) {
     while let Some((before, after)) = rest.split_once(MARKS[0]) {
         let (number, after) = after.split_once(MARKS[1]).unwrap_or((after, ""));
         if let Ok(number) = number.parse() {
-            cause = cause.or(EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner).1.remove(&number));
+            let mut kept = EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner);
+            cause = cause.or(kept.1.remove(&number));
+            kept.1.clear();
         }
         clean.push_str(before);
         rest = after;
@@ -73,12 +75,22 @@ impl PythonLaw {
     }
 
     /// Stress and internal variables that `update` of the object returns.
-    fn call_update(&self, py: Python<'_>, strain: &SymTensor, dt: f64, old: &Point<Vec<f64>>) -> PyResult<Point<Vec<f64>>> {
+    fn call_update(
+        &self,
+        py: Python<'_>,
+        strain: &SymTensor,
+        dt: f64,
+        old: &Point<Vec<f64>>,
+    ) -> PyResult<Point<Vec<f64>>> {
         let array = |tensor: &SymTensor| PyArray1::from_slice(py, &tensor.0);
         let arguments = (array(strain), array(&old.stress), self.state(py, &old.state)?, dt);
         let found = self.object.bind(py).call_method1("update", arguments)?;
         let problem = "update returns (stress, state): six numbers, and a mapping of the internal variables";
-        let pair = found.cast::<PyTuple>().ok().filter(|pair| pair.len() == 2).ok_or_else(|| value_error(&problem))?;
+        let pair = found
+            .cast::<PyTuple>()
+            .ok()
+            .filter(|pair| pair.len() == 2)
+            .ok_or_else(|| value_error(&problem))?;
         let stress: [f64; 6] = pair.get_item(0)?.extract().map_err(|_| value_error(&problem))?;
         let state = pair.get_item(1)?;
         let value = |name: &&'static str| -> PyResult<f64> {
@@ -133,10 +145,14 @@ impl PointLaw for PythonLaw {
 }
 
 impl SmallStrain for PythonLaw {
-    fn update(&self, strain: &SymTensor, motion: &Motion, old: &Point<Vec<f64>>) -> Result<Point<Vec<f64>>, MaterialError> {
-        Python::attach(|py| self.call_update(py, strain, motion.dt, old)).map_err(|error| MaterialError::Update {
-            law: self.name.to_owned(),
-            reason: keep_exception(error),
+    fn update(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<Vec<f64>>,
+    ) -> Result<Point<Vec<f64>>, MaterialError> {
+        Python::attach(|py| self.call_update(py, strain, motion.dt, old)).map_err(|error| {
+            MaterialError::Update { law: self.name.to_owned(), reason: keep_exception(error) }
         })
     }
 
@@ -164,7 +180,11 @@ impl PythonFactory {
             }
         }
         let state: Vec<(String, f64)> = match object.getattr("state") {
-            Ok(state) => state.call_method0("items")?.try_iter()?.map(|pair| pair?.extract()).collect::<PyResult<_>>()?,
+            Ok(state) => state
+                .call_method0("items")?
+                .try_iter()?
+                .map(|pair| pair?.extract())
+                .collect::<PyResult<_>>()?,
             Err(_) => Vec::new(),
         };
         let checked = object.call_method1(
@@ -173,7 +193,9 @@ impl PythonFactory {
         )?;
         let modulus: f64 = checked.extract()?;
         if !(modulus.is_finite() && modulus > 0.0) {
-            return Err(value_error(&format!("wave_modulus returns {modulus}: it must be a positive number (Pa)")));
+            return Err(value_error(&format!(
+                "wave_modulus returns {modulus}: it must be a positive number (Pa)"
+            )));
         }
         // Names of fields live as long as the program.
         let names = state.iter().map(|(name, _)| -> &'static str { String::leak(name.clone()) });
@@ -192,10 +214,12 @@ impl MaterialFactory for PythonFactory {
     }
 
     fn build(&self, _: f64, parameters: &Map<String, Value>) -> Result<Arc<dyn Material>, MaterialError> {
-        let law = Python::attach(|py| self.law(py, parameters)).map_err(|error| MaterialError::IncompatibleOptions {
-            model: "",
-            field: "class".to_owned(),
-            rule: error.to_string(),
+        let law = Python::attach(|py| self.law(py, parameters)).map_err(|error| {
+            MaterialError::IncompatibleOptions {
+                model: "",
+                field: "class".to_owned(),
+                rule: error.to_string(),
+            }
         })?;
         Ok(Arc::new(Corotational(law)))
     }

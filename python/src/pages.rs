@@ -50,7 +50,8 @@ pub fn write_report(
 /// `OutputError` when the file cannot be read.
 #[pyfunction]
 pub fn read_raster(py: Python<'_>, file: PathBuf) -> PyResult<RasterData> {
-    let raster = py.detach(|| colluvium_terrain::read_raster(&file)).map_err(|error| folder_error(&error, &file))?;
+    let raster =
+        py.detach(|| colluvium_terrain::read_raster(&file)).map_err(|error| folder_error(&error, &file))?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(RasterData::new(&name, "", raster))
 }
@@ -73,7 +74,12 @@ pub fn write_raster(
 }
 
 /// Raster of an array with one row per y, from the smallest.
-fn raster_of(values: &PyReadonlyArray2<'_, f64>, origin: [f64; 2], spacing: [f64; 2], epsg: Option<u32>) -> Raster {
+fn raster_of(
+    values: &PyReadonlyArray2<'_, f64>,
+    origin: [f64; 2],
+    spacing: [f64; 2],
+    epsg: Option<u32>,
+) -> Raster {
     let (rows, columns) = (values.shape()[0], values.shape()[1]);
     let reference = Georeference { epsg, no_data: Some(-9999.0), ..Georeference::default() };
     Raster { columns, rows, origin, spacing, values: values.as_array().iter().copied().collect(), reference }

@@ -77,7 +77,8 @@ impl RunRequest {
                 }
                 RunEvent::Frame(frame) if self.frames => {
                     frame_count += 1;
-                    let message = Message { frame: Some(frame.on_map(case)), ..message("frame", String::new()) };
+                    let message =
+                        Message { frame: Some(frame.on_map(case)), ..message("frame", String::new()) };
                     if self.waits { channel.send_and_wait(message) } else { channel.send(message) }
                 }
                 event if event.search_message().is_some() => {
@@ -96,7 +97,7 @@ impl RunRequest {
 }
 
 /// Message of a warning: its code and its text.
-fn warning_message(warning: &Warning) -> Message {
+pub fn warning_message(warning: &Warning) -> Message {
     Message::text("warning", format!("[{}] {}", warning.code, warning.text))
 }
 
@@ -129,6 +130,9 @@ pub fn table_array<'py>(
     let array = PyArray1::from_vec(py, values).reshape([rows.len(), columns.len()])?;
     Ok((columns, array))
 }
+
+/// Name, factor, largest stable and smallest failing factor, and text of a search for a factor of safety.
+type SafetyRow = (String, Option<f64>, f64, f64, String);
 
 #[pymethods]
 impl RunData {
@@ -178,7 +182,7 @@ impl RunData {
     /// Name, factor, largest stable and smallest failing factor, and text of each search for a factor of safety. The factor is `None` where
     /// the search is undecided or outside its range.
     #[getter]
-    fn safety(&self) -> PyResult<Vec<(String, Option<f64>, f64, f64, String)>> {
+    fn safety(&self) -> PyResult<Vec<SafetyRow>> {
         let found = self.report()?.safety.iter();
         let of = |(name, found): (&String, &SafetyResult)| {
             (name.clone(), found.factor(), found.stable_factor, found.failing_factor, found.message())
@@ -196,7 +200,8 @@ impl RunData {
 
     /// Frames from before a restart, which are moved out.
     fn take_earlier_frames(&mut self, py: Python<'_>) -> PyResult<Vec<Py<FrameData>>> {
-        let report = self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
+        let report =
+            self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
         let mut frames = std::mem::take(&mut report.frames);
         frames.truncate(frames.len().saturating_sub(self.frame_count));
         frames.into_iter().map(|frame| FrameData::new(py, frame.into())).collect()
@@ -204,7 +209,8 @@ impl RunData {
 
     /// Points at the end, which are moved out.
     fn take_last(&mut self, py: Python<'_>) -> PyResult<Py<FrameData>> {
-        let report = self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
+        let report =
+            self.report.as_mut().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
         FrameData::new(py, std::mem::take(&mut report.snapshot).into())
     }
 }

@@ -10,6 +10,7 @@ use colluvium::sweep::{Sweep, SweepOptions, SweepRunState, run_sweep};
 use pyo3::prelude::*;
 
 use crate::errors::TaskError;
+use crate::runs::warning_message;
 use crate::tasks::{Channel, Message};
 
 /// Sweep and its options.
@@ -59,7 +60,8 @@ impl SweepRequest {
             stop_flag: Arc::clone(&channel.stop),
             commit: colluvium::COMMIT.map(str::to_owned),
         };
-        channel.send(Message { time: members.len() as f64, ..Message::text("begin", method.name().to_owned()) });
+        channel
+            .send(Message { time: members.len() as f64, ..Message::text("begin", method.name().to_owned()) });
         let tell = |number: usize, state: &SweepRunState| {
             let text = match state {
                 SweepRunState::AlreadyComplete | SweepRunState::Completed => "",
@@ -72,6 +74,7 @@ impl SweepRequest {
         let results = run_sweep(&sweep, &members, method, &options, &tell)?;
         results.write_convergence(&self.out)?;
         let rows = results.rows.iter().map(|row| (row.status.clone(), row.reason.clone()));
+        results.warnings().iter().for_each(|one| channel.send(warning_message(one)));
         Ok(SweepData { rows: rows.collect() })
     }
 }

@@ -41,6 +41,9 @@ impl Message {
     }
 }
 
+/// Kind, time (s), step, text and frame of a message.
+type MessageRow = (&'static str, f64, u64, String, Option<Py<FrameData>>);
+
 /// Messages that Python has not taken.
 #[derive(Default)]
 struct Messages {
@@ -96,7 +99,7 @@ impl Drop for Finish {
 /// Results of a task.
 pub enum TaskResult {
     /// Results of a run.
-    Run(RunData),
+    Run(Box<RunData>),
     /// Results of a sweep.
     Sweep(SweepData),
     /// Results of a comparison.
@@ -164,7 +167,9 @@ impl Task {
         waits: bool,
     ) -> PyResult<Self> {
         let request = RunRequest { text, folder, method, out, resume, overwrite, frames, waits };
-        Self::start(threads, move |channel| request.run(channel).map(TaskResult::Run))
+        Self::start(threads, move |channel| {
+            request.run(channel).map(|found| TaskResult::Run(Box::new(found)))
+        })
     }
 
     /// Starts the runs of a sweep, `jobs` at a time with `threads` threads each.
@@ -206,7 +211,7 @@ impl Task {
     }
 
     /// Next message: kind, time (s), step, text and frame, waited for at most `seconds`; `None` without one.
-    fn wait(&self, py: Python<'_>, seconds: f64) -> PyResult<Option<(&'static str, f64, u64, String, Option<Py<FrameData>>)>> {
+    fn wait(&self, py: Python<'_>, seconds: f64) -> PyResult<Option<MessageRow>> {
         self.check_process()?;
         let found = py.detach(|| {
             let waits = |messages: &mut Messages| messages.queue.is_empty() && !messages.is_finished;
@@ -239,13 +244,16 @@ impl Task {
     /// The error of the work.
     fn result(&mut self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.check_process()?;
-        let thread = self.thread.take().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
+        let thread =
+            self.thread.take().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))?;
         let joined = py.detach(|| thread.join());
         let found = joined.map_err(|_| {
-            PyRuntimeError::new_err("the run panicked: this is an error of colluvium, please report it with the case")
+            PyRuntimeError::new_err(
+                "the run panicked: this is an error of colluvium, please report it with the case",
+            )
         })?;
-        match found.map_err(|error| error.into_exception())? {
-            TaskResult::Run(run) => Ok(Py::new(py, run)?.into_any()),
+        match found.map_err(TaskError::into_exception)? {
+            TaskResult::Run(run) => Ok(Py::new(py, *run)?.into_any()),
             TaskResult::Sweep(sweep) => Ok(Py::new(py, sweep)?.into_any()),
             TaskResult::Compare(compare) => Ok(Py::new(py, compare)?.into_any()),
         }

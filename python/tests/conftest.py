@@ -28,7 +28,9 @@ def short_case(name: str = "column-collapse", steps: int = 50) -> cl.Case:
     duration = case.plan(method)["time_step"] * steps / count
     for stage in values["stages"]:
         stage["duration"] = duration
-        stage.pop("until_equilibrium", None)
+        stage.pop("equilibrium", None)
+        if "gravity_ramp" in stage:
+            stage["gravity_ramp"] = duration
     values["measures"] = {
         name: measure for name, measure in values.get("measures", {}).items() if measure["kind"] != "factor-of-safety"
     }

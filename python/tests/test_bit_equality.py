@@ -1,12 +1,17 @@
 """Every template with each of its methods: the files of Python, of the command, and of an interrupted and resumed run are equal."""
 
 import json
+import os
 import subprocess
 import sys
 
 import colluvium as cl
 import pytest
 from conftest import short_case
+
+
+#: The command: that of the repository where the environment names it, or else that of the package.
+COMMAND = [os.environ["COLLUVIUM_COMMAND"]] if "COLLUVIUM_COMMAND" in os.environ else [sys.executable, "-m", "colluvium"]
 
 
 class Stop(Exception):
@@ -32,7 +37,7 @@ def test_files_are_equal(name, method, tmp_path, is_long):
     if not is_long and cl._native.template_files(name):
         cl._native.write_template_files(name, tmp_path)
     (tmp_path / "case.json").write_text(case.to_json())
-    program = [sys.executable, "-m", "colluvium", "run", str(tmp_path / "case.json"), "--method", method, "--quiet"]
+    program = [*COMMAND, "run", str(tmp_path / "case.json"), "--method", method, "--quiet"]
     done = subprocess.run([*program, "--threads", "2", "--out", str(tmp_path / "command")], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     wanted = frames(tmp_path / "command")

@@ -209,6 +209,7 @@ fn write_results(
             options.output_folder.display()
         );
     }
+    results.warnings().iter().for_each(print_warning);
     print_remarks(results.rows.len(), &options.output_folder);
     match count("failed") {
         _ if results.rows.iter().any(|row| row.status.is_empty() || row.status == "interrupted") => {

@@ -68,6 +68,42 @@ impl SweepResults<'_> {
         misfits.filter(|(_, misfit)| misfit.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
+    /// Warnings of parameters without effect: the measures of runs that differ only in them are equal to the last bit.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let completed: Vec<&SweepRow> = self.rows.iter().filter(|row| row.status == "completed").collect();
+        let is_equal = |a: &SweepRow, b: &SweepRow| {
+            let numbers =
+                |row: &SweepRow| -> Vec<u64> { row.measures.iter().map(|(.., v)| v.to_bits()).collect() };
+            numbers(a) == numbers(b)
+        };
+        let pairs = || {
+            completed.iter().enumerate().flat_map(|(k, a)| completed[k + 1..].iter().map(move |b| (*a, *b)))
+        };
+        let differ_only_in = |axis: usize, a: &SweepRow, b: &SweepRow| {
+            (0..a.values.len()).all(|k| (a.values[k] == b.values[k]) == (k != axis))
+        };
+        let has_no_effect = |axis: usize| {
+            let mut found = pairs().filter(|(a, b)| differ_only_in(axis, a, b)).peekable();
+            found.peek().is_some() && found.all(|(a, b)| is_equal(a, b))
+        };
+        let names: Vec<&str> = self.sweep.parameters.keys().map(String::as_str).collect();
+        let mut idle: Vec<&str> =
+            (0..names.len()).filter(|axis| has_no_effect(*axis)).map(|axis| names[axis]).collect();
+        if idle.is_empty()
+            && completed.len() > 1
+            && pairs().all(|(a, b)| a.values != b.values && is_equal(a, b))
+        {
+            idle.clone_from(&names);
+        }
+        let warning = |name: &&str| {
+            let text = format!(
+                "parameters.{name}: has no effect: runs that differ in it have equal measures. Check that the method uses the value at its path"
+            );
+            Warning::new("no-effect", text)
+        };
+        idle.iter().map(warning).collect()
+    }
+
     /// Writes the table `runs.csv`.
     ///
     /// # Errors

@@ -296,3 +296,26 @@ fn the_study_of_convergence_finds_the_order_of_each_series() {
     let lines = fs::read_to_string(folder.path().join("convergence.csv")).unwrap();
     assert_eq!(lines.lines().count(), 1 + 6);
 }
+
+#[test]
+fn a_parameter_without_effect_on_the_runs_is_named() {
+    let (_folder, path) = files(&sweep());
+    let (sweep, members) = Sweep::load(&path).unwrap();
+    let names: Vec<&String> = sweep.parameters.keys().collect();
+    let results = |front: &dyn Fn(&[Value]) -> f64| {
+        let row = |member: &SweepCase| SweepRow {
+            values: member.values.clone(),
+            status: "completed".into(),
+            reason: None,
+            measures: vec![("front".to_owned(), "m".to_owned(), front(&member.values))],
+            wall_time: 1.0,
+        };
+        let found = SweepResults { sweep: &sweep, rows: members.iter().map(row).collect() };
+        found.warnings().into_iter().map(|warning| warning.text).collect::<Vec<_>>()
+    };
+    let number = |value: &Value| value.to_string().bytes().map(f64::from).sum::<f64>();
+    assert_eq!(results(&|values| number(&values[0]) + 1e3 * number(&values[1])), [""; 0]);
+    let found = results(&|values| number(&values[0]));
+    assert!(found.len() == 1 && found[0].starts_with(&format!("parameters.{}:", names[1])), "{found:?}");
+    assert_eq!(results(&|_| f64::NAN).len(), 2);
+}
